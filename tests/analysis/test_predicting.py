@@ -1,12 +1,15 @@
 """Predicted steps against the same steps flown on the full diagram."""
 
+import time
+
 import numpy as np
 import pytest
 
-from workbench.analysis.questions import DrawMap, Fork, Predict, Step, Weigh
+from workbench.analysis.questions import DrawMap, Fork, LoadStep, Predict, Step, Weigh
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
 from workbench.design.branches import Branch
+from workbench.design.load_step import fly_load_step
 from workbench.design.response_metrics import step_metrics
 from workbench.design.step_response import EDGE, axis_velocity, fly_step, step_scenario
 from workbench.scenario.scenario import Action, Scenario
@@ -151,3 +154,29 @@ def test_bad_gains_and_a_stop_are_sentences(flight, about, answer, caller):
     caller.stopped = 1
     with pytest.raises(WorkbenchError, match="stopped"):
         answer(Fork(checkpoint, (OWN,), 1.0), about)
+
+
+@pytest.mark.parametrize(
+    ("load", "amplitude", "acts"),
+    [("force_x", 3.0, None), ("torque_roll", 0.2, 0.3), ("gust_y", -6.0, 1.0)],
+)
+def test_a_load_is_as_the_diagram_flies_it(answer, load, amplitude, acts):
+    """Within 5 %, as is asked for; it is far less."""
+    gains = {"kp_velocity_x": 6.0, "kp_roll": 180.0}
+    predicted = answer(Predict(gains, LoadStep(load, amplitude, 4.0, acts=acts)))
+    flown = fly_load_step(load, amplitude, duration=4.0, acts=acts, settings=gains)
+    assert predicted.time == pytest.approx(flown.time, abs=1e-9)
+    assert predicted.response == pytest.approx(flown.response, abs=1e-6)
+    assert predicted.numbers.peak == pytest.approx(flown.metrics.peak, rel=1e-6)
+    assert predicted.numbers.settling_time == pytest.approx(flown.metrics.settling_time, rel=1e-6)
+    assert not predicted.lost
+
+
+def test_a_load_is_predicted_fast_enough_to_follow_a_slider(answer):
+    """20 answers a second are asked for; the fastest of some says what the machine can do."""
+    times = []
+    for number in range(12):
+        begin = time.perf_counter()
+        answer(Predict({"kp_roll": 200.0 + number}, LoadStep("force_x", 1.0, 4.0)))
+        times.append(time.perf_counter() - begin)
+    assert min(times) < 1 / 20

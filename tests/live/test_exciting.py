@@ -32,6 +32,7 @@ from workbench.scenario.loads import find_load
 from workbench.scenario.scenario import (
     Action,
     FigureEight,
+    Gust,
     Push,
     Rates,
     Scenario,
@@ -579,8 +580,8 @@ def test_a_load_acts_while_the_drone_is_asked_to_stay_and_ends(name, amplitude, 
     began = bench.obey(Excite(Excitation(name, Shape.STEP, amplitude, 1.5))).value
     bench.fly(1.0)
     row = find_load(name)
-    push = row.push(amplitude, 1.5, bench.session.vehicle.p_BoBcm_B)
-    stay = dataclasses.replace(AT_REST, at=began, push=push)
+    pushed = row.action(amplitude, 1.5, bench.session.vehicle.p_BoBcm_B)
+    stay = dataclasses.replace(AT_REST, at=began, push=pushed.push)
     assert bench.done == [stay]
     assert bench.session.get(row.limit) == amplitude
     bench.fly(4.0)
@@ -621,3 +622,19 @@ def test_a_load_beyond_its_parameters_range_is_refused():
     refused = bench.obey(Excite(Excitation("torque_roll", Shape.STEP, 101.0, 1.0)))
     assert isinstance(refused, Refusal)
     assert "101 N·m" in refused.said and "±100 N·m" in refused.said
+
+
+def test_a_gust_blows_once_and_the_drone_has_time_to_come_back():
+    bench = Bench()
+    assert "the shape pulse" in bench.obey(Excite(Excitation("gust_y", Shape.STEP, 6.0, 1.0))).said
+    began = bench.obey(Excite(Excitation("gust_y", Shape.PULSE, 6.0, 1.5))).value
+    bench.fly(4.45)
+    assert bench.shown.exciting is not None
+    assert bench.done[0] == dataclasses.replace(AT_REST, at=began, gust=Gust([0.0, 6.0, 0.0], 1.5))
+    bench.fly(4.0)
+    assert bench.shown.exciting is None
+    flown = bench.obey(GetFlown()).value
+    wind = flown.recording.wind_W[:, 1]
+    assert wind.max() == pytest.approx(6.0, rel=0.01)
+    assert wind[flown.recording.time > began + 1.51].max() == 0.0
+    assert 0.02 < np.abs(flown.recording.p_WB[:, 1]).max() < 0.5

@@ -78,7 +78,10 @@ def test_what_cannot_be_flown_is_refused(case):
     for change, said in [
         ({"axis": "roll"}, "axis is 'roll': give one of x, y, z, yaw"),
         ({"axis": 3}, "axis is 3"),
-        ({"shape": "step"}, "shape is 'step': give one of step, doublet, square wave, chirp"),
+        (
+            {"shape": "step"},
+            "shape is 'step': give one of step, doublet, square wave, chirp, pulse",
+        ),
         ({"amplitude": 0.0}, "amplitude is 0 m/s: give it one other than 0, within ±8 m/s"),
         ({"amplitude": -8.5}, r"amplitude is -8.5 m/s"),
         ({"amplitude": math.nan}, "amplitude is nan: give it a finite number of m/s"),

@@ -5,12 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.analysis.questions import Fork, Predict, Step
-from workbench.analysis.replies import Forked, Predicted, StepNumbers
+from workbench.analysis.questions import Fork, Gains, LoadStep, Predict, Step
+from workbench.analysis.replies import Forked, LoadNumbers, Predicted, StepNumbers
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import WorkbenchError
 from workbench.design.branches import FlownBranch
+from workbench.design.load_metrics import LoadMetrics, load_metrics
+from workbench.design.load_step import check_load, predict_load_step
 from workbench.design.response_metrics import step_metrics
 from workbench.design.step_response import check_duration, check_step
 from workbench.scenario.axes import AXES
@@ -58,16 +60,49 @@ def predict(subject: Subject, question: Predict, _: Work) -> Working:
 
     The air is as the settings ask for.
     """
-    step = question.step
-    check_short(step)
+    check_short(question.step)
     gains = subject.gains(question.gains)
     engine = yield from ready_engine(subject)
+    match question.step:
+        case Step() as step:
+            yield _predicted_step(engine, gains, question, step)
+        case LoadStep() as step:
+            yield _predicted_load(engine, gains, question, step)
+
+
+def _predicted_load(
+    engine: "RolloutEngine", gains: Gains, question: Predict, step: LoadStep
+) -> Predicted:
+    """Return the answer for a step of a load."""
+    time, response, use = predict_load_step(
+        engine,
+        gains,
+        step.axis,
+        step.amplitude,
+        duration=step.duration,
+        acts=step.acts,
+        heading=step.heading,
+    )
+    return Predicted(
+        gains=question.gains,
+        step=step,
+        time=time,
+        response=response,
+        numbers=load_numbers(load_metrics(time, response), use),
+        lost=not np.isfinite(response).all(),
+    )
+
+
+def _predicted_step(
+    engine: "RolloutEngine", gains: Gains, question: Predict, step: Step
+) -> Predicted:
+    """Return the answer for a step of a command."""
     flown = engine.fly(
         [gains], step.axis, step.amplitude, duration=step.duration, heading=step.heading
     )
     response = flown.response[0]
     use = float(flown.peak_rotor_use[0])
-    yield Predicted(
+    return Predicted(
         gains=question.gains,
         step=step,
         time=flown.time,
@@ -92,6 +127,17 @@ def step_numbers(
     )
 
 
+def load_numbers(metrics: LoadMetrics, peak_rotor_use: float) -> LoadNumbers:
+    """Return what a screen shows of a load's metrics."""
+    return LoadNumbers(
+        peak=metrics.peak,
+        settling_time=metrics.settling_time,
+        steady_state_error=metrics.steady_state_error,
+        peak_rotor_use=peak_rotor_use,
+        withheld=metrics.withheld,
+    )
+
+
 def ready_engine(subject: Subject) -> "Generator[None, None, RolloutEngine]":
     """Rest until the engine of compiled flights is loaded, and return it."""
     loading = subject.load_engine()
@@ -101,13 +147,14 @@ def ready_engine(subject: Subject) -> "Generator[None, None, RolloutEngine]":
     return loading.result()
 
 
-def check_short(step: Step, longest: float = LONGEST) -> None:
+def check_short(step: Step | LoadStep, longest: float = LONGEST) -> None:
     """Refuse a step that makes no flight, or one too long to wait for.
 
     Raises:
         WorkbenchError: if it does.
     """
-    check_step(step.axis, step.amplitude)
+    check = check_load if isinstance(step, LoadStep) else check_step
+    check(step.axis, step.amplitude)
     check_duration(step.duration)
     if step.duration > longest:
         raise WorkbenchError(

@@ -38,6 +38,25 @@ class Step:
 
 
 @dataclass(frozen=True)
+class LoadStep:
+    """A step of a load in hover, to be predicted.
+
+    Attributes:
+        axis: name of the load, see `scenario.loads`.
+        amplitude: [N] or [N·m].
+        duration: after its edge [s].
+        heading: yaw of the drone at the edge, in W [rad].
+        acts: for how long it acts [s], None to the end.
+    """
+
+    axis: str
+    amplitude: float
+    duration: float
+    heading: float = 0.0
+    acts: float | None = None
+
+
+@dataclass(frozen=True)
 class Judge:
     """How stable are these gains at hover? Answered by `Judged`."""
 
@@ -94,10 +113,10 @@ class FindRanges:
 
 @dataclass(frozen=True)
 class Predict:
-    """How would a step be flown? Answered by `Predicted`."""
+    """How would a step of a command or a load be flown? Answered by `Predicted`."""
 
     gains: Gains
-    step: Step
+    step: Step | LoadStep
 
 
 @dataclass(frozen=True)
@@ -158,14 +177,14 @@ class Pin:
     Attributes:
         path: of the spec, NAME.spec.yaml.
         gains: to be pinned.
-        step: to be flown.
+        step: to be flown, of a command or a load.
         margins: whether the margins of all loops become limits too.
         overwrite: whether files that are there may be replaced.
     """
 
     path: Path
     gains: Gains
-    step: Step
+    step: Step | LoadStep
     margins: bool = True
     overwrite: bool = False
 

@@ -10,7 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.analysis.questions import AskOther, DrawFrequency, DrawMap, Gains, ShapeLoop, Step
+from workbench.analysis.questions import (
+    AskOther,
+    DrawFrequency,
+    DrawMap,
+    Gains,
+    LoadStep,
+    ShapeLoop,
+    Step,
+)
 from workbench.design.branches import FlownBranch
 
 
@@ -173,23 +181,38 @@ class StepNumbers:
 
 
 @dataclass(frozen=True)
+class LoadNumbers:
+    """Metrics of one flown step of a load, see `design.load_metrics`; NaN where it has none.
+
+    The peak in the response's unit, times in s, the error in % of the peak, rotor use as a share.
+    `withheld` says why some are NaN; "" if none is.
+    """
+
+    peak: float
+    settling_time: float
+    steady_state_error: float
+    peak_rotor_use: float
+    withheld: str = ""
+
+
+@dataclass(frozen=True)
 class Predicted:
-    """A step as it would be flown.
+    """A step of a command or a load as it would be flown.
 
     Attributes:
         gains: that were asked about.
         step: that was.
         time: from the edge on (N) [s].
-        response: (N) [m/s] or [rad/s].
+        response: (N) [m/s] or [rad/s]; of a load the deviation, in its response's unit.
         numbers: metrics of it.
         lost: whether the drone was lost.
     """
 
     gains: Gains
-    step: Step
+    step: Step | LoadStep
     time: np.ndarray
     response: np.ndarray
-    numbers: StepNumbers
+    numbers: StepNumbers | LoadNumbers
     lost: bool
 
 

@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from workbench.design.load_step import LoadResponse
     from workbench.design.step_response import StepResponse
 
-LOADS = ("force_x", "force_y", "force_z", "torque_roll", "torque_pitch", "torque_yaw")
+LOADS = (
+    *("force_x", "force_y", "force_z", "torque_roll", "torque_pitch", "torque_yaw"),
+    *("gust_x", "gust_y", "gust_z"),
+)
 """See `scenario.loads`, which would take a tenth of a second to load."""
 
 
@@ -42,14 +45,14 @@ def add_parser(commands: Any) -> None:
     what.add_argument(
         "--load",
         choices=LOADS,
-        help="a force at the centre of mass, or a torque, while the drone is asked to stay",
+        help="a force at the centre of mass, a torque, or a gust, while the drone is asked to stay",
     )
     parser.add_argument(
         "--amplitude",
         type=float,
         metavar="A",
         help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2); of the "
-        "load in N or N·m (default: a tenth of the weight)",
+        "load in N or N·m (default: a tenth of the weight), of a gust in m/s (default: 5)",
     )
     parser.add_argument(
         "--duration",
@@ -57,6 +60,12 @@ def add_parser(commands: Any) -> None:
         default=5.0,
         metavar="T",
         help="flown after the command's edge, in s (default: 5)",
+    )
+    parser.add_argument(
+        "--acts",
+        type=float,
+        metavar="T",
+        help="for how long the load acts, in s (default: to the end, a gust for 1)",
     )
     parser.add_argument(
         "--at",
@@ -96,6 +105,7 @@ def _run_load(args: argparse.Namespace) -> int:
                 args.load,
                 args.amplitude,
                 duration=args.duration,
+                acts=args.acts,
                 scenario=scenario,
                 settings=dict(args.set),
                 progress=progress,
@@ -152,6 +162,8 @@ def _print_load(flown: "LoadResponse", args: argparse.Namespace) -> None:
 
 def _run_command(args: argparse.Namespace) -> int:
     """Fly a step of a command."""
+    if args.acts is not None:
+        raise WorkbenchError("a command is asked for to the end: give --acts to a --load")
     from workbench.commands.drawer import Drawer
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.reproduce import PAPER

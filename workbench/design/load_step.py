@@ -3,7 +3,7 @@
 import copy
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +11,11 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.design.load_metrics import LoadMetrics, load_metrics
 from workbench.design.step_response import EDGE, START_HEIGHT, check_duration
-from workbench.dynamics.air.settings import push_settings
+from workbench.dynamics.air.settings import gust_settings, push_settings
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.loads import Load, find_load
-from workbench.scenario.scenario import Action, Scenario, Start
+from workbench.scenario.loads import GustLoad, Load, find_load
+from workbench.scenario.scenario import Action, Push, Scenario, Start
 
 if TYPE_CHECKING:
     from workbench.design.lost import Loss
@@ -69,6 +69,7 @@ def fly_load_step(
     amplitude: float | None = None,
     *,
     duration: float = 5.0,
+    acts: float | None = None,
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
@@ -77,9 +78,10 @@ def fly_load_step(
 
     Args:
         load: force_x, force_y, force_z (in W, at the centre of mass), torque_roll, torque_pitch or
-            torque_yaw (in B).
-        amplitude: [N] or [N·m]; without it a tenth of the weight, see `usual_load`.
-        duration: for which it acts, to the flight's end [s].
+            torque_yaw (in B), gust_x, gust_y or gust_z (in W).
+        amplitude: [N], [N·m], or [m/s] at the peak of a gust; without it see `usual_load`.
+        duration: flown from the edge on [s].
+        acts: for how long the load acts [s]; without it to the flight's end, a gust for 1 s.
         scenario: its vehicle and rates are used; start and script are the step's own.
         settings: parameter values for this flight.
         progress: called with the flown share, 0 .. 1.
@@ -96,7 +98,7 @@ def fly_load_step(
     size = usual_load(row, vehicle) if amplitude is None else amplitude
     check_load(load, size)
     check_duration(duration)
-    session = Session(load_scenario(row, size, duration, common, vehicle), settings)
+    session = Session(load_scenario(row, size, duration, common, vehicle, acts), settings)
     session.run(progress)
     after = session.recording().between(EDGE, np.inf)
     return LoadResponse(
@@ -115,6 +117,7 @@ def predict_load_step(
     amplitude: float,
     *,
     duration: float,
+    acts: float | None = None,
     heading: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return how a compiled flight answers a step of a load in hover.
@@ -123,8 +126,9 @@ def predict_load_step(
         engine: flies it.
         gains: parameter values by name.
         load: see `fly_load_step`.
-        amplitude: [N] or [N·m].
-        duration: for which it acts [s].
+        amplitude: see there.
+        duration: see there.
+        acts: see there.
         heading: yaw of the drone [rad].
 
     Returns:
@@ -139,8 +143,8 @@ def predict_load_step(
     row = find_load(load)
     check_load(load, amplitude)
     check_duration(duration)
-    push = row.push(amplitude, 2.0 * duration, engine.vehicle.p_BoBcm_B)
-    loaded = push_settings(push.force, push.point, EDGE, push.duration, push.torque)
+    centre = engine.vehicle.p_BoBcm_B
+    loaded = _settings(row.action(amplitude, _acting(row, duration, acts), centre))
     start = start_state(engine.vehicle, Start(roll_pitch_yaw=[0.0, 0.0, heading]))
     flown = engine.fly_from(
         [{**gains, **CALM, **loaded}], start, np.zeros(4), duration=EDGE + duration
@@ -163,11 +167,13 @@ def check_load(load: str, amplitude: float) -> None:
 
 
 def usual_load(load: Load, vehicle: Vehicle) -> float:
-    """Return a load that a vehicle bears without trouble [N] or [N·m].
+    """Return a load that a vehicle bears without trouble, in its unit.
 
-    A tenth of its weight; of a torque, that at a tenth of the rotors' mean distance from the centre
-    of mass, and about yaw at their drag torque's share of thrust.
+    A gust of 5 m/s; a tenth of its weight; of a torque, that at a tenth of the rotors' mean
+    distance from the centre of mass, and about yaw at their drag torque's share of thrust.
     """
+    if isinstance(load, GustLoad):
+        return load.amplitude
     weight = vehicle.mass * GRAVITY
     if any(load.force_W):
         return SHARE * weight
@@ -180,7 +186,12 @@ def usual_load(load: Load, vehicle: Vehicle) -> float:
 
 
 def load_scenario(
-    load: Load, amplitude: float, duration: float, scenario: Scenario, vehicle: Vehicle
+    load: Load,
+    amplitude: float,
+    duration: float,
+    scenario: Scenario,
+    vehicle: Vehicle,
+    acts: float | None = None,
 ) -> Scenario:
     """Return the scenario of one step of a load; see `fly_load_step` for the arguments."""
     flight = copy.deepcopy(scenario)
@@ -188,8 +199,32 @@ def load_scenario(
     flight.figure_eight = None
     flight.duration = EDGE + duration
     flight.rates.record_period = flight.rates.control_period
-    flight.script = [Action(at=EDGE, push=load.push(amplitude, duration, vehicle.p_BoBcm_B))]
+    action = load.action(amplitude, _acting(load, duration, acts), vehicle.p_BoBcm_B)
+    flight.script = [replace(action, at=EDGE)]
     return flight
+
+
+def _settings(action: Action) -> dict[str, float]:
+    """Return the parameters of a push or a gust that begins at the edge."""
+    if action.gust is not None:
+        return gust_settings(action.gust.velocity, EDGE, action.gust.duration)
+    push = action.push or Push()
+    return push_settings(push.force, push.point, EDGE, push.duration, push.torque)
+
+
+def _acting(load: Load, duration: float, acts: float | None) -> float:
+    """Return for how long a load acts [s].
+
+    Raises:
+        WorkbenchError: if that is no time within the flight.
+    """
+    if acts is None:
+        return min(duration, load.longest)
+    if not 0.0 < acts <= duration:
+        raise WorkbenchError(
+            f"a load cannot act for {acts:g} s in {duration:g} s: give it a time within that"
+        )
+    return acts
 
 
 def moved(load: Load, recording: "Recording") -> np.ndarray:

@@ -20,7 +20,7 @@ from workbench.scenario.axes import AXES, Axis
 from workbench.scenario.excitation import Excitation, Exciting
 from workbench.scenario.loads import Load
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Action, Push, Rates
+from workbench.scenario.scenario import Action, Rates
 from workbench.session.session import Session
 
 _ROUNDING = 1e-6
@@ -223,7 +223,7 @@ class SetpointDrive:
 
 
 class LoadDrive:
-    """Makes a push of what an excitation asks for, while the drone is asked to stay.
+    """Makes a push or a gust of what an excitation asks for, while the drone is asked to stay.
 
     Args:
         session: that is flown.
@@ -240,19 +240,18 @@ class LoadDrive:
         self.limit = parameter_table().find(load.limit).maximum
 
     def action(self, value: float, duration: float) -> Action:
-        """Push with a value for a time [s] at most, and command the drone to stay."""
-        return Action(velocity=[0.0] * 3, yaw_rate=0.0, push=self._push(value, duration))
+        """Load the drone with a value for a time [s] at most, and command it to stay."""
+        load = self._load_with(value, duration)
+        return dataclasses.replace(load, velocity=[0.0] * 3, yaw_rate=0.0)
 
     def left_behind(self, value: float) -> Action | None:
-        """Return what ends the push where others fly."""
-        return Action(push=Push()) if value else None
+        """Return what ends the load where others fly."""
+        return self._load_with(0.0, 0.0) if value else None
 
-    def _push(self, value: float, duration: float) -> Push:
-        if not value:
-            return Push()
+    def _load_with(self, value: float, duration: float) -> Action:
         least = parameter_table().find("push_duration").minimum
         centre = self._session.vehicle.p_BoBcm_B
-        return self._load.push(value, max(duration, least), centre)
+        return self._load.action(value, max(duration, least), centre)
 
 
 def drive(session: Session, excitation: Excitation) -> SetpointDrive | LoadDrive:

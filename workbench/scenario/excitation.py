@@ -6,13 +6,15 @@ from enum import Enum
 
 from workbench.common.errors import WorkbenchError
 from workbench.scenario.axes import Axis
-from workbench.scenario.loads import EXCITED, Load, find_excited
+from workbench.scenario.loads import EXCITED, GustLoad, Load, find_excited
 
 SHORTEST, LONGEST = 0.1, 60.0
 """Bounds of the period [s]."""
 LOWEST_FREQUENCY = 0.1
 """At which a chirp begins; it ends at ten times that or more [1/s]."""
 TENFOLD = 10.0
+COMING_BACK = 3.0
+"""After a pulse [s]."""
 LATE = 1e-9
 """A time this much before an edge is at it: sums of periods are not exact in binary [s]."""
 
@@ -28,6 +30,8 @@ class Shape(Enum):
     """The amplitude and its opposite in turns, half a period each."""
     CHIRP = "chirp"
     """A sine whose frequency rises from 0.1 Hz tenfold and more, within a period."""
+    PULSE = "pulse"
+    """The amplitude for a period, then nothing while the drone comes back; of a gust its peak."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,8 @@ class Excitation:
                 f"the amplitude is {self.amplitude:g} {self.unit}: give it one other than 0, "
                 f"within ±{limit:g} {self.unit}"
             )
+        if isinstance(self.row, GustLoad) and self.shape is not Shape.PULSE:
+            raise WorkbenchError("a gust rises and falls by itself: give it the shape pulse")
         if not SHORTEST <= self.period <= LONGEST:
             raise WorkbenchError(
                 f"the period is {self.period:g} s: give it one from {SHORTEST:g} to {LONGEST:g} s"
@@ -92,18 +98,20 @@ class Excitation:
     @property
     def round_time(self) -> float:
         """How long it takes, once [s]."""
+        if self.shape is Shape.PULSE:
+            return self.period + COMING_BACK
         return 2.0 * self.period if self.rests else self.period
 
     @property
     def rests(self) -> bool:
         """Whether a round ends with a rest, so that the next one begins at rest."""
-        return self.shape in (Shape.STEP, Shape.DOUBLET)
+        return self.shape in (Shape.STEP, Shape.DOUBLET, Shape.PULSE)
 
     @property
     def edges(self) -> tuple[float, ...]:
         """Times within a round at which the command jumps [s]; none of a chirp."""
         match self.shape:
-            case Shape.STEP:
+            case Shape.STEP | Shape.PULSE:
                 return (0.0, self.period)
             case Shape.DOUBLET:
                 return (0.0, 0.5 * self.period, self.period)
@@ -129,7 +137,7 @@ class Excitation:
         """Return the share of the amplitude at a time within a round."""
         half = 0.5 * self.period
         match self.shape:
-            case Shape.STEP:
+            case Shape.STEP | Shape.PULSE:
                 return 1.0 if t < self.period else 0.0
             case Shape.DOUBLET:
                 return 1.0 if t < half else -1.0 if t < self.period else 0.0

@@ -1,21 +1,26 @@
-"""The axes of a load: a force along x, y, z of the world, and a torque about an axis of the body.
+"""The axes of a load: a force or a gust along x, y, z of the world, a torque about the body's axes.
 
-A drone that is loaded in hover holds its place, so a force moves its position; a torque turns it.
-Nothing holds a heading, so of a torque about the yaw axis the answer is a rate.
+A drone that is loaded in hover holds its place, so a force or a gust moves its position; a torque
+turns it. Nothing holds a heading, so of a torque about the yaw axis the answer is a rate.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.common.errors import find_row
 from workbench.scenario.axes import AXIS_ROWS, Axis
-from workbench.scenario.scenario import Push
+from workbench.scenario.scenario import Action, Gust, Push
+
+Three = tuple[float, float, float]
+MOTIONS = ("position x", "position y", "position z", "roll", "pitch", "yaw rate")
+"""What loads move."""
 
 
 @dataclass(frozen=True)
 class Load:
-    """One axis of a load.
+    """One axis of a push.
 
     Attributes:
         name: force_x, … or torque_roll, …
@@ -26,8 +31,8 @@ class Load:
         signal: of the response, in the topics.
         limit: parameter whose range bounds the load.
         amplitude: that the app proposes first, in `unit`.
-        force_W: force of a load of one (3) [N].
-        torque_B: torque of a load of one (3) [N·m].
+        force_W: of a push of one (3) [N].
+        torque_B: of a push of one (3) [N·m].
     """
 
     name: str
@@ -38,23 +43,26 @@ class Load:
     signal: str
     limit: str
     amplitude: float
-    force_W: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    torque_B: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    force_W: Three = (0.0, 0.0, 0.0)
+    torque_B: Three = (0.0, 0.0, 0.0)
 
-    def push(self, size: float, duration: float, p_BoBcm_B: tuple[float, float, float]) -> Push:
-        """Return the push of a load.
+    def action(self, size: float, duration: float, p_BoBcm_B: Three) -> Action:
+        """Return what makes a load in a script; that of the size 0 ends one.
 
         Args:
-            size: of it [N] or [N·m].
+            size: of it, in `unit`.
             duration: [s].
             p_BoBcm_B: the centre of mass, where a force acts, so that it turns nothing [m].
         """
-        return Push(
-            [size * part for part in self.force_W],
-            list(p_BoBcm_B),
-            duration,
-            [size * part for part in self.torque_B],
-        )
+        if not size:
+            return Action(push=Push())
+        force, torque = self._scaled(self.force_W, size), self._scaled(self.torque_B, size)
+        return Action(push=Push(force, list(p_BoBcm_B), duration, torque))
+
+    @property
+    def longest(self) -> float:
+        """For how long it acts where nothing is said [s]; infinity is until the end."""
+        return math.inf
 
     @property
     def turns(self) -> bool:
@@ -70,20 +78,42 @@ class Load:
             w_WB: angular velocities in W (M, 3) [rad/s].
         """
         w, x, y, z = q_WB.T
-        values = np.column_stack(
-            [
-                p_WB,
-                np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-                np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
-                w_WB[:, 2],
-            ]
-        )[:, LOAD_ROWS.index(self)]
+        roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+        pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+        values = (*p_WB.T, roll, pitch, w_WB[:, 2])[MOTIONS.index(self.response)]
         return np.asarray(values - values[0])
+
+    @staticmethod
+    def _scaled(vector: Three, size: float) -> list[float]:
+        return [size * part for part in vector]
+
+
+@dataclass(frozen=True)
+class GustLoad(Load):
+    """One axis of a gust, whose peak is the size [m/s]: it rises and falls by itself.
+
+    Attributes:
+        velocity_W: of a gust of one (3) [m/s].
+    """
+
+    velocity_W: Three = (0.0, 0.0, 0.0)
+
+    def action(self, size: float, duration: float, p_BoBcm_B: Three) -> Action:
+        """Return what makes a gust in a script; see `Load.action`."""
+        return Action(gust=Gust(self._scaled(self.velocity_W, size), duration) if size else Gust())
+
+    @property
+    def longest(self) -> float:
+        """For how long it blows where nothing is said [s]."""
+        return Gust().duration
+
+
+def _unit(axis: str) -> Three:
+    x, y, z = (float(axis == each) for each in "xyz")
+    return x, y, z
 
 
 def _force(axis: Axis) -> Load:
-    place = "xyz".index(axis.name)
-    x, y, z = (float(place == each) for each in range(3))
     return Load(
         f"force_{axis.name}",
         f"force {axis.label}",
@@ -93,12 +123,25 @@ def _force(axis: Axis) -> Load:
         f"position_data.{axis.name}",
         f"push_{axis.name}",
         1.0,
-        force_W=(x, y, z),
+        force_W=_unit(axis.name),
+    )
+
+
+def _gust(axis: Axis) -> Load:
+    return GustLoad(
+        f"gust_{axis.name}",
+        f"gust {axis.label}",
+        "m/s",
+        f"position {axis.name}",
+        "m",
+        f"position_data.{axis.name}",
+        f"gust_{axis.name}",
+        5.0,
+        velocity_W=_unit(axis.name),
     )
 
 
 def _torque(name: str, axis: str, response: tuple[str, str, str], amplitude: float) -> Load:
-    x, y, z = (float(axis == each) for each in "xyz")
     return Load(
         f"torque_{name}",
         f"torque {name}",
@@ -106,16 +149,18 @@ def _torque(name: str, axis: str, response: tuple[str, str, str], amplitude: flo
         *response,
         f"push_torque_{axis}",
         amplitude,
-        torque_B=(x, y, z),
+        torque_B=_unit(axis),
     )
 
 
-LOAD_ROWS = (
+PUSH_ROWS = (
     *map(_force, AXIS_ROWS[:3]),
     _torque("roll", "x", ("roll", "rad", "position_data.roll"), 0.1),
     _torque("pitch", "y", ("pitch", "rad", "position_data.pitch"), 0.1),
     _torque("yaw", "z", ("yaw rate", "rad/s", "velocity_data.w_z"), 0.02),
 )
+GUST_ROWS = tuple(map(_gust, AXIS_ROWS[:3]))
+LOAD_ROWS = (*PUSH_ROWS, *GUST_ROWS)
 LOADS = tuple(row.name for row in LOAD_ROWS)
 """Their names."""
 EXCITED: tuple[Axis | Load, ...] = (*AXIS_ROWS, *LOAD_ROWS)
