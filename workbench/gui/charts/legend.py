@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from html import escape
 
-from PyQt6.QtCore import QEvent, QSize, Qt, pyqtSignal
+from PyQt6.QtCore import QEvent, Qt, pyqtSignal
 from PyQt6.QtGui import QColor, QResizeEvent
 from PyQt6.QtWidgets import QLabel, QSizePolicy, QWidget
 
@@ -93,10 +93,6 @@ class Legend(QLabel):
         self._write()
         if not fits:
             self._fit()
-
-    def sizeHint(self) -> QSize:
-        """Return the height that is needed at this width; a label by itself guesses another one."""
-        return QSize(super().sizeHint().width(), self.minimumHeight())
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Take the rows that are needed."""

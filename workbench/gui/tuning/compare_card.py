@@ -15,7 +15,6 @@ from PyQt6.QtWidgets import (
     QLayout,
     QMenu,
     QScrollArea,
-    QSizePolicy,
     QStackedWidget,
     QToolButton,
     QWidget,
@@ -39,7 +38,6 @@ from workbench.gui.tuning.compare_table import (
 )
 from workbench.gui.tuning.design_answers import DesignAnswers
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED, Design, Designs
-from workbench.gui.tuning.limit_table import MARGIN_LIMITS
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.margins_card import loop_label, weakest_loop
 from workbench.gui.tuning.number_table import NumberTable
@@ -52,10 +50,6 @@ from workbench.scenario.axes import find_axis
 STEP, FREQUENCY, POLES, TABLE = "Step", "Frequency", "Poles", "Table"
 VIEWS = (STEP, FREQUENCY, POLES, TABLE)
 COMMANDED = "command"
-FRAME = 33
-"""Between two pictures while a slider moves [ms]."""
-HEAD = 130
-"""Height of what stands above the table [px]."""
 HIGH = 250
 """From this height on the phase stands below the magnitude [px]."""
 
@@ -73,10 +67,8 @@ class Bode(QWidget):
         self._box = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
         self._box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
         self._box.setContentsMargins(0, 0, 0, 0)
-        self._plots = (magnitude, "|L|", "dB"), (phase, "∠L", "rad")
-        for plot, _, _ in self._plots:
-            self._box.addWidget(plot, 1)
-            plot.set_scales(Scale.LOGARITHMIC)
+        self._box.addWidget(magnitude, 1)
+        self._box.addWidget(phase, 1)
 
     def minimumSizeHint(self) -> QSize:
         """Return the room that is enough beside each other."""
@@ -87,8 +79,6 @@ class Bode(QWidget):
         directions = QBoxLayout.Direction
         high = self.height() >= HIGH
         self._box.setDirection(directions.TopToBottom if high else directions.LeftToRight)
-        for plot, label, unit in self._plots:  # a narrow axis has no room for its name
-            plot.set_axes("frequency" if high else "ω", label, unit, "rad/s")
         super().resizeEvent(event)
 
 
@@ -142,10 +132,9 @@ class CompareCard(Card):
         self._compared: tuple[Compared, ...] = ()
         self._preparing = ""
         self.view, self.loop = QComboBox(), QComboBox()
-        self.choose = _menu_button("&Designs ▾", "Choose what is compared", self._fill_choose)
-        self.use = _menu_button(
-            "Ac&tions ▾", "Fly or keep a design, copy the table", self._fill_use
-        )
+        self.choose = _menu_button("&Designs", "Choose what is compared", self._fill_choose)
+        self.use = _menu_button("&Use", "Fly or keep one of them", self._fill_use)
+        self.copy = _menu_button("Cop&y", "Copy the table", self._fill_copy)
         self.legend = Legend(workspace.look)
         self.plot = StaticPlot(workspace)
         self.magnitude, self.phase = StaticPlot(workspace), StaticPlot(workspace)
@@ -154,19 +143,19 @@ class CompareCard(Card):
             "Numbers of each design", (), workspace.look, paired=False, widest="", worded=False
         )
         self._lay_out()
-        self._soon = single_shot(self._show, self, FRAME)
+        self._soon = single_shot(self._show, self)
         self.view.currentIndexChanged.connect(self._follow)
         self.loop.currentIndexChanged.connect(self._follow)
         self.legend.toggled.connect(self._toggle_entry)
         for plot in (self.plot, self.magnitude):
             plot.canvas.hovered.connect(lambda _: self._show_legend())
         self.plane.read.connect(self._read)
-        self._answers.changed.connect(self._show_soon)
+        self._answers.changed.connect(self._soon.start)
         designs.changed.connect(self._follow)
         trial.changed.connect(self._follow)
         trial.gains.state_changed.connect(self._go_on_keeping)
-        limits.changed.connect(lambda _: self._show_soon())
-        workspace.look.changed.connect(self._show_soon)
+        limits.changed.connect(lambda _: self._soon.start())
+        workspace.look.changed.connect(self._soon.start)
         workspace.analysis.preparing.connect(self._say_preparing)
         self._follow()
 
@@ -174,11 +163,6 @@ class CompareCard(Card):
     def chosen(self) -> tuple[Design, ...]:
         """The designs that are compared."""
         return tuple(each for each in self._designs.all() if self._is_chosen(each))
-
-    @property
-    def is_waiting(self) -> bool:
-        """Whether something is still asked about; what is shown may be of earlier gains."""
-        return bool(self._answers.missing) or self._soon.isActive()
 
     def begin(self) -> None:
         """Forget the answers about another flight, or another controller."""
@@ -190,7 +174,6 @@ class CompareCard(Card):
     def set_seen(self, seen: bool) -> None:
         """Ask only while somebody looks."""
         self._answers.set_seen(seen)
-        self._show_soon()
 
     def choose_design(self, design: Design, chosen: bool) -> None:
         """Compare a design, or no longer."""
@@ -229,7 +212,7 @@ class CompareCard(Card):
     def copy_csv(self) -> None:
         """Copy the numbers, in SI."""
         known = self._known()
-        self._copy(csv_text(compared_rows(known, self._loop), known))
+        self._copy(csv_text(compared_rows(known, self._loop, self._limits.value), known))
 
     def _go_on_keeping(self) -> None:
         """Keep what was to be kept once it flies; give up where something else is proposed."""
@@ -251,12 +234,7 @@ class CompareCard(Card):
         """Ask about what is chosen now."""
         drawn = self.view.currentText() == FREQUENCY
         self._answers.follow(self.chosen, self._trial.step, self._loop if drawn else "")
-        self._show_soon()
-
-    def _show_soon(self) -> None:
-        """Show what is known, once for all that comes in a frame."""
-        if not self._soon.isActive():
-            self._soon.start()
+        self._soon.start()
 
     @property
     def _loop(self) -> str:
@@ -264,24 +242,19 @@ class CompareCard(Card):
         return self.loop.currentData() or ""
 
     def _known(self) -> tuple[Known, ...]:
-        answers, found = self._answers, []
-        limits = {row.name: self._limits.value(row.name) for row in MARGIN_LIMITS}
-        for each in self.chosen:
-            judged = answers.judged(each)
-            weakest = weakest_loop(judged, limits.__getitem__) if judged is not None else None
-            known = answers.predicted(each), judged, answers.refusal(each)
-            found.append(Known(each.name, *known, weakest))
-        return tuple(found)
+        answers = self._answers
+        return tuple(
+            Known(each.name, answers.predicted(each), answers.judged(each), answers.refusal(each))
+            for each in self.chosen
+        )
 
     def _show(self) -> None:
-        """Show what is known now, if somebody looks."""
-        if not self.isVisible():
-            return
+        """Show what is known now."""
         designs = self.chosen
-        known = self._known()
-        self._offer_loops(known)
+        self._offer_loops(designs)
         self.stack.setCurrentIndex(self.view.currentIndex())
-        self._compared = compared_rows(known, self._loop)
+        known = self._known()
+        self._compared = compared_rows(known, self._loop, self._limits.value)
         views: dict[str, Callable[[Sequence[Design]], None]] = {
             STEP: self._show_steps,
             FREQUENCY: self._show_frequency,
@@ -290,18 +263,7 @@ class CompareCard(Card):
         }
         views[self.view.currentText()](designs)
         self._show_legend()
-        self._make_room()
         self.said.say(*self._sentence())
-
-    def _make_room(self) -> None:
-        """Have no legend above a table that is too low: the names stand at its head."""
-        low = self.height() < self.table.minimumSizeHint().height() + HEAD
-        self.legend.setVisible(not (low and self.view.currentText() == TABLE))
-
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Show as much as there is room for."""
-        super().resizeEvent(event)
-        self._make_room()
 
     def _show_legend(self) -> None:
         drawn = {each.label: each for each in self._drawn_entries()}
@@ -333,8 +295,9 @@ class CompareCard(Card):
         step = self._trial.step
         found = {each.name: self._answers.predicted(each) for each in designs}
         drawn = {name for name, each in found.items() if each is not None and not each.lost}
-        names = [*(each.name for each in designs if each.name in drawn), COMMANDED]
-        _keep_order(self.plot, names if step is not None else ())
+        for name in self.plot.names:
+            if step is None or name not in (*drawn, COMMANDED):
+                self.plot.remove_curve(name)
         if step is None:
             self.plot.set_hint("A chirp has no step to be compared")
             return
@@ -343,21 +306,23 @@ class CompareCard(Card):
         self.plot.set_hint("Not known yet: the analyst is asked")
         self.plot.set_axes("time after the step", label, axis.unit)
         self.plot.set_window(0.0, step.duration)
-        for each in designs:
-            known = found[each.name]
-            if known is not None and each.name in drawn:
-                self.plot.set_curve(each.name, known.time, known.response, each.style, each.colour)
         asked = np.array([step.amplitude, step.amplitude])
         self.plot.set_curve(
             COMMANDED, np.array([0.0, step.duration]), asked, CurveStyle.SOLID, COMMAND
         )
+        for each in designs:
+            known = found[each.name]
+            if known is not None and each.name in drawn:
+                self.plot.set_curve(each.name, known.time, known.response, each.style, each.colour)
 
     def _show_frequency(self, designs: Sequence[Design]) -> None:
         """Show the open loop L of each design, as a Bode plot."""
         found = [(each, self._answers.curves(each)) for each in designs]
         names = [each.name for each, known in found if known is not None]
         for plot in (self.magnitude, self.phase):
-            _keep_order(plot, names)
+            for name in plot.names:
+                if name not in names:
+                    plot.remove_curve(name)
             plot.set_hint("Not known yet: the analyst is asked")
         for design, known in found:
             if known is None:
@@ -381,8 +346,8 @@ class CompareCard(Card):
 
     def _rows(self, known: Sequence[Known]) -> tuple[Row, ...]:
         """Return the rows of the table."""
-        compared = compared_rows(known, self._loop)
-        return table_rows(compared, known, self._loop, self._limits.value)
+        limit_of = self._limits.value
+        return table_rows(compared_rows(known, self._loop, limit_of), known, self._loop, limit_of)
 
     def _show_table(self, known: Sequence[Known]) -> None:
         rows = self._rows(known)
@@ -391,14 +356,16 @@ class CompareCard(Card):
         self.table.set_rows(rows)
         self.table.setMinimumWidth(self.table.full_width)
 
-    def _offer_loops(self, designs: Sequence[Known]) -> None:
+    def _offer_loops(self, designs: Sequence[Design]) -> None:
         """Let a loop of any design be chosen; at first the weakest one of what is proposed."""
         found: dict[str, None] = {}
         weakest = ""
         for each in sorted(designs, key=lambda design: design.name != PROPOSED):
-            if each.judged is not None:
-                found |= dict.fromkeys(loop.name for loop in each.judged.loops)
-                weakest = weakest or (each.weakest.name if each.weakest is not None else "")
+            judged = self._answers.judged(each)
+            if judged is not None:
+                found |= dict.fromkeys(loop.name for loop in judged.loops)
+                loop = weakest_loop(judged, self._limits.value)
+                weakest = weakest or (loop.name if loop is not None else "")
         if not found or list(found) == [self.loop.itemData(n) for n in range(self.loop.count())]:
             return
         before = self.loop.currentData() or weakest
@@ -417,13 +384,7 @@ class CompareCard(Card):
         reasons = [f"{each.name}: {why}" for each, why in refused if why]
         if reasons:
             return "; ".join(reasons), "warning"
-        answers = self._answers
-        missing = [
-            each
-            for each in answers.missing
-            if answers.judged(each) is None
-            or (self._trial.step is not None and answers.predicted(each) is None)
-        ]
+        missing = self._answers.missing
         if missing:
             what = self._preparing if any(each.controller for each in missing) else ""
             names = ", ".join(each.name for each in missing)
@@ -462,8 +423,6 @@ class CompareCard(Card):
     def _fill_use(self, menu: QMenu) -> None:
         for each in self.chosen:
             self._add_uses(menu, each)
-        menu.addSeparator()
-        self._fill_copy(menu)
 
     def _add_uses(self, menu: QMenu, design: Design) -> None:
         """Offer what can be done with a design."""
@@ -477,8 +436,8 @@ class CompareCard(Card):
             keep.setEnabled(profile(design.name) != profile(KEPT))
 
     def _fill_copy(self, menu: QMenu) -> None:
-        _action(menu, "Copy the table as &text", lambda _: self.copy_text())
-        _action(menu, "Copy the table as &CSV, in SI units", lambda _: self.copy_csv())
+        _action(menu, "Table as &text", lambda _: self.copy_text())
+        _action(menu, "Table as &CSV, in SI units", lambda _: self.copy_csv())
 
     def _copy(self, text: str) -> None:
         clipboard = QGuiApplication.clipboard()
@@ -501,11 +460,6 @@ class CompareCard(Card):
         menu.popup(event.globalPos())
 
     def _lay_out(self) -> None:
-        for box in (self.view, self.loop):
-            box.setSizeAdjustPolicy(
-                QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-            )
-            box.setMinimumContentsLength(4)
         self.view.addItems(VIEWS)
         self.view.setAccessibleName("What is shown")
         self.view.setToolTip("What is shown of the designs")
@@ -514,7 +468,9 @@ class CompareCard(Card):
         self.legend.setAccessibleName("Designs, and what differs from the kept gains")
         for plot in (self.plot, self.magnitude, self.phase):
             _without_head(plot)
-        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        for plot, label, unit in ((self.magnitude, "|L|", "dB"), (self.phase, "∠L", "rad")):
+            plot.set_axes("frequency", label, unit, "rad/s")
+            plot.set_scales(Scale.LOGARITHMIC)
         area = QScrollArea()
         area.setWidgetResizable(True)
         area.setFrameShape(QFrame.Shape.NoFrame)
@@ -527,24 +483,11 @@ class CompareCard(Card):
         line.setSpacing(SPACING)
         for box in (self.view, self.loop):
             line.addWidget(box, 1)
-        for button in (self.choose, self.use):
+        for button in (self.choose, self.use, self.copy):
             line.addWidget(button)
         self.body.addLayout(line)
         self.body.addWidget(self.legend)
         self.body.addWidget(self.stack, 1)
-
-
-def _keep_order(plot: StaticPlot, names: Sequence[str]) -> None:
-    """Take away curves that are not named, and all where they do not stand in that order.
-
-    Their numbers are those of their order, which is that of the designs.
-    """
-    kept = [name for name in plot.names if name in names]
-    if kept != list(names[: len(kept)]):
-        plot.clear()
-    for name in plot.names:
-        if name not in names:
-            plot.remove_curve(name)
 
 
 def _without_head(plot: StaticPlot) -> None:

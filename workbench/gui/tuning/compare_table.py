@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from workbench.analysis.replies import Judged, JudgedLoop, Predicted
 from workbench.design.metrics import find_metric
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS, STEP_LIMITS, Limit
-from workbench.gui.tuning.margins_card import LimitOf, loop_label, short_label
+from workbench.gui.tuning.margins_card import LimitOf, loop_label, short_label, weakest_loop
 from workbench.gui.tuning.table_rows import BEST, Cell, Row
 
 DASH = "–"
@@ -23,14 +23,12 @@ class Known:
         predicted: its step, None where it is not known, or there is none.
         judged: its margins, None where they are not known.
         said: why something is not known, "" where it will be.
-        weakest: its loop that has least to spare of the limits, None where none is known.
     """
 
     name: str
     predicted: Predicted | None = None
     judged: Judged | None = None
     said: str = ""
-    weakest: JudgedLoop | None = None
 
     def loop(self, name: str) -> JudgedLoop | None:
         """Return a loop of it, None where it has none of that name, or is not known."""
@@ -69,22 +67,25 @@ class Compared:
 
     def row(self, most: float) -> Row:
         """Return it as a row of a table; `most` is its limit as shown."""
-        cells, best = [], self.best
+        cells = []
         for place, (value, help) in enumerate(zip(self.values, self.help, strict=True)):
             over = not math.isnan(value) and not self.limit.keeps(value, most)
-            marked = BEST if place == best else ""
+            marked = BEST if place == self.best else ""
             cells.append(Cell(self.limit.text(value), over=over, help=help, marked=marked))
         return Row(self.label, tuple(cells))
 
 
-def compared_rows(designs: Sequence[Known], loop: str) -> tuple[Compared, ...]:
+def compared_rows(designs: Sequence[Known], loop: str, limit_of: LimitOf) -> tuple[Compared, ...]:
     """Return the numbers of designs: of the step, of each one's weakest loop, and of one loop.
 
     Args:
         designs: a column each.
         loop: name of the loop that is looked at.
+        limit_of: gives a limit by its name, as shown; by these the weakest loop is found.
     """
-    weakest = [each.weakest for each in designs]
+    weakest = [
+        weakest_loop(each.judged, limit_of) if each.judged is not None else None for each in designs
+    ]
     chosen = [each.loop(loop) for each in designs]
     return (
         *(_of_step(limit, designs) for limit in STEP_LIMITS),
@@ -107,7 +108,8 @@ def table_rows(
     rows = [each.row(limit_of(each.limit.name)) for each in compared]
     cells = []
     for each in designs:
-        name = short_label(each.weakest.name) if each.weakest is not None else DASH
+        weakest = weakest_loop(each.judged, limit_of) if each.judged is not None else None
+        name = short_label(weakest.name) if weakest is not None else DASH
         help = f"{each.name}: {_why(each) or 'the loop that has least to spare of its limits'}"
         if each.judged is not None and not each.judged.stable:
             name, help = "unstable", f"{each.name}: {each.judged.said}"

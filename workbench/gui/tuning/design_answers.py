@@ -8,6 +8,7 @@ from workbench.analysis.questions import (
     AskOther,
     DrawFrequency,
     Judge,
+    LoadStep,
     Predict,
     Question,
     Step,
@@ -31,7 +32,7 @@ REST = 200
 asks about the proposed gains all the time, and its answers are heard."""
 ACTUATOR = "actuator"
 """Where loops are cut that are compared, as their margins are."""
-About = Step | str | None
+About = Step | LoadStep | str | None
 """What is asked: a step, the curves of the loop of a name, or with None the margins."""
 Asked = tuple[Key, About]
 Answer = Judged | Predicted | FrequencyCurves
@@ -54,8 +55,6 @@ class DesignAnswers(QObject):
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._known: dict[Asked, Answer] = {}
-        self._newest: dict[tuple[str, About], Answer] = {}
-        self._names: dict[Key, str] = {}
         self._refused: dict[Asked, str] = {}
         self._designs: tuple[Design, ...] = ()
         self._step: Step | None = None
@@ -80,7 +79,7 @@ class DesignAnswers(QObject):
 
     def clear(self) -> None:
         """Forget all: another flight begins, or another controller flies."""
-        self._known, self._refused, self._newest, self._names = {}, {}, {}, {}
+        self._known, self._refused = {}, {}
         for each in self._followers.values():
             each.forget()
         self._rest.start()
@@ -103,34 +102,22 @@ class DesignAnswers(QObject):
             loop: whose curves over frequency are drawn, of those that have it; "" for none.
         """
         self._designs, self._step, self._loop = tuple(designs), step, loop
-        self._names |= {each.key: each.name for each in self._designs}
-        for key in [*self._names][: max(0, len(self._names) - MOST)]:
-            del self._names[key]
-        self._ask(DrawFrequency)  # which nobody else asks about what a slider proposes
         self._rest.start()
 
     def judged(self, design: Design) -> Judged | None:
-        """Return how stable a design is, None while it is not known.
-
-        While its gains move faster than answers come, the newest answer stands for it.
-        """
-        known = self._answer(design, None)
+        """Return how stable a design is, None while it is not known."""
+        known = self._known.get((design.key, None))
         return known if isinstance(known, Judged) else None
 
     def predicted(self, design: Design) -> Predicted | None:
-        """Return the step of a design, likewise."""
-        known = self._answer(design, self._step)
+        """Return the step of a design, None while it is not known."""
+        known = self._known.get((design.key, self._step))
         return known if isinstance(known, Predicted) else None
 
     def curves(self, design: Design) -> FrequencyCurves | None:
-        """Return the loop of a design over frequency, likewise."""
-        known = self._answer(design, self._loop)
+        """Return the loop of a design over frequency, None while it is not known."""
+        known = self._known.get((design.key, self._loop))
         return known if isinstance(known, FrequencyCurves) else None
-
-    def _answer(self, design: Design, about: About) -> Answer | None:
-        if (design.key, about) in self._refused:
-            return None
-        return self._known.get((design.key, about)) or self._newest.get((design.name, about))
 
     def refusal(self, design: Design) -> str:
         """Return why something of a design is not known, "" where it is or will be."""
@@ -155,8 +142,8 @@ class DesignAnswers(QObject):
         done = self._known.keys() | self._refused.keys()
         return [each for each in self._wanted(design) if each not in done]
 
-    def _ask(self, *kinds: type) -> None:
-        """Ask the next question of each kind, or of some kinds."""
+    def _ask(self) -> None:
+        """Ask the next question of each kind."""
         asked: set[type] = set()
         for design in self._designs if self._seen else ():
             for _, about in self._open(design):
@@ -164,17 +151,14 @@ class DesignAnswers(QObject):
                 asks: Question = question
                 if design.controller:
                     asks = AskOther(design.controller, question)
-                if type(asks) not in asked and type(asks) in (kinds or self._followers):
+                if type(asks) not in asked:
                     asked.add(type(asks))
                     self._followers[type(asks)].ask(asks)
 
     def _hear(self, reply: Answer | OtherAnswered) -> None:
         controller = reply.asked.controller if isinstance(reply, OtherAnswered) else ""
         answer = reply.answer if isinstance(reply, OtherAnswered) else reply
-        key, about = _asked(controller, answer)
-        self._known[key, about] = answer
-        if key in self._names:
-            self._newest[self._names[key], about] = answer
+        self._known[_asked(controller, answer)] = answer
         wanted = {each for design in self._designs for each in self._wanted(design)}
         unwanted = [each for each in self._known if each not in wanted]
         for old in unwanted[: max(0, len(self._known) - MOST)]:
@@ -192,7 +176,7 @@ class DesignAnswers(QObject):
 def _question(design: Design, about: About) -> Judge | Predict | DrawFrequency:
     if about is None:
         return Judge(design.gains)
-    if isinstance(about, Step):
+    if isinstance(about, Step | LoadStep):
         return Predict(design.gains, about)
     return DrawFrequency(design.gains, about)
 

@@ -131,17 +131,24 @@ class Designs(QObject):
         return gains_text(gains, kept, same="as kept", most=1)
 
     def flight_name(self, time: float, gains: Mapping[str, float]) -> str:
-        """Return how gains are called that flew at a simulated time [s].
+        """Return how gains are called that flew at a simulated time [s], and when that was.
 
-        By the slot or the kept set that has the same gains now, else as tried; by their controller
-        where that is another one now.
+        By the slot or the kept set that has the same gains now, else as tried, with what differs
+        from the kept ones; by their controller where that is another one now.
         """
         before = [each for each in self._flown if each.since <= time]
         controller = before[-1].controller if before else self._others.present
+        name, note = TRIED, ""
         if controller != self._others.present:
-            return controller_label(controller)
-        names = (name for name, values in self._sets().items() if values == gains)
-        return next((name for name in names if name not in (FLOWN, PROPOSED)), TRIED)
+            name = controller_label(controller)
+        else:
+            for each, values in self._sets().items():
+                if each not in (FLOWN, PROPOSED) and values == gains:
+                    name = each
+                    break
+            else:
+                note = f" ({self.differs(gains)})"
+        return f"{name} at {simulated_text(time, 1)}{note}"
 
     def gains_list(self, gains: Mapping[str, float]) -> tuple[str, ...]:
         """Return a line for each gain by which a set differs from the kept ones."""
@@ -179,7 +186,7 @@ class Designs(QObject):
             CurveStyle.DASHED,
             colour,
             name,
-            "",
+            "own gains",
             (said, "limits and filters as they fly"),
         )
 

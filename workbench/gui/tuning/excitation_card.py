@@ -1,28 +1,39 @@
-"""The card that makes the drone answer: axis, shape, size and period of a command."""
+"""The card that makes the drone answer: by a command, a load, a gust, the wind or a fault."""
 
 from dataclasses import replace
 
 from PyQt6.QtCore import QSignalBlocker, Qt, pyqtSignal
 from PyQt6.QtGui import QKeySequence, QShortcut
-from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QPushButton, QWidget
+from PyQt6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QGridLayout,
+    QPushButton,
+    QStackedWidget,
+    QTabBar,
+    QWidget,
+)
 
 from workbench.control.mode import FlightMode
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.card import SPACING, Card
 from workbench.gui.tuning.excitation_form import (
+    KINDS,
     LEAST,
     PERIODS,
     ExcitationChoice,
     keep_choice,
     load_choice,
+    load_kind,
     reach_text,
 )
+from workbench.gui.tuning.fault_form import FaultForm
+from workbench.gui.tuning.wind_form import WindForm
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
-from workbench.scenario.axes import AXIS_ROWS, find_axis
-from workbench.scenario.excitation import Shape
+from workbench.scenario.loads import Load, find_excited
 from workbench.scenario.parameters import parameter_table
 
 WIDTHS = (50, 94, 102, 82)
@@ -30,11 +41,14 @@ WIDTHS = (50, 94, 102, 82)
 KEY = "Ctrl+E"
 """Starts and stops."""
 GROUNDED = (FlightMode.OFF, FlightMode.ARMED)
+TABS = "QTabBar::tab { padding: 4px 6px; margin-right: 0; }"
+WIND, FAULT = len(KINDS), len(KINDS) + 1
+"""Tabs behind those of the kinds of excitation."""
 BUSY = (FlightMode.TAKING_OFF, FlightMode.LANDING)
 
 
 class ExcitationCard(Card):
-    """Starts and stops an excitation of the flight.
+    """Starts and stops an excitation of the flight, sets its wind, and lets its parts fail.
 
     Args:
         workspace: its flight is excited, its preferences keep the choice.
@@ -48,17 +62,26 @@ class ExcitationCard(Card):
         super().__init__("Excitation", parent)
         self._flight = workspace.flight
         self._preferences = workspace.preferences
-        self.choice = load_choice(workspace.preferences.store)
+        store = workspace.preferences.store
+        self._choices = {kind.name: load_choice(store, kind) for kind in KINDS}
+        self.choice = self._choices[load_kind(store).name]
         self._running = False
         self._mode = FlightMode.OFF
         self._seen: tuple[object, ...] = ()
+        self.tabs = QTabBar()
+        for kind in KINDS:
+            self.tabs.setTabToolTip(self.tabs.addTab(kind.name), kind.help)
+        self.tabs.setTabToolTip(self.tabs.addTab("Wind"), "Wind and turbulence that stay")
+        self.tabs.setTabToolTip(self.tabs.addTab("Fault"), "A rotor or a sensor that fails")
         self.axis = QComboBox()
-        self.axis.addItems([axis.name for axis in AXIS_ROWS])
         self.shape = QComboBox()
-        self.shape.addItems([shape.value for shape in Shape])
+        self.axis.setAccessibleName("Axis")
+        self.shape.setAccessibleName("Shape")
         self.amplitude = NumberField("Amplitude", 2, 0.1)
         self.period = NumberField("Period", 2, 0.1)
-        self.period.set_range(Unit("s"), *PERIODS)
+        self.wind = WindForm(workspace)
+        self.fault = FaultForm(workspace)
+        self.pages = QStackedWidget()
         self.repeats = QCheckBox("&Repeat")
         self.repeats.setToolTip("Begin again when it is over, until it is stopped")
         self.button = dressed(QPushButton("Start"), "primary")
@@ -66,7 +89,11 @@ class ExcitationCard(Card):
         self.take_off.setToolTip("The drone must fly before it can be excited")
         self.take_off.setVisible(False)
         self._lay_out()
-        self._show_choice()
+        self.tabs.setCurrentIndex(KINDS.index(self.choice.kind))
+        self._show_kind()
+        self.tabs.currentChanged.connect(self._choose_tab)
+        self.fault.changed.connect(lambda: self._show_state(self._flight.view))
+        self.wind.speed.refused.connect(lambda _: self._show_state(self._flight.view))
         self.axis.activated.connect(self._choose_axis)
         self.shape.activated.connect(self._choose_shape)
         self.amplitude.edited.connect(self._choose_amplitude)
@@ -102,18 +129,24 @@ class ExcitationCard(Card):
         """Start the excitation, or stop it; takes no notice where the drone cannot fly it."""
         if self._running:
             self._flight.order(lambda live: live.stop_exciting())
-        elif self.button.isEnabled():
+        elif self.button.isEnabled() and self.tabs.currentIndex() < len(KINDS):
             excitation = self.choice.excitation
             self._flight.order(lambda live: live.excite(excitation))
 
     def _take_off(self) -> None:
         self._flight.order(lambda live: live.request("take_off"))
 
+    def _choose_tab(self, index: int) -> None:
+        if index < len(KINDS):
+            self._take(self._choices[KINDS[index].name])
+        self._show_kind()
+        self._show_state(self._flight.view)
+
     def _choose_axis(self, index: int) -> None:
-        self._take(replace(self.choice, axis=AXIS_ROWS[index].name))
+        self._take(replace(self.choice, axis=self.choice.kind.rows[index].name))
 
     def _choose_shape(self, index: int) -> None:
-        self._take(replace(self.choice, shape=tuple(Shape)[index]))
+        self._take(replace(self.choice, shape=self.choice.kind.shapes[index]))
 
     def _choose_amplitude(self, amplitude: float) -> None:
         self._take(self.choice.with_amplitude(amplitude))
@@ -121,21 +154,44 @@ class ExcitationCard(Card):
     def _take(self, choice: ExcitationChoice) -> None:
         if choice == self.choice:
             return
-        self.choice = choice
+        other = choice.kind is not self.choice.kind
+        self.choice = self._choices[choice.kind.name] = choice
         keep_choice(self._preferences.store, choice)
         self._show_choice()
         self._show_state(self._flight.view)
         self.chosen.emit(choice)
-        if self._running:  # what runs is what is shown
+        if self._running and not other:  # what runs is what is shown
             excitation = choice.excitation
             self._flight.order(lambda live: live.excite(excitation))
 
+    def _show_kind(self) -> None:
+        """Show the fields of the chosen tab."""
+        index, kind = self.tabs.currentIndex(), self.choice.kind
+        self.pages.setCurrentIndex(max(0, index - len(KINDS) + 1))
+        if index >= len(KINDS):
+            return
+        for box, names in (
+            (self.axis, [kind.label(row) for row in kind.rows]),
+            (self.shape, [shape.value for shape in kind.shapes]),
+        ):
+            with QSignalBlocker(box):
+                box.clear()
+                box.addItems(names)
+            box.setEnabled(len(names) > 1)
+        self._time_label.setText(kind.time)
+        self.period.setAccessibleName(kind.time.replace("&", ""))
+        self.period.set_range(Unit("s"), kind.shortest, PERIODS[1])
+        self._show_choice()
+
     def _show_choice(self) -> None:
-        choice, axis = self.choice, find_axis(self.choice.axis)
-        self.axis.setCurrentIndex(AXIS_ROWS.index(axis))
-        self.shape.setCurrentIndex(tuple(Shape).index(choice.shape))
+        choice, axis = self.choice, find_excited(self.choice.axis)
+        self.axis.setCurrentIndex(choice.kind.find(choice.axis))
+        self.axis.setToolTip(axis.label)
+        self.shape.setCurrentIndex(choice.kind.shapes.index(choice.shape))
         row = parameter_table().find(axis.limit)
-        most = self._flight.view.values.get(axis.limit, row.maximum)
+        most = row.maximum
+        if not isinstance(axis, Load):  # the parameter that bounds a load is the load itself
+            most = self._flight.view.values.get(axis.limit, most)
         self.amplitude.set_range(unit_for(axis.unit, self._preferences), -most, most, LEAST)
         self.amplitude.show_si(min(max(choice.amplitude, -most), most))
         self.period.show_si(choice.period)
@@ -145,6 +201,7 @@ class ExcitationCard(Card):
     def begin(self) -> None:
         """Take the limits of another flight."""
         self._running, self._mode = False, FlightMode.OFF
+        self.fault.begin(self._flight.view.values)
         self._show_choice()
         limited = self.amplitude.si
         if abs(limited) >= LEAST and limited != self.choice.amplitude:
@@ -153,13 +210,23 @@ class ExcitationCard(Card):
 
     def _show_state(self, view: LiveView) -> None:
         flies = view.snapshot is not None and self._mode not in (*GROUNDED, *BUSY)
-        self.button.setText("Stop" if self._running else "Start")
+        excites = self.tabs.currentIndex() < len(KINDS)
+        for part, shown in (
+            *((each, excites or self._running) for each in (self.repeats, self.button)),
+            *((each, self.tabs.currentIndex() == WIND) for each in self.wind.buttons),
+            *((each, self.tabs.currentIndex() == FAULT) for each in self.fault.buttons),
+        ):
+            part.setVisible(shown)
+        self.wind.set_enabled(view.snapshot is not None)
+        self.button.setText("Stop" if self._running else self.choice.kind.start)
         set_class(self.button, "" if self._running else "primary")
         faults = self.amplitude.fault or self.period.fault
         self.button.setEnabled(self._running or (flies and not faults))
-        self.take_off.setVisible(view.snapshot is not None and self._mode in GROUNDED)
+        self.take_off.setVisible(view.snapshot is not None and excites and self._mode in GROUNDED)
         if view.snapshot is None:
             self.said.say("Nothing flies yet.")
+        elif not excites and not self._running:
+            self._say_disturbed(view)
         elif view.exciting is not None and view.exciting.returning:
             self.said.say("Flying back to where it began.", "good")
         elif self._running:
@@ -175,11 +242,21 @@ class ExcitationCard(Card):
         else:
             self.said.say(reach_text(self.choice.excitation) or "Ready.")
 
+    def _say_disturbed(self, view: LiveView) -> None:
+        """Say what blows, or what has failed."""
+        if self.tabs.currentIndex() == WIND:
+            self.said.say(self.wind.speed.fault or "It blows until it is set again.")
+        elif self.fault.said:
+            self.said.say(f"Failed: {self.fault.said}.", "warning")
+        else:
+            self.said.say("Nothing has failed.")
+
     def _fields(self) -> tuple[QWidget, ...]:
         return self.axis, self.shape, self.amplitude, self.period
 
     def _lay_out(self) -> None:
-        for part in (self.repeats, self.take_off, self.button):
+        parts = (*self.wind.buttons, *self.fault.buttons, self.repeats, self.take_off, self.button)
+        for part in parts:
             self.head.addWidget(part)
         for box in (self.axis, self.shape):
             box.setSizeAdjustPolicy(
@@ -187,17 +264,29 @@ class ExcitationCard(Card):
             )
         for field, width in zip(self._fields(), WIDTHS, strict=True):
             field.setMinimumWidth(width)
-        grid = QGridLayout()
+        self.tabs.setStyleSheet(TABS)
+        self.tabs.setDrawBase(False)
+        self.tabs.setExpanding(False)
+        self.tabs.setUsesScrollButtons(False)
+        self.tabs.setAccessibleName("Kind of excitation")
+        excitation = QWidget()
+        for page in (excitation, self.wind, self.fault):
+            self.pages.addWidget(page)
+        grid = QGridLayout(excitation)
+        grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(SPACING)
         grid.setVerticalSpacing(4)
         for column, (text, widget) in enumerate(
             (("A&xis", self.axis), ("&Shape", self.shape), ("&Amplitude", self.amplitude),
              ("&Period", self.period))
         ):  # fmt: skip
-            grid.addWidget(buddy(text, widget), 0, column)
+            label = buddy(text, widget)
+            grid.addWidget(label, 0, column)
             grid.addWidget(widget, 1, column)
             grid.setColumnStretch(column, WIDTHS[column])
-        self.body.addLayout(grid)
+        self._time_label = label  # the last one, of the period
+        self.body.addWidget(self.tabs)
+        self.body.addWidget(self.pages)
         order = (*self._fields(), self.repeats)
         for one, other in zip(order, (*order[1:], self.take_off), strict=True):
             QWidget.setTabOrder(one, other)

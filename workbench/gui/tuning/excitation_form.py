@@ -4,15 +4,117 @@ from dataclasses import dataclass, replace
 
 from PyQt6.QtCore import QSettings
 
-from workbench.common.errors import WorkbenchError
-from workbench.scenario.axes import AXIS_ROWS, find_axis
+from workbench.common.errors import WorkbenchError, find_row
+from workbench.scenario.axes import AXIS_ROWS, Axis
 from workbench.scenario.excitation import Excitation, Shape
+from workbench.scenario.loads import GUST_ROWS, PUSH_ROWS, Load, find_excited
 
 GROUP = "tuning/excitation"
+KIND = f"{GROUP}/kind"
+"""Where the last kind is kept."""
 PERIODS = (0.2, 30.0)
 """That may be asked for [s]."""
+SHORTEST_PUSH = 0.1
+"""[s]."""
 LEAST = 0.01
 """Amplitude that still says something, in the axis' unit."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of excitation.
+
+    Attributes:
+        name: on its tab.
+        rows: what it moves.
+        shapes: that it may have.
+        period: that is proposed first [s].
+        shortest: period that may be asked for [s].
+        start: what begins it, on the button.
+        stronger: the amplitudes proposed first, over those of its rows.
+        repeats: whether it begins again, at first.
+        help: what it is.
+        time: the label of the period.
+    """
+
+    name: str
+    rows: tuple[Axis | Load, ...]
+    shapes: tuple[Shape, ...]
+    period: float
+    shortest: float
+    start: str
+    stronger: float
+    repeats: bool
+    help: str
+    time: str = "&Period"
+
+    def label(self, row: Axis | Load) -> str:
+        """Return the short name of a row among those of the kind."""
+        return row.name.rpartition("_")[2]
+
+    def find(self, name: str) -> int:
+        """Return the place of a row among those of the kind; -1 if it is none."""
+        return [row.name for row in self.rows].index(name)
+
+
+STEPS = (Shape.STEP, Shape.DOUBLET, Shape.SQUARE)
+KINDS = (
+    Kind(
+        "Setpoint",
+        AXIS_ROWS,
+        (*STEPS, Shape.CHIRP),
+        2.0,
+        PERIODS[0],
+        "Start",
+        1.0,
+        True,
+        "A velocity or a yaw rate that is asked for",
+    ),
+    Kind(
+        "Load",
+        PUSH_ROWS,
+        STEPS,
+        4.0,
+        PERIODS[0],
+        "Start",
+        1.0,
+        True,
+        "A force at the centre of mass or a torque that comes and stays for the period",
+    ),
+    Kind(
+        "Push",
+        PUSH_ROWS,
+        (Shape.PULSE,),
+        0.2,
+        SHORTEST_PUSH,
+        "Push now",
+        5.0,
+        False,
+        "A force at the centre of mass or a torque for a moment",
+        "&Duration",
+    ),
+    Kind(
+        "Gust",
+        GUST_ROWS,
+        (Shape.PULSE,),
+        1.0,
+        PERIODS[0],
+        "Gust now",
+        1.0,
+        False,
+        "Wind that rises to the amplitude and falls within the duration",
+        "&Duration",
+    ),
+)
+
+
+def find_kind(name: str) -> Kind:
+    """Return the kind of a name.
+
+    Raises:
+        WorkbenchError: if there is none.
+    """
+    return find_row("kind of excitation", name, KINDS)
 
 
 @dataclass(frozen=True)
@@ -22,9 +124,10 @@ class ExcitationChoice:
     Attributes:
         axis: its name.
         shape: over time.
-        amplitudes: of all axes, in their order.
+        amplitudes: of all axes of its kind, in their order.
         period: [s].
         repeats: whether it begins again.
+        kind: of excitation.
     """
 
     axis: str = AXIS_ROWS[0].name
@@ -32,11 +135,12 @@ class ExcitationChoice:
     amplitudes: tuple[float, ...] = tuple(axis.amplitude for axis in AXIS_ROWS)
     period: float = 2.0
     repeats: bool = True
+    kind: Kind = KINDS[0]
 
     @property
     def amplitude(self) -> float:
         """Of the chosen axis."""
-        return self.amplitudes[AXIS_ROWS.index(find_axis(self.axis))]
+        return self.amplitudes[self.kind.find(self.axis)]
 
     @property
     def excitation(self) -> Excitation:
@@ -45,14 +149,24 @@ class ExcitationChoice:
 
     def with_amplitude(self, amplitude: float) -> "ExcitationChoice":
         """Return the choice with another amplitude along its axis."""
-        place = AXIS_ROWS.index(find_axis(self.axis))
+        place = self.kind.find(self.axis)
         values = (*self.amplitudes[:place], amplitude, *self.amplitudes[place + 1 :])
         return replace(self, amplitudes=values)
 
 
+def first_choice(kind: Kind) -> ExcitationChoice:
+    """Return what a kind proposes first."""
+    sizes = tuple(kind.stronger * row.amplitude for row in kind.rows)
+    return ExcitationChoice(
+        kind.rows[0].name, kind.shapes[0], sizes, kind.period, kind.repeats, kind
+    )
+
+
 def reach_text(excitation: Excitation) -> str:
-    """Return how far the command leads the drone along its axis, in words; "" for yaw."""
-    axis = find_axis(excitation.axis)
+    """Return how far the command leads the drone along its axis, in words; "" for what turns."""
+    axis = find_excited(excitation.axis)
+    if isinstance(axis, Load):
+        return ""
     if axis.place is None or excitation.shape is Shape.CHIRP:
         return ""
     share = 1.0 if excitation.shape is Shape.STEP else 0.5
@@ -60,30 +174,48 @@ def reach_text(excitation: Excitation) -> str:
     return f"{way:.1f} m along {axis.name}, and back".replace("-", "−")
 
 
-def load_choice(store: QSettings) -> ExcitationChoice:
-    """Return the choice that was kept; the default one where nothing sensible is."""
-    default = ExcitationChoice()
+def load_kind(store: QSettings) -> Kind:
+    """Return the kind that was kept; setpoints where nothing sensible is."""
     try:
-        axis = find_axis(str(store.value(f"{GROUP}/axis", default.axis))).name
-        shape = Shape(str(store.value(f"{GROUP}/shape", default.shape.value)))
-        period = float(str(store.value(f"{GROUP}/period", default.period)))
+        return find_kind(str(store.value(KIND, KINDS[0].name)))
+    except WorkbenchError:  # another version wrote it, or an editor
+        return KINDS[0]
+
+
+def load_choice(store: QSettings, kind: Kind = KINDS[0]) -> ExcitationChoice:
+    """Return the choice of a kind that was kept; the default one where nothing sensible is."""
+    default, group = first_choice(kind), _group(kind)
+    try:
+        axis = str(store.value(f"{group}/axis", default.axis))
+        kind.find(axis)
+        shape = Shape(str(store.value(f"{group}/shape", default.shape.value)))
+        period = float(str(store.value(f"{group}/period", default.period)))
         sizes = tuple(
-            float(str(store.value(f"{GROUP}/amplitude_{axis.name}", axis.amplitude)))
-            for axis in AXIS_ROWS
+            float(str(store.value(f"{group}/amplitude_{row.name}", size)))
+            for row, size in zip(kind.rows, default.amplitudes, strict=True)
         )
     except (ValueError, WorkbenchError):  # another version wrote it, or an editor
         return default
-    repeats = str(store.value(f"{GROUP}/repeats", default.repeats)).lower() == "true"
-    if not PERIODS[0] <= period <= PERIODS[1] or any(size == 0.0 for size in sizes):
+    repeats = str(store.value(f"{group}/repeats", default.repeats)).lower() == "true"
+    if not kind.shortest <= period <= PERIODS[1] or any(size == 0.0 for size in sizes):
         return default
-    return ExcitationChoice(axis, shape, sizes, period, repeats)
+    if shape not in kind.shapes:
+        return default
+    return ExcitationChoice(axis, shape, sizes, period, repeats, kind)
 
 
 def keep_choice(store: QSettings, choice: ExcitationChoice) -> None:
-    """Keep a choice for the next start."""
-    store.setValue(f"{GROUP}/axis", choice.axis)
-    store.setValue(f"{GROUP}/shape", choice.shape.value)
-    store.setValue(f"{GROUP}/period", choice.period)
-    store.setValue(f"{GROUP}/repeats", choice.repeats)
-    for axis, amplitude in zip(AXIS_ROWS, choice.amplitudes, strict=True):
-        store.setValue(f"{GROUP}/amplitude_{axis.name}", amplitude)
+    """Keep a choice, and its kind, for the next start."""
+    group = _group(choice.kind)
+    store.setValue(KIND, choice.kind.name)
+    store.setValue(f"{group}/axis", choice.axis)
+    store.setValue(f"{group}/shape", choice.shape.value)
+    store.setValue(f"{group}/period", choice.period)
+    store.setValue(f"{group}/repeats", choice.repeats)
+    for row, amplitude in zip(choice.kind.rows, choice.amplitudes, strict=True):
+        store.setValue(f"{group}/amplitude_{row.name}", amplitude)
+
+
+def _group(kind: Kind) -> str:
+    """Return where choices of a kind are kept; those of setpoints stand where they always did."""
+    return GROUP if kind is KINDS[0] else f"{GROUP}/{kind.name.lower()}"

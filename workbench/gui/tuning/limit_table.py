@@ -1,7 +1,7 @@
 """The table of what a response and a loop should keep: a row makes a field and a word."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from workbench.common.errors import find_row
 
@@ -28,6 +28,7 @@ class Limit:
         maximum: as shown.
         decimals: as shown.
         help: what the number is.
+        number: its name in what was measured, where that is another one.
     """
 
     name: str
@@ -41,6 +42,11 @@ class Limit:
     maximum: float
     decimals: int
     help: str
+    number: str = ""
+
+    def of(self, numbers: object) -> float:
+        """Return the number among those that were measured."""
+        return float(getattr(numbers, self.number or self.name))
 
     def shown(self, value: float) -> float:
         """Return a number as it is shown."""
@@ -110,6 +116,45 @@ STEP_LIMITS = (
     _step("peak_rotor_use", "Rotor use", "%", (100.0, 95.0, 1.0, 100.0), 1, "of the speed limit"),
 )
 DEGREES = 180.0 / math.pi
+
+
+def _peak(response: str, unit: str, shown: tuple[float, float, float, float], help: str) -> Limit:
+    """Return the row of how far a load moves the drone."""
+    row = _step(f"peak_{response}", "Peak", unit, shown, 3, help)
+    return replace(row, number="peak")
+
+
+LOAD_PEAKS = {
+    "m": _peak("position", "m", (1.0, 0.5, 0.001, 100.0), "farthest from where it was"),
+    "rad": _peak("angle", "°", (DEGREES, 5.0, 0.01, 180.0), "farthest from where it was"),
+    "rad/s": _peak("rate", "°/s", (DEGREES, 20.0, 0.01, 1e3), "fastest turn"),
+}
+"""By the SI unit of what a load moves."""
+LOAD_LIMITS = (
+    replace(
+        _step(
+            "load_settling_time",
+            "Settling time",
+            "s",
+            (1.0, 4.0, 0.01, 60.0),
+            3,
+            "until within 5 % of the peak of its steady state",
+        ),
+        number="settling_time",
+    ),
+    replace(
+        _step(
+            "load_steady_state_error",
+            "Steady error",
+            "%",
+            (1.0, 100.0, 0.0, 100.0),
+            1,
+            "of the peak, what is left; a law with integral action leaves nothing",
+        ),
+        number="steady_state_error",
+    ),
+    STEP_LIMITS[-1],
+)
 MARGIN_LIMITS = (
     _margin(
         "gain_margin",
@@ -133,7 +178,7 @@ MARGIN_LIMITS = (
         "disk_margin", "disk", "", (1.0, 0.6, 0.0, 2.0), 2, "gain and phase together: α, at most 2"
     ),
 )
-LIMITS = (*STEP_LIMITS, *MARGIN_LIMITS)
+LIMITS = (*STEP_LIMITS, *LOAD_PEAKS.values(), *LOAD_LIMITS[:-1], *MARGIN_LIMITS)
 
 
 def find_limit(name: str) -> Limit:

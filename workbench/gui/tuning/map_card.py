@@ -498,7 +498,7 @@ class MapCard(Card):
         step, gains = self._trial.step, self._trial.judged
         x, y = self.across.currentData(), self.upwards.currentData()
         if step is None:
-            self.said.say("A chirp has no step to measure.")
+            self.said.say("Choose a step of a setpoint: a chirp or a load has none.")
         elif not gains or not x:
             self.said.say("Nothing flies yet.")
         elif x == y:

@@ -10,29 +10,29 @@ from PyQt6.QtGui import QPainter, QPaintEvent, QPen, QPolygonF
 from PyQt6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 from pyqtgraph.functions import arrayToQPolygonF
 
-from workbench.analysis.questions import Step
-from workbench.analysis.replies import Predicted, StepNumbers
+from workbench.analysis.questions import LoadStep, Step
+from workbench.analysis.replies import LoadNumbers, Predicted, StepNumbers
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plot import StaticPlot
-from workbench.gui.home.clock_card import simulated_text
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card
-from workbench.gui.tuning.designs import TRIED, Designs
+from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.excitation_form import ExcitationChoice
-from workbench.gui.tuning.limit_table import STEP_LIMITS, Limit
+from workbench.gui.tuning.limit_table import LOAD_LIMITS, LOAD_PEAKS, STEP_LIMITS, Limit
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.limits_form import LimitsForm
 from workbench.gui.tuning.marks import TONES, draw_mark
 from workbench.gui.tuning.number_table import NumberTable
 from workbench.gui.tuning.rounds import StepPart, step_parts
-from workbench.gui.tuning.step_measure import SAME, measure_step
+from workbench.gui.tuning.step_measure import SAME, measure_load, measure_step
 from workbench.gui.tuning.table_rows import Cell, Row, State
 from workbench.gui.tuning.trace import Trace, take_trace
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
-from workbench.scenario.axes import AXIS_ROWS, find_axis
+from workbench.scenario.axes import Axis
 from workbench.scenario.excitation import LATE, Excitation, Exciting, Shape
+from workbench.scenario.loads import EXCITED, Load, find_excited
 from workbench.scenario.parameters import parameter_table
 
 GHOSTS = 5
@@ -51,6 +51,7 @@ HEAD = ("flown", "predicted", "limit")
 CHIRP_POINTS = 400
 """Of a chirp."""
 FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"
+Numbers = StepNumbers | LoadNumbers
 _NOTHING = np.empty(0)
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
@@ -105,7 +106,7 @@ class Response:
 
     round: Round
     trace: Trace
-    numbers: StepNumbers | None
+    numbers: Numbers | None
 
 
 class ResponseHistory:
@@ -132,7 +133,7 @@ class ResponseHistory:
     def clear(self) -> None:
         """Forget all: another flight begins."""
         self.round: Round | None = None
-        self.numbers: StepNumbers | None = None
+        self.numbers: Numbers | None = None
         self.ghosts: tuple[Response, ...] = ()
         self._running = False
         self._ended = 0.0
@@ -184,10 +185,12 @@ class ResponseHistory:
         kept = Response(self.round, trace, numbers)
         self.ghosts = (kept, *self.ghosts)[:GHOSTS]
 
-    def _measure(self, flown: Round, trace: Trace) -> StepNumbers | None:
+    def _measure(self, flown: Round, trace: Trace) -> Numbers | None:
         """Return the numbers of a round's first step; those of the others are alike."""
         if not flown.parts:
             return None
+        if isinstance(flown.excitation.row, Load):
+            return measure_load(trace, flown.parts[0], changed=self._changed)
         return measure_step(trace, flown.parts[0], changed=self._changed)
 
 
@@ -315,9 +318,10 @@ class LimitStrip(QWidget):
 
 
 def metric_rows(
-    flown: StepNumbers | None,
-    predicted: StepNumbers | None,
+    flown: Numbers | None,
+    predicted: Numbers | None,
     limit_of: Callable[[str], float],
+    limits: tuple[Limit, ...] = STEP_LIMITS,
 ) -> tuple[Row, ...]:
     """Return a row for each number of a step.
 
@@ -325,16 +329,21 @@ def metric_rows(
         flown: by the newest step, None before it.
         predicted: of the proposed gains, None where it is not known.
         limit_of: gives a limit by its name, as shown.
+        limits: of the numbers, in their order.
     """
-    return tuple(_row(limit, flown, predicted, limit_of(limit.name)) for limit in STEP_LIMITS)
+    return tuple(_row(limit, flown, predicted, limit_of(limit.name)) for limit in limits)
 
 
-def _row(
-    limit: Limit, flown: StepNumbers | None, predicted: StepNumbers | None, most: float
-) -> Row:
+def limits_of(row: Axis | Load) -> tuple[Limit, ...]:
+    """Return the limits of the numbers of a step along an axis or of a load."""
+    if isinstance(row, Load):
+        return (LOAD_PEAKS[row.response_unit], *LOAD_LIMITS)
+    return STEP_LIMITS
+
+
+def _row(limit: Limit, flown: Numbers | None, predicted: Numbers | None, most: float) -> Row:
     values = [
-        getattr(numbers, limit.name) if numbers is not None else math.nan
-        for numbers in (flown, predicted)
+        limit.of(numbers) if numbers is not None else math.nan for numbers in (flown, predicted)
     ]
     over = [math.isfinite(value) and not limit.keeps(value, most) for value in values]
     reasons = [numbers.withheld if numbers is not None else "" for numbers in (flown, predicted)]
@@ -362,6 +371,11 @@ def headline(rows: tuple[Row, ...]) -> str:
     if any(row.cells[1].over for row in rows):
         return "Only the prediction is over."
     return "The step keeps all limits."
+
+
+def _place(excitation: Excitation) -> tuple[str, bool]:
+    """Return among which responses those of an excitation stand: its axis, and whether a pulse."""
+    return excitation.axis, excitation.shape is Shape.PULSE
 
 
 def command_line(excitation: Excitation, *, again: bool = False) -> tuple[np.ndarray, np.ndarray]:
@@ -411,13 +425,16 @@ class ResponsePlot(QWidget):
         """Show what is asked for: of the round that was flown last, else of the next one."""
         flown = history.round
         shown = excitation if flown is None else flown.excitation
-        axis = find_axis(shown.axis)
-        label = "yaw rate" if axis.place is None else f"velocity {axis.name}"
+        axis = shown.row
         self._length = shown.round_time
-        self.plot.set_axes("time after the step", label, axis.unit)
+        self.plot.set_axes("time after the step", axis.response, axis.response_unit)
         self.plot.set_window(0.0, self._length)
         again = flown.again if flown is not None else False
-        self.plot.set_curve(ASKED, *command_line(shown, again=again), CurveStyle.SOLID, COMMAND)
+        if isinstance(axis, Load):  # the drone is asked to stay
+            asked = np.array([0.0, self._length]), np.zeros(2)
+        else:
+            asked = command_line(shown, again=again)
+        self.plot.set_curve(ASKED, *asked, CurveStyle.SOLID, COMMAND)
 
     def show_flown(self, trace: Trace | None) -> None:
         """Show what was flown so far."""
@@ -432,7 +449,8 @@ class ResponsePlot(QWidget):
             self.plot.remove_curve(PREDICTED)
             return
         time = predicted.time + part.begin
-        self.plot.set_curve(PREDICTED, time, predicted.response + part.before, CurveStyle.DASHED, 1)
+        before = 0.0 if isinstance(predicted.step, LoadStep) else part.before
+        self.plot.set_curve(PREDICTED, time, predicted.response + before, CurveStyle.DASHED, 1)
 
     def show_future(self, time: np.ndarray = _NOTHING, values: np.ndarray = _NOTHING) -> None:
         """Show how the flight would go on with the proposed gains; nothing takes it away."""
@@ -496,7 +514,11 @@ class ResponseCard(Card):
         self._view = LiveView()
         self._gains: Mapping[str, float] = {}
         self._heading, self._round_begun = 0.0, math.nan
-        self._histories = {axis.name: ResponseHistory(self._take) for axis in AXIS_ROWS}
+        self._histories = {
+            (row.name, pulse): ResponseHistory(self._take)
+            for row in EXCITED
+            for pulse in (False, True)
+        }
         self._predicted: Predicted | None = None
         self._refusal = ""
         self._ahead = np.empty(0), np.empty(0)
@@ -506,14 +528,17 @@ class ResponseCard(Card):
         self.plot = ResponsePlot(workspace)
         self.strip = LimitStrip(workspace.look)
         self.form = LimitsForm(STEP_LIMITS, limits)
+        self.load_form = LimitsForm((*LOAD_PEAKS.values(), *LOAD_LIMITS), limits)
         self.table = NumberTable(
             "Numbers of the step", HEAD, workspace.look, paired=False, widest="Settling time"
         )
         self.table.expect(len(STEP_LIMITS))
-        self.head.addWidget(self.form.button)
+        for form in (self.form, self.load_form):
+            self.head.addWidget(form.button)
         self.body.addWidget(self.plot, 1)
         self.body.addWidget(self.strip)
-        self.body.addWidget(self.form)
+        for form in (self.form, self.load_form):
+            self.body.addWidget(form)
         self.body.addWidget(self.table)
         limits.changed.connect(lambda _: self._show_numbers())
         workspace.preferences.changed.connect(lambda _: self._forget_drawn())
@@ -522,7 +547,7 @@ class ResponseCard(Card):
     @property
     def history(self) -> ResponseHistory:
         """Responses along the chosen axis."""
-        return self._histories[self._choice.axis]
+        return self._histories[_place(self._choice.excitation)]
 
     @property
     def part(self) -> StepPart | None:
@@ -531,13 +556,18 @@ class ResponseCard(Card):
         return parts[0] if parts else None
 
     @property
-    def step(self) -> Step | None:
+    def step(self) -> Step | LoadStep | None:
         """What is to be predicted; None for a chirp."""
         part = self.part
         if part is None:
             return None
-        duration = min(part.duration, LONGEST_STEP)
-        return Step(self._choice.axis, part.jump, duration, self._heading)
+        axis, duration = self._choice.axis, min(part.duration, LONGEST_STEP)
+        if not isinstance(find_excited(axis), Load):
+            return Step(axis, part.jump, duration, self._heading)
+        flown = self.history.round
+        excitation = flown.excitation if flown is not None else self._choice.excitation
+        acts = excitation.period if excitation.shape is Shape.PULSE else None
+        return LoadStep(axis, part.jump, duration, self._heading, acts)
 
     def begin(self, view: LiveView) -> None:
         """Forget the responses of another flight."""
@@ -552,6 +582,10 @@ class ResponseCard(Card):
     def plan(self, choice: ExcitationChoice) -> None:
         """Show the responses along another axis, or what another shape asks for."""
         self._choice = choice
+        loaded = isinstance(find_excited(choice.axis), Load)
+        for form, wanted in ((self.form, not loaded), (self.load_form, loaded)):
+            form.button.setVisible(wanted)
+            form.setVisible(wanted and form.button.isChecked())
         self._forget_drawn()
         self._draw(self._workspace.signals.now)
 
@@ -566,9 +600,9 @@ class ResponseCard(Card):
         self._take_heading(view)
         now = self._workspace.signals.now
         if view.exciting is not None:
-            self._histories[view.exciting.excitation.axis].begin(view.exciting, gains)
-        for axis, history in self._histories.items():
-            if view.exciting is None or view.exciting.excitation.axis != axis:
+            self._histories[_place(view.exciting.excitation)].begin(view.exciting, gains)
+        for place, history in self._histories.items():
+            if view.exciting is None or _place(view.exciting.excitation) != place:
                 history.end(now)
         self._draw(now)
 
@@ -649,18 +683,9 @@ class ResponseCard(Card):
             self.strip.describe()
 
     def _ghost_names(self, ghosts: Sequence[Response]) -> tuple[str, ...]:
-        """Return names with the time of flight; of gains of no set the newest says which."""
-        names, told = [], list[Mapping[str, float]]()
-        for each in ghosts:
-            gains, begun = each.round.gains, each.round.begun
-            name = self._designs.flight_name(begun, gains)
-            note = f" ({self._designs.differs(gains)})"
-            names.append(
-                f"{name} {simulated_text(begun, 1)}"
-                + (note if name == TRIED and gains not in told else "")
-            )
-            told.append(gains)
-        return tuple(names)
+        return tuple(
+            self._designs.flight_name(each.round.begun, each.round.gains) for each in ghosts
+        )
 
     def _ghosts_said(self, ghosts: Sequence[Response], names: Sequence[str]) -> str:
         """Return which gains made the last responses, beside those that are kept."""
@@ -680,31 +705,27 @@ class ResponseCard(Card):
         if trace is None:
             self.strip.show_uses((), 1.0)
             return
-        axis = find_axis(self._choice.axis)
+        axis = find_excited(self._choice.axis)
         table = parameter_table(self._view.controller)
         values = {**table.defaults(), **self._view.values, **self._gains}
         preferences = self._workspace.preferences
-        speed = "yaw rate" if axis.place is None else "speed"
-        uses = (
+        uses = [
             Use("tilt", trace.time, trace.tilt, values["max_tilt"], unit_for("rad", preferences)),
             Use("rotor use", trace.time, trace.rotor_use, 1.0, PERCENT),
-            Use(
-                speed,
-                trace.time,
-                trace.response,
-                values[axis.limit],
-                unit_for(axis.unit, preferences),
-                1,
-            ),
-        )
+        ]
+        if isinstance(axis, Axis):
+            speed = "yaw rate" if axis.turns else "speed"
+            unit = unit_for(axis.unit, preferences)
+            uses.append(Use(speed, trace.time, trace.response, values[axis.limit], unit, 1))
         flown = self.history.round
         self.strip.show_uses(uses, flown.excitation.round_time if flown else 1.0)
 
     def _show_numbers(self) -> None:
         step, found = self.step, self._predicted
         fits = found is not None and step is not None and found.step == step
-        predicted: StepNumbers | None = found.numbers if fits and found is not None else None
-        rows = metric_rows(self.history.numbers, predicted, self._limits.value)
+        predicted: Numbers | None = found.numbers if fits and found is not None else None
+        limits = limits_of(find_excited(self._choice.axis))
+        rows = metric_rows(self.history.numbers, predicted, self._limits.value, limits)
         self.table.set_rows(rows)
         self.said.say(*self._sentence(rows))
 

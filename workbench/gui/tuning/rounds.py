@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from workbench.scenario.excitation import Excitation, Shape
+from workbench.scenario.loads import Load
 
 
 @dataclass(frozen=True)
@@ -12,7 +13,7 @@ class StepPart:
     Attributes:
         begin: from the round's edge on [s].
         end: when the command changes again [s].
-        before: level before [m/s] or [rad/s].
+        before: level before, in the unit of the excitation's amplitude.
         level: that is asked for.
     """
 
@@ -44,6 +45,9 @@ def step_parts(excitation: Excitation, *, again: bool = False) -> tuple[StepPart
     match excitation.shape:
         case Shape.STEP:
             return (StepPart(0.0, period, 0.0, size),)
+        case Shape.PULSE:  # what a load has done is over when the drone is back
+            over = excitation.round_time if isinstance(excitation.row, Load) else period
+            return (StepPart(0.0, over, 0.0, size),)
         case Shape.DOUBLET:
             return (StepPart(0.0, half, 0.0, size), StepPart(half, period, size, -size))
         case Shape.SQUARE:

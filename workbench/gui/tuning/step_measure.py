@@ -1,8 +1,9 @@
-"""Numbers of a flown step, by the definitions that all of the workbench shares."""
+"""Numbers of a flown step of a command or a load, by the definitions of all of the workbench."""
 
 import math
 
-from workbench.analysis.replies import StepNumbers
+from workbench.analysis.replies import LoadNumbers, StepNumbers
+from workbench.design.load_metrics import load_metrics
 from workbench.design.response_metrics import response_metrics, why_withheld
 from workbench.gui.tuning.rounds import StepPart
 from workbench.gui.tuning.trace import Trace
@@ -11,6 +12,8 @@ FEWEST = 8
 """Samples of a step that has numbers."""
 SAME = 1e-6
 """Times that differ by less are the same [s]."""
+SAMPLED = 1 / 128
+"""The last sample of a round may be so much before its end [s]."""
 
 
 def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:
@@ -35,4 +38,24 @@ def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
         **{name: math.nan if changed else float(getattr(kept, name)[0]) for name in names},
         peak_rotor_use=float(flown.rotor_use.max()),
         withheld=why_withheld(found, duration, part.jump, changed=changed),
+    )
+
+
+def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> LoadNumbers | None:
+    """Return the numbers of a step of a load; None before it is over, or where it is too short.
+
+    Args: as of `measure_step`.
+    """
+    if not len(trace) or trace.time[-1] < part.end - SAMPLED:
+        return None
+    flown = trace.until(part.end).since(part.begin)
+    if len(flown) < FEWEST or part.jump == 0.0:
+        return None
+    found = load_metrics(flown.time, flown.response - flown.response[0], changed=changed)
+    return LoadNumbers(
+        peak=found.peak,
+        settling_time=found.settling_time,
+        steady_state_error=found.steady_state_error,
+        peak_rotor_use=float(flown.rotor_use.max()),
+        withheld=found.withheld,
     )

@@ -6,8 +6,8 @@ import numpy as np
 
 from workbench.gui.signals import Signals
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.axes import find_axis
 from workbench.scenario.excitation import Excitation
+from workbench.scenario.loads import Load
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class Trace:
 
     Attributes:
         time: from the edge on [s].
-        response: velocity [m/s] or yaw rate [rad/s].
+        response: velocity [m/s] or yaw rate [rad/s]; of a load the deviation from where it was.
         tilt: [rad].
         rotor_use: largest share of any rotor's speed limit, at each time.
     """
@@ -63,7 +63,7 @@ def take_trace(
         end: simulated time up to which is wanted [s].
     """
     since = begun - 1e-6
-    time, response = signals.series(find_axis(excitation.axis).signal, since)
+    time, response = signals.series(excitation.row.signal, since)
     _, roll = signals.series("position_data.roll", since)
     _, pitch = signals.series("position_data.pitch", since)
     shares = [
@@ -73,7 +73,9 @@ def take_trace(
     last = int(np.searchsorted(time, end + 1e-6))
     # All of these come from one sample of the flight; a topic may be one behind for a moment.
     size = min(last, len(roll), *(len(share) for share in shares))
-    time, roll, pitch = time[:size], roll[:size], pitch[:size]
+    time, roll, pitch, response = time[:size], roll[:size], pitch[:size], response[:size]
+    if isinstance(excitation.row, Load):
+        response = response - response[:1]
     tilt = np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0))
     use = np.max(np.abs([share[:size] for share in shares]), axis=0)
-    return Trace(time - begun, response[:size].copy(), tilt, use)
+    return Trace(time - begun, response.copy(), tilt, use)

@@ -397,7 +397,7 @@ class TuningScreen(Screen):
 
     def _ask(self) -> None:
         """Ask about what is proposed now."""
-        gains, step = self.trial.judged, self.trial.step
+        gains, step = self.trial.judged, self.trial.excited
         if not gains:
             return
         self.judgement.follow(gains, self.trial.judged_flown)

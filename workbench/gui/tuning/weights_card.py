@@ -167,7 +167,7 @@ class WeightsCard(Card):
     def _ask(self) -> None:
         step, gains = self._trial.step, self._trial.judged
         if step is None:
-            self.said.say("A chirp has no step to measure.")
+            self.said.say("Choose a step of a setpoint: a chirp or a load has none.")
         elif gains:
             self._follower.ask(Weigh(gains, step))
             self._say_waiting()
