@@ -227,6 +227,7 @@ class Canvas(pg.GraphicsLayoutWidget):
             axis.setGrid(255)
         self._groups: list[pg.ItemGroup] = []
         self._curves: list[NumberedCurve] = []
+        self._guides: list[pg.PlotCurveItem] = []
         self._marks: list[pg.InfiniteLine] = []
         self._marks_key: tuple[object, ...] = ()
         self._zero = pg.InfiniteLine(0.0, angle=0)
@@ -263,9 +264,12 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     def show_content(self, content: Content) -> None:
         """Show this."""
+        if content.caption != self._content.caption:
+            self.resetCachedContent()
         self._content = content
         self._show_axes()
         self._show_curves()
+        self._show_guides()
         self._show_marks()
         self._show_words()
         self._follow_mouse()
@@ -310,6 +314,19 @@ class Canvas(pg.GraphicsLayoutWidget):
                 painter.translate(axis.label.scenePos())
                 axis.label.document().drawContents(painter)
                 painter.restore()
+        self._paint_caption(painter)
+
+    def _paint_caption(self, painter: QPainter) -> None:
+        """Paint the words above the picture where the name of the first axis leaves their room."""
+        box, name = self.view.sceneBoundingRect(), self._axes[0].label
+        room = QRectF(box.left(), 0.0, box.width() + ROOM, box.top() - 3.0)
+        room.setLeft(name.mapRectToScene(name.boundingRect()).right())
+        painter.setFont(self.font())
+        if painter.fontMetrics().horizontalAdvance(self._content.caption) > room.width():
+            return
+        painter.setPen(self._look.colour("ink"))
+        side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom
+        painter.drawText(room, int(side), self._content.caption)
 
     def changeEvent(self, event: QEvent | None) -> None:
         """Follow another font."""
@@ -511,6 +528,22 @@ class Canvas(pg.GraphicsLayoutWidget):
         for y, (_, index) in zip(places, ends, strict=True):
             self._curves[index].number.setPos(box.right() + 4.0, y - 0.5 * height)
 
+    def _show_guides(self) -> None:
+        """Draw what curves are measured by."""
+        content = self._content
+        while len(self._guides) < len(content.guides):
+            self._guides.append(pg.PlotCurveItem())
+            self._guides[-1].setZValue(-1)
+            self.view.addItem(self._guides[-1], ignoreBounds=True)
+        while len(self._guides) > len(content.guides):
+            self.view.removeItem(self._guides.pop())
+        axis = content.axes[0]
+        for item, guide in zip(self._guides, content.guides, strict=True):
+            x = [self._place_at(min(max(each, content.left), content.right)) for each in guide.x]
+            shown = [min(max(axis.unit.shown(each), axis.low), axis.high) for each in guide.y]
+            item.setPen(pg.mkPen(self._look.colour(guide.colour), style=Qt.PenStyle.DashLine))
+            item.setData(x, [content.y_scale.place(each) for each in shown])
+
     def _show_marks(self) -> None:
         """Draw the cursors that stay."""
         content, colour = self._content, self._look.colour
@@ -560,6 +593,8 @@ class Canvas(pg.GraphicsLayoutWidget):
         if time is not None and seen:
             self._cross.setValue(self._place_at(time))
             self._cross.label.setFormat(self._said_at(time))
+            wide = 2.2 * self._cross.label.boundingRect().width()
+            self._cross.label.setVisible(self.view.width() > wide)  # else its side is cut
             points += [
                 Point(time, value_at(line.time, line.values, time), line.axis, line.colour)
                 for line in content.lines

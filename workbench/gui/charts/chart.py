@@ -24,7 +24,7 @@ from PyQt6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidge
 from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
 from workbench.gui.charts.canvas import Canvas
-from workbench.gui.charts.content import Axis, Content, Line
+from workbench.gui.charts.content import Axis, Content, Guide, Line
 from workbench.gui.charts.curve import Curve, CurveSet, Extent, Samples
 from workbench.gui.charts.decimation import Peaks
 from workbench.gui.charts.legend import Entry, Legend
@@ -367,6 +367,8 @@ class ChartModel:
         x_name: of what is below, where they are not; "" where the unit says enough.
         x_unit: of it.
         y_label: of the values, "" for none.
+        guides: straight lines below the curves.
+        caption: above the picture.
         hint: what is said where there are no curves.
         note: word over a picture that stands still.
     """
@@ -378,6 +380,8 @@ class ChartModel:
         self.window = ChartWindow(preferences.number("chart_seconds"), smallest)
         self.now = 0.0
         self.marks: dict[str, float] = {}
+        self.guides: tuple[Guide, ...] = ()
+        self.caption = ""
         self.times_ago = False
         self.x_name, self.x_unit, self.y_label = "", "s", ""
         self.hint = self.note = ""
@@ -467,6 +471,8 @@ class ChartModel:
             y_scale=y_scale,
             axes=self._axes or (Axis(Unit(""), y_scale.value_of(0.0), y_scale.value_of(1.0)),),
             lines=tuple(lines),
+            guides=self.guides,
+            caption=self.caption,
             marks=tuple(sorted(self.marks.items())),
             state="" if self.window.follows else self.note,
             hint="All curves are hidden" if len(self.curves) else self.hint,
@@ -658,9 +664,28 @@ class Chart(QWidget):
         self.legend.set_title(title)
         self._describe()
 
+    def show_head(self, shown: bool) -> None:
+        """Show the line of names and buttons, or leave its room to the curves."""
+        self.legend.setVisible(shown)
+        for index in range(self.buttons.count()):
+            item = self.buttons.itemAt(index)
+            button = item.widget() if item is not None else None
+            if button is not None:
+                button.setVisible(shown)
+
     def set_hint(self, hint: str) -> None:
         """Say what is to be done where there are no curves."""
         self._model.hint = hint
+        self._soon.start()
+
+    def set_guides(self, guides: Sequence[Guide], caption: str = "") -> None:
+        """Draw straight lines below the curves, as margins; those of before are gone.
+
+        Args:
+            guides: the lines.
+            caption: what they say, above the picture.
+        """
+        self._model.guides, self._model.caption = tuple(guides), caption
         self._soon.start()
 
     def toggle_curve(self, index: int) -> None:

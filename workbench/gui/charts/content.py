@@ -58,6 +58,21 @@ class Point(NamedTuple):
     colour: QColor
 
 
+@dataclass(frozen=True)
+class Guide:
+    """A straight line that says what curves are measured by, as a margin or a limit.
+
+    Attributes:
+        x: where it begins and ends below; infinite for the edge of the picture.
+        y: likewise along the first axis of values, in SI.
+        colour: name of its colour in the look.
+    """
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    colour: str = "muted"
+
+
 @dataclass(frozen=True, eq=False)
 class Content:
     """All of a chart.
@@ -73,6 +88,8 @@ class Content:
         axes: of values, the first one has the grid.
         lines: from the back to the front.
         points: dots that stay.
+        guides: straight lines below the curves.
+        caption: words above the picture, at its right; they are left out where there is no room.
         marks: name and time [s] of the cursors that stay.
         state: a word where the picture stands still, "" where it follows.
         hint: said where there is nothing to draw.
@@ -88,6 +105,8 @@ class Content:
     axes: tuple[Axis, ...] = (Axis(Unit(""), 0.0, 1.0),)
     lines: tuple[Line, ...] = ()
     points: tuple[Point, ...] = ()
+    guides: tuple[Guide, ...] = ()
+    caption: str = ""
     marks: tuple[tuple[str, float], ...] = ()
     state: str = ""
     hint: str = ""
