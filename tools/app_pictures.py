@@ -149,7 +149,8 @@ class Photographer:
         """Put the table of phases in front, and a filter on."""
         tuning = self.window.stack.screen_of("tuning")
         tuning.gains.propose("gyro_lowpass", 40.0)
-        tuning.tabs.setCurrentWidget(tuning.phase)
+        tuning.tabs.setCurrentWidget(tuning.frequency)
+        tuning.frequency.show_view("Phase")
 
     def close(self) -> None:
         """End the app."""

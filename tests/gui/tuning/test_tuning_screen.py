@@ -38,7 +38,7 @@ def fly(screen, canned, exciting=None):
 
 
 def test_margins_sliders_and_response_are_seen_together(screen):
-    for part in (screen.panel, screen.response, screen.margins, screen.poles):
+    for part in (screen.panel, screen.response, screen.margins, screen.frequency):
         assert part.isVisible()
         corner = part.mapTo(screen, part.rect().bottomRight())
         assert corner.x() <= WIDE[0] and corner.y() <= WIDE[1]

@@ -3,9 +3,11 @@
 import math
 from collections.abc import Callable
 
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtCore import Qt, pyqtSignal
+from PyQt6.QtWidgets import QToolButton, QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput
+from workbench.gui.style import dressed
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import MARGIN_LIMITS, Limit, find_limit
@@ -172,6 +174,9 @@ class MarginsCard(Card):
         parent: the Qt parent; this object is deleted with it.
     """
 
+    loop_chosen = pyqtSignal(str)
+    """Name of the loop whose row was chosen."""
+
     def __init__(
         self,
         workspace: Workspace,
@@ -183,12 +188,20 @@ class MarginsCard(Card):
         self._judgement = judgement
         self._limits = limits
         self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)
+        self.fold = dressed(QToolButton(), "quiet small")
+        self.fold.setCheckable(True)
+        self.fold.setArrowType(Qt.ArrowType.DownArrow)
+        self.fold.setAccessibleName("Fold the table of margins")
+        self.fold.setToolTip("Fold the table, so that what is below it has its room")
+        self.fold.toggled.connect(self._fold)
         self.head.addWidget(self.form.button)
+        self.head.addWidget(self.fold)
         head = [f"{row.short} {row.unit}".strip() for row in MARGIN_LIMITS]
         self.table = NumberTable(
             "Margins of every loop", head, workspace.look, paired=True, widest="yaw rate"
         )
         self.table.expect(ROWS)
+        self.table.row_chosen.connect(self._choose)
         self.body.addWidget(self.form)
         self.body.addWidget(self.table, 1)
         judgement.changed.connect(self._show)
@@ -214,6 +227,17 @@ class MarginsCard(Card):
             self.said.say(caveat, "warning")
         else:
             self.said.say(margins_headline(now, at_input, self._limits.value), self._tone(now))
+
+    def _fold(self, folded: bool) -> None:
+        """Show the sentence alone, or all."""
+        arrow = Qt.ArrowType.RightArrow if folded else Qt.ArrowType.DownArrow
+        self.fold.setArrowType(arrow)
+        self.table.setVisible(not folded)
+
+    def _choose(self, row: int) -> None:
+        now = self._judgement.proposed
+        if now is not None and row < len(now.loops):  # the last row is the plant's input
+            self.loop_chosen.emit(now.loops[row].name)
 
     def _tone(self, now: Judged) -> str:
         if not now.stable:

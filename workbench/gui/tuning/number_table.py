@@ -3,13 +3,14 @@
 import math
 from collections.abc import Sequence
 
-from PyQt6.QtCore import QEvent, QRectF, QSize, Qt
+from PyQt6.QtCore import QEvent, QRectF, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import (
     QColor,
     QFont,
     QFontMetricsF,
     QHelpEvent,
     QKeyEvent,
+    QMouseEvent,
     QPainter,
     QPaintEvent,
     QRegion,
@@ -51,6 +52,9 @@ class NumberTable(QWidget):
         worded: whether rows have a word at their end.
         head_help: about each column, for a tool tip.
     """
+
+    row_chosen = pyqtSignal(int)
+    """A row was clicked, or Enter was pressed on it."""
 
     def __init__(
         self,
@@ -302,8 +306,11 @@ class NumberTable(QWidget):
         return shade
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Go from row to row."""
+        """Go from row to row, or choose one."""
         assert event is not None
+        if Qt.Key(event.key()) in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._chosen >= 0:
+            self.row_chosen.emit(self._chosen)
+            return
         move = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}.get(Qt.Key(event.key()), 0)
         if not move or not self._rows:
             super().keyPressEvent(event)
@@ -311,6 +318,16 @@ class NumberTable(QWidget):
         self._chosen = min(max(self._chosen + move, 0), len(self._rows) - 1)
         self.setAccessibleDescription(self._rows[self._chosen].spoken)
         self.update()
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        """Choose a row."""
+        assert event is not None
+        row = int(event.position().y() / self._row_height()) - 1
+        if event.button() == Qt.MouseButton.LeftButton and 0 <= row < len(self._rows):
+            self._chosen = row
+            self.setAccessibleDescription(self._rows[row].spoken)
+            self.row_chosen.emit(row)
+            self.update()
 
     def event(self, event: QEvent | None) -> bool:
         """Say more of the number under the pointer."""

@@ -49,6 +49,11 @@ class Trial(QObject):
         return self.gains.of_set(self.flown)
 
     @property
+    def judged_kept(self) -> dict[str, float]:
+        """Those that were kept, over what flies where they say nothing, as of filters."""
+        return self.gains.of_set({**self.flown, **controller_gains(self.gains.kept)})
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Gains that may be tuned."""
         return tuple(loop_gains(self.gains.of_set(self.gains.proposed)))

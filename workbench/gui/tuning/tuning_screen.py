@@ -27,11 +27,11 @@ from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import ExcitationChoice
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.fork_card import ForkCard
+from workbench.gui.tuning.frequency_card import FrequencyCard
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.map_card import MapCard
 from workbench.gui.tuning.margins_card import MarginsCard
-from workbench.gui.tuning.phase_card import PhaseCard
 from workbench.gui.tuning.pin_card import PinCard
 from workbench.gui.tuning.poles_card import PolesCard
 from workbench.gui.tuning.response_card import ResponseCard
@@ -267,8 +267,8 @@ class TuningScreen(Screen):
         profiles: of gains, loaded and saved.
         trial: what is tried.
         designs: that can be compared.
-        excitation, response, margins, poles, phase, map, weights, compare, fork, autotune, pin:
-            the cards.
+        excitation, response, margins, frequency, poles, map, weights, compare: cards.
+        fork, autotune, pin: cards as well.
     """
 
     title = "Tuning"
@@ -290,7 +290,7 @@ class TuningScreen(Screen):
         self.response = ResponseCard(workspace, self.limits, self.excitation.choice, self.designs)
         self.margins = MarginsCard(workspace, self.judgement, self.limits)
         self.poles = PolesCard(workspace, self.judgement)
-        self.phase = PhaseCard(workspace, self.judgement, self.limits)
+        self.frequency = FrequencyCard(workspace, self.trial, self.judgement, self.limits)
         self.map = MapCard(workspace, self.trial)
         self.weights = WeightsCard(workspace, self.trial)
         self.compare = CompareCard(workspace, self.trial, self.designs, self.limits)
@@ -298,10 +298,19 @@ class TuningScreen(Screen):
         self.autotune = AutoTuneCard(workspace, self.trial)
         self.pin = PinCard(workspace, self.trial)
         self.ghost = Ghost(workspace.flight, analysis, self.trial, self._is_free, self)
+        self._begun = (
+            self.frequency,
+            self.map,
+            self.weights,
+            self.fork,
+            self.autotune,
+            self.pin,
+            self.ghost,
+        )
         self.tabs = QTabWidget()
         for card, name in (
+            (self.frequency, "Frequency"),
             (self.poles, "Poles"),
-            (self.phase, "Phase"),
             (self.map, "Map"),
             (self.weights, "Sensitivity"),
             (self.compare, "Compare"),
@@ -333,7 +342,7 @@ class TuningScreen(Screen):
         self.excitation.begin()
         self.response.begin(view)
         self.trial.set_step(self.response.step)
-        for card in (self.map, self.weights, self.fork, self.autotune, self.pin, self.ghost):
+        for card in self._begun:
             card.begin()
         self.trial.begin()
         self.designs.begin()
@@ -344,7 +353,7 @@ class TuningScreen(Screen):
         self.gains.take_over(view)
         self.judgement.clear()
         self._predictor.forget()
-        for card in (self.map, self.weights, self.fork, self.autotune, self.pin, self.ghost):
+        for card in self._begun:
             card.begin()
         self.trial.begin()
         self.designs.take_over()
@@ -389,6 +398,7 @@ class TuningScreen(Screen):
         self._predictor.answered.connect(self.response.show_predicted)
         self._predictor.refused.connect(self.response.refuse_predicted)
         self.ghost.seen_ahead.connect(self.response.show_ahead)
+        self.margins.loop_chosen.connect(self.frequency.choose_loop)
         self.tabs.currentChanged.connect(lambda _: self._set_seen())
 
     def _plan(self, choice: ExcitationChoice) -> None:
@@ -401,6 +411,7 @@ class TuningScreen(Screen):
         if not gains:
             return
         self.judgement.follow(gains, self.trial.judged_flown)
+        self.frequency.follow()
         if step is not None:
             self._predictor.ask(Predict(gains, step))
 
@@ -408,9 +419,8 @@ class TuningScreen(Screen):
         """Judge another set of scheduled gains."""
         self.judgement.clear()
         self._predictor.forget()
-        self.map.begin()
-        self.weights.begin()
-        self.compare.begin()
+        for card in (self.frequency, self.map, self.weights, self.compare):
+            card.begin()
         self._soon.start()
 
     def _is_free(self) -> bool:
@@ -423,6 +433,7 @@ class TuningScreen(Screen):
         self._predictor.set_seen(seen)
         self.ghost.set_seen(seen)
         shown = self.tabs.currentWidget()
+        self.frequency.set_seen(seen and shown is self.frequency)
         self.map.set_seen(seen and shown is self.map)
         self.weights.set_seen(seen and shown is self.weights)
         self.compare.set_seen(seen and shown is self.compare)

@@ -12,7 +12,7 @@ from workbench.design.judge.phase_budget import PARTS
 from workbench.design.judge.report import judge as judge_all
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.phase_card import PhaseCard
+from workbench.gui.tuning.phase_view import PhaseView
 from workbench.gui.tuning.table_rows import State
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.scenario.scenario import Scenario
@@ -27,7 +27,7 @@ LABELS = {"velocity": "vel.", "position": "pos.", "_": " "}
 def card(offline, qtbot):
     judgement = Judgement(offline.analysis)
     judgement.set_seen(True)
-    made = PhaseCard(offline, judgement, Limits(offline.preferences.store))
+    made = PhaseView(offline, judgement, Limits(offline.preferences.store))
     made.judgement = judgement
     qtbot.addWidget(made)
     made.resize(560, 270)
@@ -44,7 +44,8 @@ def screen(offline, flying, qtbot):
     qtbot.addWidget(made)
     made.resize(1190, 600)
     made.begin(flying)
-    made.tabs.setCurrentWidget(made.phase)
+    made.tabs.setCurrentWidget(made.frequency)
+    made.frequency.show_view("Phase")
     made.show()
     yield made
     made.close_screen()
@@ -84,9 +85,9 @@ def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, q
             analysis.judged.emit(judged)
             qtbot.waitUntil(partial(is_asked, analysis, asked + 1))
         found = judge_all(scenario, settings={"gyro_lowpass": cutoff})
-        assert len(found.phase) == len(screen.phase.table.rows) == 9
+        assert len(found.phase) == len(screen.frequency.phase.table.rows) == 9
         for budget in found.phase:
-            *parts, at = row(screen.phase, budget.loop).cells
+            *parts, at = row(screen.frequency.phase, budget.loop).cells
             for name, cell in zip(PARTS, parts, strict=True):
                 # half of the last digit, and what both linearisations differ by
                 digit = 1.0 if abs(number(cell)) >= 10.0 else 0.1
@@ -95,11 +96,12 @@ def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, q
                 assert ("°" in cell.help) and (f"{budget.crossover:.3g} rad/s" in cell.help)
             assert number(at) == pytest.approx(budget.crossover, rel=6e-3)
         margin = row(screen.margins, "pitch").cells[2]
-        total = sum(math.radians(number(cell)) for cell in row(screen.phase, "pitch").cells[:-1])
+        pitch = row(screen.frequency.phase, "pitch").cells
+        total = sum(math.radians(number(cell)) for cell in pitch[:-1])
         assert 180.0 + math.degrees(total) == pytest.approx(number(margin), abs=2.0)
-        filters[cutoff] = number(row(screen.phase, "pitch").cells[1])
+        filters[cutoff] = number(pitch[1])
         absent = "No estimator flies: the loops have the true motion."
-        assert screen.phase.missing.text() == (absent if estimator == "truth" else "")
+        assert screen.frequency.phase.missing.text() == (absent if estimator == "truth" else "")
     assert filters[25.0] < 2.0 * filters[80.0] < 0.0
     cutoffs = [question.gains["gyro_lowpass"] for question in analysis.of(Judge)]
     assert cutoffs == [0.0, 80.0, 25.0]

@@ -1,11 +1,11 @@
-"""The card of phases: what turned each loop at its crossover, while a slider moves."""
+"""The table of phases: what turned each loop at its crossover, while a slider moves."""
 
 import math
 
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtWidgets import QVBoxLayout, QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop
-from workbench.gui.tuning.card import Card, wrapped
+from workbench.gui.tuning.card import SPACING, Sentence, wrapped
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import written
 from workbench.gui.tuning.limits import Limits
@@ -136,7 +136,7 @@ def _frequency(loop: JudgedLoop) -> str:
     return f"{loop.crossover:.3g}" if loop.crossover >= 1.0 else f"{loop.crossover:.2f}"
 
 
-class PhaseCard(Card):
+class PhaseView(QWidget):
     """Where the phase of each loop went, with proposed gains beside those that fly.
 
     Args:
@@ -146,6 +146,7 @@ class PhaseCard(Card):
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
+        said: a sentence above the table.
         table: a row for each loop.
         missing: what has no phase, in sentences; hidden where there is none.
     """
@@ -157,9 +158,10 @@ class PhaseCard(Card):
         limits: Limits,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__("Phase", parent)
+        super().__init__(parent)
         self._judgement = judgement
         self._limits = limits
+        self.said = Sentence()
         self.table = NumberTable(
             "Where the phase of every loop went, in degrees at its crossover",
             [*(f"{HEADS.get(name, name)} °" for name in PARTS), "at rad/s"],
@@ -174,8 +176,12 @@ class PhaseCard(Card):
         )
         self.table.expect(ROWS)
         self.missing = wrapped()
-        self.body.addWidget(self.missing)
-        self.body.addWidget(self.table, 1)
+        body = QVBoxLayout(self)
+        body.setContentsMargins(0, 0, 0, 0)
+        body.setSpacing(SPACING)
+        for part in (self.said, self.missing):
+            body.addWidget(part)
+        body.addWidget(self.table, 1)
         judgement.changed.connect(self._show)
         limits.changed.connect(lambda _: self._show())
         self._show()

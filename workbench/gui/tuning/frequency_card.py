@@ -1,0 +1,315 @@
+"""The card of frequency: one loop as Bode, Nyquist, gang of four, and where the phase went."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QStackedWidget, QWidget
+
+from workbench.control.controller import CUTS
+from workbench.gui.charts.legend import Entry, Legend
+from workbench.gui.page import scrolled
+from workbench.gui.tuning.bode_plots import FOUR, BodePlots, GangPlots
+from workbench.gui.tuning.card import Card, Sentence
+from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
+from workbench.gui.tuning.drawn_loop import (
+    MEASURED,
+    STROKES,
+    DrawnLoop,
+    counting,
+    drawn_curves,
+    drawn_measurement,
+)
+from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.limit_table import find_limit, written
+from workbench.gui.tuning.limits import Limits
+from workbench.gui.tuning.loop_curves import LoopCurves
+from workbench.gui.tuning.loop_marks import peak
+from workbench.gui.tuning.margins_card import loop_label, weakest_loop
+from workbench.gui.tuning.nyquist_plot import NyquistPlot
+from workbench.gui.tuning.phase_view import PhaseView
+from workbench.gui.tuning.trial import Trial
+from workbench.gui.workspace import Workspace
+
+VIEWS = ("Bode", "Nyquist", "Gang of four", "Phase")
+WEAKEST = "weakest"
+"""In place of a loop's name: the one that has least to spare."""
+BELOW, ABOVE = 50.0, 30.0
+"""Frequencies that are shown reach so far below and above the crossover, as a factor."""
+HELP = {
+    "Bode": "L is the open loop. Where its magnitude is 0 dB, the phase above −180° is the phase "
+    "margin; where its phase is −180°, the magnitude below 0 dB is the gain margin.",
+    "Nyquist": "L in the complex plane. The farther it stays from −1, the more the loop bears; the "
+    "red circle is the disk that it stays out of, as large as its disk margin allows.",
+    "Gang of four": "S: what is left of an error. T: what follows a command, and noise. KS: what "
+    "the loop asks for per noise on its error. GS: what a load at its actuator does to it.",
+    "Phase": "What turned the phase of every loop at its crossover: the law, and what lies behind.",
+}
+
+
+class FrequencyCard(Card):
+    """Shows a loop over frequency, with the gains that are proposed, fly and were kept.
+
+    Args:
+        workspace: colours, and who answers.
+        trial: whose gains.
+        judgement: of all loops.
+        limits: by which the weakest one is found.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        curves: what is known of the loop.
+        loops: of which one is chosen.
+        cuts: where it is opened.
+        bode, nyquist, gang, phase: the views.
+        legend: names of the curves.
+        reading: what they are at the cursor.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        trial: Trial,
+        judgement: Judgement,
+        limits: Limits,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__("Frequency", parent)
+        self._look = workspace.look
+        self._trial, self._judgement, self._limits = trial, judgement, limits
+        self._cursor: float | None = None
+        self._measured: dict[tuple[str, str], DrawnLoop] = {}
+        self._drawn: tuple[DrawnLoop, ...] = ()
+        self._framed = ("", "")
+        self._hidden: set[str] = set()
+        self._seen = False
+        self.curves = LoopCurves(workspace.analysis, self)
+        self.views = _choice("What is drawn", VIEWS)
+        self.loops = _choice("Loop", ())
+        self.cuts = _choice("Where the loop is opened", CUTS)
+        self.bode, self.nyquist = BodePlots(workspace), NyquistPlot(workspace)
+        self.gang, self.phase = GangPlots(workspace), PhaseView(workspace, judgement, limits)
+        self.legend = Legend(workspace.look)
+        policy = self.legend.sizePolicy()
+        policy.setHeightForWidth(True)
+        self.legend.setSizePolicy(policy)
+        self.reading = Sentence()
+        self._stack = QStackedWidget()
+        for page in (self.bode, self.nyquist, scrolled(self.gang), self.phase):
+            self._stack.addWidget(page)
+        row = QHBoxLayout()
+        for part in (self.views, self.loops, self.cuts):
+            row.addWidget(part)
+        row.addStretch(1)
+        self.body.addLayout(row)
+        self.body.addWidget(self.legend)
+        self.body.addWidget(self._stack, 1)
+        self.body.addWidget(self.reading)
+        self.views.currentIndexChanged.connect(lambda _: self._turn_to_view())
+        self.loops.activated.connect(lambda _: self.choose_loop(self.loops.currentData()))
+        self.cuts.activated.connect(lambda _: self._choose())
+        self.legend.toggled.connect(self._toggle)
+        for view in self._drawing:
+            view.pointed.connect(self.set_cursor)
+        self.curves.changed.connect(self._show)
+        trial.gains.state_changed.connect(self.follow)  # as what is kept
+        judgement.changed.connect(self._hear_judgement)
+        workspace.look.changed.connect(self._show)
+        self._turn_to_view()
+
+    def begin(self) -> None:
+        """Forget another flight."""
+        self.curves.clear()
+        self.loops.clear()
+        self._measured.clear()
+        self.curves.choose("", self.cuts.currentText())
+        self._framed = ("", "")
+        self._show()
+
+    def follow(self) -> None:
+        """Draw what is proposed, flies and was kept now."""
+        trial = self._trial
+        self.curves.follow(
+            {PROPOSED: trial.judged, FLOWN: trial.judged_flown, KEPT: trial.judged_kept}
+        )
+
+    def set_seen(self, seen: bool) -> None:
+        """Ask only while somebody looks."""
+        self._seen = seen
+        self.curves.set_seen(seen and self._view != "Phase")
+        if seen:
+            self._show()
+
+    def show_view(self, name: str) -> None:
+        """Show Bode, Nyquist, Gang of four or Phase."""
+        self.views.setCurrentText(name)
+
+    def choose_loop(self, name: str) -> None:
+        """Show a loop by its name, or the weakest one."""
+        place = self.loops.findData(self._weakest() if name == WEAKEST else name)
+        if place >= 0:
+            self.loops.setCurrentIndex(place)
+            self._choose()
+
+    def set_cursor(self, frequency: float | None) -> None:
+        """Put the cursor of all views to a frequency [rad/s], or take it away."""
+        self._cursor = frequency
+        for view in self._drawing:
+            view.set_cursor(frequency)
+        self._read()
+
+    def show_measured(
+        self,
+        loop: str,
+        cut: str,
+        frequency: np.ndarray,
+        response: np.ndarray,
+        coherence: np.ndarray,
+        deviation: np.ndarray,
+    ) -> None:
+        """Draw a measured loop beside the model's, with its spread, where it is coherent.
+
+        Args:
+            loop: name of the loop that was measured.
+            cut: where it was opened: actuator or error.
+            frequency: (F), rising [rad/s].
+            response: (F) complex L.
+            coherence: (F), 0 .. 1.
+            deviation: (F) one-sigma relative error of abs(L).
+        """
+        self._measured[loop, cut] = drawn_measurement(frequency, response, coherence, deviation)
+        self._show()
+
+    @property
+    def _view(self) -> str:
+        return self.views.currentText()
+
+    @property
+    def _drawing(self) -> tuple[BodePlots, NyquistPlot, GangPlots]:
+        """The views that draw one loop, in the order of `VIEWS`."""
+        return self.bode, self.nyquist, self.gang
+
+    def _choose(self) -> None:
+        loop = self.loops.currentData()
+        self.curves.choose(loop if loop != WEAKEST else "", self.cuts.currentText())
+
+    def _weakest(self) -> str:
+        judged = self._judgement.proposed
+        found = weakest_loop(judged, self._limits.value) if judged is not None else None
+        return found.name if found is not None else ""
+
+    def _hear_judgement(self) -> None:
+        """Offer the loops there are; the weakest one is shown until one is chosen."""
+        judged = self._judgement.proposed
+        names = [each.name for each in judged.loops] if judged is not None else []
+        offered = [self.loops.itemData(row) for row in range(1, self.loops.count())]
+        if names and names != offered:
+            self.loops.clear()
+            for name in (WEAKEST, *names):
+                self.loops.addItem(loop_label(name), name)
+            self.choose_loop(WEAKEST)
+
+    def _turn_to_view(self) -> None:
+        name = self._view
+        self._stack.setCurrentIndex(self.views.currentIndex())
+        for part in (self.loops, self.cuts, self.legend, self.reading):
+            part.setVisible(name != "Phase")
+        self._stack.setToolTip(HELP[name])
+        self.set_seen(self._seen)
+        self._show()
+
+    def _show(self) -> None:
+        """Draw what is known, in the view that is seen."""
+        drawn = {name: drawn_curves(name, each) for name, each in self.curves.shown.items()}
+        measured = self._measured.get((self.curves.loop, self.curves.cut))
+        if measured is not None:
+            drawn[MEASURED] = measured
+        self._drawn = tuple(drawn[name] for name in STROKES if name in drawn)
+        self._say()
+        self._show_legend()
+        if not self._seen or self._view == "Phase":
+            return
+        if self._view == "Gang of four" and self.curves.shown:
+            any_of = next(iter(self.curves.shown.values()))
+            self.gang.name_units(any_of.error[1], any_of.control[1])
+        seen = [each for each in self._drawn if each.name not in self._hidden]
+        self._drawing[VIEWS.index(self._view)].show_loops(seen)
+        self._frame()
+
+    def _frame(self) -> None:
+        """Show the frequencies around the crossover of a loop that is new here."""
+        chosen = self.curves.loop, self.curves.cut
+        loop = counting(self._drawn)
+        if chosen == self._framed or loop is None:
+            return
+        self._framed = chosen
+        top = float(loop.frequency[-1])
+        middle = loop.crossover if math.isfinite(loop.crossover) else 0.05 * top
+        left = max(float(loop.frequency[0]), middle / BELOW)
+        for view in self._drawing:
+            view.show_window(left, min(top, middle * ABOVE))
+
+    def _say(self) -> None:
+        shown = self.curves.shown
+        now = shown.get(PROPOSED, shown.get(FLOWN))
+        if self.curves.said:
+            self.said.say(f"Not known: {self.curves.said}", "warning")
+        elif now is None:
+            self.said.say("Not known yet: the analyst is asked.")
+        elif not now.margins.stable:
+            self.said.say("The closed loop is unstable with these gains.", "bad")
+        else:
+            margins = now.margins
+            phase, gain = find_limit("phase_margin"), find_limit("gain_margin")
+            top = peak(now.frequency, now.sensitivity)
+            self.said.say(
+                f"{phase.text(margins.phase_margin)}° at {margins.crossover:.3g} rad/s, "
+                f"{gain.text(margins.gain_margin)} dB, Ms {top.value:.2f}"
+            )
+
+    def _show_legend(self) -> None:
+        """Write the names."""
+        entries = []
+        for number, loop in enumerate(self._drawn, 1):
+            colour = self._look.curve(loop.colour)
+            visible = loop.name not in self._hidden
+            told = number if len(self._drawn) > 1 else 0
+            entries.append(Entry(loop.name, "", colour, loop.style, told, visible))
+        self.legend.show_entries(entries)
+        self._read()
+
+    def _read(self) -> None:
+        """Write each loop's size and phase at the cursor, in the order of the legend."""
+        if self._cursor is None:
+            self.reading.say("Point at a curve to read it; the wheel zooms")
+            return
+        loop = counting(self._drawn)
+        if self._view == "Gang of four" and loop is not None:
+            said = [f"{name} {abs(loop.at(self._cursor, of(loop))):.3g}" for name, _, of in FOUR]
+        else:
+            said = [_size_and_phase(each.at(self._cursor, each.open_loop)) for each in self._drawn]
+        at = "" if self._view == "Gang of four" else "L at "
+        self.reading.say("  ".join([f"{at}{self._cursor:.3g} rad/s:", *said]))
+
+    def _toggle(self, index: int) -> None:
+        """Hide a curve, or show it again."""
+        self._hidden ^= {self._drawn[index].name}
+        self._show()
+
+
+def _size_and_phase(value: complex) -> str:
+    """Return a response in dB and degrees, from -270 to 90; a dash where it is not known."""
+    if not np.isfinite(value) or not value:
+        return "–"
+    turn = math.degrees(math.atan2(value.imag, value.real))
+    turn -= 360.0 * (turn > 90.0)
+    return f"{written(20.0 * math.log10(abs(value)), 1)} dB {written(turn, 0)}°"
+
+
+def _choice(name: str, texts: Iterable[str]) -> QComboBox:
+    """Return a list of choices."""
+    box = QComboBox()
+    box.setAccessibleName(name)
+    box.setToolTip(name)
+    box.addItems([*texts])
+    return box
