@@ -165,12 +165,11 @@ def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Workin
     yield FrequencyCurves(
         asked=question,
         cut=found.cut,
-        error=(found.error, found.error_unit),
-        control=(found.control, found.control_unit),
         frequency=found.frequency,
         open_loop=found.open_loop,
         control_sensitivity=found.control_sensitivity,
         load_sensitivity=found.load_sensitivity,
+        units=(found.control_per_error, found.error_per_control),
         margins=_loop(loop.name, found.margins, growing=False, turned=()),
     )
 

@@ -100,23 +100,21 @@ class FrequencyCurves:
     Attributes:
         asked: the question.
         cut: the loop point where L is taken.
-        error: the loop point of the loop's error, and its SI unit.
-        control: the loop point of what the loop asks for, and its SI unit.
         frequency: (F), rising [rad/s].
         open_loop: (F) L.
-        control_sensitivity: (F) KS, in units of control per error.
-        load_sensitivity: (F) GS, in units of error per control.
+        control_sensitivity: (F) KS.
+        load_sensitivity: (F) GS.
+        units: of KS and of GS, SI.
         margins: of the loop at that cut.
     """
 
     asked: DrawFrequency
     cut: str
-    error: tuple[str, str]
-    control: tuple[str, str]
     frequency: np.ndarray
     open_loop: np.ndarray
     control_sensitivity: np.ndarray
     load_sensitivity: np.ndarray
+    units: tuple[str, str]
     margins: JudgedLoop
 
     @property

@@ -44,7 +44,10 @@ def add_parser(commands: Any) -> None:
         run,
     )
     parser.add_argument(
-        "--loop", metavar="NAME", help="draw all of one loop, as velocity_x, roll, yaw_rate"
+        "--loop",
+        metavar="NAME",
+        help="draw all of one loop, as velocity_x, roll, yaw_rate: Bode, Nyquist, gang of four, "
+        "root locus, poles and step",
     )
     parser.add_argument(
         "--at",

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.control.controller import find_loop, load_controller
+from workbench.design.judge.gang_of_four import gang_of_four
 from workbench.design.judge.margins import loop_margins
 from workbench.design.judge.operating_map import OperatingMap, find_direction
 from workbench.design.judge.plots_loop import plot_loop, plot_loops
@@ -42,11 +43,11 @@ def pair(steering):
     return StepPair("x", 2.0, time, response, 0.99 * response, metrics, metrics)
 
 
-def test_a_loops_picture_has_all_five_and_its_margins(steering, pair, tmp_path):
+def test_a_loops_picture_has_all_and_its_margins(steering, pair, tmp_path):
     figure = plot_loop(steering, find_loop("pitch"), (pair,))
     assert_drawn(figure, tmp_path)
     panels = titled(figure)
-    words = ("magnitude", "phase", "Nyquist", "root locus", "poles", "step of 2 m/s")
+    words = ("magnitude", "phase", "Nyquist", "KS", "GS", "root locus", "poles", "step of 2 m/s")
     assert all(any(word in title for title in panels) for word in words)
     margins = loop_margins(steering, "pitch_acceleration")
     title = figure.get_suptitle()
@@ -56,6 +57,10 @@ def test_a_loops_picture_has_all_five_and_its_margins(steering, pair, tmp_path):
     marks = [line.get_xdata()[0] for line in nyquist.get_lines() if len(line.get_xdata()) == 1]
     assert -1.0 in marks
     assert any(x == pytest.approx(-1.0 / margins.gain_margin) for x in marks)
+    load = panels["GS: load sensitivity"]
+    top = gang_of_four(steering, find_loop("pitch")).load_sensitivity
+    assert np.max(load.get_lines()[0].get_ydata()) == np.abs(top).max()
+    assert load.get_ylabel() == "size [1/(rad/s^2)]"
     labels = [line.get_label() for line in panels["step of 2 m/s"].get_lines()]
     assert labels == ["command", "flown", "linear"]
 

@@ -16,7 +16,6 @@ from workbench.analysis.replies import FrequencyCurves
 from workbench.analysis.subject import Subject
 from workbench.design.linear.linearize import linearize
 from workbench.gui.charts.curve import CurveStyle
-from workbench.gui.tuning.bode_plots import ratio
 from workbench.gui.tuning.drawn_loop import DrawnLoop, drawn_curves, drawn_measurement
 from workbench.gui.tuning.loop_marks import gain_margin_mark, peak, phase_margin_mark
 from workbench.gui.tuning.nyquist_plot import disk
@@ -191,7 +190,6 @@ def test_the_four_have_units_and_named_peaks(screen, settle):
         plot.redraw()
     units = [plot.canvas.content.axes[0].unit.symbol for plot in card.gang.plots]
     assert units == ["", "", "(m/s²)/(m/s)", "(m/s)/(m/s²)"]
-    assert ratio("rad/s^2", "1") == "(rad/s^2)/1" and ratio("m", "m") == "1"
 
 
 def test_another_cut_is_asked_for_and_a_refusal_is_told(screen, settle, offline):
@@ -315,7 +313,7 @@ def test_curves_are_taken_as_they_were_answered():
     frequency, response = np.array([1.0, 2.0]), np.array([1.0j, 2.0])
     margins = synthetic(control.tf([1], [1, 1]) * 5.0, frequency).margins
     curves = FrequencyCurves(
-        asked, "u", ("e", "m"), ("u", "m"), frequency, response, response, response, margins
+        asked, "u", frequency, response, response, response, ("1", "1"), margins
     )
     loop = drawn_curves("kept", curves)
     assert loop.at(1.0, loop.open_loop) == pytest.approx(1.0j)

@@ -19,7 +19,7 @@ LOWEST = 0.05
 
 @dataclass(frozen=True)
 class GangOfFour:
-    """A loop over frequency, from one control update to the next, as it flies.
+    """A loop over frequency; of the sampled model, from one control update to the next.
 
     KS is what the loop asks for at `control` per noise at `error`. GS is what changes in the
     controlled quantity per load: an amount that adds to `control`, behind the law and before
@@ -31,7 +31,7 @@ class GangOfFour:
         control: the loop point of what it asks for.
         error_unit: SI unit of the error.
         control_unit: SI unit of the control.
-        frequency: (F), rising up to half the control rate [rad/s].
+        frequency: (F), rising; of a sampled model up to half its rate [rad/s].
         open_loop: (F) L, with negative feedback.
         control_sensitivity: (F) KS [control_unit / error_unit].
         load_sensitivity: (F) GS [error_unit / control_unit].
@@ -56,6 +56,16 @@ class GangOfFour:
         return response
 
     @property
+    def control_per_error(self) -> str:
+        """Unit of KS."""
+        return _ratio(self.control_unit, self.error_unit)
+
+    @property
+    def error_per_control(self) -> str:
+        """Unit of GS."""
+        return _ratio(self.error_unit, self.control_unit)
+
+    @property
     def complementary_sensitivity(self) -> np.ndarray:
         """T = L / (1 + L), (F)."""
         return self.open_loop * self.sensitivity
@@ -65,30 +75,31 @@ def gang_of_four(model: LinearModel, loop: Loop, cut: str = "actuator") -> GangO
     """Return the gang of four of a loop.
 
     Args:
-        model: sampled, of the closed loop; one that holds its place for a loop that does.
+        model: of the closed loop; one that holds its place for a loop that does.
         loop: one of its controller's.
         cut: where L is taken, actuator or error.
 
     Raises:
         WorkbenchError: for another cut.
     """
-    point, control = loop.point(cut), control_point(model, loop)
-    loops = loop_responses(model, [point])
+    cut_at, control = loop.point(cut), control_point(model, loop)
+    loops = loop_responses(model, [cut_at])
     frequency = frequency_grid(loops)
     frequency = frequency[frequency >= min(LOWEST, 0.01 * frequency[-1])]
     # both from what is added to where, as one closed loop: (F, 2, 2)
-    z = np.exp(1j * frequency * model.period)[:, None, None]
+    point = 1j * frequency[:, None, None]
+    if model.period:
+        point = np.exp(point * model.period)
     B, C = model.B([loop.error, control]), model.C([loop.error, control])
     D = model.D([loop.error, control], [loop.error, control])
-    # (zI - A) x = B has the same right-hand side at each frequency
-    states = np.linalg.solve(z * np.eye(len(model.A)) - model.A, B[None].astype(complex))
+    states = np.linalg.solve(point * np.eye(len(model.A)) - model.A, B[None].astype(complex))
     response = C @ states + D
     (_, load), (noise, _) = response.transpose(1, 2, 0)
     if control == loop.error:  # what comes there, and what is added, goes on
         noise = 1.0 + noise
     units = {signal.name: signal.unit for signal in model.outputs}
     return GangOfFour(
-        cut=point,
+        cut=cut_at,
         error=loop.error,
         control=control,
         error_unit=units[loop.error],
@@ -118,3 +129,10 @@ def control_point(model: LinearModel, loop: Loop) -> str:
         if loop.axis and each.axis == loop.axis and each.actuator not in ("", each.error)
     )
     return next(found, loop.error)
+
+
+def _ratio(above: str, below: str) -> str:
+    """Return the unit of a ratio of two, as (m/s^2)/(m/s)."""
+    if above == below:
+        return "1"
+    return "/".join(f"({unit})" if "/" in unit else unit for unit in (above, below))

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from workbench.control.controller import Loop
+from workbench.design.judge.gang_of_four import GangOfFour, gang_of_four
 from workbench.design.judge.loop_response import CutModel, LoopResponses, loop_responses
 from workbench.design.judge.margins import LoopMargins, frequency_grid, loop_margins
 from workbench.design.judge.modes import natural_poles
@@ -115,6 +116,28 @@ def draw_nyquist(
     axes.set_xlabel("real part [1]")
     if legend:
         axes.legend(loc="lower left", fontsize=7.5, frameon=True, framealpha=0.85, edgecolor="none")
+
+
+def draw_gang(control: Axes, load: Axes, gang: GangOfFour) -> None:
+    """Draw |KS| and |GS|, each with its peak; S and T stand with the magnitude of L."""
+    for axes, name, response, unit in (
+        (control, "KS: control sensitivity", gang.control_sensitivity, gang.control_per_error),
+        (load, "GS: load sensitivity", gang.load_sensitivity, gang.error_per_control),
+    ):
+        size = np.abs(response)
+        axes.loglog(gang.frequency, size, color=PALETTE.ours)
+        top = int(np.argmax(size))
+        axes.plot(gang.frequency[top], size[top], "o", color=PALETTE.mean, ms=4)
+        axes.annotate(
+            f"{size[top]:.3g} at {gang.frequency[top]:.3g} rad/s",
+            (0.03, 0.04),
+            xycoords="axes fraction",
+            fontsize=7.5,
+            color=PALETTE.mean,
+            bbox=_PLATE,
+        )
+        label(axes, name, f"size [{unit}]")
+        axes.set_xlabel("frequency [rad/s]")
 
 
 def _decibel(values: np.ndarray) -> np.ndarray:
@@ -247,7 +270,7 @@ def _frame(axes: Axes, shown: float, title: str) -> None:
 def plot_loop(
     model: LinearModel, loop: Loop, steps: tuple[StepPair, ...] = (), *, cut: str = "actuator"
 ) -> Figure:
-    """Return Bode, Nyquist, root locus, poles and step of one loop.
+    """Return Bode, Nyquist, gang of four, root locus, poles and step of one loop.
 
     Args:
         model: the closed loop; one that holds its place for a loop that does.
@@ -259,8 +282,9 @@ def plot_loop(
     loops, margins = loop_responses(model, [point]), loop_margins(model, point)
     frequency = shown_frequencies(loops, margins)
     response = loops.at(frequency)[0]
-    figure = Figure(figsize=(13.0, 7.6), layout="constrained")
-    magnitude, nyquist, locus, phase, step, poles = figure.subplots(2, 3).ravel()
+    figure = Figure(figsize=(16.5, 7.6), layout="constrained")
+    panels = figure.subplots(2, 4).ravel()
+    magnitude, nyquist, locus, control, phase, step, poles, load = panels
     where = f"cut at {point}" if loop.error != loop.actuator else f"cut at its error, {point}"
     figure.suptitle(
         f"{loop.name} loop at {model.trim.point.label}, {where}\n{_in_words(margins)}",
@@ -272,6 +296,7 @@ def plot_loop(
     draw_magnitude(magnitude, frequency, response, margins)
     draw_phase(phase, frequency, response, margins)
     draw_nyquist(nyquist, response, margins)
+    draw_gang(control, load, gang_of_four(model, loop, cut))
     closed = natural_poles(np.linalg.eigvals(model.A), model.period)
     shown = reach(closed, margins.crossover, loops.highest)
     draw_locus(locus, model, point, margins, shown)

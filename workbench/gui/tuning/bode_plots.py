@@ -215,9 +215,9 @@ class GangPlots(FrequencyPlots):
         for plot in self.plots:
             plot.set_scales(Scale.LOGARITHMIC, Scale.LOGARITHMIC)
 
-    def name_units(self, error: str, control: str) -> None:
-        """Write the units of KS and GS, of an error's and a control's."""
-        units = "1", "1", ratio(control, error), ratio(error, control)
+    def name_units(self, control: str, load: str) -> None:
+        """Write the units of KS and GS."""
+        units = "1", "1", control, load
         for plot, (name, _, _), unit in zip(self.plots, FOUR, units, strict=True):
             plot.set_axes("", name, unit, "rad/s")
 
@@ -248,10 +248,3 @@ def peak_guide(what: str, mark: Mark) -> Shown:
     if what == "peak":  # its unit takes the room of its frequency
         return lines, f"peak {mark.value:.4g}"
     return lines, f"{what} {mark.value:.3g} at {mark.frequency:.3g} rad/s"
-
-
-def ratio(above: str, below: str) -> str:
-    """Return the unit of a ratio of two SI units, as (m/s^2)/(m/s)."""
-    if above == below:
-        return "1"
-    return "/".join(f"({unit})" if "/" in unit else unit for unit in (above, below))

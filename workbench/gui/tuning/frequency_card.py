@@ -231,7 +231,7 @@ class FrequencyCard(Card):
             return
         if self._view == "Gang of four" and self.curves.shown:
             any_of = next(iter(self.curves.shown.values()))
-            self.gang.name_units(any_of.error[1], any_of.control[1])
+            self.gang.name_units(*any_of.units)
         seen = [each for each in self._drawn if each.name not in self._hidden]
         self._drawing[VIEWS.index(self._view)].show_loops(seen)
         self._frame()
