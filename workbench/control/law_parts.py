@@ -5,6 +5,7 @@ AutoDiffXd for exact linear models, and compiles with numba (`register_jitable` 
 they are for Python, and lets numba call them). A vector is a sequence of three scalars.
 """
 
+import math
 from typing import Any
 
 from workbench.common.jitable import register_jitable
@@ -16,6 +17,7 @@ Scalar = Any
 Vector = Any
 """A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 
+PI = math.pi
 LEAST_LIFT = 0.3 * GRAVITY
 """The specific force never points below this much upwards [m/s²]: no flying on its back."""
 
@@ -54,6 +56,40 @@ def attitude_error(f: Vector, w: Vector, w_sp: Vector) -> tuple[Scalar, Scalar, 
         e_x = -scale * f_y
         e_y = scale * f_x
     return e_x, e_y, w_sp[2] - w[2]
+
+
+@register_jitable(forceinline=True)
+def arctan2(y: Scalar, x: Scalar) -> Scalar:
+    """Return the angle of the vector (x, y), -pi .. pi [rad]; 0 where both are 0.
+
+    Halved three times, tan(a / 2) = t / (1 + (1 + t²)^0.5), an angle is so small that twelve terms
+    of the arctangent's series are exact to rounding.
+    """
+    across = x if x > 0.0 else -x
+    length = (x * x + y * y) ** 0.5
+    if length == 0.0:
+        return 0.0 * length
+    t = y / (length + across)
+    t = t / (1.0 + (1.0 + t * t) ** 0.5)
+    t = t / (1.0 + (1.0 + t * t) ** 0.5)
+    s = -t * t
+    series = 1.0 / 23.0
+    for place in range(10, -1, -1):
+        series = 1.0 / (2 * place + 1) + s * series
+    found = 8.0 * t * series
+    if x < 0.0:
+        found = (PI if y >= 0.0 else -PI) - found
+    return found
+
+
+@register_jitable(forceinline=True)
+def clipped(x: Scalar, most: Scalar) -> Scalar:
+    """Return a number no farther from 0 than `most`."""
+    if x > most:
+        return most
+    if x < -most:
+        return -most
+    return x
 
 
 @register_jitable(forceinline=True)

@@ -9,7 +9,9 @@ from workbench.control.guidance import position_error as position_error
 from workbench.control.guidance import velocity_setpoint as velocity_setpoint
 from workbench.control.law_parts import Scalar as Scalar
 from workbench.control.law_parts import Vector as Vector
+from workbench.control.law_parts import arctan2 as arctan2
 from workbench.control.law_parts import attitude_error as attitude_error
+from workbench.control.law_parts import clipped as clipped
 from workbench.control.law_parts import difference as difference
 from workbench.control.law_parts import integrated as integrated
 from workbench.control.law_parts import moment as moment

@@ -21,7 +21,8 @@ HEIGHT = 10.0
 BELOW_CEILING = 2.0
 """Or this far under the largest height, at which climbs are slowed [m]."""
 TOLERANCE = 1e-9
-"""Of accelerations [m/s², rad/s²] and of commands as shares of their speeds."""
+"""Of accelerations [m/s², rad/s²], of commands as shares of their speeds, and of the memory as a
+share of its numbers where these are above 1."""
 ROUNDS = 40
 LARGEST_TURN = 0.3
 """Of the attitude in a round [rad]."""
@@ -143,12 +144,12 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
     _, by_speeds = derivatives.steady_commands(trim.speeds)
     acceleration, by = derivatives.acceleration(trim.state, trim.speeds)
     wanted = np.concatenate([np.zeros(3), trim.vdot_WB])
-    scale = np.maximum(trim.speeds, 1.0)
+    scale, remembered = np.maximum(trim.speeds, 1.0), np.maximum(np.abs(trim.memory), 1.0)
     left = np.concatenate(
         [
             acceleration - wanted,
             (update.commands - trim.commands) / scale,
-            update.memory - trim.memory,
+            (update.memory - trim.memory) / remembered,
         ]
     )
 
@@ -169,6 +170,7 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
         jacobian[rows, 2 + n + REFERENCE :] = found[:, last:]
     jacobian[6 + n :, 2 + n + REFERENCE :] -= np.eye(k)
     jacobian[6 : 6 + n] /= scale[:, None]
+    jacobian[6 + n :] /= remembered[:, None]
     return left, jacobian
 
 

@@ -1,0 +1,456 @@
+"""PID cascade of the Crazyflie firmware 2025.12: position, velocity, attitude and rate.
+
+Parameters carry the firmware's names, with _ for its dot, its units, degrees, and its defaults.
+Angles are those of roll, pitch and yaw; pitch has the firmware's legacy sign, nose up. x and y are
+ahead and left of the yaw. A PID with gains kp, ki, kd, kff is
+
+    i   <- clip(i + e dt, ±limit),   u = kp e + ki i - kd d(measured)/dt + kff desired
+
+With e of each loop, at 102 Hz the position and velocity loops run
+
+    v_d = clip(PID_pos(p_d - p), ±1.1 VelMax),   z: VelMax 0.5 m/s or more
+    pitch_d = -clip(PID_vx(v_d - v), ±PLimit),   roll_d = -clip(PID_vy(v_d - v), ±RLimit)
+    thrust  = clip(1000 PID_vz(v_d - v) + thrustBase, thrustMin .. 65535)
+
+where the derivative of a velocity passes a low-pass of second order at 20 Hz. At 512 Hz (500 and
+100 Hz in the firmware) follow attitude and rate loops, whose outputs are clipped at ±32767:
+
+    (p, q, r)_d = PID_att((roll, pitch, yaw)_d - (roll, pitch, yaw))
+    (roll, pitch, yaw) = PID_rate((p, q, r)_d - (p, q, r))
+
+and the power distribution, with thrusts as 65535ths of `thrust_max`:
+
+    m1 = thrust - roll/2 + pitch/2 - yaw   front right,  m2 = thrust - roll/2 - pitch/2 + yaw
+    m3 = thrust + roll/2 - pitch/2 - yaw   back left,    m4 = thrust + roll/2 + pitch/2 + yaw
+
+Battery compensation turns a thrust into the motor's voltage, thrust = a0 + a1 V + a2 V² + a3 V³,
+and that into PWM = 65535 V / vbat. Where one PWM exceeds 65535, its excess is taken from all four;
+none is below 0. What the law returns is the wrench of the thrusts that are left.
+
+Source: bitcraze/crazyflie-firmware, position_controller_pid.c, attitude_pid_controller.c, pid.c,
+power_distribution_quadrotor.c, platform_defaults_cf2.h. docs/autopilots.md has what is left out.
+"""
+
+import math
+from typing import Any
+
+from workbench.controllers import (
+    Loop,
+    State,
+    arctan2,
+    attitude_matrix,
+    clipped,
+    gain,
+    into_body,
+    position_error,
+    probe3,
+    velocity_setpoint,
+)
+
+PERIOD = 1 / 512
+DIVIDERS = (5,)
+DEGREES = 180.0 / math.pi
+FULL = 65535.0
+"""Full scale of a motor."""
+MOST_TORQUE = 32767.0
+MOST_CLIMB = 32.767
+"""Largest output of the PID of climbing [1000 / 65535 of a motor's thrust]."""
+OVERHEAD = 1.1
+"""Share of a limit that a PID may put out."""
+LEAST_CLIMB_LIMIT = 0.5
+"""No limit of the vertical velocity is smaller [m/s]."""
+CURVE = (-0.02476537915958403, 0.06523793527519485, -0.026792504967750107, 0.006776789303971145)
+"""Thrust over the voltage of a motor, propellers 2.1+ [N, N/V, N/V², N/V³]."""
+VOLTAGES = 12
+"""Steps of Newton's method to the voltage of a thrust: the curve rises everywhere."""
+CUTOFF = 20.0
+"""Of the low-pass behind the derivative of a velocity [Hz]."""
+
+
+def _rows(
+    group: str, names: str, unit: str, of: str, table: tuple[tuple[str, tuple[float, ...]], ...]
+) -> Any:
+    """Return rows of kp, ki, kd and kff, as far as an axis has them, by the firmware's names."""
+    units = (unit, f"{unit}/s", f"{unit}*s", "1")
+    helps = (
+        "per error",
+        "per integral of the error",
+        "per rate of what is measured",
+        "per setpoint",
+    )
+    return tuple(
+        gain(
+            f"{group}_{axis}{name}",
+            each,
+            (0.0, max(10.0, 20.0 * value)),
+            value,
+            f"{of} of {axis.strip('_')} {how}",
+            group,
+        )
+        for axis, values in table
+        for name, each, how, value in zip(names.split(), units, helps, values, strict=False)
+    )
+
+
+ANGLES = ("roll_", "pitch_", "yaw_")
+PARAMETERS = (
+    *_rows(
+        "posCtlPid",
+        "Kp Ki",
+        "1/s",
+        "velocity",
+        (("x", (2.0, 0.0)), ("y", (2.0, 0.0)), ("z", (2.0, 0.5))),
+    ),
+    gain("posCtlPid_xVelMax", "m/s", (0.05, 20.0), 1.0, "largest velocity of x", "posCtlPid"),
+    gain("posCtlPid_yVelMax", "m/s", (0.05, 20.0), 1.0, "largest velocity of y", "posCtlPid"),
+    gain("posCtlPid_zVelMax", "m/s", (0.05, 20.0), 1.0, "largest velocity of z", "posCtlPid"),
+    *_rows(
+        "velCtlPid",
+        "Kp Ki Kd KFF",
+        "deg*s/m",
+        "angle, thrust in thousands,",
+        (
+            ("vx", (25.0, 1.0, 0.0, 0.0)),
+            ("vy", (25.0, 1.0, 0.0, 0.0)),
+            ("vz", (25.0, 15.0, 0.0, 0.0)),
+        ),
+    ),
+    gain("posCtlPid_rLimit", "deg", (1.0, 60.0), 20.0, "largest roll", "posCtlPid"),
+    gain("posCtlPid_pLimit", "deg", (1.0, 60.0), 20.0, "largest pitch", "posCtlPid"),
+    gain("posCtlPid_thrustBase", "1", (0.0, FULL), 36000.0, "thrust in hover", "posCtlPid"),
+    gain("posCtlPid_thrustMin", "1", (0.0, FULL), 20000.0, "least thrust", "posCtlPid"),
+    *_rows(
+        "pid_attitude",
+        "kp ki kd kff",
+        "1/s",
+        "rate",
+        tuple(
+            zip(
+                ANGLES,
+                ((6.0, 3.0, 0.0, 0.0), (6.0, 3.0, 0.0, 0.0), (6.0, 1.0, 0.35, 0.0)),
+                strict=True,
+            )
+        ),
+    ),
+    *_rows(
+        "pid_rate",
+        "kp ki kd kff",
+        "s/deg",
+        "torque",
+        tuple(
+            zip(
+                ANGLES,
+                ((250.0, 500.0, 2.5, 0.0), (250.0, 500.0, 2.5, 0.0), (120.0, 16.7, 0.0, 0.0)),
+                strict=True,
+            )
+        ),
+    ),
+    gain("thrust_max", "N", (0.001, 100.0), 0.12, "a motor's thrust at full scale", "Motors"),
+    gain("vbat", "V", (1.0, 60.0), 4.2, "voltage of the full battery", "Motors"),
+)
+INTEGRALS = (20.0, 20.0, 360.0)
+RATE_INTEGRALS = (33.3, 33.3, 166.7)
+"""Largest integrals of attitude [deg s] and rate [deg]."""
+MOST_INTEGRAL = 5000.0
+"""Of position and velocity."""
+
+MEMORY = tuple(
+    State(f"{name}_{axis}", unit)
+    for name, unit, axes in (
+        ("i_position", "m*s", "xyz"),
+        ("i_velocity", "m", "xyz"),
+        ("velocity_before", "m/s", "xyz"),
+        ("filter_1", "m/s^2", "xyz"),
+        ("filter_2", "m/s^2", "xyz"),
+        ("i_attitude", "deg*s", "xyz"),
+        ("attitude_before", "deg", "xyz"),
+        ("i_rate", "deg", "xyz"),
+        ("rate_before", "deg/s", "xyz"),
+        ("asked", "deg", "xyz"),
+    )
+    for axis in axes
+) + (State("thrust", "1"), State("runs", "1"))
+
+POINTS = {
+    f"{name}_{axis}{after}": unit
+    for name, after, unit in (
+        ("position", "_error", "m"),
+        ("velocity", "_error", "m/s"),
+        ("attitude", "_error", "deg"),
+        ("rate", "_error", "deg/s"),
+        ("torque", "", "1"),
+    )
+    for axis in "xyz"
+}
+POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, 15, 3)
+
+
+def _named(group: str, axis: str, names: str) -> tuple[str, ...]:
+    return tuple(f"{group}_{axis}{name}" for name in names.split())
+
+
+LOOPS = (
+    *(
+        Loop(
+            f"velocity_{axis}",
+            f"velocity_{axis}_error",
+            axis=axis,
+            gains=_named("velCtlPid", f"v{axis}", "Kp Ki"),
+        )
+        for axis in "xyz"
+    ),
+    *(
+        Loop(
+            name,
+            f"attitude_{axis}_error",
+            axis=moves,
+            gains=_named("pid_attitude", f"{name}_", "kp ki"),
+        )
+        for name, axis, moves in (("roll", "x", "y"), ("pitch", "y", "x"), ("yaw", "z", "yaw"))
+    ),
+    *(
+        Loop(
+            f"{name}_rate",
+            f"rate_{axis}_error",
+            f"torque_{axis}",
+            axis=moves,
+            gains=_named("pid_rate", f"{name}_", "kp ki kd"),
+        )
+        for name, axis, moves in (("roll", "x", "y"), ("pitch", "y", "x"), ("yaw", "z", "yaw"))
+    ),
+    *(
+        Loop(
+            f"position_{axis}",
+            f"position_{axis}_error",
+            hold=True,
+            axis=axis,
+            gains=_named("posCtlPid", axis, "Kp Ki"),
+        )
+        for axis in "xyz"
+    ),
+)
+
+DESIGNED = (
+    *(f"{motor}_{part}" for motor in ("m1", "m2", "m3", "m4") for part in ("f", "x", "y", "z")),
+    "turns",
+    *(f"filter_{name}" for name in ("b0", "b1", "b2", "a1", "a2")),
+)
+
+
+def design(vehicle: Any, g: Any, dt: float) -> list[float]:
+    """Return what each motor's thrust makes, which way m1 turns, and the low-pass.
+
+    `turns` is 1 where the motor at the front right turns counter-clockwise, as the Crazyflie's.
+    """
+    corners = {(rotor.m_y < 0.0, rotor.m_x < 0.0): rotor for rotor in vehicle.rotors}
+    if len(vehicle.rotors) != 4 or len(corners) != 4:
+        raise ValueError("the Crazyflie's power distribution is for four rotors in X")
+    motors = [
+        corners[place] for place in ((True, True), (False, True), (False, False), (True, False))
+    ]
+    effects = [
+        number for rotor in motors for number in (rotor.force, rotor.m_x, rotor.m_y, rotor.m_z)
+    ]
+    ohm = math.tan(math.pi * CUTOFF * DIVIDERS[0] * dt)
+    c = 1.0 + 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm
+    b = ohm * ohm / c
+    a = 2.0 * (ohm * ohm - 1.0) / c, (1.0 - 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm) / c
+    return [*effects, 1.0 if motors[0].m_z < 0.0 else -1.0, b, 2.0 * b, b, *a]
+
+
+def held(integral: Any, error: Any, most: float, dt: float) -> Any:
+    """Return an integral after an update, within its limit."""
+    return clipped(integral + error * dt, most)
+
+
+def voltage(thrust: Any) -> Any:
+    """Return the voltage at which a motor gives a thrust [N]."""
+    a_0, a_1, a_2, a_3 = CURVE
+    v = 2.0 + 0.0 * thrust
+    for _ in range(VOLTAGES):
+        slope = a_1 + v * (2.0 * a_2 + 3.0 * a_3 * v)
+        v = v - (a_0 + v * (a_1 + v * (a_2 + v * a_3)) - thrust) / slope
+    return v
+
+
+def thrust_at(volts: Any) -> Any:
+    """Return the thrust of a motor at a voltage [N], 0 where the curve is below that."""
+    a_0, a_1, a_2, a_3 = CURVE
+    thrust = a_0 + volts * (a_1 + volts * (a_2 + volts * a_3))
+    return thrust if thrust > 0.0 else 0.0 * thrust
+
+
+def wrapped(angle: Any) -> Any:
+    """Return an angle within ±180 degrees, of one within ±540."""
+    if angle > 180.0:
+        return angle - 360.0
+    if angle < -180.0:
+        return angle + 360.0
+    return angle
+
+
+def pid(e: Any, i: Any, rate: Any, wanted: Any, gains: Any) -> Any:
+    """Return what a PID puts out.
+
+    Args:
+        e: its error.
+        i: its integral.
+        rate: of change of what is measured.
+        wanted: its setpoint.
+        gains: kp, ki, kd and kff.
+    """
+    kp, ki, kd, kff = gains
+    return kp * e + ki * i - kd * rate + kff * wanted
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    m, v = memory, measured.v_WBcm
+    R = attitude_matrix(measured.q_WT)
+    level = (R[0] * R[0] + R[3] * R[3]) ** 0.5
+    cos, sin = R[0] / level, R[3] / level
+    roll = DEGREES * arctan2(R[7], R[8])
+    pitch = -DEGREES * arctan2(-R[6], level)
+    yaw = DEGREES * arctan2(R[3], R[0])
+    w = into_body(R, measured.w_WB)
+    p, q, r = DEGREES * w[0], -DEGREES * w[1], DEGREES * w[2]
+    first = m.runs < 0.5
+
+    asked = velocity_setpoint((0.0, 0.0, 0.0), measured, setpoint, g)
+    yaw_d = yaw if first else wrapped(m.asked_z + DEGREES * asked[3] * dt)
+
+    v_x, v_y, v_z = cos * v[0] + sin * v[1], cos * v[1] - sin * v[0], v[2]
+    roll_d, pitch_d, thrust = m.asked_x, m.asked_y, m.thrust
+    i_x, i_y, i_z = m.i_position_x, m.i_position_y, m.i_position_z
+    i_vx, i_vy, i_vz = m.i_velocity_x, m.i_velocity_y, m.i_velocity_z
+    before = m.velocity_before_x, m.velocity_before_y, m.velocity_before_z
+    one = m.filter_1_x, m.filter_1_y, m.filter_1_z
+    two = m.filter_2_x, m.filter_2_y, m.filter_2_z
+    e_W = position_error(measured, setpoint)
+    e = cos * e_W[0] + sin * e_W[1], cos * e_W[1] - sin * e_W[0], e_W[2]
+    x, y, z = probe3(e, POSITION, loops)
+    since = measured.elapsed[0]
+    if since > 0.0 or first:
+        period = since if since > 0.0 else DIVIDERS[0] * dt
+        i_x = held(i_x, x, MOST_INTEGRAL, period)
+        i_y = held(i_y, y, MOST_INTEGRAL, period)
+        i_z = held(i_z, z, MOST_INTEGRAL, period)
+        climb = g.posCtlPid_zVelMax
+        climb = climb if climb > LEAST_CLIMB_LIMIT else LEAST_CLIMB_LIMIT + 0.0 * climb
+        s_x = clipped(g.posCtlPid_xKp * x + g.posCtlPid_xKi * i_x, OVERHEAD * g.posCtlPid_xVelMax)
+        s_y = clipped(g.posCtlPid_yKp * y + g.posCtlPid_yKi * i_y, OVERHEAD * g.posCtlPid_yVelMax)
+        s_z = clipped(g.posCtlPid_zKp * z + g.posCtlPid_zKi * i_z, OVERHEAD * climb)
+        back = cos * s_x - sin * s_y, sin * s_x + cos * s_y, s_z
+        s_W = velocity_setpoint(back, measured, setpoint, g)
+        s_x, s_y, s_z = cos * s_W[0] + sin * s_W[1], cos * s_W[1] - sin * s_W[0], s_W[2]
+        e_x, e_y, e_z = s_x - v_x, s_y - v_y, s_z - v_z
+    else:
+        s_x, s_y, s_z, period = 0.0 * x, 0.0 * x, 0.0 * x, dt
+        e_x, e_y, e_z = 0.0 * x, 0.0 * x, 0.0 * x
+    e_x, e_y, e_z = probe3((e_x, e_y, e_z), VELOCITY, loops)
+    if since > 0.0 or first:
+        if first:
+            before = v_x, v_y, v_z
+        d_x = (v_x - before[0]) / period - g.filter_a1 * one[0] - g.filter_a2 * two[0]
+        d_y = (v_y - before[1]) / period - g.filter_a1 * one[1] - g.filter_a2 * two[1]
+        d_z = (v_z - before[2]) / period - g.filter_a1 * one[2] - g.filter_a2 * two[2]
+        b_0, b_1, b_2 = g.filter_b0, g.filter_b1, g.filter_b2
+        i_vx = held(i_vx, e_x, MOST_INTEGRAL, period)
+        i_vy = held(i_vy, e_y, MOST_INTEGRAL, period)
+        i_vz = held(i_vz, e_z, MOST_INTEGRAL, period)
+        gains = g.velCtlPid_vxKp, g.velCtlPid_vxKi, g.velCtlPid_vxKd, g.velCtlPid_vxKFF
+        ahead = pid(e_x, i_vx, b_0 * d_x + b_1 * one[0] + b_2 * two[0], s_x, gains)
+        gains = g.velCtlPid_vyKp, g.velCtlPid_vyKi, g.velCtlPid_vyKd, g.velCtlPid_vyKFF
+        left = pid(e_y, i_vy, b_0 * d_y + b_1 * one[1] + b_2 * two[1], s_y, gains)
+        gains = g.velCtlPid_vzKp, g.velCtlPid_vzKi, g.velCtlPid_vzKd, g.velCtlPid_vzKFF
+        up = pid(e_z, i_vz, b_0 * d_z + b_1 * one[2] + b_2 * two[2], s_z, gains)
+        two, one, before = one, (d_x, d_y, d_z), (v_x, v_y, v_z)
+        pitch_d = -clipped(clipped(ahead, OVERHEAD * g.posCtlPid_pLimit), g.posCtlPid_pLimit)
+        roll_d = -clipped(clipped(left, OVERHEAD * g.posCtlPid_rLimit), g.posCtlPid_rLimit)
+        thrust = 1000.0 * clipped(up, MOST_CLIMB) + g.posCtlPid_thrustBase
+        thrust = thrust if thrust > g.posCtlPid_thrustMin else g.posCtlPid_thrustMin + 0.0 * thrust
+        thrust = thrust if thrust < FULL else FULL + 0.0 * thrust
+
+    errors = roll_d - roll, pitch_d - pitch, wrapped(yaw_d - yaw)
+    e_x, e_y, e_z = probe3(errors, ATTITUDE, loops)
+    i_roll = held(m.i_attitude_x, e_x, INTEGRALS[0], dt)
+    i_pitch = held(m.i_attitude_y, e_y, INTEGRALS[1], dt)
+    i_yaw = held(m.i_attitude_z, e_z, INTEGRALS[2], dt)
+    slope_x = 0.0 * roll if first else (roll - m.attitude_before_x) / dt
+    slope_y = 0.0 * roll if first else (pitch - m.attitude_before_y) / dt
+    slope_z = 0.0 * roll if first else wrapped(yaw - m.attitude_before_z) / dt
+    gains = g.pid_attitude_roll_kp, g.pid_attitude_roll_ki
+    gains = (*gains, g.pid_attitude_roll_kd, g.pid_attitude_roll_kff)
+    p_d = pid(e_x, i_roll, slope_x, roll_d, gains)
+    gains = g.pid_attitude_pitch_kp, g.pid_attitude_pitch_ki
+    gains = (*gains, g.pid_attitude_pitch_kd, g.pid_attitude_pitch_kff)
+    q_d = pid(e_y, i_pitch, slope_y, pitch_d, gains)
+    gains = g.pid_attitude_yaw_kp, g.pid_attitude_yaw_ki
+    gains = (*gains, g.pid_attitude_yaw_kd, g.pid_attitude_yaw_kff)
+    r_d = pid(e_z, i_yaw, slope_z, yaw_d, gains)
+
+    e_p, e_q, e_r = probe3((p_d - p, q_d - q, r_d - r), RATE, loops)
+    i_p = held(m.i_rate_x, e_p, RATE_INTEGRALS[0], dt)
+    i_q = held(m.i_rate_y, e_q, RATE_INTEGRALS[1], dt)
+    i_r = held(m.i_rate_z, e_r, RATE_INTEGRALS[2], dt)
+    slope_x = 0.0 * roll if first else (p - m.rate_before_x) / dt
+    slope_y = 0.0 * roll if first else (q - m.rate_before_y) / dt
+    slope_z = 0.0 * roll if first else (r - m.rate_before_z) / dt
+    gains = g.pid_rate_roll_kp, g.pid_rate_roll_ki, g.pid_rate_roll_kd, g.pid_rate_roll_kff
+    t_x = clipped(pid(e_p, i_p, slope_x, p_d, gains), MOST_TORQUE)
+    gains = g.pid_rate_pitch_kp, g.pid_rate_pitch_ki, g.pid_rate_pitch_kd, g.pid_rate_pitch_kff
+    t_y = clipped(pid(e_q, i_q, slope_y, q_d, gains), MOST_TORQUE)
+    gains = g.pid_rate_yaw_kp, g.pid_rate_yaw_ki, g.pid_rate_yaw_kd, g.pid_rate_yaw_kff
+    t_z = clipped(pid(e_r, i_r, slope_z, r_d, gains), MOST_TORQUE)
+    t_x, t_y, t_z = probe3((t_x, t_y, t_z), TORQUE, loops)
+
+    half_x, half_y, turn = 0.5 * t_x, 0.5 * t_y, g.turns * t_z
+    motors = (
+        thrust - half_x + half_y - turn,
+        thrust - half_x - half_y + turn,
+        thrust + half_x - half_y - turn,
+        thrust + half_x + half_y + turn,
+    )
+    m1, m2, m3, m4 = distributed(motors, g.thrust_max, g.vbat * measured.voltage)
+    wrench = (
+        g.m1_f * m1 + g.m2_f * m2 + g.m3_f * m3 + g.m4_f * m4,
+        g.m1_x * m1 + g.m2_x * m2 + g.m3_x * m3 + g.m4_x * m4,
+        g.m1_y * m1 + g.m2_y * m2 + g.m3_y * m3 + g.m4_y * m4,
+        g.m1_z * m1 + g.m2_z * m2 + g.m3_z * m3 + g.m4_z * m4,
+    )
+    outer = (i_x, i_y, i_z, i_vx, i_vy, i_vz, *before, *one, *two)
+    inner = (i_roll, i_pitch, i_yaw, roll, pitch, yaw, i_p, i_q, i_r, p, q, r)
+    return wrench, (*outer, *inner, roll_d, pitch_d, yaw_d, thrust, 1.0 + 0.0 * thrust)
+
+
+def distributed(motors: Any, thrust_max: Any, vbat: Any) -> Any:
+    """Return the thrusts [N] of four motors whose PWM has been capped.
+
+    Args:
+        motors: wanted, 65535 for `thrust_max`.
+        thrust_max: [N].
+        vbat: voltage of the battery [V].
+    """
+    m1, m2, m3, m4 = motors
+    share, scale = thrust_max / FULL, FULL / vbat
+    pwm_1 = scale * voltage(m1 * share)
+    pwm_2 = scale * voltage(m2 * share)
+    pwm_3 = scale * voltage(m3 * share)
+    pwm_4 = scale * voltage(m4 * share)
+    most = pwm_1 if pwm_1 > pwm_2 else pwm_2
+    most = most if most > pwm_3 else pwm_3
+    most = most if most > pwm_4 else pwm_4
+    excess = most - FULL if most > FULL else 0.0 * most
+    return (
+        given(pwm_1 - excess, scale),
+        given(pwm_2 - excess, scale),
+        given(pwm_3 - excess, scale),
+        given(pwm_4 - excess, scale),
+    )
+
+
+def given(pwm: Any, scale: Any) -> Any:
+    """Return the thrust of a motor [N] at a PWM, of which `scale` are a volt."""
+    return thrust_at(pwm / scale if pwm > 0.0 else 0.0 * pwm)
