@@ -18,14 +18,8 @@ where the derivative of a velocity passes a low-pass of second order at 20 Hz. A
     (p, q, r)_d = PID_att((roll, pitch, yaw)_d - (roll, pitch, yaw))
     (roll, pitch, yaw) = PID_rate((p, q, r)_d - (p, q, r))
 
-and the power distribution, with thrusts as 65535ths of `thrust_max`:
-
-    m1 = thrust - roll/2 + pitch/2 - yaw   front right,  m2 = thrust - roll/2 - pitch/2 + yaw
-    m3 = thrust + roll/2 - pitch/2 - yaw   back left,    m4 = thrust + roll/2 + pitch/2 + yaw
-
-Battery compensation turns a thrust into the motor's voltage, thrust = a0 + a1 V + a2 V² + a3 V³,
-and that into PWM = 65535 V / vbat. Where one PWM exceeds 65535, its excess is taken from all four;
-none is below 0. What the law returns is the wrench of the thrusts that are left.
+What the law returns is the wrench of the thrusts that the power distribution makes of these, see
+`control/crazyflie_power.py`: capped motors and the battery's compensation.
 
 Source: bitcraze/crazyflie-firmware, position_controller_pid.c, attitude_pid_controller.c, pid.c,
 power_distribution_quadrotor.c, platform_defaults_cf2.h. docs/autopilots.md has what is left out.
@@ -34,7 +28,15 @@ power_distribution_quadrotor.c, platform_defaults_cf2.h. docs/autopilots.md has 
 import math
 from typing import Any
 
+from workbench.control.crazyflie_power import (
+    FULL,
+    MOTOR_EFFECTS,
+    larger_motors,
+    motor_effects,
+    power_distribution,
+)
 from workbench.controllers import (
+    GRAVITY,
     Loop,
     State,
     arctan2,
@@ -46,12 +48,11 @@ from workbench.controllers import (
     probe3,
     velocity_setpoint,
 )
+from workbench.controllers.pd_rule import rule as pd_rule
 
 PERIOD = 1 / 512
 DIVIDERS = (5,)
 DEGREES = 180.0 / math.pi
-FULL = 65535.0
-"""Full scale of a motor."""
 MOST_TORQUE = 32767.0
 MOST_CLIMB = 32.767
 """Largest output of the PID of climbing [1000 / 65535 of a motor's thrust]."""
@@ -59,10 +60,6 @@ OVERHEAD = 1.1
 """Share of a limit that a PID may put out."""
 LEAST_CLIMB_LIMIT = 0.5
 """No limit of the vertical velocity is smaller [m/s]."""
-CURVE = (-0.02476537915958403, 0.06523793527519485, -0.026792504967750107, 0.006776789303971145)
-"""Thrust over the voltage of a motor, propellers 2.1+ [N, N/V, N/V², N/V³]."""
-VOLTAGES = 12
-"""Steps of Newton's method to the voltage of a thrust: the curve rises everywhere."""
 CUTOFF = 20.0
 """Of the low-pass behind the derivative of a velocity [Hz]."""
 
@@ -231,53 +228,24 @@ LOOPS = (
 )
 
 DESIGNED = (
-    *(f"{motor}_{part}" for motor in ("m1", "m2", "m3", "m4") for part in ("f", "x", "y", "z")),
-    "turns",
+    *MOTOR_EFFECTS,
     *(f"filter_{name}" for name in ("b0", "b1", "b2", "a1", "a2")),
 )
 
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
-    """Return what each motor's thrust makes, which way m1 turns, and the low-pass.
-
-    `turns` is 1 where the motor at the front right turns counter-clockwise, as the Crazyflie's.
-    """
-    corners = {(rotor.m_y < 0.0, rotor.m_x < 0.0): rotor for rotor in vehicle.rotors}
-    if len(vehicle.rotors) != 4 or len(corners) != 4:
-        raise ValueError("the Crazyflie's power distribution is for four rotors in X")
-    motors = [
-        corners[place] for place in ((True, True), (False, True), (False, False), (True, False))
-    ]
-    effects = [
-        number for rotor in motors for number in (rotor.force, rotor.m_x, rotor.m_y, rotor.m_z)
-    ]
+    """Return what each motor's thrust makes, which way m1 turns, and the low-pass."""
+    known = motor_effects(vehicle.rotors)
     ohm = math.tan(math.pi * CUTOFF * DIVIDERS[0] * dt)
     c = 1.0 + 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm
     b = ohm * ohm / c
     a = 2.0 * (ohm * ohm - 1.0) / c, (1.0 - 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm) / c
-    return [*effects, 1.0 if motors[0].m_z < 0.0 else -1.0, b, 2.0 * b, b, *a]
+    return [*known, b, 2.0 * b, b, *a]
 
 
 def held(integral: Any, error: Any, most: float, dt: float) -> Any:
     """Return an integral after an update, within its limit."""
     return clipped(integral + error * dt, most)
-
-
-def voltage(thrust: Any) -> Any:
-    """Return the voltage at which a motor gives a thrust [N]."""
-    a_0, a_1, a_2, a_3 = CURVE
-    v = 2.0 + 0.0 * thrust
-    for _ in range(VOLTAGES):
-        slope = a_1 + v * (2.0 * a_2 + 3.0 * a_3 * v)
-        v = v - (a_0 + v * (a_1 + v * (a_2 + v * a_3)) - thrust) / slope
-    return v
-
-
-def thrust_at(volts: Any) -> Any:
-    """Return the thrust of a motor at a voltage [N], 0 where the curve is below that."""
-    a_0, a_1, a_2, a_3 = CURVE
-    thrust = a_0 + volts * (a_1 + volts * (a_2 + volts * a_3))
-    return thrust if thrust > 0.0 else 0.0 * thrust
 
 
 def wrapped(angle: Any) -> Any:
@@ -381,14 +349,26 @@ def update(
     slope_x = 0.0 * roll if first else (roll - m.attitude_before_x) / dt
     slope_y = 0.0 * roll if first else (pitch - m.attitude_before_y) / dt
     slope_z = 0.0 * roll if first else wrapped(yaw - m.attitude_before_z) / dt
-    gains = g.pid_attitude_roll_kp, g.pid_attitude_roll_ki
-    gains = (*gains, g.pid_attitude_roll_kd, g.pid_attitude_roll_kff)
+    gains = (
+        g.pid_attitude_roll_kp,
+        g.pid_attitude_roll_ki,
+        g.pid_attitude_roll_kd,
+        g.pid_attitude_roll_kff,
+    )
     p_d = pid(e_x, i_roll, slope_x, roll_d, gains)
-    gains = g.pid_attitude_pitch_kp, g.pid_attitude_pitch_ki
-    gains = (*gains, g.pid_attitude_pitch_kd, g.pid_attitude_pitch_kff)
+    gains = (
+        g.pid_attitude_pitch_kp,
+        g.pid_attitude_pitch_ki,
+        g.pid_attitude_pitch_kd,
+        g.pid_attitude_pitch_kff,
+    )
     q_d = pid(e_y, i_pitch, slope_y, pitch_d, gains)
-    gains = g.pid_attitude_yaw_kp, g.pid_attitude_yaw_ki
-    gains = (*gains, g.pid_attitude_yaw_kd, g.pid_attitude_yaw_kff)
+    gains = (
+        g.pid_attitude_yaw_kp,
+        g.pid_attitude_yaw_ki,
+        g.pid_attitude_yaw_kd,
+        g.pid_attitude_yaw_kff,
+    )
     r_d = pid(e_z, i_yaw, slope_z, yaw_d, gains)
 
     e_p, e_q, e_r = probe3((p_d - p, q_d - q, r_d - r), RATE, loops)
@@ -406,51 +386,43 @@ def update(
     t_z = clipped(pid(e_r, i_r, slope_z, r_d, gains), MOST_TORQUE)
     t_x, t_y, t_z = probe3((t_x, t_y, t_z), TORQUE, loops)
 
-    half_x, half_y, turn = 0.5 * t_x, 0.5 * t_y, g.turns * t_z
-    motors = (
-        thrust - half_x + half_y - turn,
-        thrust - half_x - half_y + turn,
-        thrust + half_x - half_y - turn,
-        thrust + half_x + half_y + turn,
-    )
-    m1, m2, m3, m4 = distributed(motors, g.thrust_max, g.vbat * measured.voltage)
-    wrench = (
-        g.m1_f * m1 + g.m2_f * m2 + g.m3_f * m3 + g.m4_f * m4,
-        g.m1_x * m1 + g.m2_x * m2 + g.m3_x * m3 + g.m4_x * m4,
-        g.m1_y * m1 + g.m2_y * m2 + g.m3_y * m3 + g.m4_y * m4,
-        g.m1_z * m1 + g.m2_z * m2 + g.m3_z * m3 + g.m4_z * m4,
-    )
+    wrench = power_distribution(thrust, (t_x, t_y, t_z), g, g.vbat * measured.voltage)
     outer = (i_x, i_y, i_z, i_vx, i_vy, i_vz, *before, *one, *two)
     inner = (i_roll, i_pitch, i_yaw, roll, pitch, yaw, i_p, i_q, i_r, p, q, r)
     return wrench, (*outer, *inner, roll_d, pitch_d, yaw_d, thrust, 1.0 + 0.0 * thrust)
 
 
-def distributed(motors: Any, thrust_max: Any, vbat: Any) -> Any:
-    """Return the thrusts [N] of four motors whose PWM has been capped.
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return values for a vehicle; the firmware's for one of a Crazyflie's size.
 
-    Args:
-        motors: wanted, 65535 for `thrust_max`.
-        thrust_max: [N].
-        vbat: voltage of the battery [V].
+    For others the gains of the PD cascade in this form: rate kp = kd, attitude kp = 0.3 kd, and
+    integrals and derivatives in the firmware's proportions.
     """
-    m1, m2, m3, m4 = motors
-    share, scale = thrust_max / FULL, FULL / vbat
-    pwm_1 = scale * voltage(m1 * share)
-    pwm_2 = scale * voltage(m2 * share)
-    pwm_3 = scale * voltage(m3 * share)
-    pwm_4 = scale * voltage(m4 * share)
-    most = pwm_1 if pwm_1 > pwm_2 else pwm_2
-    most = most if most > pwm_3 else pwm_3
-    most = most if most > pwm_4 else pwm_4
-    excess = most - FULL if most > FULL else 0.0 * most
-    return (
-        given(pwm_1 - excess, scale),
-        given(pwm_2 - excess, scale),
-        given(pwm_3 - excess, scale),
-        given(pwm_4 - excess, scale),
-    )
-
-
-def given(pwm: Any, scale: Any) -> Any:
-    """Return the thrust of a motor [N] at a PWM, of which `scale` are a volt."""
-    return thrust_at(pwm / scale if pwm > 0.0 else 0.0 * pwm)
+    motors = larger_motors(vehicle)
+    if motors is None:
+        return {}
+    pd = pd_rule(vehicle)
+    values = {
+        "thrust_max": motors.thrust_max,
+        "posCtlPid_thrustMin": 0.3 * FULL,
+        "spin_up_feedforward": pd["spin_up_feedforward"],
+        "max_climb_rate": pd["max_climb_rate"],
+    }
+    for axis, kp in (("roll", "kd_roll"), ("pitch", "kd_pitch"), ("yaw", "kp_yaw_rate")):
+        rate = pd[kp] / DEGREES / getattr(motors, axis)
+        values[f"pid_rate_{axis}_kp"] = rate
+        values[f"pid_rate_{axis}_ki"] = (0.14 if axis == "yaw" else 2.0) * rate
+        values[f"pid_rate_{axis}_kd"] = (0.0 if axis == "yaw" else 0.01) * rate
+        values[f"pid_attitude_{axis}_kp"] = 0.3 * pd[kp]
+        values[f"pid_attitude_{axis}_ki"] = 0.03 * pd[kp]
+        values[f"pid_attitude_{axis}_kd"] = 0.0
+    for axis in "xy":
+        values[f"velCtlPid_v{axis}Kp"] = DEGREES * pd[f"kp_velocity_{axis}"] / GRAVITY
+        values[f"velCtlPid_v{axis}Ki"] = 0.04 * values[f"velCtlPid_v{axis}Kp"]
+        values[f"posCtlPid_{axis}Kp"] = pd["kp_position_xy"]
+    climb = vehicle.mass * FULL / (1000.0 * len(vehicle.rotors) * motors.thrust_max)
+    values["velCtlPid_vzKp"] = pd["kp_velocity_z"] * climb
+    values["velCtlPid_vzKi"] = 0.6 * values["velCtlPid_vzKp"]
+    values["posCtlPid_zKp"] = pd["kp_position_z"]
+    values["posCtlPid_zKi"] = 0.25 * pd["kp_position_z"]
+    return values

@@ -73,9 +73,11 @@ def find_trim(
         best = min(best, worst)
         if worst < TOLERANCE:
             return trim
-        change = np.linalg.lstsq(jacobian, -residual, rcond=1e-12)[0]
+        free = np.ones(jacobian.shape[1], dtype=bool)
         if point.hold and trim.memory.size:  # a pilot who asks for anything ends the hold
-            change[2 + n : 2 + n + REFERENCE] = 0.0
+            free[2 + n : 2 + n + REFERENCE] = False
+        change = np.zeros(jacobian.shape[1])
+        change[free] = np.linalg.lstsq(jacobian[:, free], -residual, rcond=1e-12)[0]
         turn = float(np.abs(change[:2]).max())
         share = min(1.0, LARGEST_TURN / max(turn, 1e-12))
         trim = _moved(derivatives, trim, share * change, n)

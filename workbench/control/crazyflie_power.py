@@ -1,0 +1,161 @@
+"""Power distribution of the Crazyflie firmware 2025.12: from torques to what the motors give.
+
+Thrusts are 65535ths of `thrust_max`; roll and pitch are shared by halves, and yaw is whole:
+
+    m1 = thrust - roll/2 + pitch/2 - yaw   front right,  m2 = thrust - roll/2 - pitch/2 + yaw
+    m3 = thrust + roll/2 - pitch/2 - yaw   back left,    m4 = thrust + roll/2 + pitch/2 + yaw
+
+Battery compensation turns a thrust into the motor's voltage, thrust = a0 + a1 V + a2 V² + a3 V³,
+and that into PWM = 65535 V / vbat; of larger motors the curve is larger by thrust_max / 0.12 N.
+Where one PWM exceeds 65535, its excess is taken from all four; none is below 0.
+
+Source: bitcraze/crazyflie-firmware, power_distribution_quadrotor.c, platform_defaults_cf2.h.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.common.jitable import register_jitable
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.rotors import wrench_matrix
+from workbench.plant.thrust_frame import thrust_frame
+
+FULL = 65535.0
+"""Full scale of a motor."""
+HOVER = 36000.0
+"""At which a Crazyflie hovers."""
+SMALL = 0.1
+"""A vehicle lighter than this takes the firmware's own values [kg]."""
+CURVE_MAX = 0.12
+"""Thrust of a Crazyflie's motor at full scale, for which the curve below stands [N]."""
+CURVE = (-0.02476537915958403, 0.06523793527519485, -0.026792504967750107, 0.006776789303971145)
+"""Thrust over the voltage of a motor, propellers 2.1+ [N, N/V, N/V², N/V³]."""
+VOLTAGES = 12
+"""Steps of Newton's method to the voltage of a thrust: the curve rises everywhere."""
+MOTORS = ((True, True), (False, True), (False, False), (True, False))
+"""Whether each motor, m1 to m4, is ahead, and whether it is at the right."""
+MOTOR_EFFECTS = (
+    *(f"m{motor}_{part}" for motor in (1, 2, 3, 4) for part in ("f", "x", "y", "z")),
+    "turns",
+)
+"""Names of what `motor_effects` returns."""
+
+
+def motor_effects(rotors: Any) -> list[float]:
+    """Return what each motor's thrust makes, see `KnownRotor`, and which way m1 turns.
+
+    `turns` is 1 where the motor at the front right turns counter-clockwise, as the Crazyflie's.
+
+    Raises:
+        ValueError: if there are not four rotors in X.
+    """
+    corners = {(rotor.m_y < 0.0, rotor.m_x < 0.0): rotor for rotor in rotors}
+    if len(rotors) != 4 or len(corners) != 4:
+        raise ValueError("the Crazyflie's power distribution is for four rotors in X")
+    motors = [corners[place] for place in MOTORS]
+    effects = [number for each in motors for number in (each.force, each.m_x, each.m_y, each.m_z)]
+    return [*effects, 1.0 if motors[0].m_z < 0.0 else -1.0]
+
+
+class Motors(NamedTuple):
+    """What motors of a vehicle's size do: see `larger_motors`.
+
+    Attributes:
+        thrust_max: thrust of each at full scale [N].
+        roll, pitch, yaw: angular acceleration for a torque of 1 in 65535ths [rad/s²].
+    """
+
+    thrust_max: float
+    roll: float
+    pitch: float
+    yaw: float
+
+
+def larger_motors(vehicle: Any) -> Motors | None:
+    """Return motors with which a vehicle hovers as a Crazyflie, None for one of its size."""
+    if vehicle.mass < SMALL:
+        return None
+    frame = thrust_frame(vehicle)
+    levers = np.abs(wrench_matrix(frame.rotors, frame.p_ToTcm_T)[3:]).sum(axis=1)
+    thrust_max = vehicle.mass * GRAVITY / len(vehicle.rotors) * FULL / HOVER
+    turned = thrust_max / FULL * levers / np.diagonal(frame.inertia_T)
+    return Motors(thrust_max, 0.5 * turned[0], 0.5 * turned[1], turned[2])
+
+
+@register_jitable(forceinline=True)
+def voltage(thrust: Any) -> Any:
+    """Return the voltage at which a motor gives a thrust [N]."""
+    a_0, a_1, a_2, a_3 = CURVE
+    v = 2.0 + 0.0 * thrust
+    for _ in range(VOLTAGES):
+        slope = a_1 + v * (2.0 * a_2 + 3.0 * a_3 * v)
+        v = v - (a_0 + v * (a_1 + v * (a_2 + v * a_3)) - thrust) / slope
+    return v
+
+
+@register_jitable(forceinline=True)
+def thrust_at(volts: Any) -> Any:
+    """Return the thrust of a motor at a voltage [N], 0 where the curve is below that."""
+    a_0, a_1, a_2, a_3 = CURVE
+    thrust = a_0 + volts * (a_1 + volts * (a_2 + volts * a_3))
+    return thrust if thrust > 0.0 else 0.0 * thrust
+
+
+@register_jitable(forceinline=True)
+def power_distribution(thrust: Any, torque: Any, g: Any, vbat: Any) -> Any:
+    """Return the wrench in T, F [N] and m [N·m], that the capped motors make.
+
+    Args:
+        thrust: of each motor, 65535 for g.thrust_max.
+        torque: roll, pitch (nose up) and yaw, in the same unit.
+        g: has thrust_max [N] and `MOTOR_EFFECTS`.
+        vbat: voltage of the battery [V].
+    """
+    half_x, half_y, turn = 0.5 * torque[0], 0.5 * torque[1], g.turns * torque[2]
+    motors = (
+        thrust - half_x + half_y - turn,
+        thrust - half_x - half_y + turn,
+        thrust + half_x - half_y - turn,
+        thrust + half_x + half_y + turn,
+    )
+    m1, m2, m3, m4 = capped(motors, g.thrust_max, vbat)
+    return (
+        g.m1_f * m1 + g.m2_f * m2 + g.m3_f * m3 + g.m4_f * m4,
+        g.m1_x * m1 + g.m2_x * m2 + g.m3_x * m3 + g.m4_x * m4,
+        g.m1_y * m1 + g.m2_y * m2 + g.m3_y * m3 + g.m4_y * m4,
+        g.m1_z * m1 + g.m2_z * m2 + g.m3_z * m3 + g.m4_z * m4,
+    )
+
+
+@register_jitable(forceinline=True)
+def capped(motors: Any, thrust_max: Any, vbat: Any) -> Any:
+    """Return the thrusts [N] of four motors whose PWM has been capped.
+
+    Args:
+        motors: wanted, 65535 for `thrust_max`.
+        thrust_max: [N].
+        vbat: voltage of the battery [V].
+    """
+    m1, m2, m3, m4 = motors
+    share, scale, size = CURVE_MAX / FULL, FULL / vbat, thrust_max / CURVE_MAX
+    pwm_1 = scale * voltage(m1 * share)
+    pwm_2 = scale * voltage(m2 * share)
+    pwm_3 = scale * voltage(m3 * share)
+    pwm_4 = scale * voltage(m4 * share)
+    most = pwm_1 if pwm_1 > pwm_2 else pwm_2
+    most = most if most > pwm_3 else pwm_3
+    most = most if most > pwm_4 else pwm_4
+    excess = most - FULL if most > FULL else 0.0 * most
+    return (
+        size * given(pwm_1 - excess, scale),
+        size * given(pwm_2 - excess, scale),
+        size * given(pwm_3 - excess, scale),
+        size * given(pwm_4 - excess, scale),
+    )
+
+
+@register_jitable(forceinline=True)
+def given(pwm: Any, scale: Any) -> Any:
+    """Return the thrust of a Crazyflie's motor [N] at a PWM, of which `scale` are a volt."""
+    return thrust_at(pwm / scale if pwm > 0.0 else 0.0 * pwm)

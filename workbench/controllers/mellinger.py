@@ -1,0 +1,215 @@
+"""Mellinger controller of the Crazyflie firmware 2025.12.
+
+With errors of position r = p_d - p and velocity v_e = v_d - v, their limited integral i, and z the
+thrust's direction, all loops at 512 Hz (500 Hz in the firmware):
+
+    F = mass (a_d + g e_z) + kp r + kd v_e + ki i,    thrust = massThrust F · z
+    z_d = F / |F|,   y_d = z_d x x_c / |z_d x x_c|,   x_d = y_d x z_d,   x_c = (cos ψ_d, sin ψ_d, 0)
+    e_R = (R_dᵀ R - Rᵀ R_d)^v,   e_ω = ω_d - ω
+    M = -kR e_R + kw e_ω + ki_m ∫ -e_R + kd_omega de_ω/dt          clipped at ±32000, in 65535ths
+
+ψ_d is the yaw, and what the yaw rate adds within an update: while nobody turns it, nothing pulls
+the drone back to a heading. M is torque as the power distribution takes it, with ω in rad/s. The
+firmware has no ½ in e_R, and no derivative of the yaw rate's error.
+
+Source: bitcraze/crazyflie-firmware, controller_mellinger.c; Mellinger and Kumar, "Minimum Snap
+Trajectory Generation and Control for Quadrotors", ICRA 2011. docs/autopilots.md has what is left
+out.
+"""
+
+from typing import Any
+
+from workbench.control.crazyflie_power import (
+    FULL,
+    MOTOR_EFFECTS,
+    larger_motors,
+    motor_effects,
+    power_distribution,
+)
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    State,
+    attitude_matrix,
+    clipped,
+    gain,
+    into_body,
+    position_error,
+    probe3,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import rule as pd_rule
+
+PERIOD = 1 / 512
+MOST_TORQUE = 32000.0
+
+PARAMETERS = (
+    gain("ctrlMel_kp_xy", "N/m", (0.0, 20.0), 0.4, "force per error of place, level", "Position"),
+    gain("ctrlMel_kd_xy", "N*s/m", (0.0, 20.0), 0.2, "the same of velocity", "Position"),
+    gain("ctrlMel_ki_xy", "N/(m*s)", (0.0, 20.0), 0.05, "the same of its integral", "Position"),
+    gain("ctrlMel_i_range_xy", "m*s", (0.0, 20.0), 2.0, "largest of these integrals", "Position"),
+    gain("ctrlMel_kp_z", "N/m", (0.0, 20.0), 1.25, "force per error of height", "Position"),
+    gain("ctrlMel_kd_z", "N*s/m", (0.0, 20.0), 0.4, "the same of the climb", "Position"),
+    gain("ctrlMel_ki_z", "N/(m*s)", (0.0, 20.0), 0.05, "the same of its integral", "Position"),
+    gain("ctrlMel_i_range_z", "m*s", (0.0, 20.0), 0.4, "largest of these integrals", "Position"),
+    gain("ctrlMel_mass", "kg", (0.001, 20.0), 0.029, "mass that is carried", "Position"),
+    gain("ctrlMel_massThrust", "1/N", (1.0, 1e6), 132000.0, "thrust per force", "Position"),
+    gain("ctrlMel_kR_xy", "1", (0.0, 1e6), 70000.0, "torque per error of tilt", "Attitude"),
+    gain("ctrlMel_kw_xy", "s", (0.0, 3e5), 20000.0, "the same of its rate", "Attitude"),
+    gain("ctrlMel_ki_m_xy", "1/s", (0.0, 1e5), 0.0, "the same of its integral", "Attitude"),
+    gain("ctrlMel_i_range_m_xy", "s", (0.0, 1e4), 1.0, "largest of these integrals", "Attitude"),
+    gain("ctrlMel_kd_omega_rp", "s^2", (0.0, 5e3), 200.0, "torque per slope of it", "Attitude"),
+    gain("ctrlMel_kR_z", "1", (0.0, 1e6), 60000.0, "torque per error of yaw", "Yaw"),
+    gain("ctrlMel_kw_z", "s", (0.0, 3e5), 12000.0, "the same of its rate", "Yaw"),
+    gain("ctrlMel_ki_m_z", "1/s", (0.0, 1e5), 500.0, "the same of its integral", "Yaw"),
+    gain("ctrlMel_i_range_m_z", "s", (0.0, 1e4), 1500.0, "largest of this integral", "Yaw"),
+    gain("thrust_max", "N", (0.001, 100.0), 0.12, "a motor's thrust at full scale", "Motors"),
+    gain("vbat", "V", (1.0, 60.0), 4.2, "voltage of the full battery", "Motors"),
+)
+
+MEMORY = tuple(
+    State(f"{name}_{axis}", unit)
+    for name, unit, axes in (
+        ("i_position", "m*s", "xyz"),
+        ("i_attitude", "s", "xyz"),
+        ("rate_before", "rad/s", "xy"),
+    )
+    for axis in axes
+) + (State("runs", "1"),)
+
+POINTS = {
+    f"{name}_{axis}{after}": unit
+    for name, after, unit in (
+        ("position", "_error", "m"),
+        ("velocity", "_error", "m/s"),
+        ("force", "", "N"),
+        ("rate", "_error", "rad/s"),
+        ("torque", "", "1"),
+    )
+    for axis in "xyz"
+}
+POSITION, VELOCITY, FORCE, RATE, TORQUE = range(0, 15, 3)
+
+
+def _gains(names: str) -> tuple[str, ...]:
+    return tuple(f"ctrlMel_{name}" for name in names.split())
+
+
+LOOPS = (
+    Loop("velocity_x", "velocity_x_error", "force_x", axis="x", gains=_gains("kd_xy")),
+    Loop("velocity_y", "velocity_y_error", "force_y", axis="y", gains=_gains("kd_xy")),
+    Loop("velocity_z", "velocity_z_error", "force_z", axis="z", gains=_gains("kd_z")),
+    Loop("roll", "rate_x_error", "torque_x", axis="y", gains=_gains("kR_xy kw_xy kd_omega_rp")),
+    Loop("pitch", "rate_y_error", "torque_y", axis="x", gains=_gains("kR_xy kw_xy kd_omega_rp")),
+    Loop("yaw", "rate_z_error", "torque_z", axis="yaw", gains=_gains("kR_z kw_z ki_m_z")),
+    Loop("position_x", "position_x_error", hold=True, axis="x", gains=_gains("kp_xy ki_xy")),
+    Loop("position_y", "position_y_error", hold=True, axis="y", gains=_gains("kp_xy ki_xy")),
+    Loop("position_z", "position_z_error", hold=True, axis="z", gains=_gains("kp_z ki_z")),
+)
+DESIGNED = MOTOR_EFFECTS
+
+
+def design(vehicle: Any, g: Any, dt: float) -> list[float]:
+    """Return what each motor's thrust makes, and which way m1 turns."""
+    return motor_effects(vehicle.rotors)
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    m, v, a = memory, measured.v_WBcm, setpoint.a_WBcm
+    R = attitude_matrix(measured.q_WT)
+    w_x, w_y, w_z = into_body(R, measured.w_WB)
+    s_x, s_y, s_z, yaw_rate = velocity_setpoint((0.0, 0.0, 0.0), measured, setpoint, g)
+
+    r = probe3(position_error(measured, setpoint), POSITION, loops)
+    e = probe3((s_x - v[0], s_y - v[1], s_z - v[2]), VELOCITY, loops)
+    i_x = clipped(m.i_position_x + r[0] * dt, g.ctrlMel_i_range_xy)
+    i_y = clipped(m.i_position_y + r[1] * dt, g.ctrlMel_i_range_xy)
+    i_z = clipped(m.i_position_z + r[2] * dt, g.ctrlMel_i_range_z)
+    kp, kd, ki = g.ctrlMel_kp_xy, g.ctrlMel_kd_xy, g.ctrlMel_ki_xy
+    climbing = g.ctrlMel_kp_z * r[2] + g.ctrlMel_kd_z * e[2] + g.ctrlMel_ki_z * i_z
+    F_x, F_y, F_z = probe3(
+        (
+            g.ctrlMel_mass * a[0] + kp * r[0] + kd * e[0] + ki * i_x,
+            g.ctrlMel_mass * a[1] + kp * r[1] + kd * e[1] + ki * i_y,
+            g.ctrlMel_mass * (a[2] + GRAVITY) + climbing,
+        ),
+        FORCE,
+        loops,
+    )
+    thrust = g.ctrlMel_massThrust * (F_x * R[2] + F_y * R[5] + F_z * R[8])
+
+    level = (R[0] * R[0] + R[3] * R[3]) ** 0.5
+    turn = yaw_rate * dt
+    # cosine and sine of so small an angle, exact to 1e-12
+    cos, sin = 1.0 - 0.5 * turn * turn, turn - turn * turn * turn / 6.0
+    c_x, c_y = (R[0] * cos - R[3] * sin) / level, (R[3] * cos + R[0] * sin) / level
+    length = (F_x * F_x + F_y * F_y + F_z * F_z) ** 0.5
+    z_x, z_y, z_z = F_x / length, F_y / length, F_z / length
+    y_x, y_y, y_z = -z_z * c_y, z_z * c_x, z_x * c_y - z_y * c_x
+    length = (y_x * y_x + y_y * y_y + y_z * y_z) ** 0.5
+    y_x, y_y, y_z = y_x / length, y_y / length, y_z / length
+    x_x, x_y, x_z = y_y * z_z - y_z * z_y, y_z * z_x - y_x * z_z, y_x * z_y - y_y * z_x
+    # of R_dᵀ R and its transpose: rows are desired axes, columns are those of the body
+    e_x = z_x * R[1] + z_y * R[4] + z_z * R[7] - (y_x * R[2] + y_y * R[5] + y_z * R[8])
+    e_y = x_x * R[2] + x_y * R[5] + x_z * R[8] - (z_x * R[0] + z_y * R[3] + z_z * R[6])
+    e_z = y_x * R[0] + y_y * R[3] + y_z * R[6] - (x_x * R[1] + x_y * R[4] + x_z * R[7])
+
+    e_p, e_q, e_r = probe3((-w_x, -w_y, yaw_rate - w_z), RATE, loops)
+    first = m.runs < 0.5
+    slope_x = 0.0 * w_x if first else (m.rate_before_x - w_x) / dt
+    slope_y = 0.0 * w_y if first else (m.rate_before_y - w_y) / dt
+    i_roll = clipped(m.i_attitude_x - e_x * dt, g.ctrlMel_i_range_m_xy)
+    i_pitch = clipped(m.i_attitude_y - e_y * dt, g.ctrlMel_i_range_m_xy)
+    i_yaw = clipped(m.i_attitude_z - e_z * dt, g.ctrlMel_i_range_m_z)
+    kR, kw, ki, kd = g.ctrlMel_kR_xy, g.ctrlMel_kw_xy, g.ctrlMel_ki_m_xy, g.ctrlMel_kd_omega_rp
+    roll = clipped(-kR * e_x + kw * e_p + ki * i_roll + kd * slope_x, MOST_TORQUE)
+    pitch = clipped(-kR * e_y + kw * e_q + ki * i_pitch + kd * slope_y, MOST_TORQUE)
+    yaw = -g.ctrlMel_kR_z * e_z + g.ctrlMel_kw_z * e_r + g.ctrlMel_ki_m_z * i_yaw
+    roll, pitch, yaw = probe3((roll, pitch, clipped(yaw, MOST_TORQUE)), TORQUE, loops)
+    if thrust < 0.0:  # the firmware then asks for nothing
+        thrust, roll, pitch, yaw = 0.0 * thrust, 0.0 * roll, 0.0 * pitch, 0.0 * yaw
+    wrench = power_distribution(thrust, (roll, -pitch, yaw), g, g.vbat * measured.voltage)
+    after = (i_x, i_y, i_z, i_roll, i_pitch, i_yaw, w_x, w_y, 1.0 + 0.0 * thrust)
+    return wrench, after
+
+
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return values for a vehicle; the firmware's for one of a Crazyflie's size.
+
+    For others the gains of the PD cascade in this form: e_R is about twice the angle.
+    """
+    motors = larger_motors(vehicle)
+    if motors is None:
+        return {}
+    pd = pd_rule(vehicle)
+    level, climb = pd["kp_velocity_x"], pd["kp_velocity_z"]
+    tilt = min(pd["kp_roll"] / motors.roll, pd["kp_pitch"] / motors.pitch)
+    damped = min(pd["kd_roll"] / motors.roll, pd["kd_pitch"] / motors.pitch)
+    yaw = pd["kp_yaw_rate"] / motors.yaw
+    values = {
+        "thrust_max": motors.thrust_max,
+        "mass": vehicle.mass,
+        "massThrust": FULL / (len(vehicle.rotors) * motors.thrust_max),
+        "kp_xy": vehicle.mass * level * pd["kp_position_xy"],
+        "kd_xy": vehicle.mass * level,
+        "ki_xy": 0.1 * vehicle.mass * level * pd["kp_position_xy"],
+        "kp_z": vehicle.mass * climb * pd["kp_position_z"],
+        "kd_z": vehicle.mass * climb,
+        "ki_z": 0.1 * vehicle.mass * climb * pd["kp_position_z"],
+        "kR_xy": 0.5 * tilt,
+        "kw_xy": damped,
+        "kd_omega_rp": 0.01 * damped,
+        "kR_z": 0.1 * pd["kp_yaw_rate"] * yaw,
+        "kw_z": yaw,
+        "ki_m_z": 0.001 * pd["kp_yaw_rate"] * yaw,
+        "spin_up_feedforward": pd["spin_up_feedforward"],
+        "max_climb_rate": pd["max_climb_rate"],
+    }
+    own = {row.name for row in PARAMETERS}
+    return {
+        f"ctrlMel_{name}" if f"ctrlMel_{name}" in own else name: value
+        for name, value in values.items()
+    }
