@@ -20,11 +20,10 @@ from workbench.session.session import Session
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.flight_computer import PATH, PROBES
 
-PERIOD = 1 / 128
 SMALL = 1e-5
 """Of the disturbance, so that rotors answer linearly [m/s, rad/s, N]."""
-WINDOW = 128
-"""Control periods over which a swing is taken."""
+WINDOW = 1.0
+"""Over which a swing is taken [s]."""
 GROWN = 30.0
 FILTERED = {
     "gyro_lowpass": 60.0,
@@ -36,16 +35,22 @@ FILTERED = {
 LONGEST = 40.0
 """Flown before growth or decay by this factor must have shown [s]."""
 NOTHING: dict[str, float] = {}
-SOON, LEVEL = ("pitch", "velocity_z"), ("pitch", "velocity_x")
+SOON = ("pitch", "velocity_z")
+OTHERS = {
+    "lqi": ("pitch", "velocity_x"),
+    "crazyflie": ("pitch", "pitch_rate"),
+    "mellinger": ("pitch", "velocity_x"),
+}
 """Loops that swing fast; flights of all others are slow tests, and of all other laws. Climb by LQI
-grows so fast that it is as large as rotors let it become before it can be seen to grow."""
+and by `mellinger` grows so fast that it is as large as rotors let it become before it can be seen
+to grow; by `crazyflie` it runs in every fifth update, of which linear models know nothing."""
 
 
 def each_loop(names=None, laws=SHIPPED):
     """Let a test fly loops of laws: all of the default one, and the fast ones of the others."""
     rows = []
     for law in map(load_controller, laws):
-        fast = LEVEL if law.name == "lqi" else SOON
+        fast = OTHERS.get(law.name, SOON)
         own = [loop.name for loop in law.loops] if law.name == DEFAULT else fast
         for name in names or own:
             quick = law.name == DEFAULT and name in SOON and names in (None, SOON)
@@ -86,7 +91,7 @@ class FlownLoop:
     def __init__(self, session, loop, gain, delay, settings):
         self.session, self.loop = session, loop
         points = session.controller.point_names
-        self.place, self.delay = points.index(loop.point("actuator")), delay / PERIOD
+        self.place, self.delay = points.index(loop.point("actuator")), delay / self.period
         self.count = len(points)
         session.reset()
         for name, value in settings.items():
@@ -110,10 +115,15 @@ class FlownLoop:
             self.session.command([SMALL * (self.axis == each) for each in "xyz"])
 
     @property
+    def period(self) -> float:
+        """Between control updates [s]."""
+        return self.session.scenario.rates.control_period
+
+    @property
     def axis(self) -> str:
         """What moves with the loop: x, y, z or yaw."""
         name = self.loop.name
-        return {"pitch": "x", "roll": "y", "yaw_rate": "yaw"}.get(name, name[-1])
+        return {"pitch": "x", "pitch_rate": "x", "roll": "y", "yaw_rate": "yaw"}.get(name, name[-1])
 
     def signal(self) -> float:
         """Return what comes to the loop point now, of the pure law with what the computer sees."""
@@ -133,7 +143,7 @@ class FlownLoop:
             for index in range(3)
         )
         loops = [*probes, *[0.0] * self.count]
-        estimate = sampled_estimate(PERIOD)
+        estimate = sampled_estimate(self.period)
         flight_law(law).update(
             state,
             1.0,
@@ -154,11 +164,11 @@ class FlownLoop:
         """Fly on for a while and return how fast the axis' velocity changed at most."""
         begin = self.session.time
         if self.delay:
-            for _ in range(WINDOW):
+            for _ in range(round(WINDOW / self.period)):
                 self.pass_on_late()
-                self.session.tick(PERIOD)
+                self.session.tick(self.period)
         else:
-            self.session.tick(WINDOW * PERIOD)
+            self.session.tick(WINDOW)
         flown = self.session.recording().between(begin, np.inf)
         return np.abs(np.diff(axis_velocity(flown, self.axis))).max()
 

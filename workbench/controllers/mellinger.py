@@ -42,6 +42,8 @@ from workbench.controllers.pd_rule import rule as pd_rule
 
 PERIOD = 1 / 512
 MOST_TORQUE = 32000.0
+TINY = 1e-30
+"""Added to a length where the firmware would divide by none."""
 
 PARAMETERS = (
     gain("ctrlMel_kp_xy", "N/m", (0.0, 20.0), 0.4, "force per error of place, level", "Position"),
@@ -146,10 +148,10 @@ def update(
     # cosine and sine of so small an angle, exact to 1e-12
     cos, sin = 1.0 - 0.5 * turn * turn, turn - turn * turn * turn / 6.0
     c_x, c_y = (R[0] * cos - R[3] * sin) / level, (R[3] * cos + R[0] * sin) / level
-    length = (F_x * F_x + F_y * F_y + F_z * F_z) ** 0.5
+    length = (F_x * F_x + F_y * F_y + F_z * F_z) ** 0.5 + TINY
     z_x, z_y, z_z = F_x / length, F_y / length, F_z / length
     y_x, y_y, y_z = -z_z * c_y, z_z * c_x, z_x * c_y - z_y * c_x
-    length = (y_x * y_x + y_y * y_y + y_z * y_z) ** 0.5
+    length = (y_x * y_x + y_y * y_y + y_z * y_z) ** 0.5 + TINY
     y_x, y_y, y_z = y_x / length, y_y / length, y_z / length
     x_x, x_y, x_z = y_y * z_z - y_z * z_y, y_z * z_x - y_x * z_z, y_x * z_y - y_y * z_x
     # of R_dᵀ R and its transpose: rows are desired axes, columns are those of the body
