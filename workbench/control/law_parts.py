@@ -83,6 +83,22 @@ def arctan2(y: Scalar, x: Scalar) -> Scalar:
 
 
 @register_jitable(forceinline=True)
+def cosine_sine(angle: Scalar) -> tuple[Scalar, Scalar]:
+    """Return cosine and sine of an angle within ±2 pi [rad].
+
+    Of a sixteenth of it by their series, then doubled four times: exact to 1e-12.
+    """
+    a = angle / 16.0
+    s = -a * a
+    cos = 1.0 + s / 2.0 * (1.0 + s / 12.0 * (1.0 + s / 30.0 * (1.0 + s / 56.0 * (1.0 + s / 90.0))))
+    sin = 1.0 + s / 6.0 * (1.0 + s / 20.0 * (1.0 + s / 42.0 * (1.0 + s / 72.0 * (1.0 + s / 110.0))))
+    sin = a * sin
+    for _ in range(4):
+        cos, sin = cos * cos - sin * sin, 2.0 * sin * cos
+    return cos, sin
+
+
+@register_jitable(forceinline=True)
 def clipped(x: Scalar, most: Scalar) -> Scalar:
     """Return a number no farther from 0 than `most`."""
     if x > most:

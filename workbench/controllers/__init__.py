@@ -12,6 +12,7 @@ from workbench.control.law_parts import Vector as Vector
 from workbench.control.law_parts import arctan2 as arctan2
 from workbench.control.law_parts import attitude_error as attitude_error
 from workbench.control.law_parts import clipped as clipped
+from workbench.control.law_parts import cosine_sine as cosine_sine
 from workbench.control.law_parts import difference as difference
 from workbench.control.law_parts import integrated as integrated
 from workbench.control.law_parts import moment as moment

@@ -1,0 +1,569 @@
+"""PX4's multicopter position, attitude and rate control, and its control allocation.
+
+Parameters carry PX4's names, units and defaults (v1.16). PX4 works in NED and FRD; here x, y, z are
+those of the world and the body, z up, in which the same equations hold. By component:
+
+    v_sp = P_pos (p_sp - p) + v_ff          level: the first part has priority within XY_VEL_MAX
+    a_sp = a_ff + P_vel (v_sp - v) + I_vel - D_vel dv/dt
+    f    = (a_x, a_y, g),  tilted by TILTMAX_AIR at most;  F = h (1 + a_z / g) / cos(tilt) along it
+    h is THR_HOVER; a horizontal thrust of THR_XY_MARG is left when F reaches THR_MAX
+    dI_vel/dt = I (v_sp - v), level: less 2 / P_vel (a_sp - what the limited thrust makes)
+
+    q_d: z along f, y_C = (-sin ψ, cos ψ, 0), x = y_C x z;  q_red: the shortest turn to that z
+    q_d <- q_red with MC_YAW_WEIGHT w of what is left of yaw
+    ω_sp = 2 P_att sgn(q_0) Im(q⁻¹ q_d) + (world's z) dψ_sp/dt,   P_yaw over w, within RATE_MAX
+    τ    = K P (ω_sp - ω) + I_rate - K D dω/dt + FF ω_sp
+    dI_rate/dt = max(0, 1 - (e / 400°/s)²) K I e,  within INT_LIM; e does not drive it beyond what
+                 the allocation left over
+
+ω has passed IMU_GYRO_CUTOFF, and dω/dt IMU_DGYRO_CUTOFF besides; yaw torque MC_YAW_TQ_CUTOFF.
+Motors follow from τ and F, see `control/px4_allocation.py`; with m of them, a signal x gives the
+thrust share THR_MDL_FAC x² + (1 - THR_MDL_FAC) x, and a speed controller turns x into a speed
+between SIM_GZ_EC_MIN and SIM_GZ_EC_MAX. Rates: 512, 256 and 102 Hz, for 400, 250 and 50 to 100.
+
+Source: PX4-Autopilot, PositionControl.cpp, ControlMath.cpp, AttitudeControl.cpp, rate_control.cpp,
+module parameters. docs/autopilots.md has what is left out.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from workbench.control.flight_law import known_vehicle, law_constants
+from workbench.control.px4_allocation import (
+    NAMES,
+    allocated,
+    allocation_numbers,
+    butterworth,
+    mixing,
+)
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    State,
+    arctan2,
+    attitude_matrix,
+    clipped,
+    cosine_sine,
+    gain,
+    into_body,
+    position_error,
+    probe3,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import rule as pd_rule
+from workbench.plant.thrust_frame import thrust_frame
+
+PERIOD = 1 / 512
+DIVIDERS = (2, 5)
+RADIANS = math.pi / 180.0
+REDUCED = 400.0 * RADIANS
+"""Error of a rate at which its integral stops to grow [rad/s]."""
+LEAST_WEIGHT = 1e-4
+TINY = 1e-12
+
+_RP = (0.0, 10.0)
+PARAMETERS = (
+    gain("MPC_XY_P", "1/s", (0.0, 2.0), 0.95, "velocity per error of position, level", "Position"),
+    gain("MPC_Z_P", "1/s", (0.0, 1.5), 1.0, "velocity per error of height", "Position"),
+    gain("MPC_XY_VEL_P_ACC", "1/s", (0.1, 15.0), 1.8, "acceleration per error, level", "Velocity"),
+    gain("MPC_XY_VEL_I_ACC", "1/s^2", (0.0, 60.0), 0.4, "per integral, level", "Velocity"),
+    gain("MPC_XY_VEL_D_ACC", "1", (0.0, 2.0), 0.2, "per acceleration, level", "Velocity"),
+    gain("MPC_Z_VEL_P_ACC", "1/s", (0.1, 15.0), 4.0, "acceleration per error, up", "Velocity"),
+    gain("MPC_Z_VEL_I_ACC", "1/s^2", (0.0, 3.0), 2.0, "per integral, up", "Velocity"),
+    gain("MPC_Z_VEL_D_ACC", "1", (0.0, 2.0), 0.0, "per acceleration, up", "Velocity"),
+    gain("MPC_XY_VEL_MAX", "m/s", (0.0, 20.0), 12.0, "largest level velocity", "Velocity"),
+    gain("MPC_Z_VEL_MAX_UP", "m/s", (0.5, 8.0), 3.0, "largest climb", "Velocity"),
+    gain("MPC_Z_VEL_MAX_DN", "m/s", (0.5, 4.0), 1.5, "largest descent", "Velocity"),
+    gain("MPC_TILTMAX_AIR", "deg", (20.0, 89.0), 45.0, "largest tilt", "Thrust"),
+    gain("MPC_THR_HOVER", "1", (0.1, 0.8), 0.5, "thrust in hover", "Thrust"),
+    gain("MPC_THR_MIN", "1", (0.05, 0.5), 0.12, "least thrust", "Thrust"),
+    gain("MPC_THR_MAX", "1", (0.0, 1.0), 1.0, "largest thrust", "Thrust"),
+    gain("MPC_THR_XY_MARG", "1", (0.0, 0.5), 0.3, "thrust kept for the level", "Thrust"),
+    gain("MPC_ACC_DECOUPLE", "1", (0.0, 1.0), 1.0, "1: tilt as without climbing", "Thrust"),
+    gain("MC_ROLL_P", "1/s", (0.0, 12.0), 4.0, "rate per error of roll", "Attitude"),
+    gain("MC_PITCH_P", "1/s", (0.0, 12.0), 4.0, "rate per error of pitch", "Attitude"),
+    gain("MC_YAW_P", "1/s", (0.0, 5.0), 2.8, "rate per error of yaw", "Attitude"),
+    gain("MC_YAW_WEIGHT", "1", (0.0, 1.0), 0.4, "share of yaw beside the tilt", "Attitude"),
+    gain("MC_ROLLRATE_MAX", "deg/s", (0.0, 1800.0), 220.0, "largest rate of roll", "Attitude"),
+    gain("MC_PITCHRATE_MAX", "deg/s", (0.0, 1800.0), 220.0, "largest rate of pitch", "Attitude"),
+    gain("MC_YAWRATE_MAX", "deg/s", (0.0, 1800.0), 200.0, "largest rate of yaw", "Attitude"),
+    *(
+        gain(f"MC_{axis}RATE_{name}", unit, limits, value, f"{what} of {axis.lower()}", "Rate")
+        for axis, values in (
+            ("ROLL", (0.15, 0.2, 0.003, 0.0, 1.0, 0.3)),
+            ("PITCH", (0.15, 0.2, 0.003, 0.0, 1.0, 0.3)),
+            ("YAW", (0.2, 0.1, 0.0, 0.0, 1.0, 0.3)),
+        )
+        for (name, unit, limits, what), value in zip(
+            (
+                ("P", "s/rad", (0.0, 10.0), "torque per error of the rate"),
+                ("I", "1/rad", (0.0, 20.0), "torque per integral of it"),
+                ("D", "s^2/rad", (0.0, 1.0), "torque per angular acceleration"),
+                ("FF", "s/rad", (0.0, 10.0), "torque per rate asked for"),
+                ("K", "1", (0.01, 5.0), "factor on P, I and D"),
+            ),
+            values,
+            strict=False,
+        )
+    ),
+    gain("MC_RR_INT_LIM", "1", (0.0, 1.0), 0.3, "largest integral of roll", "Rate"),
+    gain("MC_PR_INT_LIM", "1", (0.0, 1.0), 0.3, "largest integral of pitch", "Rate"),
+    gain("MC_YR_INT_LIM", "1", (0.0, 1.0), 0.3, "largest integral of yaw", "Rate"),
+    gain("MC_YAW_TQ_CUTOFF", "Hz", (0.0, 10.0), 2.0, "low-pass of the yaw torque", "Rate"),
+    gain("IMU_GYRO_CUTOFF", "Hz", (0.0, 1000.0), 40.0, "low-pass of the rates", "Filters"),
+    gain("IMU_DGYRO_CUTOFF", "Hz", (0.0, 1000.0), 20.0, "low-pass of their slopes", "Filters"),
+    gain("MC_AIRMODE", "1", (0.0, 2.0), 0.0, "0 off, 1 roll and pitch, 2 yaw too", "Motors"),
+    gain("THR_MDL_FAC", "1", (0.0, 1.0), 0.0, "share of the square in the thrust", "Motors"),
+    gain("SIM_GZ_EC_MIN", "rad/s", (0.0, 5000.0), 150.0, "speed at a signal of 0", "Motors"),
+    gain("SIM_GZ_EC_MAX", "rad/s", (1.0, 5000.0), 1000.0, "speed at a signal of 1", "Motors"),
+)
+
+MEMORY = tuple(
+    State(f"{name}_{axis}", unit, 1.0 if name == "attitude" and axis == "w" else 0.0)
+    for name, unit, axes in (
+        ("i_velocity", "m/s^2", "xyz"),
+        ("attitude", "1", "wxyz"),
+        ("rate_sp", "rad/s", "xyz"),
+        ("i_rate", "1", "xyz"),
+        ("gyro_1", "rad/s", "xyz"),
+        ("gyro_2", "rad/s", "xyz"),
+        ("rate_before", "rad/s", "xyz"),
+        ("slope_1", "rad/s^2", "xyz"),
+        ("slope_2", "rad/s^2", "xyz"),
+        ("left_over", "1", "xyz"),
+    )
+    for axis in axes
+) + (State("thrust", "1"), State("yaw_torque", "1"), State("yaw_sp", "rad"), State("runs", "1"))
+
+POINTS = {
+    f"{name}_{axis}{after}": unit
+    for name, after, unit in (
+        ("position", "_error", "m"),
+        ("velocity", "_error", "m/s"),
+        ("attitude", "_error", "rad"),
+        ("rate", "_error", "rad/s"),
+        ("torque", "", "1"),
+    )
+    for axis in "xyz"
+}
+POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, 15, 3)
+
+_LEVEL = ("MPC_XY_VEL_P_ACC", "MPC_XY_VEL_I_ACC", "MPC_XY_VEL_D_ACC")
+_CLIMB = ("MPC_Z_VEL_P_ACC", "MPC_Z_VEL_I_ACC", "MPC_Z_VEL_D_ACC")
+_TURNS = (("roll", "x", "y"), ("pitch", "y", "x"), ("yaw", "z", "yaw"))
+LOOPS = (
+    Loop("velocity_x", "velocity_x_error", axis="x", gains=_LEVEL),
+    Loop("velocity_y", "velocity_y_error", axis="y", gains=_LEVEL),
+    Loop("velocity_z", "velocity_z_error", axis="z", gains=_CLIMB),
+    *(
+        Loop(name, f"attitude_{axis}_error", axis=moves, gains=(f"MC_{name.upper()}_P",))
+        for name, axis, moves in _TURNS
+    ),
+    *(
+        Loop(
+            f"{name}_rate",
+            f"rate_{axis}_error",
+            f"torque_{axis}",
+            axis=moves,
+            gains=tuple(f"MC_{name.upper()}RATE_{each}" for each in "PID"),
+        )
+        for name, axis, moves in _TURNS
+    ),
+    Loop("position_x", "position_x_error", hold=True, axis="x", gains=("MPC_XY_P",)),
+    Loop("position_y", "position_y_error", hold=True, axis="y", gains=("MPC_XY_P",)),
+    Loop("position_z", "position_z_error", hold=True, axis="z", gains=("MPC_Z_P",)),
+)
+
+_COEFFICIENTS = ("b0", "b1", "b2", "a1", "a2")
+DESIGNED = (
+    *NAMES,
+    *(f"{of}_{name}" for of in ("gyro", "slope") for name in _COEFFICIENTS),
+    "cos_tilt",
+    "sin_tilt",
+    "yaw_share",
+    "motor_constant",
+    "linear_speed",
+)
+
+
+def design(vehicle: Any, g: Any, dt: float) -> list[float]:
+    """Return the allocation's columns, filters, limits, and the thrust of a speed."""
+    tilt, cutoff = g.MPC_TILTMAX_AIR * RADIANS, g.MC_YAW_TQ_CUTOFF
+    return [
+        *allocation_numbers(vehicle.rotors),
+        *butterworth(g.IMU_GYRO_CUTOFF, dt),
+        *butterworth(g.IMU_DGYRO_CUTOFF, dt),
+        math.cos(tilt),
+        math.sin(tilt),
+        dt / (dt + 1.0 / (2.0 * math.pi * cutoff)) if cutoff > 0.0 else 1.0,
+        vehicle.rotors[0].motor_constant,
+        vehicle.rotors[0].linear_speed,
+    ]
+
+
+def constrained(p_x: Any, p_y: Any, f_x: Any, f_y: Any, most: Any) -> Any:
+    """Return the sum of two level velocities within a limit, the first with priority."""
+    x, y = p_x + f_x, p_y + f_y
+    if x * x + y * y <= most * most:
+        return x, y
+    size = p_x * p_x + p_y * p_y
+    if size >= most * most:
+        scale = most / size**0.5
+        return scale * p_x, scale * p_y
+    length = (f_x * f_x + f_y * f_y) ** 0.5
+    u_x, u_y = f_x / length, f_y / length
+    along = u_x * p_x + u_y * p_y
+    s = (along * along - size + most * most) ** 0.5 - along
+    return p_x + s * u_x, p_y + s * u_y
+
+
+def product(p: Any, q: Any) -> Any:
+    """Return the product of two quaternions, w first."""
+    return (
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
+        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
+    )
+
+
+def inverse(q: Any) -> Any:
+    """Return the inverse of a unit quaternion."""
+    return q[0], -q[1], -q[2], -q[3]
+
+
+def canonical(q: Any) -> Any:
+    """Return the quaternion of the same turn whose w is not negative."""
+    return (-q[0], -q[1], -q[2], -q[3]) if q[0] < 0.0 else q
+
+
+def shortest(a: Any, b: Any) -> Any:
+    """Return the quaternion of the shortest turn from one unit vector to another."""
+    dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    w = (0.5 * (1.0 + dot)) ** 0.5
+    if w < 1e-5:  # upside down, all turns are as short
+        return 0.0 * w, 1.0 + 0.0 * w, 0.0 * w, 0.0 * w
+    return (
+        w,
+        0.5 * (a[1] * b[2] - a[2] * b[1]) / w,
+        0.5 * (a[2] * b[0] - a[0] * b[2]) / w,
+        0.5 * (a[0] * b[1] - a[1] * b[0]) / w,
+    )
+
+
+def wanted_attitude(z: Any, yaw: Any) -> Any:
+    """Return the quaternion whose z axis is a unit vector, at a yaw [rad]."""
+    cos, sin = cosine_sine(yaw)
+    x = cos * z[2], sin * z[2], -sin * z[1] - cos * z[0]
+    length = (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) ** 0.5 + TINY
+    x = x[0] / length, x[1] / length, x[2] / length
+    # the tilt, and the turn about z that brings the x axis there
+    tilt = shortest((0.0, 0.0, 1.0), z)
+    a_x = 1.0 - 2.0 * (tilt[2] * tilt[2] + tilt[3] * tilt[3])
+    a_y = 2.0 * (tilt[1] * tilt[2] + tilt[0] * tilt[3])
+    a_z = 2.0 * (tilt[1] * tilt[3] - tilt[0] * tilt[2])
+    cross = (a_y * x[2] - a_z * x[1], a_z * x[0] - a_x * x[2], a_x * x[1] - a_y * x[0])
+    along = cross[0] * z[0] + cross[1] * z[1] + cross[2] * z[2]
+    half = 0.5 * arctan2(along, a_x * x[0] + a_y * x[1] + a_z * x[2])
+    cos, sin = cosine_sine(half)
+    return product(tilt, (cos, 0.0 * cos, 0.0 * cos, sin))
+
+
+def upright(q: Any) -> Any:
+    """Return the z axis of a unit quaternion."""
+    return (
+        2.0 * (q[1] * q[3] + q[0] * q[2]),
+        2.0 * (q[2] * q[3] - q[0] * q[1]),
+        1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]),
+    )
+
+
+def rate_setpoint(q: Any, q_d: Any, weight: Any) -> Any:
+    """Return twice the vector part of the error of attitude, with its share of yaw (3)."""
+    turn = shortest(upright(q), upright(q_d))
+    reduced = q_d
+    if turn[0] >= 1e-5:
+        reduced = product(turn, q)
+    mix = canonical(product(inverse(reduced), q_d))
+    cos, sin = cosine_sine(weight * arctan2(mix[3], mix[0]))
+    e = canonical(product(inverse(q), product(reduced, (cos, 0.0 * cos, 0.0 * cos, sin))))
+    return 2.0 * e[1], 2.0 * e[2], 2.0 * e[3]
+
+
+def grown(integral: Any, e: Any, left: Any, slope: Any, most: Any, dt: float) -> Any:
+    """Return the integral of a rate after an update.
+
+    Args:
+        integral: before.
+        e: error of the rate [rad/s].
+        left: torque that the allocation left over: where it is above 0, only a negative error
+            counts, and the other way round.
+        slope: growth per error.
+        most: its limit.
+        dt: since the update before [s].
+    """
+    if left > TINY and e > 0.0:
+        e = 0.0 * e
+    if left < -TINY and e < 0.0:
+        e = 0.0 * e
+    share = 1.0 - e * e / (REDUCED * REDUCED)
+    if share < 0.0:
+        share = 0.0 * share
+    return clipped(integral + share * slope * e * dt, most)
+
+
+def speed_signal(u: Any, factor: Any) -> Any:
+    """Return the motor signal of a thrust share, 0 .. 1."""
+    if factor < 1e-6:
+        return u
+    b = 0.5 * (1.0 - factor) / factor
+    return (b * b + u / factor) ** 0.5 - b
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    m, v, a, first = memory, measured.v_WBcm, measured.a_WBcm, memory.runs < 0.5
+    size = measured.q_WT[0] * measured.q_WT[0] + measured.q_WT[1] * measured.q_WT[1]
+    size = size + measured.q_WT[2] * measured.q_WT[2] + measured.q_WT[3] * measured.q_WT[3]
+    unit = 1.0 / size**0.5
+    q = (
+        unit * measured.q_WT[0],
+        unit * measured.q_WT[1],
+        unit * measured.q_WT[2],
+        unit * measured.q_WT[3],
+    )
+    R = attitude_matrix(q)
+    s_x, s_y, s_z, yaw_rate = velocity_setpoint((0.0, 0.0, 0.0), measured, setpoint, g)
+    yaw_sp = arctan2(R[3], R[0]) if first else m.yaw_sp + yaw_rate * dt
+    if yaw_sp > math.pi:
+        yaw_sp = yaw_sp - 2.0 * math.pi
+    if yaw_sp < -math.pi:
+        yaw_sp = yaw_sp + 2.0 * math.pi
+
+    # position and velocity
+    thrust = m.thrust
+    q_d = (m.attitude_w, m.attitude_x, m.attitude_y, m.attitude_z)
+    i_x, i_y, i_z = m.i_velocity_x, m.i_velocity_y, m.i_velocity_z
+    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    since = measured.elapsed[1]
+    e_x, e_y, e_z = 0.0 * v[0], 0.0 * v[1], 0.0 * v[2]
+    if since > 0.0 or first:
+        p_x, p_y, p_z = g.MPC_XY_P * e[0], g.MPC_XY_P * e[1], g.MPC_Z_P * e[2]
+        w_x, w_y = constrained(p_x, p_y, s_x, s_y, g.MPC_XY_VEL_MAX)
+        w_z = p_z + s_z
+        w_z = w_z if w_z < g.MPC_Z_VEL_MAX_UP else g.MPC_Z_VEL_MAX_UP + 0.0 * w_z
+        w_z = w_z if w_z > -g.MPC_Z_VEL_MAX_DN else -g.MPC_Z_VEL_MAX_DN + 0.0 * w_z
+        added = w_x - s_x, w_y - s_y, w_z - s_z
+        w_x, w_y, w_z, _ = velocity_setpoint(added, measured, setpoint, g)
+        e_x, e_y, e_z = w_x - v[0], w_y - v[1], w_z - v[2]
+    e_x, e_y, e_z = probe3((e_x, e_y, e_z), VELOCITY, loops)
+    if since > 0.0 or first:
+        period = since if since > 0.0 else DIVIDERS[1] * dt
+        i_z = clipped(i_z, GRAVITY)
+        ahead = setpoint.a_WBcm
+        a_x = ahead[0] + g.MPC_XY_VEL_P_ACC * e_x + i_x - g.MPC_XY_VEL_D_ACC * a[0]
+        a_y = ahead[1] + g.MPC_XY_VEL_P_ACC * e_y + i_y - g.MPC_XY_VEL_D_ACC * a[1]
+        a_z = ahead[2] + g.MPC_Z_VEL_P_ACC * e_z + i_z - g.MPC_Z_VEL_D_ACC * a[2]
+        pull = GRAVITY if g.MPC_ACC_DECOUPLE > 0.5 else GRAVITY + a_z
+        length = (a_x * a_x + a_y * a_y + pull * pull) ** 0.5
+        z_x, z_y, z_z = a_x / length, a_y / length, pull / length
+        if z_z < g.cos_tilt:
+            level = (z_x * z_x + z_y * z_y) ** 0.5 + TINY
+            z_x, z_y = g.sin_tilt * z_x / level, g.sin_tilt * z_y / level
+            z_z = g.cos_tilt + 0.0 * z_z
+        collective = g.MPC_THR_HOVER * (1.0 + a_z / GRAVITY) / z_z
+        if collective < g.MPC_THR_MIN:
+            collective = g.MPC_THR_MIN + 0.0 * collective
+        t_x, t_y, t_z = collective * z_x, collective * z_y, collective * z_z
+        up = e_z
+        if (t_z <= g.MPC_THR_MIN and up <= 0.0) or (t_z >= g.MPC_THR_MAX and up >= 0.0):
+            up = 0.0 * up
+        most = g.MPC_THR_MAX * g.MPC_THR_MAX
+        level = t_x * t_x + t_y * t_y
+        margin = g.MPC_THR_XY_MARG * g.MPC_THR_XY_MARG
+        highest = (most - (level if level < margin else margin)) ** 0.5
+        if t_z > highest:
+            t_z = highest
+        rest = most - t_z * t_z
+        if level > rest:
+            shrink = (rest if rest > 0.0 else 0.0 * rest) / level
+            t_x, t_y = t_x * shrink**0.5, t_y * shrink**0.5
+        made_x, made_y = t_x * GRAVITY / g.MPC_THR_HOVER, t_y * GRAVITY / g.MPC_THR_HOVER
+        if a_x * a_x + a_y * a_y > made_x * made_x + made_y * made_y:
+            e_x = e_x - 2.0 / g.MPC_XY_VEL_P_ACC * (a_x - made_x)
+            e_y = e_y - 2.0 / g.MPC_XY_VEL_P_ACC * (a_y - made_y)
+        i_x = i_x + g.MPC_XY_VEL_I_ACC * e_x * period
+        i_y = i_y + g.MPC_XY_VEL_I_ACC * e_y * period
+        i_z = i_z + g.MPC_Z_VEL_I_ACC * up * period
+        thrust = (t_x * t_x + t_y * t_y + t_z * t_z) ** 0.5
+        q_d = wanted_attitude((t_x / thrust, t_y / thrust, t_z / thrust), yaw_sp)
+
+    # attitude
+    weight = g.MC_YAW_WEIGHT
+    e_x, e_y, e_z = probe3(rate_setpoint(q, q_d, weight), ATTITUDE, loops)
+    r_x, r_y, r_z = m.rate_sp_x, m.rate_sp_y, m.rate_sp_z
+    if measured.elapsed[0] > 0.0 or first:
+        yaw_p = g.MC_YAW_P / weight if weight > LEAST_WEIGHT else g.MC_YAW_P + 0.0 * weight
+        turn = yaw_rate
+        r_x = clipped(g.MC_ROLL_P * e_x + R[6] * turn, g.MC_ROLLRATE_MAX * RADIANS)
+        r_y = clipped(g.MC_PITCH_P * e_y + R[7] * turn, g.MC_PITCHRATE_MAX * RADIANS)
+        r_z = clipped(yaw_p * e_z + R[8] * turn, g.MC_YAWRATE_MAX * RADIANS)
+
+    # rates, filtered
+    w = into_body(R, measured.w_WB)
+    before = m.rate_before_x, m.rate_before_y, m.rate_before_z
+    one, two = (m.gyro_1_x, m.gyro_1_y, m.gyro_1_z), (m.gyro_2_x, m.gyro_2_y, m.gyro_2_z)
+    if first:
+        share = 1.0 / (1.0 + g.gyro_a1 + g.gyro_a2)
+        one = share * w[0], share * w[1], share * w[2]
+        two, before = one, w
+    d_x = w[0] - g.gyro_a1 * one[0] - g.gyro_a2 * two[0]
+    d_y = w[1] - g.gyro_a1 * one[1] - g.gyro_a2 * two[1]
+    d_z = w[2] - g.gyro_a1 * one[2] - g.gyro_a2 * two[2]
+    p = g.gyro_b0 * d_x + g.gyro_b1 * one[0] + g.gyro_b2 * two[0]
+    q_ = g.gyro_b0 * d_y + g.gyro_b1 * one[1] + g.gyro_b2 * two[1]
+    r = g.gyro_b0 * d_z + g.gyro_b1 * one[2] + g.gyro_b2 * two[2]
+    gyro = (d_x, d_y, d_z, *one)
+    s_1, s_2 = (m.slope_1_x, m.slope_1_y, m.slope_1_z), (m.slope_2_x, m.slope_2_y, m.slope_2_z)
+    d_x = (p - before[0]) / dt - g.slope_a1 * s_1[0] - g.slope_a2 * s_2[0]
+    d_y = (q_ - before[1]) / dt - g.slope_a1 * s_1[1] - g.slope_a2 * s_2[1]
+    d_z = (r - before[2]) / dt - g.slope_a1 * s_1[2] - g.slope_a2 * s_2[2]
+    alpha_x = g.slope_b0 * d_x + g.slope_b1 * s_1[0] + g.slope_b2 * s_2[0]
+    alpha_y = g.slope_b0 * d_y + g.slope_b1 * s_1[1] + g.slope_b2 * s_2[1]
+    alpha_z = g.slope_b0 * d_z + g.slope_b1 * s_1[2] + g.slope_b2 * s_2[2]
+    slopes = (d_x, d_y, d_z, *s_1)
+
+    # rate control
+    e_x, e_y, e_z = probe3((r_x - p, r_y - q_, r_z - r), RATE, loops)
+    k_x, k_y, k_z = g.MC_ROLLRATE_K, g.MC_PITCHRATE_K, g.MC_YAWRATE_K
+    roll = k_x * g.MC_ROLLRATE_P * e_x + m.i_rate_x - k_x * g.MC_ROLLRATE_D * alpha_x
+    pitch = k_y * g.MC_PITCHRATE_P * e_y + m.i_rate_y - k_y * g.MC_PITCHRATE_D * alpha_y
+    yaw = k_z * g.MC_YAWRATE_P * e_z + m.i_rate_z - k_z * g.MC_YAWRATE_D * alpha_z
+    roll = roll + g.MC_ROLLRATE_FF * r_x
+    pitch = pitch + g.MC_PITCHRATE_FF * r_y
+    yaw = yaw + g.MC_YAWRATE_FF * r_z
+    i_p = grown(m.i_rate_x, e_x, m.left_over_x, k_x * g.MC_ROLLRATE_I, g.MC_RR_INT_LIM, dt)
+    i_q = grown(m.i_rate_y, e_y, m.left_over_y, k_y * g.MC_PITCHRATE_I, g.MC_PR_INT_LIM, dt)
+    i_r = grown(m.i_rate_z, e_z, m.left_over_z, k_z * g.MC_YAWRATE_I, g.MC_YR_INT_LIM, dt)
+    yaw = yaw if first else m.yaw_torque + g.yaw_share * (yaw - m.yaw_torque)
+    smooth = yaw
+    roll, pitch, yaw = probe3((roll, pitch, yaw), TORQUE, loops)
+
+    # allocation and motors
+    columns = (
+        (g.roll_1, g.roll_2, g.roll_3, g.roll_4, g.roll_5, g.roll_6, g.roll_7, g.roll_8),
+        (g.pitch_1, g.pitch_2, g.pitch_3, g.pitch_4, g.pitch_5, g.pitch_6, g.pitch_7, g.pitch_8),
+        (g.yaw_1, g.yaw_2, g.yaw_3, g.yaw_4, g.yaw_5, g.yaw_6, g.yaw_7, g.yaw_8),
+        (
+            g.thrust_1,
+            g.thrust_2,
+            g.thrust_3,
+            g.thrust_4,
+            g.thrust_5,
+            g.thrust_6,
+            g.thrust_7,
+            g.thrust_8,
+        ),
+    )
+    u = allocated((roll, pitch, yaw, thrust), g.MC_AIRMODE, columns)
+    left = left_over(u, roll, pitch, yaw, columns)
+    force = (g.f_1, g.f_2, g.f_3, g.f_4, g.f_5, g.f_6, g.f_7, g.f_8)
+    by_x = (g.x_1, g.x_2, g.x_3, g.x_4, g.x_5, g.x_6, g.x_7, g.x_8)
+    by_y = (g.y_1, g.y_2, g.y_3, g.y_4, g.y_5, g.y_6, g.y_7, g.y_8)
+    by_z = (g.z_1, g.z_2, g.z_3, g.z_4, g.z_5, g.z_6, g.z_7, g.z_8)
+    F, m_x, m_y, m_z = 0.0 * thrust, 0.0 * thrust, 0.0 * thrust, 0.0 * thrust
+    for i in range(8):
+        speed = g.SIM_GZ_EC_MIN + (g.SIM_GZ_EC_MAX - g.SIM_GZ_EC_MIN) * speed_signal(
+            u[i], g.THR_MDL_FAC
+        )
+        given = g.motor_constant * speed * (speed + g.linear_speed)
+        F = F + force[i] * given
+        m_x = m_x + by_x[i] * given
+        m_y = m_y + by_y[i] * given
+        m_z = m_z + by_z[i] * given
+    outer = (i_x, i_y, i_z, *q_d, r_x, r_y, r_z, i_p, i_q, i_r)
+    inner = (*gyro, p, q_, r, *slopes, *left)
+    return (F, m_x, m_y, m_z), (*outer, *inner, thrust, smooth, yaw_sp, 1.0 + 0.0 * thrust)
+
+
+def left_over(u: Any, roll: Any, pitch: Any, yaw: Any, columns: Any) -> Any:
+    """Return the torques that motors with outputs do not make of those asked for (3)."""
+    by_roll, by_pitch, by_yaw, _ = columns
+    return (
+        _unmade(roll - _share(by_roll, u)),
+        _unmade(pitch - _share(by_pitch, u)),
+        _unmade(yaw - _share(by_yaw, u)),
+    )
+
+
+def _share(column: Any, u: Any) -> Any:
+    """Return how much of a column outputs have, by least squares."""
+    made, size = 0.0 * u[0], 0.0 * column[0]
+    for i in range(8):
+        made = made + column[i] * u[i]
+        size = size + column[i] * column[i]
+    return made / size
+
+
+def _unmade(x: Any) -> Any:
+    """Return what is more than rounding."""
+    return x if x > 1e-7 or x < -1e-7 else 0.0 * x
+
+
+X500 = (231.0, 230.0, 16.3)
+"""Angular acceleration of PX4's X500 in Gazebo over torque about x, y and z, in hover [rad/s²]."""
+ALIKE = 1.6
+"""A vehicle whose own are within this factor of these flies with PX4's defaults."""
+IDLE = 0.15
+"""Speed at a signal of 0, over the largest one."""
+
+
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return values for a vehicle: motors, thrust in hover, and gains where it is no X500.
+
+    Those gains are of the PD cascade in this form: rate P = kd, attitude P = 0.3 kd, integrals and
+    derivatives in the proportions of PX4's defaults.
+    """
+    pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
+    fastest = vehicle.rotors[0].max_rot_velocity
+    least = IDLE * fastest
+    signals = (frame.hover_speeds - least) / (fastest - least)
+    rotors = known_vehicle(law_constants(vehicle)).rotors
+    mix = mixing(rotors)
+    linear = np.array([each.linear_speed for each in rotors])
+    constants = np.array([each.motor_constant for each in rotors])
+    slopes = constants * (2.0 * frame.hover_speeds + linear) * (fastest - least)
+    effects = np.array([[each.m_x, each.m_y, each.m_z] for each in rotors])
+    turned = (effects * mix[:, :3] * slopes[:, None]).sum(axis=0) / np.diagonal(frame.inertia_T)
+    values = {
+        "MPC_THR_HOVER": float(np.mean(signals)),
+        "SIM_GZ_EC_MIN": least,
+        "SIM_GZ_EC_MAX": fastest,
+    }
+    if all(1.0 / ALIKE < a / b < ALIKE for a, b in zip(turned, X500, strict=True)):
+        return values
+    for axis, kp, place in (
+        ("ROLL", "kd_roll", 0),
+        ("PITCH", "kd_pitch", 1),
+        ("YAW", "kp_yaw_rate", 2),
+    ):
+        rate = pd[kp] / turned[place]
+        values[f"MC_{axis}RATE_P"] = rate
+        values[f"MC_{axis}RATE_I"] = (0.5 if axis == "YAW" else 1.3) * rate
+        values[f"MC_{axis}RATE_D"] = (0.0 if axis == "YAW" else 0.01) * rate
+        values[f"MC_{axis}_P"] = 0.3 * pd[kp]
+    return {
+        **values,
+        "MPC_XY_P": pd["kp_position_xy"],
+        "MPC_Z_P": pd["kp_position_z"],
+        "MPC_XY_VEL_P_ACC": pd["kp_velocity_x"],
+        "MPC_XY_VEL_I_ACC": 0.2 * pd["kp_velocity_x"],
+        "MPC_Z_VEL_P_ACC": pd["kp_velocity_z"],
+        "MPC_Z_VEL_I_ACC": 0.5 * pd["kp_velocity_z"],
+        "spin_up_feedforward": pd["spin_up_feedforward"],
+        "max_climb_rate": pd["max_climb_rate"],
+    }
