@@ -22,7 +22,7 @@ LINES = {
     "rep": ["replay", "reproduce"],
     "fly take": ["take-off-and-land"],
     "fly --world r": ["room"],
-    "fly --controller p": ["pd", "pid"],
+    "fly --controller p": ["pd", "pid", "px4"],
     "fly --estimator c": ["complementary"],
     "gui --estimator ": ["complementary", "ekf", "truth"],
     "controllers g": ["geometric"],

@@ -40,10 +40,12 @@ OTHERS = {
     "lqi": ("pitch", "velocity_x"),
     "crazyflie": ("pitch", "pitch_rate"),
     "mellinger": ("pitch", "velocity_x"),
+    "px4": ("pitch_rate",),
 }
 """Loops that swing fast; flights of all others are slow tests, and of all other laws. Climb by LQI
 and by `mellinger` grows so fast that it is as large as rotors let it become before it can be seen
-to grow; by `crazyflie` it runs in every fifth update, of which linear models know nothing."""
+to grow; by
+`crazyflie` and `px4` it runs in every fifth update, of which linear models know nothing."""
 
 
 def each_loop(names=None, laws=SHIPPED):
