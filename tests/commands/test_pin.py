@@ -15,6 +15,8 @@ from workbench.scenario.scenario import Scenario, SensorsConfig
         (["mine.yaml"], "is no name for a spec: name it NAME.spec.yaml"),
         (["mine.spec.yaml", "--amplitude", "0"], "the amplitude is 0"),
         (["mine.spec.yaml", "--model", "nowhere"], "unknown model 'nowhere'"),
+        (["mine.spec.yaml", "--load", "gust_x", "--acts", "9"], "cannot act for 9 s in 3 s"),
+        (["mine.spec.yaml", "--load", "gust_x", "--axis", "x"], "not allowed with argument"),
     ],
 )
 def test_what_cannot_be_pinned_is_refused(refused, tmp_path, monkeypatch, words, said):
@@ -44,3 +46,27 @@ def test_a_flight_on_an_estimate_behind_a_filter_is_held_so(tmp_path):
     assert all(each.passed for each in regress([path]))
     found = regress([path], Changes(seed=4))
     assert [each.passed for each in found] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("load", "gain"),
+    [
+        (["--load", "force_y", "--amplitude", "2", "--duration", "5"], "kp_velocity_y"),
+        (["--load", "torque_roll", "--amplitude", "0.2", "--acts", "0.3"], "kp_roll"),
+    ],
+)
+def test_a_load_is_pinned_and_a_weaker_gain_noticed(run, tmp_path, load, gain):
+    """Half and twice the integrator's step stay within what is held; 0.7 of a gain does not."""
+    path = tmp_path / "loaded.spec.yaml"
+    said = run("pin", path, *load, "--no-margins")
+    assert said.code == 0
+    assert f"4 numbers and 1 curves of a step {load[1]}" in said.out
+    (case,) = load_spec(path).content.cases
+    assert (case.load, case.axis, case.acts) == (load[1], "", 0.3 if "--acts" in load else None)
+    (flown,) = regress([path])
+    peak = next(each for each in flown.checks if each.name == "peak")
+    assert case.limits["peak"].min < peak.value < case.limits["peak"].max
+    for step in (1 / 2048, 1 / 512):
+        assert all(each.passed for each in regress([path], Changes(physics_step=step)))
+    weaker = {gain: 0.7 * {"kp_velocity_y": 4.45, "kp_roll": 225.0}[gain]}
+    assert not any(each.passed for each in regress([path], Changes(settings=weaker)))

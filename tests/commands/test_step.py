@@ -165,6 +165,12 @@ def test_a_load_acts_in_hover_alone(run, out):
     said = run("step", "--load", "force_x", "--at", "vx=3", "--output", out)
     assert said.code == 2
     assert "leave --at out" in said.err
+    said = run("step", "--load", "force_x", "--axis", "z", "--output", out)
+    assert said.code == 2
+    assert "not allowed with argument --load" in said.err
+    said = run("step", "--axis", "z", "--acts", "1", "--output", out)
+    assert said.code == 2
+    assert "give --acts to a --load" in said.err
 
 
 def test_the_loads_of_the_command_are_those_of_the_table():

@@ -13,6 +13,10 @@ from workbench.commands.options import (
 )
 from workbench.commands.printing import print_json, say_written
 from workbench.commands.progress import progress_bar
+from workbench.commands.step import LOADS
+
+AXIS = "x"
+"""Of a step that nobody has chosen."""
 
 
 def add_parser(commands: Any) -> None:
@@ -30,15 +34,17 @@ def add_parser(commands: Any) -> None:
         metavar="NAME.spec.yaml",
         help="to be written, with NAME.gains.yaml and NAME.baseline beside it",
     )
-    parser.add_argument(
-        "--axis", choices=("x", "y", "z", "yaw"), default="x", help="of the step (default: x)"
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--axis", choices=("x", "y", "z", "yaw"), help="of the step (default: x)")
+    what.add_argument(
+        "--load", choices=LOADS, help="of a step of a load in hover, see `workbench step --help`"
     )
     parser.add_argument(
         "--amplitude",
         type=float,
         default=1.0,
         metavar="A",
-        help="of the step [m/s], for yaw [rad/s] (default: 1)",
+        help="of the step [m/s], for yaw [rad/s], of a load [N], [N·m] or [m/s] (default: 1)",
     )
     parser.add_argument(
         "--duration",
@@ -46,6 +52,12 @@ def add_parser(commands: Any) -> None:
         default=3.0,
         metavar="T",
         help="flown after the command's edge [s] (default: 3)",
+    )
+    parser.add_argument(
+        "--acts",
+        type=float,
+        metavar="T",
+        help="for how long the load acts [s] (default: to the end, a gust for 1)",
     )
     parser.add_argument(
         "--no-margins", action="store_true", help="leave the loops' margins at hover free"
@@ -61,14 +73,16 @@ def run(args: argparse.Namespace) -> int:
     from workbench.scenario.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)
+    axis = args.axis or AXIS
     with progress_bar("flying and proving a step") as progress:
         pinned = pin_step(
             args.spec,
             scenario,
             dict(args.set),
-            args.axis,
+            args.load or axis,
             args.amplitude,
             duration=args.duration,
+            acts=args.acts,
             margins=not args.no_margins,
             overwrite=args.force,
             progress=progress,
@@ -79,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
         loops = f", margins of {pinned.loops} loops" if pinned.loops else ""
         print(
             f"held to what they are now: {pinned.limits} numbers and {pinned.curves} curves of a "
-            f"step along {args.axis}{loops}"
+            f"step {args.load or f'along {axis}'}{loops}"
         )
         print(f"\nnext: workbench regress {args.spec}, or pytest {args.spec}")
     say_written([pinned.spec, pinned.gains, pinned.baseline])

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from workbench.design.load_step import LoadResponse
     from workbench.design.step_response import StepResponse
 
+AXIS = "z"
+"""Of a step that nobody has chosen."""
 LOADS = (
     *("force_x", "force_y", "force_z", "torque_roll", "torque_pitch", "torque_yaw"),
     *("gust_x", "gust_y", "gust_z"),
@@ -41,7 +43,7 @@ def add_parser(commands: Any) -> None:
         run,
     )
     what = parser.add_mutually_exclusive_group()
-    what.add_argument("--axis", choices=("x", "y", "z", "yaw"), default="z", help="(default: z)")
+    what.add_argument("--axis", choices=("x", "y", "z", "yaw"), help="(default: z)")
     what.add_argument(
         "--load",
         choices=LOADS,
@@ -164,6 +166,7 @@ def _run_command(args: argparse.Namespace) -> int:
     """Fly a step of a command."""
     if args.acts is not None:
         raise WorkbenchError("a command is asked for to the end: give --acts to a --load")
+    axis = args.axis or AXIS
     from workbench.commands.drawer import Drawer
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.reproduce import PAPER
@@ -171,18 +174,18 @@ def _run_command(args: argparse.Namespace) -> int:
     from workbench.scenario.scenario import Scenario
 
     paper = {figure.axis: figure.command for figure in PAPER}
-    amplitude = paper.get(args.axis, 1.0) if args.amplitude is None else args.amplitude
+    amplitude = paper.get(axis, 1.0) if args.amplitude is None else args.amplitude
     scenario = with_vehicle(Scenario(), args)
     with ExitStack() as stack:
         outputs = stack.enter_context(Outputs())
-        log = outputs.add(args.output / f"step-{args.axis}.csv")
+        log = outputs.add(args.output / f"step-{axis}.csv")
         drawer = None
         if not args.no_plots:
-            picture = outputs.add(args.output / f"step-{args.axis}.png")
+            picture = outputs.add(args.output / f"step-{axis}.png")
             drawer = stack.enter_context(Drawer("workbench.design.plots_step", "plot_step"))
-        with progress_bar(f"flying a step along {args.axis}") as progress:
+        with progress_bar(f"flying a step along {axis}") as progress:
             response = fly_step(
-                args.axis,
+                axis,
                 amplitude,
                 duration=args.duration,
                 scenario=scenario,

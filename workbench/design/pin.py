@@ -15,18 +15,20 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_file, find_model, list_models
 from workbench.common.yaml_files import dump_changes
 from workbench.control.controller import DEFAULT, Controller, load_controller
+from workbench.design.load_step import check_load
 from workbench.design.regress.baseline import baseline_folder
 from workbench.design.regress.flight import Changes
 from workbench.design.regress.judging import Job, Measured, baseline_files, measure
 from workbench.design.regress.running import regress
+from workbench.design.regress.signals import AXIS_SIGNALS
 from workbench.design.regress.spec import Case, Limit, Spec, SpecFile, Tolerance
 from workbench.design.regress.spec_names import MARGINS, SUFFIX, spec_name
 from workbench.design.step_response import check_duration, check_step
 from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.gains.gains import flight_gains, make_profile, save_gains
 from workbench.plant.loading import make_vehicle
-from workbench.scenario.axes import find_axis
 from workbench.scenario.configured import read_configured
+from workbench.scenario.loads import LOADS, find_excited
 from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 from workbench.scenario.scenario import (
     Rates,
@@ -48,6 +50,12 @@ MOST = {"settling_time": (1.4, 0.0), "coupling_z": (1.5, 0.01), "coupling_yaw": 
 """Numbers that may not become larger: than so many times what they were, and so much more."""
 MEASURED = (*SHARES, *SPANS, *MOST)
 """All that is limited of a step."""
+PEAK = 0.08
+"""Share of room of a load's peak, to both sides."""
+LOAD_MEASURED = ("peak", "settling_time", "steady_state_error", "peak_rotor_use")
+"""All that is limited of a step of a load."""
+LOAD_CURVE = 0.02
+"""How far the curve of what a load moves may be off, as share of its peak."""
 CURVES = {
     "x": {"v_x": (0.015, 0.002), "p_x": (0.002, 0.0005)},
     "y": {"v_y": (0.015, 0.002), "p_y": (0.002, 0.0005)},
@@ -89,9 +97,12 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
     if content.rates != Rates():
         head["rates"] = yaml.safe_load(dump_changes(content.rates))
     lines = [_HEAD + yaml.safe_dump(head, sort_keys=False, allow_unicode=True).rstrip("\n")]
-    lines += ["cases:", f"  - name: {case.name}", f"    axis: {case.axis}"]
-    unit = find_axis(case.axis).unit
+    kind, step = ("load", case.load) if case.load else ("axis", case.axis)
+    lines += ["cases:", f"  - name: {case.name}", f"    {kind}: {step}"]
+    unit = find_excited(step).unit
     lines += [f"    amplitude: {case.amplitude!r} # {unit}", f"    duration: {case.duration!r} # s"]
+    if case.acts is not None:
+        lines += [f"    acts: {case.acts!r} # s"]
     if case.set:
         lines += ["    set:"]
         lines += [f"      {name}: {_number(name, value, law)}" for name, value in case.set.items()]
@@ -157,8 +168,8 @@ def step_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
     for name, value in measured.items():
         if not math.isfinite(value):
             continue
-        if name in SHARES:
-            room = SHARES[name] * abs(value)
+        if name in SHARES or name == "peak":
+            room = SHARES.get(name, PEAK) * abs(value)
             found[name] = _between(value - room, value + room)
         elif name in SPANS:
             found[name] = _between(value - SPANS[name], value + SPANS[name])
@@ -166,6 +177,11 @@ def step_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
             times, more = MOST[name]
             found[name] = Limit(max=_rounded(times * value + more, up=True))
     return found
+
+
+def load_tolerances(load: str, peak: float) -> dict[str, Tolerance]:
+    """Return how far the curve of what a load moves may be from its baseline."""
+    return {AXIS_SIGNALS[load]: Tolerance(absolute=_rounded(LOAD_CURVE * peak, up=True))}
 
 
 def step_tolerances(axis: str, amplitude: float) -> dict[str, Tolerance]:
@@ -241,6 +257,7 @@ def pin_step(
     amplitude: float,
     *,
     duration: float = 3.0,
+    acts: float | None = None,
     margins: bool = True,
     overwrite: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -254,9 +271,10 @@ def pin_step(
         scenario: its vehicle, estimator, sensors and rates are pinned; world, start and script are
             a step's.
         gains: parameter values over those of the scenario.
-        axis: x, y, z or yaw.
-        amplitude: of the command [m/s] or [rad/s].
-        duration: flown after the command's edge [s].
+        axis: x, y, z or yaw, or the name of a load, see `fly_load_step`.
+        amplitude: of the command [m/s] or [rad/s], of a load [N], [N·m] or [m/s].
+        duration: flown after the edge [s].
+        acts: for how long the load acts [s], see `fly_load_step`.
         margins: whether the margins of all loops at hover become limits too.
         overwrite: whether files that are there may be replaced.
         progress: called with the share that is done, 0 .. 1.
@@ -265,7 +283,8 @@ def pin_step(
         WorkbenchError: if that makes no step, the flight is lost, a loop is unstable, a file is
             there already or cannot be written.
     """
-    check_step(axis, amplitude)
+    loaded = axis in LOADS
+    (check_load if loaded else check_step)(axis, amplitude)
     check_duration(duration)
     path = Path(path).expanduser().absolute()
     profile = _profile(path)
@@ -284,15 +303,19 @@ def pin_step(
     table = parameter_table(law)
     felt = {name: x for name, x in gains.items() if table.find(name).system in SIGNAL_PATH}
     kept = dataclasses.replace(kept, gains={**kept.gains, **felt})
-    title = f"{vehicle.name}: a step of {amplitude:g} {find_axis(axis).unit} along {axis}, pinned"
+    unit = find_excited(axis).unit
+    what = axis if loaded else f"along {axis}"
+    title = f"{vehicle.name}: a step of {amplitude:g} {unit} {what}, pinned"
     case = Case(
         name=f"step {axis} {amplitude:g}",
-        axis=axis,
+        axis="" if loaded else axis,
+        load=axis if loaded else "",
+        acts=acts,
         amplitude=amplitude,
         duration=duration,
         set={name: value for name, value in gains.items() if name not in kept.gains},
-        limits=dict.fromkeys(MEASURED, ANYTHING),
-        baseline=step_tolerances(axis, amplitude),
+        limits=dict.fromkeys(LOAD_MEASURED if loaded else MEASURED, ANYTHING),
+        baseline=load_tolerances(axis, 1.0) if loaded else step_tolerances(axis, amplitude),
     )
     content = SpecFile(
         title=title,
@@ -307,7 +330,10 @@ def pin_step(
     spec = Spec(path, content)
     flown = _measured(spec, case.name, kept.gains)
     tell(0.4)
-    case.limits = step_limits({each.name: each.value for each in flown.result.checks})
+    values = {each.name: each.value for each in flown.result.checks}
+    case.limits = step_limits(values)
+    if loaded:
+        case.baseline = load_tolerances(axis, values["peak"])
     if margins:
         content.margins = _margins(_measured(spec, MARGINS, kept.gains))
     tell(0.6)

@@ -143,6 +143,25 @@ def test_a_wrong_script_is_named_with_its_line(spec, text, said):
     assert said in fault(spec(SCRIPT.format(text)))
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("load: force_w", "unknown load 'force_w': did you mean 'force_"),
+        ("axis: x, load: force_x", "load and an axis are two steps"),
+        ("load: force_x, acts: 9", "acts must be a time in seconds within the duration"),
+        ("axis: x, acts: 1", "acts belongs to a load"),
+        ("load: force_x, command: 1", "command belongs to a script"),
+        ("load: force_x, limits: {rise_time: {max: 1}}", "rise_time needs a signal and a command"),
+        ("load: force_x, limits: {mean_force: {max: 1}}", "mean_force needs an axis"),
+    ],
+)
+def test_a_wrong_load_is_refused(spec, text, said):
+    more = "" if "limits" in text else ", limits: {peak: {max: 1}}"
+    found = fault(spec(f"cases:\n  - {{name: up, amplitude: 1, {text}{more}}}\n"))
+    assert ":2: " in found
+    assert said in found
+
+
 def test_a_script_that_would_hover_for_years_is_refused(spec):
     text = SCRIPT.format("limits: {final: {max: 2}}").replace("edge: 1", "edge: 1e9")
     assert ":3: edge must be a time in seconds, 0 or later, and 600 s at most" in fault(spec(text))

@@ -4,7 +4,7 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 
-from workbench.analysis.questions import Pin, Step
+from workbench.analysis.questions import LoadStep, Pin, Step
 from workbench.analysis.replies import Pinned
 from workbench.gui.tuning.pin_card import PinCard, name_fault, regress_command, spec_path
 
@@ -81,3 +81,10 @@ def test_a_command_can_be_pasted_into_a_shell():
 
 def test_a_suffix_that_is_typed_is_not_doubled():
     assert spec_path("/a", "x.spec.yaml") == Path("/a/x.spec.yaml")
+
+
+def test_a_load_can_be_pinned(card, offline, trial, qtbot):
+    trial.set_step(LoadStep("gust_x", 6.0, 4.0, acts=1.0))
+    assert "gust x, east for 4 s" in card.what.text()
+    press(qtbot, card.button)
+    assert offline.analysis.of(Pin)[-1].step == trial.excited

@@ -7,11 +7,13 @@ import re
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import Keys, YamlFile
 from workbench.control.controller import load_controller
+from workbench.design.load_metrics import LOAD_NUMBERS
 from workbench.design.regress.measures import HOVER, Need, find_measure
 from workbench.design.regress.signals import AXIS_SIGNALS, POINT, find_signal
 from workbench.design.regress.spec import Case, Limit, Tolerance
 from workbench.design.step_response import DURATIONS, LEAST_DURATION, MOST_DURATION
 from workbench.scenario.axes import AXES
+from workbench.scenario.loads import LOADS
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, Start, check_scenario
 
@@ -29,7 +31,9 @@ def check_case(case: Case, index: int, file: YamlFile, controller: str) -> None:
         raise _refuse(file, (*keys, "name"), f"is '{case.name}': use letters, digits and _ . + -")
     if not LEAST_DURATION <= case.duration <= MOST_DURATION:
         raise _refuse(file, (*keys, "duration"), f"must be {DURATIONS}")
-    if case.axis:
+    if case.acts is not None and not case.load:
+        raise _refuse(file, (*keys, "acts"), "belongs to a load")
+    if case.axis or case.load:
         _check_step(case, file, keys)
     else:
         _check_script(case, file, keys, controller)
@@ -59,9 +63,15 @@ def check_limit(limit: Limit, file: YamlFile, keys: Keys) -> None:
 
 
 def _check_step(case: Case, file: YamlFile, keys: Keys) -> None:
-    """Refuse a case with an axis that is no step."""
-    if case.axis not in AXES:
+    """Refuse a case with an axis or a load that is no step."""
+    if case.axis and case.load:
+        raise _refuse(file, (*keys, "load"), "and an axis are two steps: make two cases")
+    if case.axis and case.axis not in AXES:
         raise WorkbenchError(f"{file.where(*keys, 'axis')}{unknown_name('axis', case.axis, AXES)}")
+    if case.load and case.load not in LOADS:
+        raise WorkbenchError(f"{file.where(*keys, 'load')}{unknown_name('load', case.load, LOADS)}")
+    if case.acts is not None and not 0.0 < case.acts <= case.duration:
+        raise _refuse(file, (*keys, "acts"), "must be a time in seconds within the duration")
     if case.amplitude is None or not 0.0 < abs(case.amplitude) < math.inf:
         raise _refuse(file, (*keys, "amplitude"), "must be a finite number, and not 0")
     for key, given in (
@@ -69,16 +79,18 @@ def _check_step(case: Case, file: YamlFile, keys: Keys) -> None:
         ("start", case.start is not None),
         ("edge", case.edge != 0.0),
         ("command", case.command is not None),
-        ("signal", case.signal not in ("", AXIS_SIGNALS[case.axis])),
+        ("signal", case.signal not in ("", AXIS_SIGNALS[case.axis or case.load])),
     ):
         if given:
             raise _refuse(
-                file, (*keys, key), "belongs to a script: a step has an axis and an amplitude"
+                file,
+                (*keys, key),
+                "belongs to a script: a step has an axis or a load, and an amplitude",
             )
 
 
 def _check_script(case: Case, file: YamlFile, keys: Keys, controller: str) -> None:
-    """Refuse a case without an axis that is no flight."""
+    """Refuse a case without an axis and a load that is no flight."""
     if not case.script and case.start is None:
         where = file.where(*keys)
         raise WorkbenchError(f"{where}'{case.name}' has neither an axis nor a script")
@@ -110,11 +122,13 @@ def _check_metric(case: Case, file: YamlFile, keys: Keys, name: str) -> None:
         raise WorkbenchError(f"{file.where(*keys)}{error}") from None
     if measure.signal:
         _check_signal(measure.signal, file, keys)
+    step = bool(case.axis or case.load)
+    commanded = case.axis or (case.signal and case.command)
     missing = {
-        Need.SIGNAL: not (case.axis or case.signal),
-        Need.COMMAND: not (case.axis or (case.signal and case.command)),
+        Need.SIGNAL: not (step or case.signal),
+        Need.COMMAND: not (commanded or (case.load and name in LOAD_NUMBERS)),
         Need.AXIS: not case.axis,
-        Need.HOVER: not case.axis and case.edge < HOVER,
+        Need.HOVER: not step and case.edge < HOVER,
     }
     if missing.get(measure.need):
         raise _refuse(file, keys, f"needs {measure.need.value}, which '{case.name}' has not")

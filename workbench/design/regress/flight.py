@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
+from workbench.design.load_metrics import LoadMetrics, load_metrics
+from workbench.design.load_step import load_scenario
 from workbench.design.lost import find_loss
 from workbench.design.regress.signals import (
     AXIS_SIGNALS,
@@ -21,6 +23,9 @@ from workbench.design.regress.signals import (
 from workbench.design.regress.spec import Case, Spec
 from workbench.design.response_metrics import ResponseMetrics, response_metrics, why_withheld
 from workbench.design.step_response import EDGE, START_HEIGHT, step_scenario
+from workbench.plant.loading import make_vehicle
+from workbench.scenario.configured import read_configured
+from workbench.scenario.loads import find_load
 from workbench.scenario.scenario import Scenario, Start, at_own_period, check_scenario
 from workbench.session.recording import Recording
 from workbench.session.session import Session
@@ -61,6 +66,7 @@ class Flight:
         recording: all of it.
         edge: when the judged part begins [s].
         axis: of a step, else "".
+        load: of a step of a load, else "".
         signal: that is judged.
         command: how far it should go; None where nothing is said of that.
         trouble: how the flight was lost or why it could not go on, else "".
@@ -75,6 +81,7 @@ class Flight:
     command: float | None
     trouble: str = ""
     changed: bool = False
+    load: str = ""
     samples: tuple[Samples, ...] = ()
 
     @cached_property
@@ -94,7 +101,7 @@ class Flight:
 
     @cached_property
     def response(self) -> np.ndarray:
-        """The judged signal; in a script's flight, from where it was at the edge."""
+        """The judged signal; under a load and in a script, from where it was at the edge."""
         values = self.find_signal(self.signal).of(self.judged)
         return values if self.axis else values - values[0]
 
@@ -113,11 +120,18 @@ class Flight:
         return response_metrics(self.time, self.response[None, :], self.command)
 
     @cached_property
+    def loaded(self) -> LoadMetrics:
+        """The metrics of the response to the load."""
+        return load_metrics(self.time, self.response, changed=self.changed)
+
+    @cached_property
     def doubt(self) -> str:
         """Why some of them mean little, as a sentence; "" if they do not.
 
         They are marked and not withheld: a limit on such a number still tells that it has changed.
         """
+        if self.load:
+            return self.loaded.withheld
         assert self.command is not None
         duration = float(self.time[-1])
         return why_withheld(self.step, duration, self.command, changed=self.changed)
@@ -153,6 +167,11 @@ def case_scenario(case: Case, common: Scenario) -> Scenario:
     if case.axis:
         assert case.amplitude is not None
         return step_scenario(case.axis, case.amplitude, case.duration, common)
+    if case.load:
+        assert case.amplitude is not None
+        vehicle = make_vehicle(read_configured(common.vehicle))
+        load = find_load(case.load)
+        return load_scenario(load, case.amplitude, case.duration, common, vehicle, case.acts)
     scenario = copy.deepcopy(common)
     scenario.start = case.start or Start(position=[0.0, 0.0, START_HEIGHT])
     scenario.rates.record_period = scenario.rates.control_period
@@ -187,9 +206,10 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     loss = find_loss(recording)
     return Flight(
         recording=recording,
-        edge=EDGE if case.axis else case.edge,
+        edge=EDGE if case.axis or case.load else case.edge,
         axis=case.axis,
-        signal=case.signal or AXIS_SIGNALS.get(case.axis, ""),
+        load=case.load,
+        signal=case.signal or AXIS_SIGNALS.get(case.axis or case.load, ""),
         command=case.amplitude if case.axis else case.command,
         trouble=broke_off or (loss.sentence if loss else ""),
         changed=any(action.set and action.at >= case.edge for action in case.script),

@@ -91,6 +91,8 @@ def _mean_force(flight: Flight) -> float:
 
 
 def _step(flight: Flight, name: str) -> float:
+    if flight.load:
+        return float(getattr(flight.loaded, name))
     return float(getattr(flight.step, name)[0])
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, find_row, unknown_name
 from workbench.design.step_response import unwrapped_yaw
+from workbench.scenario.loads import LOAD_ROWS, MOTIONS
 from workbench.scenario.parameters import MOST_ROTORS
 from workbench.session.recording import Recording
 from workbench.systems.sensors.samples import Samples
@@ -129,5 +130,8 @@ SIGNALS: tuple[Signal, ...] = (
 )
 """v, p, w, a and force in W: velocity, position, angular velocity, acceleration, force of all
 rotors; a thrust is the mean over the control period that ends."""
-AXIS_SIGNALS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "yaw_rate"}
-"""What a step along or about an axis commands."""
+_MOVED = dict(zip(MOTIONS, ("p_x", "p_y", "p_z", "roll", "pitch", "yaw_rate"), strict=True))
+AXIS_SIGNALS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "yaw_rate"} | {
+    row.name: _MOVED[row.response] for row in LOAD_ROWS
+}
+"""What a step along or about an axis commands, and what a load moves."""

@@ -44,12 +44,15 @@ class Case:
     Attributes:
         name: unique in its spec.
         axis: of a step from hover: x, y, z or yaw; "" where a script is flown.
-        amplitude: of that step [m/s or rad/s].
+        load: of a step of a load in hover: force_x, torque_roll, gust_z …; "" where there is none.
+        acts: for how long the load acts [s]; None to the end, a gust for 1 s.
+        amplitude: of that step [m/s or rad/s], of a load [N, N·m, m/s].
         duration: flown after the edge [s].
         start: of a script's flight; without one it hovers as high as steps do.
         script: what the pilot does, in the time of the flight.
         edge: time from which a script's flight is judged [s].
-        signal: that is judged by metrics; a step's is the velocity that it commands.
+        signal: that is judged by metrics; a step's is the velocity that it commands, or what the
+            load moves.
         command: how far a script's signal should come from where it is at the edge.
         set: parameter values for this flight.
         limits: of metrics, by name, and of statistics of signals, as `mean of imu.f_z`.
@@ -58,6 +61,8 @@ class Case:
 
     name: str = ""
     axis: str = ""
+    load: str = ""
+    acts: float | None = None
     amplitude: float | None = None
     duration: float = 3.0
     start: Start | None = None

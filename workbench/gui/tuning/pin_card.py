@@ -16,7 +16,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.analysis.questions import Pin, Question
+from workbench.analysis.questions import Pin, Question, Step
 from workbench.analysis.replies import Pinned
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.number_field import buddy
@@ -25,7 +25,7 @@ from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
-from workbench.scenario.axes import find_axis
+from workbench.scenario.loads import find_excited
 
 SUFFIX = ".spec.yaml"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]*")
@@ -115,7 +115,7 @@ class PinCard(Card):
 
     def write(self) -> None:
         """Write the regression; ask first where there is one already."""
-        step, path = self._trial.step, self.path
+        step, path = self._trial.excited, self.path
         if step is None or not self.button.isEnabled():
             return
         sure = self._sure == path
@@ -158,18 +158,20 @@ class PinCard(Card):
         if self._sure is not None and self._sure != self.path:
             self._sure = None
             self.said.say("")
-        fault, step = name_fault(self.name.text()), self._trial.step
+        fault, step = name_fault(self.name.text()), self._trial.excited
         set_class(self.name, "bad" if fault else "")
         if step is None:
             fault = fault or "A chirp cannot be pinned: choose a step."
         self.fault.setText(f"✕ {fault}" if fault else "")
         self.fault.setVisible(bool(fault))
         if step is not None:
-            unit = unit_for(find_axis(step.axis).unit, self._preferences)
+            row = find_excited(step.axis)
+            unit = unit_for(row.unit, self._preferences)
+            what = f"along {step.axis}" if isinstance(step, Step) else row.label
             self.what.setText(
-                f"Pins the gains that fly with a step of {unit.text(step.amplitude)} along "
-                f"{step.axis} for {step.duration:g} s, flown from hover with heading 0: its "
-                "numbers as limits, its curve as a band."
+                f"Pins the gains that fly with a step of {unit.text(step.amplitude)} {what} for "
+                f"{step.duration:g} s, flown from hover with heading 0: its numbers as limits, "
+                "its curve as a band."
             )
         busy = self._asked is not None
         self.button.setEnabled(not fault and bool(self._trial.flown) and not busy)

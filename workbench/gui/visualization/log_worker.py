@@ -123,7 +123,7 @@ def limits_of(path: Path) -> SpecContents:
         ]
         command = case.amplitude if case.axis else case.command
         limits = [MetricLimit(name, each.min, each.max) for name, each in case.limits.items()]
-        signal = case.signal or AXIS_SIGNALS.get(case.axis, "")
+        signal = case.signal or AXIS_SIGNALS.get(case.axis or case.load, "")
         wanted = math.nan if command is None else command
         cases.append(CaseLimits(case.name, signal, wanted, tuple(limits), tuple(bands)))
     return SpecContents(path, tuple(cases))
