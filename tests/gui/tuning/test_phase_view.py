@@ -108,7 +108,7 @@ def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, q
 
 
 def test_each_loop_shows_its_parts_what_costs_most_and_where(card, offline, judge, make_loop):
-    assert card.said.text() == "Not known yet: the analyst is asked."
+    assert card.headline[0] == "Not known yet: the analyst is asked."
     card.judgement.follow(FLOWN, FLOWN)
     pitch = make_loop("pitch", phase_margin=math.radians(40.0), turned=turned(rotors=-40.0))
     offline.analysis.judged.emit(judge(FLOWN, pitch))
@@ -117,7 +117,7 @@ def test_each_loop_shows_its_parts_what_costs_most_and_where(card, offline, judg
     assert [cell.marked for cell in cells] == ["", "", "", "", "", "most", ""]
     assert "−20.0° at 10 rad/s" in cells[1].help and "the low-passes" in cells[1].help
     assert "leave 40.0°" in cells[-1].help
-    assert card.said.text() == "Weakest: pitch; most: rotors −40°"
+    assert card.headline[0] == "Weakest: pitch; most: rotors −40°"
     assert "most" in row(card, "pitch").spoken
     # loops whose parts are not known say so, and nothing else
     assert {cell.text for cell in row(card, "roll").cells} == {"–"}
@@ -142,7 +142,7 @@ def test_an_unstable_loop_has_no_parts_and_says_so(card, offline, judge, make_lo
     offline.analysis.judged.emit(judge(FLOWN, broken, said="the roll loop is unstable."))
     assert row(card, "roll").state is State.BROKEN
     assert {cell.text for cell in row(card, "roll").cells} == {"–"}
-    assert card.said.text() == "The roll loop is unstable."
+    assert card.headline[0] == "The roll loop is unstable."
     assert card.missing.text() == "Phases are known of a stable closed loop alone."
 
 

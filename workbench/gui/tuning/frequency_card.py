@@ -112,6 +112,7 @@ class FrequencyCard(Card):
         for view in self._drawing:
             view.pointed.connect(self.set_cursor)
         self.curves.changed.connect(self._show)
+        self.phase.changed.connect(self._say)
         trial.gains.state_changed.connect(self.follow)  # as what is kept
         judgement.changed.connect(self._hear_judgement)
         workspace.look.changed.connect(self._show)
@@ -252,7 +253,9 @@ class FrequencyCard(Card):
     def _say(self) -> None:
         shown = self.curves.shown
         now = shown.get(PROPOSED, shown.get(FLOWN))
-        if self.curves.said:
+        if self._view == "Phase":
+            self.said.say(*self.phase.headline)
+        elif self.curves.said:
             self.said.say(f"Not known: {self.curves.said}", "warning")
         elif now is None:
             self.said.say("Not known yet: the analyst is asked.")

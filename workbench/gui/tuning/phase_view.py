@@ -2,10 +2,11 @@
 
 import math
 
+from PyQt6.QtCore import pyqtSignal
 from PyQt6.QtWidgets import QVBoxLayout, QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop
-from workbench.gui.tuning.card import SPACING, Sentence, wrapped
+from workbench.gui.tuning.card import SPACING, wrapped
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limit_table import written
 from workbench.gui.tuning.limits import Limits
@@ -146,10 +147,13 @@ class PhaseView(QWidget):
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        said: a sentence above the table.
+        headline: what it comes to, in a sentence, and its tone.
         table: a row for each loop.
         missing: what has no phase, in sentences; hidden where there is none.
     """
+
+    changed = pyqtSignal()
+    """Something else is shown."""
 
     def __init__(
         self,
@@ -161,7 +165,7 @@ class PhaseView(QWidget):
         super().__init__(parent)
         self._judgement = judgement
         self._limits = limits
-        self.said = Sentence()
+        self.headline = "", "muted"
         self.table = NumberTable(
             "Where the phase of every loop went, in degrees at its crossover",
             [*(f"{HEADS.get(name, name)} °" for name in PARTS), "at rad/s"],
@@ -179,8 +183,7 @@ class PhaseView(QWidget):
         body = QVBoxLayout(self)
         body.setContentsMargins(0, 0, 0, 0)
         body.setSpacing(SPACING)
-        for part in (self.said, self.missing):
-            body.addWidget(part)
+        body.addWidget(self.missing)
         body.addWidget(self.table, 1)
         judgement.changed.connect(self._show)
         limits.changed.connect(lambda _: self._show())
@@ -191,15 +194,18 @@ class PhaseView(QWidget):
         missing = missing_phase(now) if now is not None else ""
         self.missing.setText(missing)
         self.missing.setVisible(bool(missing))
+        self.headline = self._headline(now)
         if now is None:
-            self.said.say(self._judgement.said or "Not known yet: the analyst is asked.")
             self.table.set_rows(())
-            return
-        other = before if before is not now else None
-        self.table.expect(len(now.loops))
-        self.table.set_rows(phase_rows(now, other, self._limits.value))
-        if caveat := self._judgement.caveat:
-            self.said.say(caveat, "warning")
         else:
-            said = phase_headline(now, self._limits.value)
-            self.said.say(said, "muted" if now.stable else "bad")
+            other = before if before is not now else None
+            self.table.expect(len(now.loops))
+            self.table.set_rows(phase_rows(now, other, self._limits.value))
+        self.changed.emit()
+
+    def _headline(self, now: Judged | None) -> tuple[str, str]:
+        if now is None:
+            return self._judgement.said or "Not known yet: the analyst is asked.", "muted"
+        if caveat := self._judgement.caveat:
+            return caveat, "warning"
+        return phase_headline(now, self._limits.value), "muted" if now.stable else "bad"
