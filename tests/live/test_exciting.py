@@ -638,3 +638,33 @@ def test_a_gust_blows_once_and_the_drone_has_time_to_come_back():
     assert wind.max() == pytest.approx(6.0, rel=0.01)
     assert wind[flown.recording.time > began + 1.51].max() == 0.0
     assert 0.02 < np.abs(flown.recording.p_WB[:, 1]).max() < 0.5
+
+
+def test_what_disturbs_the_drone_stands_among_the_events(tmp_path):
+    """In words, beside the actions: of a push, a gust, the wind and faults, and of repairs."""
+    bench = Bench()
+    path = tmp_path / "disturbed.mcap"
+    bench.obey(KeepLog(str(path)))
+    bench.fly(0.1)
+    bench.obey(Excite(Excitation("force_x", Shape.PULSE, 2.0, 0.25)))
+    bench.fly(0.5)
+    bench.obey(Action(push=Push(torque=[0.0, 0.0, 0.02])))
+    bench.obey(Action(gust=Gust([0.0, 3.0, 0.0])))
+    bench.obey(Action(set={"wind_x": 4.0, "wind_y": 0.0, "wind_z": 0.0, "turbulence": 7.7}))
+    bench.obey(Action(set={"turbulence": 3.0}))
+    bench.obey(Action(set={"rotor_2": 0.8}))
+    bench.obey(Action(set={"rotor_2": 1.0, "kp_roll": 200.0}))
+    bench.fly(0.1)
+    bench.obey(Network.STOP_LOG)
+    said = read_log(path).series("events.said").values.tolist()
+    assert said[said.index("a push of (2, 0, 0) N for 0.25 s") :] == [
+        "a push of (2, 0, 0) N for 0.25 s",
+        "a torque of (0, 0, 0.02) N·m for 0.1 s",
+        "a gust of (0, 3, 0) m/s for 1 s",
+        "a wind of (4, 0, 0) m/s",
+        "turbulence: light",
+        "turbulence: 3 m/s at 20 ft",
+        "rotor 2 at 80 %",
+        "rotor 2 repaired",
+    ]
+    assert [each.action for each in read_log(path).done if each.action.gust is not None]

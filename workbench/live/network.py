@@ -31,6 +31,7 @@ from workbench.link.server.config import ServerConfig
 from workbench.link.server_messages import ControlState, Hand, Stage
 from workbench.live.announcer import FAILURE, INFORMATION, RESERVE, WARNING, Announcer
 from workbench.live.client_requests import ClientRequests, effect_action, in_landing
+from workbench.live.disturbed import disturbed
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
     KeepLog,
@@ -583,10 +584,12 @@ class FlightNetwork:
         self.did(hold)
 
     def _note(self, action: Action, by: str) -> None:
-        """Keep an action, and let all know of parameters that it sets."""
+        """Keep an action, and let all know of parameters that it sets, and of a disturbance."""
         self._log.act(action, by)
         for name, value in action.set.items():
             self._publish(self._announcer.parameter(action.at, name, value))
+        for said in disturbed(action):
+            self.event(said)
 
     def _watch_control(self) -> None:
         """Tell who flies, on change and once in a while."""
