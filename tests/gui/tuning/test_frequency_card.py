@@ -7,6 +7,7 @@ import control
 import numpy as np
 import pytest
 from PyQt6.QtCore import QPoint, Qt
+from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
 from workbench.analysis.judging import draw_frequency
@@ -246,6 +247,23 @@ def test_the_cursor_reads_size_and_phase_in_all_views(screen, settle):
     assert complex(point.x, point.y) == pytest.approx(response, rel=1e-3)
     card.nyquist._point(response + 0.001)
     assert card._cursor == pytest.approx(20.0, rel=0.03)
+
+
+def test_both_plots_of_bode_show_the_same_frequencies_and_their_data_say_so(screen, settle):
+    card = screen.frequency
+    settle(lambda: shows(card, "flown"))
+    magnitude, phase = card.bode.plots
+    magnitude.redraw()
+    magnitude.set_cursor(10.0)
+    magnitude.zoom_by(0.5)
+    assert phase.window_ends != magnitude.window_ends
+    phase.redraw()
+    assert phase.window_ends == pytest.approx(magnitude.window_ends)
+    phase.reset()
+    magnitude.redraw()
+    assert phase.window_ends == pytest.approx(magnitude.window_ends)
+    magnitude.copy_data()
+    assert QGuiApplication.clipboard().text().startswith("frequency [rad/s]\tflown [dB]\n")
 
 
 def test_a_measured_loop_is_drawn_where_it_is_coherent(screen, settle):

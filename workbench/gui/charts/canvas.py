@@ -458,7 +458,7 @@ class Canvas(pg.GraphicsLayoutWidget):
             item.show_scale(content.y_scale)
             if item is not self._axes[0]:
                 item.setRange(*self._ends(axis))
-        self._bottom.show_name(content.x_label)
+        self._bottom.show_name(self._bottom_name())
         self._bottom.show_scale(content.x_scale)
         self._zero.setVisible(content.y_scale is Scale.LINEAR)
         self.view.setRange(
@@ -468,6 +468,13 @@ class Canvas(pg.GraphicsLayoutWidget):
             disableAutoRange=False,
         )
         self._place()
+
+    def _bottom_name(self) -> str:
+        """Return what stands below: the unit alone where its name would hide the numbers."""
+        content = self._content
+        wide = QFontMetricsF(self.font()).horizontalAdvance(content.x_label)
+        named = content.x_label.endswith(f" {content.x_unit}")
+        return content.x_unit if named and wide > 0.5 * self.view.width() else content.x_label
 
     def _ends(self, axis: Axis) -> tuple[float, float]:
         """Return the places of an axis' ends."""

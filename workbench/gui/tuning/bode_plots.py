@@ -104,8 +104,8 @@ class BodePlots(FrequencyPlots):
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(workspace, ("Magnitude of L", "Phase of L"), parent)
         magnitude, phase = self.plots
-        magnitude.set_axes("", "Magnitude", "dB", "rad/s")
-        phase.set_axes("", "Phase", "°", "rad/s")
+        magnitude.set_axes("Frequency", "Magnitude", "dB", "rad/s")
+        phase.set_axes("Frequency", "Phase", "°", "rad/s")
         for plot in self.plots:
             plot.set_scales(Scale.LOGARITHMIC)
 
@@ -219,7 +219,7 @@ class GangPlots(FrequencyPlots):
         """Write the units of KS and GS."""
         units = "1", "1", control, load
         for plot, (name, _, _), unit in zip(self.plots, FOUR, units, strict=True):
-            plot.set_axes("", name, unit, "rad/s")
+            plot.set_axes("Frequency", name, unit, "rad/s")
 
     def show_loops(self, loops: Sequence[DrawnLoop]) -> None:
         """Draw these, with the peaks of the one that counts."""
