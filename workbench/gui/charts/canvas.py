@@ -474,7 +474,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         content = self._content
         wide = QFontMetricsF(self.font()).horizontalAdvance(content.x_label)
         named = content.x_label.endswith(f" {content.x_unit}")
-        return content.x_unit if named and wide > 0.5 * self.view.width() else content.x_label
+        return content.x_unit if named and wide > 0.4 * self.view.width() else content.x_label
 
     def _ends(self, axis: Axis) -> tuple[float, float]:
         """Return the places of an axis' ends."""
