@@ -32,7 +32,7 @@ PUBLISHED = {
 }
 FILES = [
     find_model("dh_drone"),
-    *(path for path in sorted(DRONES.iterdir()) if "parts" not in path.name),
+    *sorted(DRONES.glob("*.urdf*")),
     *(SHARED / path for path in PUBLISHED),
 ]
 
