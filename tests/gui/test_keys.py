@@ -202,7 +202,7 @@ def test_f12_stops_above_every_file_dialog(window, orders, canned, show, qtbot):
     for name, opens in (
         ("home", window.actions_by_name["open_model"].trigger),
         ("tuning", window.stack.screen_of("tuning").pin._browse),
-        ("visualization", window.stack.screen_of("visualization")._ask),
+        ("visualization", window.stack.screen_of("visualization").open_button.click),
         ("server", window.stack.screen_of("server").form._choose_new),
         ("tuning", lambda: qtbot.keyClick(window, Qt.Key.Key_S, CONTROL)),
     ):

@@ -6,6 +6,7 @@ from PyQt6.QtCore import Qt
 
 from workbench.analysis.questions import Fork, Step
 from workbench.analysis.replies import Forked, StepNumbers
+from workbench.control.controller import SHIPPED
 from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.tuning.fork_card import ForkCard
 from workbench.gui.tuning.tuning_screen import FUTURE_NAME, Ghost
@@ -121,7 +122,7 @@ def test_two_controllers_are_forked_from_one_instant_and_one_can_be_kept(
 ):
     """The one that flies is `now`; a file that has flown can be chosen for good."""
     texts = [card.other.itemText(index) for index in range(card.other.count())]
-    assert texts == ["now", "proposed", "pid", "lqi", "geometric", "indi"]
+    assert texts == ["now", "proposed", *(name for name in SHIPPED if name != "pd")]
     mine = str(tmp_path / "mine.py")
     offline.flight.show(replace(flying, scenario=replace(flying.scenario, controller=mine)))
     card.begin()

@@ -133,8 +133,7 @@ class CompareCard(Card):
         self._preparing = ""
         self.view, self.loop = QComboBox(), QComboBox()
         self.choose = _menu_button("&Designs", "Choose what is compared", self._fill_choose)
-        self.use = _menu_button("&Use", "Fly or keep one of them", self._fill_use)
-        self.copy = _menu_button("Cop&y", "Copy the table", self._fill_copy)
+        self.use = _menu_button("&Use", "Fly or keep one, or copy the table", self._fill_use)
         self.legend = Legend(workspace.look)
         self.plot = StaticPlot(workspace)
         self.magnitude, self.phase = StaticPlot(workspace), StaticPlot(workspace)
@@ -423,6 +422,8 @@ class CompareCard(Card):
     def _fill_use(self, menu: QMenu) -> None:
         for each in self.chosen:
             self._add_uses(menu, each)
+        menu.addSeparator()
+        self._add_copies(menu)
 
     def _add_uses(self, menu: QMenu, design: Design) -> None:
         """Offer what can be done with a design."""
@@ -435,9 +436,9 @@ class CompareCard(Card):
             keep = _action(menu, f"Keep {design.name}", lambda _: self.keep(design))
             keep.setEnabled(profile(design.name) != profile(KEPT))
 
-    def _fill_copy(self, menu: QMenu) -> None:
-        _action(menu, "Table as &text", lambda _: self.copy_text())
-        _action(menu, "Table as &CSV, in SI units", lambda _: self.copy_csv())
+    def _add_copies(self, menu: QMenu) -> None:
+        _action(menu, "Copy table as &text", lambda _: self.copy_text())
+        _action(menu, "Copy table as &CSV, in SI units", lambda _: self.copy_csv())
 
     def _copy(self, text: str) -> None:
         clipboard = QGuiApplication.clipboard()
@@ -456,7 +457,7 @@ class CompareCard(Card):
         if 0 <= column < len(self.chosen):
             self._add_uses(menu, self.chosen[column])
             menu.addSeparator()
-        self._fill_copy(menu)
+        self._add_copies(menu)
         menu.popup(event.globalPos())
 
     def _lay_out(self) -> None:
@@ -480,10 +481,10 @@ class CompareCard(Card):
         for part in (self.plot, Bode(self.magnitude, self.phase), self.plane, area):
             self.stack.addWidget(part)
         line = QHBoxLayout()
-        line.setSpacing(SPACING)
+        line.setSpacing(SPACING // 2)  # all of it fits beside gains and response
         for box in (self.view, self.loop):
             line.addWidget(box, 1)
-        for button in (self.choose, self.use, self.copy):
+        for button in (self.choose, self.use):
             line.addWidget(button)
         self.body.addLayout(line)
         self.body.addWidget(self.legend)
