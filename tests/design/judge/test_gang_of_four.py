@@ -41,14 +41,16 @@ def test_all_four_are_those_of_plant_and_law(controller, name):
     opened = model.opened([loop.error])
     law = opened.state_space([loop.error], [loop.actuator])
     plant = -opened.state_space([loop.actuator], [loop.error])
+    # S and T by hand: feedback with 1 makes a system without states, which warns on NumPy 2.5
+    loop_response = response(law * plant, found.frequency)
+    close(found.open_loop, loop_response)
+    close(found.sensitivity, 1.0 / (1.0 + loop_response))
+    close(found.complementary_sensitivity, loop_response / (1.0 + loop_response))
     for system, curve in (
-        (law * plant, found.open_loop),
-        (control.feedback(control.ss([], [], [], [[1.0]], model.period), law * plant), None),
         (control.feedback(law, plant), found.control_sensitivity),
         (control.feedback(plant, law), found.load_sensitivity),
-        (control.feedback(law * plant), found.complementary_sensitivity),
     ):
-        close(found.sensitivity if curve is None else curve, response(system, found.frequency))
+        close(curve, response(system, found.frequency))
 
 
 @pytest.mark.parametrize(
