@@ -11,7 +11,7 @@ from workbench.commands.cli import main
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([], "no kind of gateway is named: write foxglove, plotjuggler or ros2"),
+        ([], "no kind of gateway is named: write foxglove, plotjuggler, ros2 or mavlink"),
         (["mqtt"], "invalid choice: 'mqtt'"),
         (["foxglove", "127.0.0.1:1"], "nobody listens at 127.0.0.1:1"),
         (["plotjuggler", "127.0.0.1:1"], "nobody listens at 127.0.0.1:1"),

@@ -12,7 +12,8 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.gateways import ros2
-from workbench.gateways.ros2 import SAY_AGAIN, Sayings, run_ros2, serve_ros2
+from workbench.gateways.ros2 import run_ros2, serve_ros2
+from workbench.gateways.running import SAY_AGAIN, Sayings
 from workbench.gateways.ros2_options import Ros2Options
 
 DOMAIN = 101 + (os.getpid() + 25) % 100

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 TO_PLOTJUGGLER = "127.0.0.1:9870"
 FOR_FOXGLOVE = "127.0.0.1:8765"
+FOR_STATION = "127.0.0.1:14550"
 
 
 def add_parser(commands: Any) -> None:
@@ -26,7 +27,7 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "gateway",
-        "Pass a served flight on to Foxglove, PlotJuggler or ROS 2.",
+        "Pass a served flight on to Foxglove, PlotJuggler, ROS 2 or a MAVLink ground station.",
         "workbench gateway plotjuggler 127.0.0.1:7733",
         _run_none,
     )
@@ -79,6 +80,27 @@ def add_parser(commands: Any) -> None:
     _add_rate(ros2)
     add_ros2_options(ros2)
 
+    mavlink = add_command(
+        kinds,
+        "mavlink",
+        "Show the drone to QGroundControl or another ground station, which may set its gains.",
+        "workbench gateway mavlink 127.0.0.1:7733 --allow-commands",
+        _run_mavlink,
+    )
+    add_link_options(mavlink)
+    _add_rate(mavlink)
+    mavlink.add_argument(
+        "--to",
+        default=FOR_STATION,
+        metavar="HOST:PORT",
+        help=f"where the ground station listens, by UDP (default: {FOR_STATION})",
+    )
+    mavlink.add_argument(
+        "--allow-commands",
+        action="store_true",
+        help="let the ground station set parameters, arm, take off, hold and land",
+    )
+
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
     add_link_options(parser)
@@ -103,7 +125,7 @@ def _add_rate(parser: argparse.ArgumentParser) -> None:
 
 def _run_none(args: argparse.Namespace) -> int:
     raise WorkbenchError(
-        "no kind of gateway is named: write foxglove, plotjuggler or ros2, as in "
+        "no kind of gateway is named: write foxglove, plotjuggler, ros2 or mavlink, as in "
         "`workbench gateway foxglove`"
     )
 
@@ -178,6 +200,28 @@ def _run_ros2(args: argparse.Namespace) -> int:
     if args.json:
         print_json_line({"address": str(link.address)})
     run_ros2(link.address, ros2_options(args, link.token, link.tls), say)
+    return ExitCode.DONE
+
+
+def _run_mavlink(args: argparse.Namespace) -> int:
+    """Speak MAVLink until Ctrl-C."""
+    from workbench.gateways.mavlink import PORT, MavlinkOptions, run_mavlink
+    from workbench.link.address import parse_address
+
+    to = parse_address(args.to, port=PORT)
+    link = link_options(args, flies=args.allow_commands)
+    options = MavlinkOptions(to, args.allow_commands, link.token, link.tls, args.rate)
+
+    def tell(vehicle: str, ids: dict[str, str]) -> None:
+        if args.json:
+            print_json_line({"vehicle": vehicle, "to": str(to), "parameters": ids})
+        short = {name: each for name, each in ids.items() if name != each}
+        if short:
+            say("names of more than 16 characters are shorter in MAVLink: ")
+            for name, each in short.items():
+                say(f"  {each:16} {name}")
+
+    run_mavlink(link.address, options, say, tell)
     return ExitCode.DONE
 
 

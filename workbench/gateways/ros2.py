@@ -4,11 +4,11 @@ import asyncio
 import contextlib
 from collections.abc import Callable
 from importlib.util import find_spec
-from time import monotonic
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_options import LOOPBACK, Ros2Options, domain_number
+from workbench.gateways.running import LOOK, Sayings, all_of, tell_trouble
 from workbench.link.operations import Role
 
 if TYPE_CHECKING:
@@ -20,12 +20,8 @@ if TYPE_CHECKING:
 NAME = "ros2"
 POLL = 0.01
 """Orders are looked for so often [s]."""
-LOOK = 0.2
-"""What is only told to the user is looked for so often [s]."""
 IN_A_ROW = 16
 """Samples after which others get a turn."""
-SAY_AGAIN = 5.0
-"""What was said is not said again sooner [s]."""
 
 
 def run_ros2(address: str, options: Ros2Options, say: Callable[[str], None] = print) -> None:
@@ -85,29 +81,12 @@ async def serve_ros2(address: str, options: Ros2Options, say: Callable[[str], No
                 works = [
                     _publish(client, publishing, say),
                     take(client, domain.participant, say),
-                    _tell_trouble(client, say),
+                    tell_trouble(client, say),
                 ]
                 say(_greeting(client, options, number, len(publishing.channels)))
-                await _all_of([asyncio.create_task(work) for work in works])
+                await all_of([asyncio.create_task(work) for work in works])
             except DDSException as error:
                 raise WorkbenchError(f"DDS cannot go on: {error}") from error
-
-
-async def _all_of(works: list["asyncio.Task[None]"]) -> None:
-    """Wait until one of several works ends, and end the others with it.
-
-    Raises:
-        WorkbenchError: what it ended with.
-    """
-    try:
-        await asyncio.wait(works, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        for work in works:
-            work.cancel()
-        ended = await asyncio.gather(*works, return_exceptions=True)
-    for error in ended:
-        if error is not None and not isinstance(error, asyncio.CancelledError):
-            raise error
 
 
 async def _publish(
@@ -162,18 +141,6 @@ async def _refuse_orders(
         await asyncio.sleep(LOOK)
 
 
-async def _tell_trouble(client: "AsyncClient", say: Callable[[str], None]) -> None:
-    """Say when the connection to the drone is lost, and when it is back."""
-    lost = False
-    while True:
-        if client.trouble:
-            say(f"{client.trouble}; trying again")
-        elif lost:
-            say(f"connected to {client.hello.vehicle} again")
-        lost = bool(client.trouble)
-        await asyncio.sleep(LOOK)
-
-
 def _greeting(client: "AsyncClient", options: Ros2Options, number: int, topics: int) -> str:
     """Return what is said when it works."""
     where = f"the network of {options.interface}"
@@ -186,24 +153,3 @@ def _greeting(client: "AsyncClient", options: Ros2Options, number: int, topics: 
         f"{client.hello.vehicle}: {topics} topics of ROS 2 in domain {number}, for {where}; "
         f"{commands}; Ctrl-C ends it"
     )
-
-
-class Sayings:
-    """Says sentences, but none again and again.
-
-    Args:
-        say: tells the user a sentence.
-        clock: time now [s].
-    """
-
-    def __init__(self, say: Callable[[str], None], clock: Callable[[], float] = monotonic) -> None:
-        self._say = say
-        self._clock = clock
-        self._said: dict[str, float] = {}
-
-    def __call__(self, sentence: str) -> None:
-        now = self._clock()
-        self._said = {each: when for each, when in self._said.items() if now - when < SAY_AGAIN}
-        if sentence not in self._said:
-            self._said[sentence] = now
-            self._say(sentence)

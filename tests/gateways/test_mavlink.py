@@ -1,0 +1,241 @@
+"""The gateway to MAVLink: a real flight, and a ground station that is pymavlink's own."""
+
+import asyncio
+import math
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+pytest.importorskip("pymavlink", reason="install the extra `mavlink` to try it")
+
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import common as mavlink
+
+from workbench.commands.cli import main
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import SHIPPED, load_controller
+from workbench.gateways.mavlink import FORCED, MavlinkOptions, serve_mavlink
+from workbench.gateways.mavlink_messages import (
+    LONGEST_ID,
+    motion_messages,
+    parameter_ids,
+    place_messages,
+    text_messages,
+)
+from workbench.link import Client
+from workbench.link.address import Address
+
+LIMIT = 120.0
+"""For anything to happen [s]."""
+NED_ENU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+FLU_FRD = np.diag([1.0, -1.0, -1.0])
+
+
+def test_motion_is_told_in_north_east_down_and_forward_right_down():
+    """Against rotation matrices: R_NED_FRD = R_NED_ENU R_ENU_FLU R_FLU_FRD."""
+    random = np.random.default_rng(1)
+    for _ in range(100):
+        p, v, w = random.uniform(-5.0, 5.0, (3, 3))
+        yaw, pitch, roll = random.uniform((-3.1, -1.4, -3.1), (3.1, 1.4, 3.1))
+        R_ENU = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_matrix()
+        position = dict(zip("xyz", p, strict=True), roll=roll, pitch=pitch, yaw=yaw)
+        names = ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z")
+        velocity = dict(zip(names, (*v, *w), strict=True))
+        attitude, local, hud = motion_messages(2_500_000_000, position, velocity)
+        told = Rotation.from_euler("ZYX", [attitude.yaw, attitude.pitch, attitude.roll])
+        assert told.as_matrix() == pytest.approx(NED_ENU @ R_ENU @ FLU_FRD, abs=1e-12)
+        rates = (attitude.rollspeed, attitude.pitchspeed, attitude.yawspeed)
+        assert rates == pytest.approx(FLU_FRD @ R_ENU.T @ w, abs=1e-12)
+        assert (local.x, local.y, local.z) == pytest.approx(NED_ENU @ p)
+        assert (local.vx, local.vy, local.vz) == pytest.approx(NED_ENU @ v)
+        assert (attitude.time_boot_ms, hud.climb) == (2500, v[2])
+
+
+def test_a_place_is_told_in_mavlinks_integers():
+    gps = {
+        "latitude": math.radians(47.4),
+        "longitude": math.radians(-8.5),
+        "altitude": 488.25,
+        "velocity": (1.0, -2.0, 0.5),
+    }
+    raw, place = place_messages(1_000_000_000, gps, {"z": 3.5, "yaw": math.pi / 2.0})
+    for each in (raw, place):
+        assert (each.lat, each.lon, each.alt) == (474_000_000, -85_000_000, 488_250)
+    assert (place.relative_alt, place.vx, place.vy, place.vz) == (3500, -200, 100, -50)
+    assert place.hdg == 0  # north
+    assert raw.cog == round(100.0 * math.degrees(math.atan2(1.0, -2.0)))  # by hand: 153.43 deg
+
+
+def test_every_parameter_has_a_short_name_of_its_own():
+    for name in SHIPPED:
+        names = [each.name for each in load_controller(name).parameters]
+        ids = parameter_ids(names)
+        assert len(set(ids.values())) == len(names), name
+        assert all(1 <= len(each) <= LONGEST_ID for each in ids.values()), name
+        assert all(ids[each] == each for each in names if len(each) <= LONGEST_ID), name
+    many = [f"a_very_long_parameter_{number}" for number in range(30)]
+    assert len(set(parameter_ids(many).values())) == 30
+
+
+def test_a_long_sentence_is_told_in_pieces():
+    sentence = "The drone holds its place, since nobody was heard for half a second; ask again."
+    (one,) = text_messages(1, 4, sentence[:50])
+    assert (one.text, one.id) == (sentence[:50], 0)
+    pieces = text_messages(3, 4, sentence)
+    assert "".join(each.text for each in pieces) == sentence
+    assert [each.chunk_seq for each in pieces] == [0, 1]
+    assert len({each.id for each in pieces}) == 1 and pieces[0].id > 0
+    assert text_messages(3, 4, 100 * "a")[-1].text == ""  # so that the end is known
+
+
+def test_commands_are_taken_from_this_computer_only(capsys):
+    with pytest.raises(WorkbenchError, match="MAVLink has no login"):
+        MavlinkOptions(Address("192.168.1.20", 14550), allow_commands=True).check()
+    assert main(["gateway", "mavlink", "127.0.0.1:1"]) == 2
+    assert "nobody listens at 127.0.0.1:1" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def address():
+    words = [sys.executable, "-m", "workbench", "serve", "--scenario", "network", "--port", "0"]
+    with subprocess.Popen(
+        [*words, "--duration", "600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            line = process.stdout.readline()
+            assert line, process.stderr.read()
+            yield line.split()[-1]
+        finally:
+            process.terminate()
+            try:
+                process.communicate(timeout=LIMIT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+class Ground:
+    """A ground station, and the gateway that it hears.
+
+    Attributes:
+        mav: pymavlink's own connection.
+        said: what the gateway told its user.
+    """
+
+    def __init__(self, address, allow_commands):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
+            found.bind(("127.0.0.1", 0))
+            self.port = found.getsockname()[1]
+        self.mav = mavutil.mavlink_connection(f"udpin:127.0.0.1:{self.port}", dialect="common")
+        self.said = []
+        options = MavlinkOptions(Address("127.0.0.1", self.port), allow_commands)
+        self.loop = asyncio.new_event_loop()
+        self.task = self.loop.create_task(serve_mavlink(address, options, self.said.append))
+        self.thread = threading.Thread(target=self._run)
+        self.thread.start()
+        assert self.hear("HEARTBEAT").type == mavlink.MAV_TYPE_QUADROTOR
+        self.mav.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+
+    def _run(self):
+        try:
+            self.loop.run_until_complete(self.task)
+        except asyncio.CancelledError:
+            pass
+        finally:
+            self.loop.close()
+
+    def hear(self, *kinds, where=lambda message: True):
+        """Return the next message of some kind that fits."""
+        ends = time.monotonic() + LIMIT
+        while time.monotonic() < ends:
+            message = self.mav.recv_match(type=list(kinds), blocking=True, timeout=LIMIT)
+            if message is not None and where(message):
+                return message
+        raise AssertionError(f"no {kinds}; the gateway said {self.said}")
+
+    def order(self, command, *numbers):
+        self.mav.mav.command_long_send(1, 1, command, 0, *numbers, *[0.0] * (7 - len(numbers)))
+        return self.hear("COMMAND_ACK", where=lambda ack: ack.command == command).result
+
+    def set(self, name, value):
+        self.mav.mav.param_set_send(1, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
+        return self.hear("PARAM_VALUE", where=lambda each: each.param_id == name).param_value
+
+    def told(self, words):
+        return self.hear("STATUSTEXT", where=lambda text: words in text.text)
+
+    def close(self):
+        self.loop.call_soon_threadsafe(self.task.cancel)
+        self.thread.join(LIMIT)
+        self.mav.close()
+
+
+@pytest.fixture
+def ground(address):
+    made = Ground(address, allow_commands=True)
+    yield made
+    made.close()
+
+
+def test_a_station_reads_and_sets_gains_under_the_lease_and_flies(ground, address):
+    with Client(address, topics=["drone_state"]) as client:
+        wanted = client.parameters()
+        ids = parameter_ids(wanted)
+        ground.mav.mav.param_request_list_send(1, 1)
+        found = {}
+        while len(found) < len(wanted):
+            value = ground.hear("PARAM_VALUE")
+            assert value.param_count == len(wanted)
+            found[value.param_id] = value.param_value
+        assert found == {
+            ids[name]: pytest.approx(value, rel=1e-6) for name, value in wanted.items()
+        }
+
+        assert ground.set("kp_pitch", 200.1) == pytest.approx(200.1)
+        assert client.parameters("kp_pitch") == {"kp_pitch": 200.1}  # not 200.10000610351562
+        for value in (1e9, math.nan):
+            assert ground.set("kp_pitch", value) == pytest.approx(200.1)
+        ground.mav.mav.param_request_read_send(1, 1, b"no_such", -1)
+        assert ground.told("there is no parameter 'no_such'")
+        ground.mav.mav.param_request_read_send(1, 1, b"", list(wanted).index("kp_pitch"))
+        assert ground.hear("PARAM_VALUE").param_id == "kp_pitch"
+
+        with client.control():  # somebody else flies
+            assert ground.set("kp_pitch", 300.0) == pytest.approx(200.1)
+            assert ground.order(mavlink.MAV_CMD_NAV_LAND) == mavlink.MAV_RESULT_DENIED
+
+    accepted = mavlink.MAV_RESULT_ACCEPTED
+    assert ground.order(mavlink.MAV_CMD_DO_SET_SERVO) == mavlink.MAV_RESULT_UNSUPPORTED
+    take_off = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    assert ground.order(mavlink.MAV_CMD_NAV_TAKEOFF, *take_off) == accepted
+    ground.hear("LOCAL_POSITION_NED", where=lambda local: local.z < -0.5)
+    armed = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+    assert ground.hear("HEARTBEAT", where=lambda beat: beat.base_mode & armed)
+    disarm = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+    assert ground.order(disarm, 0.0) == mavlink.MAV_RESULT_DENIED  # it flies
+    assert ground.order(mavlink.MAV_CMD_NAV_LAND) == accepted
+    assert ground.order(disarm, 0.0, FORCED) == accepted
+    ground.hear("HEARTBEAT", where=lambda beat: not beat.base_mode & armed)
+
+
+def test_what_is_no_mavlink_does_no_harm(ground):
+    random = np.random.default_rng(2)
+    for size in random.integers(1, 300, 500):
+        ground.mav.write(random.bytes(int(size)))
+    ground.mav.mav.param_request_read_send(1, 1, b"kp_pitch", -1)
+    assert ground.hear("PARAM_VALUE").param_id == "kp_pitch"
+
+
+def test_without_leave_it_only_watches(address):
+    ground = Ground(address, allow_commands=False)
+    try:
+        ground.set("kp_pitch", 100.0)
+        assert ground.told("only watches")
+        assert ground.order(mavlink.MAV_CMD_NAV_LAND) == mavlink.MAV_RESULT_DENIED
+    finally:
+        ground.close()

@@ -1,0 +1,431 @@
+"""The gateway to MAVLink: a client of the link that a ground station sees as a vehicle."""
+
+import asyncio
+import contextlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.gateways.running import Sayings, all_of, tell_trouble
+from workbench.link.address import Address, is_loopback
+from workbench.link.control import AsyncControl
+from workbench.link.operations import Role
+from workbench.link.topics import PREFIX
+
+if TYPE_CHECKING:
+    from workbench.link import AsyncClient
+
+NAME = "mavlink"
+PORT = 14550
+"""Where ground stations listen."""
+RATE = 20.0
+"""Samples a second of each topic, unless the user says otherwise."""
+BEAT = 1.0
+"""Between two heartbeats [s]."""
+GONE = 5.0
+"""A station that is silent for longer is gone [s]."""
+IN_A_ROW = 20
+"""Parameters after which others get a turn."""
+FORCED = 21196.0
+"""What a station says to stop rotors in flight (MAV_CMD_COMPONENT_ARM_DISARM)."""
+
+
+@dataclass(frozen=True)
+class MavlinkOptions:
+    """How to speak MAVLink.
+
+    Attributes:
+        to: where the ground station listens.
+        allow_commands: whether it may set parameters and fly.
+        token: for the link's server, "" where it wants none.
+        tls: as for `workbench.link.Client`.
+        rate: largest number of samples a second of each topic; None for 20.
+    """
+
+    to: Address
+    allow_commands: bool = False
+    token: str = ""
+    tls: str | bool | None = None
+    rate: float | None = None
+
+    def check(self) -> None:
+        """Refuse what would let anybody in the network fly.
+
+        Raises:
+            WorkbenchError: if commands are to be taken from another computer.
+        """
+        if self.allow_commands and not is_loopback(self.to.host):
+            raise WorkbenchError(
+                f"commands are taken from this computer only, as MAVLink has no login, and "
+                f"{self.to.host} is another one: run this gateway on the computer of the ground "
+                "station; it reaches a server elsewhere with --token-file"
+            )
+
+
+def run_mavlink(
+    address: str,
+    options: MavlinkOptions,
+    say: Callable[[str], None] = print,
+    ready: Callable[[str, dict[str, str]], None] | None = None,
+) -> None:
+    """Show a served flight to a ground station, and let it set gains and fly, until Ctrl-C.
+
+    Args:
+        address: of the link's server, HOST:PORT.
+        options: how.
+        say: tells the user a sentence.
+        ready: hears the vehicle's name, and the MAVLink id of each parameter by its name.
+
+    Raises:
+        WorkbenchError: if the extra is not installed, an option is wrong, or the server refuses or
+            is gone for good.
+    """
+    options.check()
+    if find_spec("pymavlink") is None:
+        raise WorkbenchError("MAVLink needs the package pymavlink: `pip install pymavlink`")
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(serve_mavlink(address, options, Sayings(say), ready))
+
+
+async def serve_mavlink(
+    address: str,
+    options: MavlinkOptions,
+    say: Callable[[str], None],
+    ready: Callable[[str, dict[str, str]], None] | None = None,
+) -> None:
+    """Do the work of `run_mavlink` until it is cancelled."""
+    from workbench.gateways.mavlink_messages import parameter_ids
+    from workbench.link import AsyncClient
+
+    client = AsyncClient(
+        address,
+        name=NAME,
+        token=options.token,
+        role=Role.COMMAND if options.allow_commands else Role.VIEW,
+        tls=options.tls,
+        rate=options.rate or RATE,
+    )
+    async with client:
+        ids = parameter_ids(await client.parameters())
+        loop = asyncio.get_running_loop()
+        try:
+            transport, station = await loop.create_datagram_endpoint(
+                lambda: Station(say), remote_addr=(options.to.host, options.to.port)
+            )
+        except OSError as error:
+            raise WorkbenchError(f"--to {options.to}: {error.strerror or error}") from error
+        vehicle = MavlinkVehicle(client, station, ids, options.allow_commands, say)
+        commands = "it may set parameters and fly" if options.allow_commands else "it only watches"
+        say(f"{client.hello.vehicle}: a ground station at {options.to}, {commands}; Ctrl-C ends it")
+        if ready is not None:
+            ready(client.hello.vehicle, ids)
+        try:
+            works = (vehicle.publish(), vehicle.beat(), vehicle.obey(), tell_trouble(client, say))
+            await all_of([asyncio.create_task(work) for work in works])
+        finally:
+            transport.close()
+
+
+class Station(asyncio.DatagramProtocol):
+    """The ground station: messages to it and from it, by UDP.
+
+    Args:
+        say: tells the user a sentence.
+
+    Attributes:
+        heard: messages from it that nobody has read yet.
+        heard_at: when it was last heard, by the loop's clock [s].
+    """
+
+    MOST_WAITING = 1000
+    """Messages that may wait; more are dropped."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        from pymavlink.dialects.v20 import common as mavlink
+
+        from workbench.gateways.mavlink_messages import COMPONENT, SYSTEM
+
+        self.heard: asyncio.Queue[Any] = asyncio.Queue(self.MOST_WAITING)
+        self.heard_at = -math.inf
+        self._say = say
+        self._mav = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
+        self._transport: asyncio.DatagramTransport | None = None
+
+    def connection_made(self, transport: Any) -> None:
+        """Keep what sends."""
+        self._transport = transport
+
+    def send(self, *messages: Any) -> None:
+        """Send messages; what nobody listens to is lost."""
+        if self._transport is not None:
+            for message in messages:
+                self._transport.sendto(message.pack(self._mav))
+                self._mav.seq = (self._mav.seq + 1) % 256
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        """Keep what is meant for this vehicle; a datagram has whole messages."""
+        from pymavlink.dialects.v20 import common as mavlink
+
+        from workbench.gateways.mavlink_messages import SYSTEM
+
+        self.heard_at = asyncio.get_running_loop().time()
+        parser = mavlink.MAVLink(None)
+        parser.robust_parsing = True
+        for message in parser.parse_buffer(data) or ():
+            target = getattr(message, "target_system", SYSTEM)
+            if message.get_type() != "BAD_DATA" and target in (0, SYSTEM):
+                with contextlib.suppress(asyncio.QueueFull):
+                    self.heard.put_nowait(message)
+
+    def error_received(self, exc: Exception) -> None:
+        """Say that nobody listens."""
+        self._say(f"no ground station listens yet ({exc}): start it, or name another --to")
+
+
+class MavlinkVehicle:
+    """What a ground station sees: it is told of the flight, and what it asks for is done.
+
+    Args:
+        client: of the link, open.
+        station: the ground station.
+        ids: MAVLink id of each parameter, by its name.
+        allow_commands: whether the station may set parameters and fly.
+        say: tells the user a sentence.
+    """
+
+    def __init__(
+        self,
+        client: "AsyncClient",
+        station: Station,
+        ids: dict[str, str],
+        allow_commands: bool,
+        say: Callable[[str], None],
+    ) -> None:
+        from workbench.gateways import mavlink_messages
+
+        self._client, self._station, self._say = client, station, say
+        self._names, self._ids = list(ids), ids
+        self._named = {short: name for name, short in ids.items()}
+        self._allow = allow_commands
+        self._make = mavlink_messages
+        self._control: AsyncControl | None = None
+        self._texts = 0
+
+    async def publish(self) -> None:
+        """Pass samples on as they come."""
+        async for sample in self._client:
+            match sample.topic.removeprefix(PREFIX):
+                case "position_data" if velocity := self._client.latest("velocity_data"):
+                    self._station.send(
+                        *self._make.motion_messages(sample.t_ns, sample.values, velocity.values)
+                    )
+                case "gps" if position := self._client.latest("position_data"):
+                    self._station.send(
+                        *self._make.place_messages(sample.t_ns, sample.values, position.values)
+                    )
+                case "events":
+                    self._tell(*self._make.event_text(sample.values))
+                case "parameters" if (name := str(sample["name"])) in self._ids:
+                    self._send_value(name, sample["value"])
+
+    async def beat(self) -> None:
+        """Say once a second that the vehicle is there, and how it is."""
+        while True:
+            state, switch = self._client.latest("drone_state"), self._client.latest("on_off_state")
+            on = switch is not None and bool(switch["on"])
+            self._station.send(*self._make.status_messages(state.values if state else None, on))
+            await self._look(on)
+            await asyncio.sleep(BEAT)
+
+    async def obey(self) -> None:
+        """Answer what the station asks for, in its order."""
+        try:
+            while True:
+                message = await self._station.heard.get()
+                try:
+                    await self._answer(message)
+                except WorkbenchError as error:
+                    self._tell(str(error))
+        finally:
+            await self._release()
+
+    async def _answer(self, message: Any) -> None:
+        from pymavlink.dialects.v20 import common as mavlink
+
+        match message.get_type():
+            case "PARAM_REQUEST_LIST":
+                values = await self._client.parameters()
+                for place, name in enumerate(self._names, start=1):
+                    self._send_value(name, values[name])
+                    if place % IN_A_ROW == 0:
+                        await asyncio.sleep(0)
+            case "PARAM_REQUEST_READ":
+                name = self._asked(message)
+                self._send_value(name, (await self._client.parameters(name))[name])
+            case "PARAM_SET":
+                await self._set(self._named_by(message.param_id), message.param_value)
+            case "COMMAND_LONG" | "COMMAND_INT":
+                await self._command(message)
+            case "MISSION_REQUEST_LIST":
+                self._station.send(
+                    mavlink.MAVLink_mission_count_message(
+                        message.get_srcSystem(),
+                        message.get_srcComponent(),
+                        0,
+                        message.mission_type,
+                    )
+                )
+
+    def _asked(self, message: Any) -> str:
+        """Return the name of the parameter that is to be read."""
+        if message.param_index < 0:
+            return self._named_by(message.param_id)
+        if message.param_index >= len(self._names):
+            raise WorkbenchError(
+                f"there is no parameter {message.param_index} of 0 to {len(self._names) - 1}"
+            )
+        return self._names[message.param_index]
+
+    def _named_by(self, short: str) -> str:
+        name = self._named.get(short)
+        if name is None:
+            raise WorkbenchError(f"there is no parameter {short!r} here")
+        return name
+
+    async def _set(self, name: str, value: float) -> None:
+        """Set a parameter, and say what it is now, whether or not that worked."""
+        try:
+            self._check_allowed()
+            if not math.isfinite(value):
+                raise WorkbenchError(f"{name} = {value} is no number: nothing was set")
+            # a station sends 32 bits: 0.8 shall not become 0.800000011920929
+            wanted = {name: float(str(np.float32(value)))}
+            if self._control is not None:
+                await self._control.set(**wanted)
+            else:
+                async with self._client.control() as control:
+                    await control.set(**wanted)
+        finally:
+            self._send_value(name, (await self._client.parameters(name))[name])
+
+    def _send_value(self, name: str, value: Any) -> None:
+        from pymavlink.dialects.v20 import common as mavlink
+
+        self._station.send(
+            mavlink.MAVLink_param_value_message(
+                self._ids[name].encode(),
+                value,
+                mavlink.MAV_PARAM_TYPE_REAL32,
+                len(self._names),
+                self._names.index(name),
+            )
+        )
+
+    async def _command(self, message: Any) -> None:
+        """Do what a command asks for, and acknowledge it."""
+        from pymavlink.dialects.v20 import common as mavlink
+
+        try:
+            known = await self._obey(message)
+            result = mavlink.MAV_RESULT_ACCEPTED if known else mavlink.MAV_RESULT_UNSUPPORTED
+        except WorkbenchError as error:
+            self._tell(str(error))
+            result = mavlink.MAV_RESULT_DENIED
+        self._station.send(
+            mavlink.MAVLink_command_ack_message(
+                message.command,
+                result,
+                target_system=message.get_srcSystem(),
+                target_component=message.get_srcComponent(),
+            )
+        )
+
+    async def _obey(self, message: Any) -> bool:
+        """Return whether a command is known, after it was done."""
+        from pymavlink.dialects.v20 import common as mavlink
+
+        match message.command:
+            case mavlink.MAV_CMD_REQUEST_MESSAGE | mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES:
+                version = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+                if message.command == mavlink.MAV_CMD_REQUEST_MESSAGE and message.param1 != version:
+                    return False
+                self._send_version()
+            case mavlink.MAV_CMD_COMPONENT_ARM_DISARM if message.param1 == 1.0:
+                await (await self._controls()).arm()
+            case mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
+                state = self._client.latest("drone_state")
+                flies = state is not None and state["mode"] not in self._make.ON_THE_GROUND
+                if flies and message.param2 != FORCED:
+                    raise WorkbenchError("it flies: land first, or force the stop of the rotors")
+                await (await self._controls()).stop()
+            case mavlink.MAV_CMD_NAV_TAKEOFF:
+                height = float(message.z if message.get_type() == "COMMAND_INT" else message.param7)
+                await (await self._controls()).take_off(height)
+            case mavlink.MAV_CMD_NAV_LAND:
+                await (await self._controls()).land()
+            case mavlink.MAV_CMD_DO_PAUSE_CONTINUE if message.param1 == 0.0:
+                await (await self._controls()).hold()
+            case _:
+                return False
+        return True
+
+    def _send_version(self) -> None:
+        from pymavlink.dialects.v20 import common as mavlink
+
+        able = (
+            mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+            | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
+        )
+        none = [0] * 8
+        self._station.send(
+            mavlink.MAVLink_autopilot_version_message(able, 0, 0, 0, 0, none, none, none, 0, 0, 0)
+        )
+
+    def _check_allowed(self) -> None:
+        if not self._allow:
+            raise WorkbenchError("this gateway only watches: start it with --allow-commands")
+
+    async def _controls(self) -> AsyncControl:
+        """Return the controls; they are kept until the drone is landed or the station is gone."""
+        self._check_allowed()
+        if self._control is not None and self._control.lost:
+            await self._release()
+        if self._control is None:
+            control = self._client.control()
+            await control.__aenter__()
+            self._control = control
+            self._say("control was granted: the ground station flies")
+        return self._control
+
+    async def _look(self, on: bool) -> None:
+        """Give control back once nobody needs it."""
+        control = self._control
+        if control is None:
+            return
+        silent = asyncio.get_running_loop().time() - self._station.heard_at
+        if control.lost:
+            self._tell(f"control was lost: {control.lost}")
+            await self._release()
+        elif silent > GONE:
+            self._tell(f"the ground station was silent for {silent:.0f} s: the drone holds")
+            await self._release()
+        elif not on:
+            await self._release()
+
+    async def _release(self) -> None:
+        control, self._control = self._control, None
+        if control is not None:
+            await control.__aexit__()
+
+    def _tell(self, sentence: str, severity: int | None = None) -> None:
+        """Say a sentence to the station, and to the user unless it came from the drone."""
+        self._texts += 1
+        if severity is None:
+            self._say(sentence)
+            severity = self._make.SEVERITIES[1]
+        self._station.send(*self._make.text_messages(self._texts, severity, sentence))
