@@ -13,8 +13,8 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.gateways import ros2
 from workbench.gateways.ros2 import run_ros2, serve_ros2
-from workbench.gateways.running import SAY_AGAIN, Sayings
 from workbench.gateways.ros2_options import Ros2Options
+from workbench.gateways.running import SAY_AGAIN, Sayings
 
 DOMAIN = 101 + (os.getpid() + 25) % 100
 FAKE = Path(__file__).parent.parent / "link" / "fake_server.py"
