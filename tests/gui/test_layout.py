@@ -44,7 +44,7 @@ NARROWEST_SLIDER, WIDE_SLIDER, LARGE = 70, 120, 1800
 INNER = (QAbstractSpinBox, QComboBox, QTabBar, QAbstractScrollArea)
 """They lay their parts out by themselves."""
 CONTROLS = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
-SIZES = ((1024, 640), (1024, 700), (1366, 768), (1920, 1080))
+SIZES = ((1024, 640), (1024, 700), (1280, 720), (1366, 768), (1920, 1080), (3840, 2160))
 TIME = np.linspace(0.0, 2.0, 50)
 TUNED = Tuned(
     before={"kp_velocity_x": 4.45},
@@ -237,8 +237,10 @@ def test_every_control_has_a_name(window, qapp):
             assert named or text, f"{row.name}: {type(control).__name__} in {control.parent()}"
 
 
-def test_all_screens_are_laid_out_well(window, qapp):
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_all_screens_are_laid_out_well(window, workspace, qapp, theme):
     """In every size, alone and beside the 3-D view."""
+    workspace.preferences.set("theme", theme)
     found = []
     for beside, size in product((False, True), reversed(SIZES)):
         window.resize(*size)

@@ -41,8 +41,8 @@ from workbench.scenario.axes import find_axis
 _BOUND = re.compile(rf"(?P<sign>[<>≤≥]=?)\s*(?P<number>{NUMBER})")
 MOST = 6
 """Wishes that there is room for."""
-PLOT = 120
-"""Height of the steps at least [px]."""
+LEAST_LIST = 48
+"""Height of what is scrolled, two rows; Qt asks for more than 720 px of window have [px]."""
 DEFAULT = ("level.rise_time <= 0.4 s", "level.overshoot <= 10 %", "tilt.phase_margin >= 45 deg")
 
 
@@ -349,7 +349,6 @@ class AutoTuneCard(Card):
         page, box = _page()
         box.addWidget(_scrolling(self.table), 1)
         box.addWidget(self.remarks)
-        self.plot.setMinimumHeight(PLOT)
         box.addWidget(self.plot, 1)
         line = QHBoxLayout()
         line.addWidget(buddy("Ste&p along", self.axis))
@@ -376,6 +375,7 @@ def _scrolling(widget: QWidget) -> QScrollArea:
     scroll.setWidgetResizable(True)
     scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     scroll.setWidget(widget)
+    scroll.setMinimumHeight(LEAST_LIST)
     return scroll
 
 

@@ -41,11 +41,13 @@ from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 from workbench.session.checkpoint import Checkpoint
 
-WIDE = 1150
+WIDE = 1166
 """From this width on there are three columns [px]."""
 GAP = 8
 GAINS, MIDDLE = 448, 364
 """Least widths at first, where all stand side by side [px]."""
+NARROWEST_GAINS = 400
+"""Width below which sliders are too short to aim, where all stand side by side [px]."""
 SHARES = (0.3, 0.3)
 """Of a wide screen, for gains and response; the rest is for margins and tabs."""
 CLOSE = "QTabBar::tab { padding: 6px 5px; margin-right: 0; }"
@@ -124,6 +126,7 @@ class Arrangement(QWidget):
             return
         self._columns = columns
         wide = columns is Columns.ALL
+        self._gains.setMinimumWidth(NARROWEST_GAINS if wide else 0)
         chosen = self._tabs.currentWidget()
         middle, right = self._middle.layout(), self._right.layout()
         assert isinstance(middle, QVBoxLayout) and isinstance(right, QVBoxLayout)
