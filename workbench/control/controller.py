@@ -62,7 +62,18 @@ if TYPE_CHECKING:
     from workbench.estimation.estimators import Estimator
 
 DEFAULT = "pd"
-SHIPPED = ("pd", "pid", "lqi", "geometric", "indi", "crazyflie", "mellinger", "px4")
+SHIPPED = (
+    "pd",
+    "pid",
+    "lqi",
+    "geometric",
+    "indi",
+    "crazyflie",
+    "mellinger",
+    "px4",
+    "ardupilot",
+    "betaflight",
+)
 ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
 """Of `update`, in this order."""
 CUTS = ("actuator", "error")

@@ -16,23 +16,17 @@ Air mode 1 may raise thrust for roll and pitch; 2 adds yaw before, and takes it 
 Source: PX4-Autopilot, ControlAllocationSequentialDesaturation.cpp, ControlAllocationPseudoInverse.
 """
 
-import math
 from typing import Any
 
 import numpy as np
 
 from workbench.common.jitable import register_jitable
+from workbench.control.motor_columns import MOST, check_motors
 
-MOST = 8
-"""Motors there may be."""
 LEAST_ENTRY = 0.2
 """A motor that a column moves by less than this does not decide how far."""
 YAW_ROOM = 0.15
 """By which yaw may go beyond the full scale, before thrust gives way."""
-COLUMNS = ("roll", "pitch", "yaw", "thrust")
-EFFECTS = ("f", "x", "y", "z")
-NAMES = tuple(f"{name}_{k + 1}" for name in (*COLUMNS, *EFFECTS) for k in range(MOST)) + ("count",)
-"""Of what `allocation_numbers` returns."""
 
 
 def mixing(rotors: Any) -> np.ndarray:
@@ -44,26 +38,14 @@ def mixing(rotors: Any) -> np.ndarray:
     Raises:
         ValueError: if there are more motors than eight, or they cannot turn the vehicle.
     """
-    if len(rotors) > MOST:
-        raise ValueError(f"PX4's allocation here is for {MOST} motors, and there are {len(rotors)}")
-    effects = np.array([[each.m_x, each.m_y, each.m_z, each.force] for each in rotors]).T
-    if np.linalg.matrix_rank(effects) < len(COLUMNS):
-        raise ValueError("the rotors cannot make roll, pitch, yaw and thrust: check their places")
-    mix = np.linalg.pinv(effects)
+    effects = np.array([[each.m_x, each.m_y, each.m_z, each.force] for each in rotors])
+    check_motors(effects, "PX4's allocation")
+    mix = np.linalg.pinv(effects.T)
     largest = np.sqrt((mix[:, :2] ** 2).sum(axis=0) / (len(rotors) / 2.0)).max()
     mix[:, :2] /= largest
     mix[:, 2] /= np.abs(mix[:, 2]).max()
     mix[:, 3] /= np.abs(mix[:, 3]).mean()
     return mix
-
-
-def allocation_numbers(rotors: Any) -> list[float]:
-    """Return columns and effects of the motors, 0 where there is none, and how many there are."""
-    mix = mixing(rotors)
-    effects = np.array([[each.force, each.m_x, each.m_y, each.m_z] for each in rotors])
-    padded = np.zeros((2 * len(COLUMNS), MOST))
-    padded[:4, : len(rotors)], padded[4:, : len(rotors)] = mix.T, effects.T
-    return [*padded.ravel().tolist(), float(len(rotors))]
 
 
 @register_jitable(forceinline=True)
@@ -164,17 +146,28 @@ def _within(u: Any) -> Any:
     return u
 
 
-def butterworth(cutoff: float, period: float) -> tuple[float, ...]:
-    """Return b0, b1, b2, a1, a2 of PX4's low-pass of second order; it lets all through at 0 Hz."""
-    if cutoff <= 0.0 or cutoff >= 0.5 / period:
-        return 1.0, 0.0, 0.0, 0.0, 0.0
-    ohm = math.tan(math.pi * cutoff * period)
-    c = 1.0 + 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm
-    b = ohm * ohm / c
+@register_jitable(forceinline=True)
+def left_over(u: Any, roll: Any, pitch: Any, yaw: Any, columns: Any) -> Any:
+    """Return the torques that motors with outputs do not make of those asked for (3)."""
+    by_roll, by_pitch, by_yaw, _ = columns
     return (
-        b,
-        2.0 * b,
-        b,
-        2.0 * (ohm * ohm - 1.0) / c,
-        (1.0 - 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm) / c,
+        _unmade(roll - _share(by_roll, u)),
+        _unmade(pitch - _share(by_pitch, u)),
+        _unmade(yaw - _share(by_yaw, u)),
     )
+
+
+@register_jitable(forceinline=True)
+def _share(column: Any, u: Any) -> Any:
+    """Return how much of a column outputs have, by least squares."""
+    made, size = 0.0 * u[0], 0.0 * column[0]
+    for i in range(8):
+        made = made + column[i] * u[i]
+        size = size + column[i] * column[i]
+    return made / size
+
+
+@register_jitable(forceinline=True)
+def _unmade(x: Any) -> Any:
+    """Return what is more than rounding."""
+    return x if x > 1e-7 or x < -1e-7 else 0.0 * x

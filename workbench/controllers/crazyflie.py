@@ -35,6 +35,7 @@ from workbench.control.crazyflie_power import (
     motor_effects,
     power_distribution,
 )
+from workbench.control.firmware_filters import COEFFICIENTS, butterworth, filtered
 from workbench.controllers import (
     GRAVITY,
     Loop,
@@ -229,18 +230,13 @@ LOOPS = (
 
 DESIGNED = (
     *MOTOR_EFFECTS,
-    *(f"filter_{name}" for name in ("b0", "b1", "b2", "a1", "a2")),
+    *(f"filter_{name}" for name in COEFFICIENTS),
 )
 
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
     """Return what each motor's thrust makes, which way m1 turns, and the low-pass."""
-    known = motor_effects(vehicle.rotors)
-    ohm = math.tan(math.pi * CUTOFF * DIVIDERS[0] * dt)
-    c = 1.0 + 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm
-    b = ohm * ohm / c
-    a = 2.0 * (ohm * ohm - 1.0) / c, (1.0 - 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm) / c
-    return [*known, b, 2.0 * b, b, *a]
+    return [*motor_effects(vehicle.rotors), *butterworth(CUTOFF, DIVIDERS[0] * dt)]
 
 
 def held(integral: Any, error: Any, most: float, dt: float) -> Any:
@@ -321,20 +317,19 @@ def update(
     if since > 0.0 or first:
         if first:
             before = v_x, v_y, v_z
-        d_x = (v_x - before[0]) / period - g.filter_a1 * one[0] - g.filter_a2 * two[0]
-        d_y = (v_y - before[1]) / period - g.filter_a1 * one[1] - g.filter_a2 * two[1]
-        d_z = (v_z - before[2]) / period - g.filter_a1 * one[2] - g.filter_a2 * two[2]
-        b_0, b_1, b_2 = g.filter_b0, g.filter_b1, g.filter_b2
+        slope = (v_x - before[0]) / period, (v_y - before[1]) / period, (v_z - before[2]) / period
+        low = (g.filter_b0, g.filter_b1, g.filter_b2, g.filter_a1, g.filter_a2)
+        (d_x, d_y, d_z), now = filtered(slope, one, two, low)
         i_vx = held(i_vx, e_x, MOST_INTEGRAL, period)
         i_vy = held(i_vy, e_y, MOST_INTEGRAL, period)
         i_vz = held(i_vz, e_z, MOST_INTEGRAL, period)
         gains = g.velCtlPid_vxKp, g.velCtlPid_vxKi, g.velCtlPid_vxKd, g.velCtlPid_vxKFF
-        ahead = pid(e_x, i_vx, b_0 * d_x + b_1 * one[0] + b_2 * two[0], s_x, gains)
+        ahead = pid(e_x, i_vx, d_x, s_x, gains)
         gains = g.velCtlPid_vyKp, g.velCtlPid_vyKi, g.velCtlPid_vyKd, g.velCtlPid_vyKFF
-        left = pid(e_y, i_vy, b_0 * d_y + b_1 * one[1] + b_2 * two[1], s_y, gains)
+        left = pid(e_y, i_vy, d_y, s_y, gains)
         gains = g.velCtlPid_vzKp, g.velCtlPid_vzKi, g.velCtlPid_vzKd, g.velCtlPid_vzKFF
-        up = pid(e_z, i_vz, b_0 * d_z + b_1 * one[2] + b_2 * two[2], s_z, gains)
-        two, one, before = one, (d_x, d_y, d_z), (v_x, v_y, v_z)
+        up = pid(e_z, i_vz, d_z, s_z, gains)
+        two, one, before = one, now, (v_x, v_y, v_z)
         pitch_d = -clipped(clipped(ahead, OVERHEAD * g.posCtlPid_pLimit), g.posCtlPid_pLimit)
         roll_d = -clipped(clipped(left, OVERHEAD * g.posCtlPid_rLimit), g.posCtlPid_rLimit)
         thrust = 1000.0 * clipped(up, MOST_CLIMB) + g.posCtlPid_thrustBase

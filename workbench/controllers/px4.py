@@ -30,14 +30,18 @@ from typing import Any
 
 import numpy as np
 
+from workbench.control.firmware_filters import COEFFICIENTS, butterworth, filtered, first_order
 from workbench.control.flight_law import known_vehicle, law_constants
-from workbench.control.px4_allocation import (
+from workbench.control.motor_columns import (
+    MOST,
     NAMES,
-    allocated,
-    allocation_numbers,
-    butterworth,
-    mixing,
+    column_numbers,
+    columns,
+    effects,
+    with_motor,
 )
+from workbench.control.px4_allocation import allocated, left_over, mixing
+from workbench.control.quaternions import canonical, inverse, product, shortest, unit, upright
 from workbench.controllers import (
     GRAVITY,
     Loop,
@@ -176,10 +180,9 @@ LOOPS = (
     Loop("position_z", "position_z_error", hold=True, axis="z", gains=("MPC_Z_P",)),
 )
 
-_COEFFICIENTS = ("b0", "b1", "b2", "a1", "a2")
 DESIGNED = (
     *NAMES,
-    *(f"{of}_{name}" for of in ("gyro", "slope") for name in _COEFFICIENTS),
+    *(f"{of}_{name}" for of in ("gyro", "slope") for name in COEFFICIENTS),
     "cos_tilt",
     "sin_tilt",
     "yaw_share",
@@ -190,14 +193,14 @@ DESIGNED = (
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
     """Return the allocation's columns, filters, limits, and the thrust of a speed."""
-    tilt, cutoff = g.MPC_TILTMAX_AIR * RADIANS, g.MC_YAW_TQ_CUTOFF
+    tilt = g.MPC_TILTMAX_AIR * RADIANS
     return [
-        *allocation_numbers(vehicle.rotors),
+        *column_numbers(vehicle.rotors, mixing(vehicle.rotors)),
         *butterworth(g.IMU_GYRO_CUTOFF, dt),
         *butterworth(g.IMU_DGYRO_CUTOFF, dt),
         math.cos(tilt),
         math.sin(tilt),
-        dt / (dt + 1.0 / (2.0 * math.pi * cutoff)) if cutoff > 0.0 else 1.0,
+        first_order(g.MC_YAW_TQ_CUTOFF, dt),
         vehicle.rotors[0].motor_constant,
         vehicle.rotors[0].linear_speed,
     ]
@@ -219,40 +222,6 @@ def constrained(p_x: Any, p_y: Any, f_x: Any, f_y: Any, most: Any) -> Any:
     return p_x + s * u_x, p_y + s * u_y
 
 
-def product(p: Any, q: Any) -> Any:
-    """Return the product of two quaternions, w first."""
-    return (
-        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
-        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
-        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
-        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
-    )
-
-
-def inverse(q: Any) -> Any:
-    """Return the inverse of a unit quaternion."""
-    return q[0], -q[1], -q[2], -q[3]
-
-
-def canonical(q: Any) -> Any:
-    """Return the quaternion of the same turn whose w is not negative."""
-    return (-q[0], -q[1], -q[2], -q[3]) if q[0] < 0.0 else q
-
-
-def shortest(a: Any, b: Any) -> Any:
-    """Return the quaternion of the shortest turn from one unit vector to another."""
-    dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    w = (0.5 * (1.0 + dot)) ** 0.5
-    if w < 1e-5:  # upside down, all turns are as short
-        return 0.0 * w, 1.0 + 0.0 * w, 0.0 * w, 0.0 * w
-    return (
-        w,
-        0.5 * (a[1] * b[2] - a[2] * b[1]) / w,
-        0.5 * (a[2] * b[0] - a[0] * b[2]) / w,
-        0.5 * (a[0] * b[1] - a[1] * b[0]) / w,
-    )
-
-
 def wanted_attitude(z: Any, yaw: Any) -> Any:
     """Return the quaternion whose z axis is a unit vector, at a yaw [rad]."""
     cos, sin = cosine_sine(yaw)
@@ -269,15 +238,6 @@ def wanted_attitude(z: Any, yaw: Any) -> Any:
     half = 0.5 * arctan2(along, a_x * x[0] + a_y * x[1] + a_z * x[2])
     cos, sin = cosine_sine(half)
     return product(tilt, (cos, 0.0 * cos, 0.0 * cos, sin))
-
-
-def upright(q: Any) -> Any:
-    """Return the z axis of a unit quaternion."""
-    return (
-        2.0 * (q[1] * q[3] + q[0] * q[2]),
-        2.0 * (q[2] * q[3] - q[0] * q[1]),
-        1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]),
-    )
 
 
 def rate_setpoint(q: Any, q_d: Any, weight: Any) -> Any:
@@ -327,15 +287,7 @@ def update(
 ) -> tuple[Any, Any]:
     """Return the wrench in T, F [N] and m [N·m], and the memory."""
     m, v, a, first = memory, measured.v_WBcm, measured.a_WBcm, memory.runs < 0.5
-    size = measured.q_WT[0] * measured.q_WT[0] + measured.q_WT[1] * measured.q_WT[1]
-    size = size + measured.q_WT[2] * measured.q_WT[2] + measured.q_WT[3] * measured.q_WT[3]
-    unit = 1.0 / size**0.5
-    q = (
-        unit * measured.q_WT[0],
-        unit * measured.q_WT[1],
-        unit * measured.q_WT[2],
-        unit * measured.q_WT[3],
-    )
+    q = unit(measured.q_WT)
     R = attitude_matrix(q)
     s_x, s_y, s_z, yaw_rate = velocity_setpoint((0.0, 0.0, 0.0), measured, setpoint, g)
     yaw_sp = arctan2(R[3], R[0]) if first else m.yaw_sp + yaw_rate * dt
@@ -421,21 +373,14 @@ def update(
         share = 1.0 / (1.0 + g.gyro_a1 + g.gyro_a2)
         one = share * w[0], share * w[1], share * w[2]
         two, before = one, w
-    d_x = w[0] - g.gyro_a1 * one[0] - g.gyro_a2 * two[0]
-    d_y = w[1] - g.gyro_a1 * one[1] - g.gyro_a2 * two[1]
-    d_z = w[2] - g.gyro_a1 * one[2] - g.gyro_a2 * two[2]
-    p = g.gyro_b0 * d_x + g.gyro_b1 * one[0] + g.gyro_b2 * two[0]
-    q_ = g.gyro_b0 * d_y + g.gyro_b1 * one[1] + g.gyro_b2 * two[1]
-    r = g.gyro_b0 * d_z + g.gyro_b1 * one[2] + g.gyro_b2 * two[2]
-    gyro = (d_x, d_y, d_z, *one)
-    s_1, s_2 = (m.slope_1_x, m.slope_1_y, m.slope_1_z), (m.slope_2_x, m.slope_2_y, m.slope_2_z)
-    d_x = (p - before[0]) / dt - g.slope_a1 * s_1[0] - g.slope_a2 * s_2[0]
-    d_y = (q_ - before[1]) / dt - g.slope_a1 * s_1[1] - g.slope_a2 * s_2[1]
-    d_z = (r - before[2]) / dt - g.slope_a1 * s_1[2] - g.slope_a2 * s_2[2]
-    alpha_x = g.slope_b0 * d_x + g.slope_b1 * s_1[0] + g.slope_b2 * s_2[0]
-    alpha_y = g.slope_b0 * d_y + g.slope_b1 * s_1[1] + g.slope_b2 * s_2[1]
-    alpha_z = g.slope_b0 * d_z + g.slope_b1 * s_1[2] + g.slope_b2 * s_2[2]
-    slopes = (d_x, d_y, d_z, *s_1)
+    low = (g.gyro_b0, g.gyro_b1, g.gyro_b2, g.gyro_a1, g.gyro_a2)
+    (p, q_, r), now = filtered(w, one, two, low)
+    gyro = (*now, *one)
+    one, two = (m.slope_1_x, m.slope_1_y, m.slope_1_z), (m.slope_2_x, m.slope_2_y, m.slope_2_z)
+    slope = ((p - before[0]) / dt, (q_ - before[1]) / dt, (r - before[2]) / dt)
+    low = (g.slope_b0, g.slope_b1, g.slope_b2, g.slope_a1, g.slope_a2)
+    (alpha_x, alpha_y, alpha_z), now = filtered(slope, one, two, low)
+    slopes = (*now, *one)
 
     # rate control
     e_x, e_y, e_z = probe3((r_x - p, r_y - q_, r_z - r), RATE, loops)
@@ -454,64 +399,18 @@ def update(
     roll, pitch, yaw = probe3((roll, pitch, yaw), TORQUE, loops)
 
     # allocation and motors
-    columns = (
-        (g.roll_1, g.roll_2, g.roll_3, g.roll_4, g.roll_5, g.roll_6, g.roll_7, g.roll_8),
-        (g.pitch_1, g.pitch_2, g.pitch_3, g.pitch_4, g.pitch_5, g.pitch_6, g.pitch_7, g.pitch_8),
-        (g.yaw_1, g.yaw_2, g.yaw_3, g.yaw_4, g.yaw_5, g.yaw_6, g.yaw_7, g.yaw_8),
-        (
-            g.thrust_1,
-            g.thrust_2,
-            g.thrust_3,
-            g.thrust_4,
-            g.thrust_5,
-            g.thrust_6,
-            g.thrust_7,
-            g.thrust_8,
-        ),
-    )
-    u = allocated((roll, pitch, yaw, thrust), g.MC_AIRMODE, columns)
-    left = left_over(u, roll, pitch, yaw, columns)
-    force = (g.f_1, g.f_2, g.f_3, g.f_4, g.f_5, g.f_6, g.f_7, g.f_8)
-    by_x = (g.x_1, g.x_2, g.x_3, g.x_4, g.x_5, g.x_6, g.x_7, g.x_8)
-    by_y = (g.y_1, g.y_2, g.y_3, g.y_4, g.y_5, g.y_6, g.y_7, g.y_8)
-    by_z = (g.z_1, g.z_2, g.z_3, g.z_4, g.z_5, g.z_6, g.z_7, g.z_8)
-    F, m_x, m_y, m_z = 0.0 * thrust, 0.0 * thrust, 0.0 * thrust, 0.0 * thrust
-    for i in range(8):
-        speed = g.SIM_GZ_EC_MIN + (g.SIM_GZ_EC_MAX - g.SIM_GZ_EC_MIN) * speed_signal(
-            u[i], g.THR_MDL_FAC
-        )
-        given = g.motor_constant * speed * (speed + g.linear_speed)
-        F = F + force[i] * given
-        m_x = m_x + by_x[i] * given
-        m_y = m_y + by_y[i] * given
-        m_z = m_z + by_z[i] * given
+    mix, by = columns(g), effects(g)
+    u = allocated((roll, pitch, yaw, thrust), g.MC_AIRMODE, mix)
+    left = left_over(u, roll, pitch, yaw, mix)
+    none = 0.0 * thrust
+    wrench = (none, none, none, none)
+    for i in range(MOST):
+        signal = speed_signal(u[i], g.THR_MDL_FAC)
+        speed = g.SIM_GZ_EC_MIN + (g.SIM_GZ_EC_MAX - g.SIM_GZ_EC_MIN) * signal
+        wrench = with_motor(wrench, i, g.motor_constant * speed * (speed + g.linear_speed), by)
     outer = (i_x, i_y, i_z, *q_d, r_x, r_y, r_z, i_p, i_q, i_r)
     inner = (*gyro, p, q_, r, *slopes, *left)
-    return (F, m_x, m_y, m_z), (*outer, *inner, thrust, smooth, yaw_sp, 1.0 + 0.0 * thrust)
-
-
-def left_over(u: Any, roll: Any, pitch: Any, yaw: Any, columns: Any) -> Any:
-    """Return the torques that motors with outputs do not make of those asked for (3)."""
-    by_roll, by_pitch, by_yaw, _ = columns
-    return (
-        _unmade(roll - _share(by_roll, u)),
-        _unmade(pitch - _share(by_pitch, u)),
-        _unmade(yaw - _share(by_yaw, u)),
-    )
-
-
-def _share(column: Any, u: Any) -> Any:
-    """Return how much of a column outputs have, by least squares."""
-    made, size = 0.0 * u[0], 0.0 * column[0]
-    for i in range(8):
-        made = made + column[i] * u[i]
-        size = size + column[i] * column[i]
-    return made / size
-
-
-def _unmade(x: Any) -> Any:
-    """Return what is more than rounding."""
-    return x if x > 1e-7 or x < -1e-7 else 0.0 * x
+    return wrench, (*outer, *inner, thrust, smooth, yaw_sp, 1.0 + none)
 
 
 X500 = (231.0, 230.0, 16.3)

@@ -1,0 +1,86 @@
+"""Low-passes as autopilots have them, for numbers that a law designs.
+
+A first-order one with a cut-off f takes, at each update after dt, the share
+
+    k = dt / (dt + 1 / (2 pi f)),   y <- y + k (x - y)
+
+of the way to its input. Those of second order are Butterworth's, by the bilinear transform, in the
+direct form II that firmware has:
+
+    d = x - a1 d1 - a2 d2,   y = b0 d + b1 d1 + b2 d2,   d2 <- d1,  d1 <- d
+
+Betaflight's PT2 and PT3 are two and three of first order in a row, whose cut-off is raised so that
+all together have it at -3 dB. A cut-off of 0 lets all through.
+"""
+
+import math
+from typing import Any
+
+from workbench.common.jitable import register_jitable
+
+COEFFICIENTS = ("b0", "b1", "b2", "a1", "a2")
+"""Of a low-pass of second order, in the order of `butterworth`."""
+
+
+def first_order(cutoff: float, period: float) -> float:
+    """Return the share k of a low-pass of first order, see above.
+
+    Args:
+        cutoff: [Hz].
+        period: between updates [s].
+    """
+    return period / (period + 1.0 / (2.0 * math.pi * cutoff)) if cutoff > 0.0 else 1.0
+
+
+def cascaded(cutoff: float, period: float, count: int) -> float:
+    """Return the share k of each of `count` low-passes in a row (PT2, PT3), see above."""
+    return first_order(cutoff / math.sqrt(2.0 ** (1.0 / count) - 1.0), period)
+
+
+def butterworth(cutoff: float, period: float) -> tuple[float, ...]:
+    """Return `COEFFICIENTS` of a low-pass of second order.
+
+    Args:
+        cutoff: [Hz]; at 0, and at half the rate or more, it lets all through.
+        period: between updates [s].
+    """
+    if cutoff <= 0.0 or cutoff >= 0.5 / period:
+        return 1.0, 0.0, 0.0, 0.0, 0.0
+    ohm = math.tan(math.pi * cutoff * period)
+    c = 1.0 + 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm
+    b = ohm * ohm / c
+    return (
+        b,
+        2.0 * b,
+        b,
+        2.0 * (ohm * ohm - 1.0) / c,
+        (1.0 - 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm) / c,
+    )
+
+
+@register_jitable(forceinline=True)
+def filtered(x: Any, one: Any, two: Any, coefficients: Any) -> Any:
+    """Return what comes out of low-passes of second order, and their new state d1; three each.
+
+    Args:
+        x: what goes in.
+        one: states d1.
+        two: states d2.
+        coefficients: see `COEFFICIENTS`.
+    """
+    b_0, b_1, b_2, a_1, a_2 = coefficients
+    d_x = x[0] - a_1 * one[0] - a_2 * two[0]
+    d_y = x[1] - a_1 * one[1] - a_2 * two[1]
+    d_z = x[2] - a_1 * one[2] - a_2 * two[2]
+    y = (
+        b_0 * d_x + b_1 * one[0] + b_2 * two[0],
+        b_0 * d_y + b_1 * one[1] + b_2 * two[1],
+        b_0 * d_z + b_1 * one[2] + b_2 * two[2],
+    )
+    return y, (d_x, d_y, d_z)
+
+
+@register_jitable(forceinline=True)
+def towards(y: Any, x: Any, k: Any) -> Any:
+    """Return the states of three low-passes of first order after an update, which come out."""
+    return y[0] + k * (x[0] - y[0]), y[1] + k * (x[1] - y[1]), y[2] + k * (x[2] - y[2])

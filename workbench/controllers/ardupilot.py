@@ -1,0 +1,683 @@
+"""ArduPilot Copter 4.7: position, thrust-vector attitude, rate PIDs, and its mixer.
+
+Parameters carry ArduPilot's names, units (SI, degrees where it has them) and defaults. It works in
+NED and FRD; here x, y, z are those of the world and the body, z up: N and E are level, D is height.
+All runs at 512 Hz, in ArduPilot at its main loop's 400. LPF_f is a low-pass of first order, and
+
+    sqrtP(e; k, a) = k e                             where |e| <= a / k²,  else
+                     sgn(e) (2 a (|e| - a / (2 k²)))^½              a = 0: k e
+
+    v_sp = sqrtP(p_sp - p; POS_P, WP_ACC) + v_ff     level along the error; within WP_SPD
+    e_f  = LPF_FLTE(v_sp - v),   a_sp = VEL_P e_f + I + VEL_D LPF_FLTD(de_f/dt) + a_ff
+    |a_sp| level <= g tan(ATC_ANGLE_MAX); while it is cut, I may not grow towards it
+    thr  = PID_ACC(a_sp - a) + MOT_THST_HOVER,       of height; F = thr / cos(tilt asked for), 2 Hz
+
+The attitude asked for has its thrust along (a_x, a_y, g). A target moves there as a shaped one
+
+    ω_d = sqrtP(e; κ, a_m) - ω_t,   dω_t/dt = κ (ω_d - ω_t) within a_m, its slope within κ a_m
+
+with κ = 1 / ATC_INPUT_TC and a_m = ATC_ACC_MAX; it turns as the yaw rate asks, shaped alike. With
+ATC_RATE_FF_ENAB 0 the target is what is asked for, and ω_t is 0. From body to target, e is the turn
+of the thrust vector, x and y, and what is left of the heading, z, which is cut where P_yaw would
+ask for more than all, and at 45°:
+
+    ω_sp = sqrtP(e; ATC_ANG_P, ATC_ACC_MAX / 2 within 40 .. 720 °/s², yaw 10 .. 120) + ω_t
+           ω_t fades from 30° of thrust error, and yaw is left alone from 60°
+    e_f  = LPF_FLTE(LPF_FLTT(ω_sp) - ω),   τ = P e_f + I + D LPF_FLTD(de_f/dt) + FF LPF_FLTT(ω_sp)
+    dI/dt = I e_f, within IMAX; only towards 0 while the mixer cuts
+
+ω has passed INS_GYRO_FILTER. Motors follow from τ and F, see `control/ardupilot_mixer.py`; a speed
+controller turns a full signal into `motor_speed`.
+
+Source: ArduPilot, AC_PosControl.cpp, AC_AttitudeControl.cpp, AC_AttitudeControl_Multi.cpp,
+AC_PID.cpp, AP_Math/control.cpp. docs/autopilots.md has what is left out.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from workbench.control.ardupilot_mixer import actuator, mixed, mixing
+from workbench.control.firmware_filters import (
+    COEFFICIENTS,
+    butterworth,
+    filtered,
+    first_order,
+)
+from workbench.control.flight_law import known_vehicle, law_constants
+from workbench.control.motor_columns import (
+    MOST,
+    NAMES,
+    column_numbers,
+    columns,
+    effects,
+    with_motor,
+)
+from workbench.control.quaternions import (
+    canonical,
+    inverse,
+    product,
+    rotated,
+    shortest,
+    small_turn,
+    tilt_vector,
+    unit,
+    upright,
+)
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    State,
+    arctan2,
+    attitude_matrix,
+    clipped,
+    gain,
+    into_body,
+    position_error,
+    probe3,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import rule as pd_rule
+from workbench.plant.thrust_frame import thrust_frame
+
+PERIOD = 1 / 512
+RADIANS = math.pi / 180.0
+THROTTLE_CUTOFF = 2.0
+"""Of the throttle's low-pass (POSCONTROL_THROTTLE_CUTOFF_FREQ_HZ) [Hz]."""
+YAW_TC = 0.025
+"""Time constant of the shaped yaw rate: PILOT_Y_RATE_TC 0 is ten of ArduPilot's loops [s]."""
+UNLIMITED = 1800.0 * RADIANS
+"""By which the target is shaped where ATC_ACC_MAX is 0 [rad/s²]."""
+FADING = 30.0 * RADIANS
+"""Thrust error from which yaw fades; at twice that it is left alone [rad]."""
+MOST_HEADING = 45.0 * RADIANS
+"""Largest error of heading [rad]."""
+
+EXPO, SPIN_MIN, SPIN_MAX = 0.65, 0.15, 0.95
+"""Defaults of MOT_THST_EXPO, MOT_SPIN_MIN and MOT_SPIN_MAX."""
+
+_AXES = (("RLL", "roll"), ("PIT", "pitch"), ("YAW", "yaw"))
+PARAMETERS = (
+    gain("PSC_NE_POS_P", "1/s", (0.0, 4.0), 1.0, "velocity per error of position, level", "NE"),
+    gain("PSC_NE_VEL_P", "1/s", (0.0, 10.0), 2.0, "acceleration per error, level", "NE"),
+    gain("PSC_NE_VEL_I", "1/s^2", (0.0, 10.0), 1.0, "per integral, level", "NE"),
+    gain("PSC_NE_VEL_D", "1", (0.0, 1.0), 0.25, "per slope of the error, level", "NE"),
+    gain("PSC_NE_VEL_IMAX", "m/s^2", (0.0, 10.0), 10.0, "largest integral, level", "NE"),
+    gain("PSC_NE_VEL_FLTE", "Hz", (0.0, 100.0), 5.0, "low-pass of the error, level", "NE"),
+    gain("PSC_NE_VEL_FLTD", "Hz", (0.0, 100.0), 5.0, "low-pass of its slope, level", "NE"),
+    gain("WP_SPD", "m/s", (0.1, 20.0), 10.0, "largest level velocity for an error", "NE"),
+    gain("WP_ACC", "m/s^2", (0.0, 9.8), 2.5, "level deceleration to the place", "NE"),
+    gain("PSC_D_POS_P", "1/s", (0.0, 4.0), 1.0, "velocity per error of height", "D"),
+    gain("PSC_D_VEL_P", "1/s", (0.0, 10.0), 5.0, "acceleration per error, up", "D"),
+    gain("PSC_D_VEL_I", "1/s^2", (0.0, 10.0), 0.0, "per integral, up", "D"),
+    gain("PSC_D_VEL_D", "1", (0.0, 2.0), 0.0, "per slope of the error, up", "D"),
+    gain("PSC_D_VEL_IMAX", "m/s^2", (0.0, 10.0), 10.0, "largest integral, up", "D"),
+    gain("PSC_D_VEL_FLTE", "Hz", (0.0, 100.0), 5.0, "low-pass of the error, up", "D"),
+    gain("PSC_D_VEL_FLTD", "Hz", (0.0, 100.0), 5.0, "low-pass of its slope, up", "D"),
+    gain("PSC_D_ACC_P", "s^2/m", (0.0, 0.25), 0.05, "throttle per error of acceleration", "D"),
+    gain("PSC_D_ACC_I", "s/m", (0.0, 0.5), 0.1, "throttle per integral of it", "D"),
+    gain("PSC_D_ACC_D", "s^3/m", (0.0, 0.1), 0.0, "throttle per slope of it", "D"),
+    gain("PSC_D_ACC_FF", "s^2/m", (0.0, 0.1), 0.0, "throttle per acceleration asked for", "D"),
+    gain("PSC_D_ACC_IMAX", "1", (0.0, 1.0), 0.8, "largest integral; hover's, if that is more", "D"),
+    gain("PSC_D_ACC_FLTT", "Hz", (0.0, 50.0), 0.0, "low-pass of the acceleration asked for", "D"),
+    gain("PSC_D_ACC_FLTE", "Hz", (0.0, 100.0), 20.0, "low-pass of its error", "D"),
+    gain("PSC_D_ACC_FLTD", "Hz", (0.0, 100.0), 0.0, "low-pass of the error's slope", "D"),
+    gain("WP_SPD_UP", "m/s", (0.1, 10.0), 2.5, "largest climb for an error", "D"),
+    gain("WP_SPD_DN", "m/s", (0.1, 5.0), 1.5, "largest descent for an error", "D"),
+    gain("WP_ACC_Z", "m/s^2", (0.0, 9.8), 1.0, "vertical deceleration to the height", "D"),
+    gain("ATC_ANGLE_MAX", "deg", (10.0, 80.0), 30.0, "largest tilt", "Attitude"),
+    *(
+        gain(f"ATC_ANG_{name}_P", "1/s", (0.0, 30.0), 4.5, f"rate per error of {axis}", "Attitude")
+        for name, axis in _AXES
+    ),
+    gain("ATC_ACC_R_MAX", "deg/s^2", (0.0, 1800.0), 1100.0, "acceleration of roll", "Attitude"),
+    gain("ATC_ACC_P_MAX", "deg/s^2", (0.0, 1800.0), 1100.0, "acceleration of pitch", "Attitude"),
+    gain("ATC_ACC_Y_MAX", "deg/s^2", (0.0, 720.0), 270.0, "acceleration of yaw", "Attitude"),
+    gain("ATC_RATE_R_MAX", "deg/s", (0.0, 1080.0), 0.0, "largest rate of roll, 0 any", "Attitude"),
+    gain("ATC_RATE_P_MAX", "deg/s", (0.0, 1080.0), 0.0, "largest rate of pitch, 0 any", "Attitude"),
+    gain("ATC_RATE_Y_MAX", "deg/s", (0.0, 1080.0), 0.0, "largest rate of yaw, 0 any", "Attitude"),
+    gain("ATC_RATE_FF_ENAB", "1", (0.0, 1.0), 1.0, "1: a shaped target with its rate", "Attitude"),
+    gain("ATC_INPUT_TC", "s", (0.01, 1.0), 0.15, "time constant of the target", "Attitude"),
+    gain("ATC_ANGLE_BOOST", "1", (0.0, 1.0), 1.0, "1: more throttle in a tilt", "Attitude"),
+    *(
+        gain(f"ATC_RAT_{name}_{term}", each, limits, value, f"{what} of {axis}", "Rate")
+        for (name, axis), values in zip(
+            _AXES,
+            (
+                (0.135, 0.135, 0.0036, 0.0, 0.5, 20.0, 0.0, 20.0),
+                (0.135, 0.135, 0.0036, 0.0, 0.5, 20.0, 0.0, 20.0),
+                (0.18, 0.018, 0.0, 0.0, 0.5, 20.0, 2.5, 0.0),
+            ),
+            strict=True,
+        )
+        for (term, each, limits, what), value in zip(
+            (
+                ("P", "s/rad", (0.0, 5.0), "torque per error of the rate"),
+                ("I", "1/rad", (0.0, 10.0), "torque per integral of it"),
+                ("D", "s^2/rad", (0.0, 0.5), "torque per slope of it"),
+                ("FF", "s/rad", (0.0, 0.5), "torque per rate asked for"),
+                ("IMAX", "1", (0.0, 1.0), "largest integral"),
+                ("FLTT", "Hz", (0.0, 256.0), "low-pass of the rate asked for"),
+                ("FLTE", "Hz", (0.0, 256.0), "low-pass of the error"),
+                ("FLTD", "Hz", (0.0, 256.0), "low-pass of its slope"),
+            ),
+            values,
+            strict=True,
+        )
+    ),
+    gain("INS_GYRO_FILTER", "Hz", (0.0, 256.0), 20.0, "low-pass of the rates", "Rate"),
+    gain("ATC_THR_MIX_MAX", "1", (0.1, 0.9), 0.5, "attitude over throttle", "Motors"),
+    gain("MOT_YAW_HEADROOM", "1", (0.0, 500.0), 200.0, "thousandths kept for yaw", "Motors"),
+    gain("MOT_THST_HOVER", "1", (0.0, 1.0), 0.35, "throttle in hover", "Motors"),
+    gain("MOT_THST_EXPO", "1", (-1.0, 1.0), EXPO, "share of the square in the thrust", "Motors"),
+    gain("MOT_SPIN_MIN", "1", (0.0, 0.3), SPIN_MIN, "signal at which thrust begins", "Motors"),
+    gain("MOT_SPIN_MAX", "1", (0.5, 1.0), SPIN_MAX, "signal of full thrust", "Motors"),
+    gain("motor_speed", "rad/s", (1.0, 20000.0), 1000.0, "of a motor at full signal", "Motors"),
+)
+
+MEMORY = tuple(
+    State(f"{name}_{axis}", unit_, 1.0 if name == "attitude" and axis == "w" else 0.0)
+    for name, unit_, axes in (
+        ("i_velocity", "m/s^2", "xyz"),
+        ("e_velocity", "m/s", "xyz"),
+        ("d_velocity", "m/s^2", "xyz"),
+        ("cut", "m/s^2", "xy"),
+        ("attitude", "1", "wxyz"),
+        ("target_rate", "rad/s", "xyz"),
+        ("target_slope", "rad/s^2", "xyz"),
+        ("gyro_1", "rad/s", "xyz"),
+        ("gyro_2", "rad/s", "xyz"),
+        ("wanted", "rad/s", "xyz"),
+        ("e_rate", "rad/s", "xyz"),
+        ("d_rate", "rad/s^2", "xyz"),
+        ("i_rate", "1", "xyz"),
+    )
+    for axis in axes
+) + (
+    State("target_climb", "m/s^2"),
+    State("e_climb", "m/s^2"),
+    State("d_climb", "m/s^3"),
+    State("i_climb", "1"),
+    State("throttle", "1"),
+    State("cut_tilt", "1"),
+    State("cut_yaw", "1"),
+    State("least", "1"),
+    State("most", "1"),
+    State("runs", "1"),
+)
+
+POINTS = {
+    f"{name}_{axis}{after}": unit_
+    for name, after, unit_ in (
+        ("position", "_error", "m"),
+        ("velocity", "_error", "m/s"),
+        ("attitude", "_error", "rad"),
+        ("rate", "_error", "rad/s"),
+        ("torque", "", "1"),
+    )
+    for axis in "xyz"
+}
+POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, 15, 3)
+
+_LEVEL = tuple(f"PSC_NE_VEL_{each}" for each in "PID")
+_TURNS = (("roll", "RLL", "x", "y"), ("pitch", "PIT", "y", "x"), ("yaw", "YAW", "z", "yaw"))
+LOOPS = (
+    Loop("velocity_x", "velocity_x_error", axis="x", gains=_LEVEL),
+    Loop("velocity_y", "velocity_y_error", axis="y", gains=_LEVEL),
+    Loop(
+        "velocity_z",
+        "velocity_z_error",
+        axis="z",
+        gains=("PSC_D_VEL_P", "PSC_D_ACC_P", "PSC_D_ACC_I"),
+    ),
+    *(
+        Loop(name, f"attitude_{axis}_error", axis=moves, gains=(f"ATC_ANG_{short}_P",))
+        for name, short, axis, moves in _TURNS
+    ),
+    *(
+        Loop(
+            f"{name}_rate",
+            f"rate_{axis}_error",
+            f"torque_{axis}",
+            axis=moves,
+            gains=tuple(f"ATC_RAT_{short}_{each}" for each in "PID"),
+        )
+        for name, short, axis, moves in _TURNS
+    ),
+    Loop("position_x", "position_x_error", hold=True, axis="x", gains=("PSC_NE_POS_P",)),
+    Loop("position_y", "position_y_error", hold=True, axis="y", gains=("PSC_NE_POS_P",)),
+    Loop("position_z", "position_z_error", hold=True, axis="z", gains=("PSC_D_POS_P",)),
+)
+
+_FILTERS = (
+    "PSC_NE_VEL_FLTE",
+    "PSC_NE_VEL_FLTD",
+    "PSC_D_VEL_FLTE",
+    "PSC_D_VEL_FLTD",
+    "PSC_D_ACC_FLTT",
+    "PSC_D_ACC_FLTE",
+    "PSC_D_ACC_FLTD",
+    *(f"ATC_RAT_{name}_{each}" for name, _ in _AXES for each in ("FLTT", "FLTE", "FLTD")),
+)
+"""Low-passes of first order; `design` makes a share `k_...` of each."""
+DESIGNED = (
+    *NAMES,
+    *(f"gyro_{name}" for name in COEFFICIENTS),
+    *(f"k_{name}" for name in _FILTERS),
+    "k_throttle",
+    "most_level",
+    *(f"angle_slope_{axis}" for axis in "xyz"),
+    *(f"target_slope_{axis}" for axis in "xyz"),
+    "most_heading",
+    "motor_constant",
+    "linear_speed",
+)
+
+
+def design(vehicle: Any, g: Any, dt: float) -> list[float]:
+    """Return the mixer's factors, shares of low-passes, limits, and the thrust of a speed."""
+    angle_slopes = [
+        RADIANS * min(max(0.5 * most, least), largest) if most > 0.0 else 0.0
+        for most, least, largest in (
+            (g.ATC_ACC_R_MAX, 40.0, 720.0),
+            (g.ATC_ACC_P_MAX, 40.0, 720.0),
+            (g.ATC_ACC_Y_MAX, 10.0, 120.0),
+        )
+    ]
+    target_slopes = [
+        RADIANS * most if most > 0.0 else UNLIMITED
+        for most in (g.ATC_ACC_R_MAX, g.ATC_ACC_P_MAX, g.ATC_ACC_Y_MAX)
+    ]
+    return [
+        *column_numbers(vehicle.rotors, mixing(vehicle.rotors)),
+        *butterworth(g.INS_GYRO_FILTER, dt),
+        *(first_order(getattr(g, name), dt) for name in _FILTERS),
+        first_order(THROTTLE_CUTOFF, dt),
+        GRAVITY * math.tan(RADIANS * g.ATC_ANGLE_MAX),
+        *angle_slopes,
+        *target_slopes,
+        heading_limit(g.ATC_RAT_YAW_P, g.ATC_ANG_YAW_P, angle_slopes[2]),
+        vehicle.rotors[0].motor_constant,
+        vehicle.rotors[0].linear_speed,
+    ]
+
+
+def heading_limit(rate_p: float, angle_p: float, slope: float) -> float:
+    """Return the error of heading at which the yaw rate's P would ask for all there is [rad].
+
+    Args:
+        rate_p: ATC_RAT_YAW_P.
+        angle_p: ATC_ANG_YAW_P [1/s].
+        slope: of the rate asked for, 0 without a limit [rad/s²].
+    """
+    if rate_p <= 0.0 or angle_p <= 0.0:
+        return MOST_HEADING
+    rate = 1.0 / rate_p
+    if slope <= 0.0 or rate < slope / angle_p:
+        return min(rate / angle_p, MOST_HEADING)
+    return min(0.5 * slope / angle_p**2 + 0.5 * rate * rate / slope, MOST_HEADING)
+
+
+def sqrt_p(e: Any, k: Any, slope: Any) -> Any:
+    """Return ArduPilot's square-root controller of an error.
+
+    Args:
+        e: error.
+        k: gain near 0 [1/s].
+        slope: largest slope of what it asks for; 0 for none.
+    """
+    if slope <= 0.0:
+        return k * e
+    line = slope / (k * k)
+    if e > line:
+        return (2.0 * slope * (e - 0.5 * line)) ** 0.5
+    if e < -line:
+        return -((2.0 * slope * (-e - 0.5 * line)) ** 0.5)
+    return k * e
+
+
+def sqrt_p_level(x: Any, y: Any, k: Any, slope: Any, most: Any) -> Any:
+    """Return the square-root controller along a level error, within a largest length."""
+    squared = x * x + y * y
+    line = slope / (k * k) if slope > 0.0 and k > 0.0 else 0.0 * k
+    b_x, b_y = k * x, k * y
+    if slope > 0.0 and k > 0.0 and squared > line * line:
+        length = squared**0.5
+        scale = sqrt_p(length, k, slope) / length
+        b_x, b_y = scale * x, scale * y
+    squared = b_x * b_x + b_y * b_y
+    if squared > most * most:
+        scale = most / squared**0.5
+        b_x, b_y = scale * b_x, scale * b_y
+    return b_x, b_y
+
+
+def shaped(e: Any, rate: Any, slope: Any, k: Any, most: Any, limit: Any, dt: float) -> Any:
+    """Return rate and slope of the attitude target about an axis after an update, see above.
+
+    Args:
+        e: error of the target [rad].
+        rate: of the target [rad/s].
+        slope: of that rate [rad/s²].
+        k: 1 / ATC_INPUT_TC [1/s].
+        most: largest slope [rad/s²].
+        limit: largest rate, 0 for any [rad/s].
+        dt: since the update before [s].
+    """
+    wanted = sqrt_p(e, k, most)
+    ahead = wanted if wanted > 0.0 else -wanted
+    wanted = wanted - (rate if k * ahead <= most else most / (k * ahead) * rate)
+    if limit > 0.0:
+        wanted = clipped(wanted, limit)
+    asked = clipped(k * (wanted - rate), most)
+    slope = slope + clipped(asked - slope, k * most * dt)
+    return rate + slope * dt, slope
+
+
+def shaped_yaw(asked: Any, rate: Any, slope: Any, most: Any, dt: float) -> Any:
+    """Return yaw rate and slope of the attitude target after an update; see `shaped`."""
+    wanted = clipped((asked - rate) / YAW_TC, most)
+    slope = slope + clipped(wanted - slope, most / YAW_TC * dt)
+    return rate + slope * dt, slope
+
+
+def within_rates(w: Any, most_x: Any, most_y: Any, most_z: Any) -> Any:
+    """Return rates within ATC_RATE_MAX, 0 for any: roll and pitch within an ellipse."""
+    x, y, z = w
+    if most_x > 0.0 and most_y > 0.0:
+        size = x * x / (most_x * most_x) + y * y / (most_y * most_y)
+        if size > 1.0:
+            x, y = x / size**0.5, y / size**0.5
+    elif most_x > 0.0:
+        x = clipped(x, most_x)
+    elif most_y > 0.0:
+        y = clipped(y, most_y)
+    if most_z > 0.0:
+        z = clipped(z, most_z)
+    return x, y, z
+
+
+def grown(integral: Any, e: Any, slope: Any, cut: Any, most: Any, dt: float) -> Any:
+    """Return an integral after an update: with an output that is cut it may only shrink.
+
+    Args:
+        integral: before.
+        e: filtered error.
+        slope: growth per error.
+        cut: above 0.5 if less came out than was asked for.
+        most: its limit.
+        dt: since the update before [s].
+    """
+    if slope <= 0.0:
+        return 0.0 * integral
+    if cut > 0.5 and integral * e >= 0.0:
+        return integral
+    return clipped(integral + slope * e * dt, most)
+
+
+def grown_level(i_x: Any, i_y: Any, by: Any, cut: Any, most: Any) -> Any:
+    """Return the level integrals after an update.
+
+    Args:
+        i_x: before.
+        i_y: before.
+        by: growth, x and y.
+        cut: acceleration that was cut, x and y: towards it they may only turn, not grow.
+        most: their largest length.
+    """
+    x, y = i_x + by[0], i_y + by[1]
+    before, size = i_x * i_x + i_y * i_y, x * x + y * y
+    if by[0] * cut[0] + by[1] * cut[1] > 0.0 and size > before:
+        scale = (before / size) ** 0.5
+        x, y, size = scale * x, scale * y, before
+    if size > most * most:
+        scale = most / size**0.5
+        x, y = scale * x, scale * y
+    return x, y
+
+
+def between(x: Any, least: float, most: float) -> Any:
+    """Return a number between two others."""
+    if x < least:
+        return least + 0.0 * x
+    if x > most:
+        return most + 0.0 * x
+    return x
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    m, v, first = memory, measured.v_WBcm, memory.runs < 0.5
+    q = unit(measured.q_WT)
+    R = attitude_matrix(q)
+
+    # position to velocity
+    x, y, z = probe3(position_error(measured, setpoint), POSITION, loops)
+    b_x, b_y = sqrt_p_level(x, y, g.PSC_NE_POS_P, g.WP_ACC, g.WP_SPD)
+    b_z = sqrt_p(z, g.PSC_D_POS_P, g.WP_ACC_Z)
+    b_z = b_z if b_z < g.WP_SPD_UP else g.WP_SPD_UP + 0.0 * b_z
+    b_z = b_z if b_z > -g.WP_SPD_DN else -g.WP_SPD_DN + 0.0 * b_z
+    s_x, s_y, s_z, yaw_rate = velocity_setpoint((b_x, b_y, b_z), measured, setpoint, g)
+
+    # velocity to acceleration
+    e = probe3((s_x - v[0], s_y - v[1], s_z - v[2]), VELOCITY, loops)
+    before = (m.e_velocity_x, m.e_velocity_y, m.e_velocity_z)
+    slope = (m.d_velocity_x, m.d_velocity_y, m.d_velocity_z)
+    if first:
+        before = e
+    e_x = before[0] + g.k_PSC_NE_VEL_FLTE * (e[0] - before[0])
+    e_y = before[1] + g.k_PSC_NE_VEL_FLTE * (e[1] - before[1])
+    e_z = before[2] + g.k_PSC_D_VEL_FLTE * (e[2] - before[2])
+    e_velocity = (e_x, e_y, e_z)
+    d_x = slope[0] + g.k_PSC_NE_VEL_FLTD * ((e_x - before[0]) / dt - slope[0])
+    d_y = slope[1] + g.k_PSC_NE_VEL_FLTD * ((e_y - before[1]) / dt - slope[1])
+    d_z = slope[2] + g.k_PSC_D_VEL_FLTD * ((e_z - before[2]) / dt - slope[2])
+    d_velocity = (d_x, d_y, d_z)
+    ahead = setpoint.a_WBcm
+    growth = g.PSC_NE_VEL_I * e_x * dt, g.PSC_NE_VEL_I * e_y * dt
+    i_x, i_y = grown_level(
+        m.i_velocity_x, m.i_velocity_y, growth, (m.cut_x, m.cut_y), g.PSC_NE_VEL_IMAX
+    )
+    i_z = m.i_velocity_z
+    if not ((m.least > 0.5 and e_z < 0.0) or (m.most > 0.5 and e_z > 0.0)):
+        i_z = clipped(i_z + g.PSC_D_VEL_I * e_z * dt, g.PSC_D_VEL_IMAX)
+    a_x = g.PSC_NE_VEL_P * e_x + i_x + g.PSC_NE_VEL_D * d_x + ahead[0]
+    a_y = g.PSC_NE_VEL_P * e_y + i_y + g.PSC_NE_VEL_D * d_y + ahead[1]
+    a_z = g.PSC_D_VEL_P * e_z + i_z + g.PSC_D_VEL_D * d_z + ahead[2]
+    level, cut_x, cut_y = a_x * a_x + a_y * a_y, 0.0 * a_x, 0.0 * a_y
+    if level > g.most_level * g.most_level:
+        cut_x, cut_y, shrink = a_x, a_y, g.most_level / level**0.5
+        a_x, a_y = shrink * a_x, shrink * a_y
+
+    # vertical acceleration to throttle
+    climb = a_z if first else m.target_climb + g.k_PSC_D_ACC_FLTT * (a_z - m.target_climb)
+    e_c = climb - measured.a_WBcm[2]
+    e_before = e_c if first else m.e_climb
+    e_c = e_before + g.k_PSC_D_ACC_FLTE * (e_c - e_before)
+    d_c = m.d_climb + g.k_PSC_D_ACC_FLTD * ((e_c - e_before) / dt - m.d_climb)
+    hover, most_i = g.MOT_THST_HOVER, g.PSC_D_ACC_IMAX
+    most_i = most_i if most_i > hover else hover
+    i_c = grown(m.i_climb, e_c, g.PSC_D_ACC_I, m.least + m.most, most_i, dt)
+    throttle = g.PSC_D_ACC_P * e_c + i_c + g.PSC_D_ACC_D * d_c + g.PSC_D_ACC_FF * climb + hover
+
+    # rates, filtered
+    w = into_body(R, measured.w_WB)
+    one, two = (m.gyro_1_x, m.gyro_1_y, m.gyro_1_z), (m.gyro_2_x, m.gyro_2_y, m.gyro_2_z)
+    if first:
+        share = 1.0 / (1.0 + g.gyro_a1 + g.gyro_a2)
+        one = (share * w[0], share * w[1], share * w[2])
+        two = one
+    gyro, latest = filtered(w, one, two, (g.gyro_b0, g.gyro_b1, g.gyro_b2, g.gyro_a1, g.gyro_a2))
+
+    # attitude target
+    length = (a_x * a_x + a_y * a_y + GRAVITY * GRAVITY) ** 0.5
+    up = (a_x / length, a_y / length, GRAVITY / length)
+    q_t = (m.attitude_w, m.attitude_x, m.attitude_y, m.attitude_z)
+    t_x, t_y, t_z = m.target_rate_x, m.target_rate_y, m.target_rate_z
+    u_x, u_y, u_z = m.target_slope_x, m.target_slope_y, m.target_slope_z
+    if first:
+        q_t = q
+    q_t = unit(product(q_t, small_turn(t_x * dt, t_y * dt, t_z * dt)))
+    towards_up = rotated(inverse(q_t), up)
+    if g.ATC_RATE_FF_ENAB > 0.5:
+        g_x, g_y, _ = tilt_vector(towards_up)
+        k, top = 1.0 / g.ATC_INPUT_TC, RADIANS * g.ATC_RATE_R_MAX
+        t_x, u_x = shaped(g_x, t_x, u_x, k, g.target_slope_x, top, dt)
+        top = RADIANS * g.ATC_RATE_P_MAX
+        t_y, u_y = shaped(g_y, t_y, u_y, k, g.target_slope_y, top, dt)
+        t_z, u_z = shaped_yaw(yaw_rate, t_z, u_z, g.target_slope_z, dt)
+    else:
+        turn = small_turn(0.0 * t_x, 0.0 * t_y, yaw_rate * dt)
+        q_t = unit(product(product(q_t, shortest((0.0, 0.0, 1.0), towards_up)), turn))
+        t_x, t_y, t_z = 0.0 * t_x, 0.0 * t_y, 0.0 * t_z
+        u_x, u_y, u_z = 0.0 * u_x, 0.0 * u_y, 0.0 * u_z
+
+    # attitude to rates: the thrust vector first, then the heading
+    away = product(inverse(q), q_t)
+    n = upright(away)
+    e_x, e_y, angle = tilt_vector(n)
+    corrected = shortest((0.0, 0.0, 1.0), n)
+    rest = canonical(product(inverse(corrected), away))
+    e_z = 2.0 * arctan2(rest[3], rest[0])
+    if e_z > g.most_heading or e_z < -g.most_heading:
+        e_z = clipped(e_z, g.most_heading)
+        q_t = unit(product(product(q, corrected), small_turn(0.0 * e_z, 0.0 * e_z, e_z)))
+    e_x, e_y, e_z = probe3((e_x, e_y, e_z), ATTITUDE, loops)
+    r_x = sqrt_p(e_x, g.ATC_ANG_RLL_P, g.angle_slope_x)
+    r_y = sqrt_p(e_y, g.ATC_ANG_PIT_P, g.angle_slope_y)
+    r_z = sqrt_p(e_z, g.ATC_ANG_YAW_P, g.angle_slope_z)
+    r_x, r_y, r_z = within_rates(
+        (r_x, r_y, r_z),
+        RADIANS * g.ATC_RATE_R_MAX,
+        RADIANS * g.ATC_RATE_P_MAX,
+        RADIANS * g.ATC_RATE_Y_MAX,
+    )
+    f_x, f_y, f_z = rotated(away, (t_x, t_y, t_z))
+    if angle > 2.0 * FADING:
+        r_z = gyro[2]
+    elif angle > FADING:
+        share = 2.0 - angle / FADING
+        r_x, r_y = r_x + share * f_x, r_y + share * f_y
+        r_z = (1.0 - share) * gyro[2] + share * (r_z + f_z)
+    else:
+        r_x, r_y, r_z = r_x + f_x, r_y + f_y, r_z + f_z
+
+    # rates to torques
+    s = (m.wanted_x, m.wanted_y, m.wanted_z)
+    if first:
+        s = (r_x, r_y, r_z)
+    s_p = s[0] + g.k_ATC_RAT_RLL_FLTT * (r_x - s[0])
+    s_q = s[1] + g.k_ATC_RAT_PIT_FLTT * (r_y - s[1])
+    s_r = s[2] + g.k_ATC_RAT_YAW_FLTT * (r_z - s[2])
+    e = probe3((s_p - gyro[0], s_q - gyro[1], s_r - gyro[2]), RATE, loops)
+    was = (m.e_rate_x, m.e_rate_y, m.e_rate_z)
+    if first:
+        was = e
+    e_p = was[0] + g.k_ATC_RAT_RLL_FLTE * (e[0] - was[0])
+    e_q = was[1] + g.k_ATC_RAT_PIT_FLTE * (e[1] - was[1])
+    e_r = was[2] + g.k_ATC_RAT_YAW_FLTE * (e[2] - was[2])
+    d_p = m.d_rate_x + g.k_ATC_RAT_RLL_FLTD * ((e_p - was[0]) / dt - m.d_rate_x)
+    d_q = m.d_rate_y + g.k_ATC_RAT_PIT_FLTD * ((e_q - was[1]) / dt - m.d_rate_y)
+    d_r = m.d_rate_z + g.k_ATC_RAT_YAW_FLTD * ((e_r - was[2]) / dt - m.d_rate_z)
+    i_p = grown(m.i_rate_x, e_p, g.ATC_RAT_RLL_I, m.cut_tilt, g.ATC_RAT_RLL_IMAX, dt)
+    i_q = grown(m.i_rate_y, e_q, g.ATC_RAT_PIT_I, m.cut_tilt, g.ATC_RAT_PIT_IMAX, dt)
+    i_r = grown(m.i_rate_z, e_r, g.ATC_RAT_YAW_I, m.cut_yaw, g.ATC_RAT_YAW_IMAX, dt)
+    roll = g.ATC_RAT_RLL_P * e_p + i_p + g.ATC_RAT_RLL_D * d_p + g.ATC_RAT_RLL_FF * s_p
+    pitch = g.ATC_RAT_PIT_P * e_q + i_q + g.ATC_RAT_PIT_D * d_q + g.ATC_RAT_PIT_FF * s_q
+    yaw = g.ATC_RAT_YAW_P * e_r + i_r + g.ATC_RAT_YAW_D * d_r + g.ATC_RAT_YAW_FF * s_r
+    roll, pitch, yaw = probe3((roll, pitch, yaw), TORQUE, loops)
+
+    # throttle in a tilt, mixer and motors
+    boosted = throttle
+    if g.ATC_ANGLE_BOOST > 0.5:
+        boosted = throttle * between(10.0 * R[8], 0.0, 1.0)
+        boosted = boosted / between(upright(q_t)[2], 0.1, 1.0)
+    average = boosted if boosted > throttle else throttle
+    average = between(average, 0.0, 1.0)
+    raised = average + g.ATC_THR_MIX_MAX * (hover - average)
+    average = raised if raised > average else average
+    given = boosted if first else m.throttle + g.k_throttle * (boosted - m.throttle)
+    given = between(given, 0.0, 1.0)
+    u, (cut_tilt, cut_yaw, least, most) = mixed(
+        (roll, pitch, yaw, given), average, 0.001 * g.MOT_YAW_HEADROOM, columns(g)
+    )
+    none = 0.0 * given
+    wrench, by = (none, none, none, none), effects(g)
+    for i in range(MOST):
+        signal = actuator(u[i], g.MOT_THST_EXPO, g.MOT_SPIN_MIN, g.MOT_SPIN_MAX)
+        speed = g.motor_speed * signal
+        wrench = with_motor(wrench, i, g.motor_constant * speed * (speed + g.linear_speed), by)
+    outer = (i_x, i_y, i_z, *e_velocity, *d_velocity, cut_x, cut_y)
+    target = (*q_t, t_x, t_y, t_z, u_x, u_y, u_z)
+    inner = (*latest, *one, s_p, s_q, s_r, e_p, e_q, e_r, d_p, d_q, d_r, i_p, i_q, i_r)
+    vertical = (climb, e_c, d_c, i_c, given)
+    cut = (cut_tilt, cut_yaw, least, most)
+    return wrench, (*outer, *target, *inner, *vertical, *cut, 1.0 + none)
+
+
+X500 = (113.0, 113.0, 5.6)
+"""Angular acceleration of PX4's X500 in Gazebo over roll, pitch and yaw, in hover [rad/s²]."""
+X500_RATE = 15.3
+"""Rate P of its roll by ArduPilot's defaults [1/s]."""
+X500_LIFT = 15.0
+"""Its vertical acceleration over throttle, in hover [m/s²]."""
+ALIKE = 1.6
+"""A vehicle whose own are within this factor of these flies with ArduPilot's defaults."""
+
+
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return values for a vehicle: motors, thrust in hover, and gains where it is no X500.
+
+    Those gains are of the PD cascade in this form: rate P = kd, attitude P = 0.3 kd, integrals and
+    derivatives in the proportions of ArduPilot's defaults. Filters open as the rate loop is faster
+    than X500's, and the target's time constant grows as it is slower.
+    """
+    pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
+    fastest = vehicle.rotors[0].max_rot_velocity
+    rotors = known_vehicle(law_constants(vehicle)).rotors
+    mix = mixing(rotors)
+    signals = np.clip(frame.hover_speeds / fastest, SPIN_MIN, SPIN_MAX)
+    ratios = (signals - SPIN_MIN) / (SPIN_MAX - SPIN_MIN)
+    shares = EXPO * ratios**2 + (1.0 - EXPO) * ratios
+    per_share = (SPIN_MAX - SPIN_MIN) * fastest / (2.0 * EXPO * ratios + 1.0 - EXPO)
+    constants = np.array([each.motor_constant for each in rotors])
+    linear = np.array([each.linear_speed for each in rotors])
+    slopes = constants * (2.0 * frame.hover_speeds + linear) * per_share
+    turning = np.array([[each.m_x, each.m_y, each.m_z] for each in rotors])
+    turned = (turning * mix[:, :3] * slopes[:, None]).sum(axis=0) / np.diagonal(frame.inertia_T)
+    lift = float(sum(slopes * np.array([each.force for each in rotors]))) / vehicle.mass
+    values = {"MOT_THST_HOVER": float(np.mean(shares)), "motor_speed": fastest}
+    own = (*turned, lift)
+    if all(1.0 / ALIKE < a / b < ALIKE for a, b in zip(own, (*X500, X500_LIFT), strict=True)):
+        return values
+    for (name, axis), kp, place in zip(
+        _AXES, ("kd_roll", "kd_pitch", "kp_yaw_rate"), range(3), strict=True
+    ):
+        rate = pd[kp] / float(turned[place])
+        values[f"ATC_RAT_{name}_P"] = rate
+        values[f"ATC_RAT_{name}_I"] = (0.1 if axis == "yaw" else 1.0) * rate
+        values[f"ATC_RAT_{name}_D"] = (0.0 if axis == "yaw" else 0.0267) * rate
+        values[f"ATC_ANG_{name}_P"] = 0.3 * pd[kp]
+    faster = min(pd["kd_roll"], pd["kd_pitch"]) / X500_RATE
+    opened = 20.0 * min(max(1.0, faster), 10.0)
+    values["INS_GYRO_FILTER"] = opened
+    for name, _ in _AXES[:2]:
+        values[f"ATC_RAT_{name}_FLTT"] = values[f"ATC_RAT_{name}_FLTD"] = opened
+    values["ATC_INPUT_TC"] = min(0.15 * max(1.0, 1.0 / faster), 1.0)
+    level = min(pd["kp_velocity_x"], 0.3 / values["ATC_INPUT_TC"])
+    return {
+        **values,
+        "PSC_NE_VEL_P": level,
+        "PSC_NE_VEL_I": 0.5 * level,
+        "PSC_NE_VEL_D": 0.125 * level,
+        "PSC_NE_POS_P": min(pd["kp_position_xy"], 0.5 * level),
+        "PSC_D_ACC_P": 0.05 * X500_LIFT / lift,
+        "PSC_D_ACC_I": 0.1 * X500_LIFT / lift,
+        "PSC_D_VEL_P": min(5.0, pd["kp_velocity_z"]),
+        "PSC_D_POS_P": min(1.0, pd["kp_position_z"]),
+        "spin_up_feedforward": pd["spin_up_feedforward"],
+        "max_climb_rate": pd["max_climb_rate"],
+    }

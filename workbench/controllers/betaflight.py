@@ -1,0 +1,555 @@
+"""Betaflight 4.6: its rate loop in angle mode, its mixer, and a small outer loop of our own.
+
+Betaflight has no position loop: `outer_` parameters are the workbench's. Every eighth update
+
+    v_sp = outer_p_position (p_sp - p) + v_ff             outer_p_height for z
+    a    = outer_p_velocity (v_sp - v) + I + a_ff,   dI/dt = outer_i_velocity (v_sp - v)
+           outer_p_climb, outer_i_climb for z;  I of a direction stands while it is limited
+
+make angles θ_d (degrees, within angle_limit) whose thrust has (a_x, a_y, g) in it, and the throttle
+that gives (g + a_z) / cos(tilt) on a motor whose thrust goes with the square of its signal; hover
+is at outer_hover.
+
+All else is Betaflight's, with its names, its whole-number gains and its scales. Rates are in deg/s
+about x forward, y left (nose down) and z up. t is the throttle, PT1, PT2, PT3 are its low-passes:
+
+    ω_sp = PT3_50Hz(angle_p_gain / 10 (θ_d - θ) + its share of the yaw rate);  yaw: the rate itself
+    e    = ω_sp - ω                                        ω through gyro_lpf2 and gyro_lpf1
+    P    = 0.032029 p e                                    yaw: through yaw_lowpass_hz
+    dI/dt = 0.244381 i e max(0, 1 - |ω_sp - PT1(ω_sp)| / 8)         yaw: 2.5 times i, and no max
+    D    = -0.000529 d M T dω_f/dt                         ω_f: ω through dterm_lpf1 and dterm_lpf2
+    M    = min(d_max / d, PT2_35Hz(1 + (d_max / d - 1) max(c |PT2_85Hz(dω_f/dt)|,
+               c d_max_advance / 100 |dω_sp/dt|))),        c = 0.00008 d_max_gain / 35
+    T    = 1 - tpa_rate / 100 max(0, t - b) / (1 - b),     b = tpa_breakpoint / 1000 - 1
+    F    = 0.013754 f / 100 dω_sp/dt                       roll and pitch: in rate mode alone
+    A    = anti_gravity_gain PT2(|slope of t| (1 - t)²),   while t rises, times (1 - t) / 2
+
+A is anti-gravity: of roll and pitch it adds 0.34 A to 0.244381 i, and makes P larger by
+0.0034 A anti_gravity_p_gain / 100 / max(1, |ω_sp| / 50). Sums of P, I, D and F are clipped at
+pidsum_limit, integrals at iterm_windup percent of it; they are thousandths of a motor's range.
+First low-passes have dynamic cut-offs: min + (max - min) (t + expo / 10 t (1 - t)). The throttle is
+boosted by throttle_boost / 10 of what of it is above throttle_boost_cutoff. In rate mode (`acro` 1)
+the outer loop asks for ω_sp = outer_p_angle (θ_d - θ), and 40 stands where above there is 8.
+Motors follow from sums and throttle, see `control/betaflight_mixer.py`; a speed controller turns a
+full signal into `motor_speed`. The update runs at 1024 Hz, Betaflight's at 8000.
+
+Source: Betaflight 4.6.0 development snapshot (MSP API 1.47), pid.c, pid_init.c, filter.c, gyro.c.
+docs/autopilots.md has what is left out.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from workbench.control.betaflight_mixer import mixed, mixing
+from workbench.control.firmware_filters import cascaded, first_order, towards
+from workbench.control.flight_law import known_vehicle, law_constants
+from workbench.control.motor_columns import (
+    MOST,
+    NAMES,
+    column_numbers,
+    columns,
+    effects,
+    with_motor,
+)
+from workbench.controllers import (
+    GRAVITY,
+    Loop,
+    State,
+    arctan2,
+    attitude_matrix,
+    clipped,
+    cosine_sine,
+    gain,
+    integrated,
+    into_body,
+    position_error,
+    probe,
+    probe3,
+    tilted,
+    velocity_setpoint,
+)
+from workbench.controllers.pd_rule import rule as pd_rule
+from workbench.plant.thrust_frame import thrust_frame
+
+PERIOD = 1 / 1024
+DIVIDERS = (8,)
+DEGREES = 180.0 / math.pi
+P_SCALE, I_SCALE, D_SCALE, F_SCALE = 0.032029, 0.244381, 0.000529, 0.013754
+"""Of the gains, see above."""
+YAW_I = 2.5
+"""By which i_yaw counts more."""
+MIXER = 1000.0
+"""A sum of this is a motor's whole range."""
+RELAX, RELAX_ANGLE = 40.0, 8.0
+"""Quick parts of a setpoint that stop an integral, in rate mode and in angle mode [deg/s]."""
+ATTITUDE_CUTOFF, D_MAX_RANGE, D_MAX_SMOOTH = 50.0, 85.0, 35.0
+"""Of the PT3 behind the angle, and the PT2 of d_max [Hz]."""
+D_MAX_SCALE = 0.00008
+ANTI_GRAVITY_I, ANTI_GRAVITY_P, ANTI_GRAVITY_RATE = 0.34, 0.0034, 50.0
+
+_AXES = ("roll", "pitch", "yaw")
+OUTER = "Outer loop of the workbench"
+PARAMETERS = (
+    gain("outer_p_position", "1/s", (0.0, 4.0), 1.0, "velocity per error, level", OUTER),
+    gain("outer_p_height", "1/s", (0.0, 4.0), 1.0, "velocity per error of height", OUTER),
+    gain("outer_p_velocity", "1/s", (0.0, 10.0), 2.0, "acceleration per error, level", OUTER),
+    gain("outer_i_velocity", "1/s^2", (0.0, 10.0), 0.5, "growth of its integral, level", OUTER),
+    gain("outer_p_climb", "1/s", (0.0, 20.0), 4.0, "acceleration per error, up", OUTER),
+    gain("outer_i_climb", "1/s^2", (0.0, 20.0), 2.0, "growth of its integral, up", OUTER),
+    gain("outer_hover", "1", (0.0, 0.9), 0.3, "throttle in hover", OUTER),
+    gain("acro", "1", (0.0, 1.0), 0.0, "1: rate mode, 0: angle mode", OUTER),
+    gain("outer_p_angle", "1/s", (0.0, 50.0), 5.0, "rate per error of angle, in rate mode", OUTER),
+    *(
+        gain(f"{term}_{axis}", "1", (0.0, most), value, f"{what} of {axis}", "PID")
+        for axis, values in zip(
+            _AXES,
+            (
+                (45.0, 80.0, 30.0, 120.0, 40.0),
+                (47.0, 84.0, 34.0, 125.0, 46.0),
+                (45.0, 80.0, 0.0, 120.0, 0.0),
+            ),
+            strict=True,
+        )
+        for (term, most, what), value in zip(
+            (
+                ("p", 250.0, "P"),
+                ("i", 250.0, "I"),
+                ("d", 250.0, "D, as it rests,"),
+                ("f", 1000.0, "feed-forward"),
+                ("d_max", 250.0, "D in quick moves, 0 for no more,"),
+            ),
+            values,
+            strict=True,
+        )
+    ),
+    gain("angle_p_gain", "1", (0.0, 200.0), 50.0, "tenths: rate per error of angle", "Angle"),
+    gain("angle_limit", "deg", (10.0, 80.0), 60.0, "largest angle", "Angle"),
+    gain("angle_earth_ref", "1", (0.0, 100.0), 100.0, "percent: yaw about the world's z", "Angle"),
+    gain("d_max_gain", "1", (0.0, 100.0), 37.0, "how quick moves raise D", "PID"),
+    gain("d_max_advance", "1", (0.0, 200.0), 20.0, "how quick setpoints raise D", "PID"),
+    gain("iterm_relax_cutoff", "Hz", (1.0, 50.0), 15.0, "low-pass of the setpoint", "PID"),
+    gain("iterm_windup", "1", (20.0, 100.0), 80.0, "percent of the sum for integrals", "PID"),
+    gain("pidsum_limit", "1", (100.0, 1000.0), 500.0, "largest sum of roll and pitch", "PID"),
+    gain("pidsum_limit_yaw", "1", (100.0, 1000.0), 400.0, "largest sum of yaw", "PID"),
+    gain("anti_gravity_gain", "1", (0.0, 250.0), 80.0, "I and P in moves of throttle", "PID"),
+    gain("anti_gravity_p_gain", "1", (0.0, 250.0), 100.0, "percent: its share of P", "PID"),
+    gain("anti_gravity_cutoff_hz", "Hz", (2.0, 50.0), 5.0, "low-pass of throttle moves", "PID"),
+    gain("tpa_rate", "1", (0.0, 100.0), 65.0, "percent less D at full throttle", "PID"),
+    gain("tpa_breakpoint", "us", (1000.0, 1999.0), 1350.0, "throttle from which D is less", "PID"),
+    gain("gyro_lpf1_dyn_min_hz", "Hz", (0.0, 1000.0), 250.0, "at no throttle", "Filters"),
+    gain("gyro_lpf1_dyn_max_hz", "Hz", (0.0, 1000.0), 500.0, "at full throttle", "Filters"),
+    gain("gyro_lpf1_dyn_expo", "1", (0.0, 10.0), 5.0, "tenths: bend of it", "Filters"),
+    gain("gyro_lpf2_static_hz", "Hz", (0.0, 1000.0), 500.0, "second of the rates", "Filters"),
+    gain("dterm_lpf1_dyn_min_hz", "Hz", (0.0, 1000.0), 75.0, "at no throttle", "Filters"),
+    gain("dterm_lpf1_dyn_max_hz", "Hz", (0.0, 1000.0), 150.0, "at full throttle", "Filters"),
+    gain("dterm_lpf1_dyn_expo", "1", (0.0, 10.0), 5.0, "tenths: bend of it", "Filters"),
+    gain("dterm_lpf2_static_hz", "Hz", (0.0, 1000.0), 150.0, "second of D", "Filters"),
+    gain("yaw_lowpass_hz", "Hz", (0.0, 500.0), 100.0, "of the yaw's P", "Filters"),
+    gain("throttle_boost", "1", (0.0, 100.0), 5.0, "tenths of quick throttle added", "Motors"),
+    gain("throttle_boost_cutoff", "Hz", (5.0, 50.0), 15.0, "what is quick", "Motors"),
+    gain("airmode", "1", (0.0, 1.0), 1.0, "1: throttle gives way to attitude", "Motors"),
+    gain("thrust_linear", "1", (0.0, 150.0), 0.0, "percent of linearisation", "Motors"),
+    gain("motor_idle", "1", (0.0, 2000.0), 550.0, "hundredths of a percent of signal", "Motors"),
+    gain("motor_speed", "rad/s", (1.0, 20000.0), 2600.0, "of a motor at full signal", "Motors"),
+)
+
+MEMORY = tuple(
+    State(f"{name}_{axis}", unit)
+    for name, unit, axes in (
+        ("outer_i", "m/s^2", "xyz"),
+        ("angle", "deg", "xy"),
+        ("pt3_1", "deg/s", "xy"),
+        ("pt3_2", "deg/s", "xy"),
+        ("pt3_3", "deg/s", "xy"),
+        ("gyro_2", "deg/s", "xyz"),
+        ("gyro_1", "deg/s", "xyz"),
+        ("d_1", "deg/s", "xyz"),
+        ("d_2", "deg/s", "xyz"),
+        ("relaxed", "deg/s", "xyz"),
+        ("setpoint", "deg/s", "xyz"),
+        ("i_rate", "1", "xyz"),
+        ("range_1", "deg/s^2", "xyz"),
+        ("range_2", "deg/s^2", "xyz"),
+        ("boost_1", "1", "xyz"),
+        ("boost_2", "1", "xyz"),
+    )
+    for axis in axes
+) + tuple(
+    State(name, "1")
+    for name in (
+        "throttle",
+        "throttle_before",
+        "throttle_slow",
+        "gravity_1",
+        "gravity_2",
+        "p_yaw",
+        "runs",
+    )
+)
+
+POINTS = {
+    **{f"position_{axis}_error": "m" for axis in "xyz"},
+    **{f"velocity_{axis}_error": "m/s" for axis in "xyz"},
+    **{f"rate_{axis}_error": "deg/s" for axis in "xyz"},
+    **{f"torque_{axis}": "1" for axis in "xyz"},
+    **{f"angle_{axis}_error": "deg" for axis in "xy"},
+}
+POSITION, VELOCITY, RATE, TORQUE, ANGLE = range(0, 15, 3)
+
+_LEVEL, _CLIMB = ("outer_p_velocity", "outer_i_velocity"), ("outer_p_climb", "outer_i_climb")
+_TURNS = (("roll", "x", "y"), ("pitch", "y", "x"), ("yaw", "z", "yaw"))
+LOOPS = (
+    Loop("velocity_x", "velocity_x_error", axis="x", gains=_LEVEL),
+    Loop("velocity_y", "velocity_y_error", axis="y", gains=_LEVEL),
+    Loop("velocity_z", "velocity_z_error", axis="z", gains=_CLIMB),
+    *(
+        Loop(name, f"angle_{axis}_error", axis=moves, gains=("angle_p_gain",))
+        for name, axis, moves in _TURNS[:2]
+    ),
+    *(
+        Loop(
+            f"{name}_rate",
+            f"rate_{axis}_error",
+            f"torque_{axis}",
+            axis=moves,
+            gains=tuple(f"{each}_{name}" for each in "pid"),
+        )
+        for name, axis, moves in _TURNS
+    ),
+    Loop("position_x", "position_x_error", hold=True, axis="x", gains=("outer_p_position",)),
+    Loop("position_y", "position_y_error", hold=True, axis="y", gains=("outer_p_position",)),
+    Loop("position_z", "position_z_error", hold=True, axis="z", gains=("outer_p_height",)),
+)
+
+DESIGNED = (
+    *NAMES,
+    "k_attitude",
+    "k_range",
+    "k_boost",
+    "k_gravity",
+    "k_relax",
+    "k_yaw",
+    "k_gyro",
+    "k_dterm",
+    "k_throttle",
+    *(f"d_most_{axis}" for axis in "xyz"),
+    "idle",
+    "hover_signal",
+    "motor_constant",
+    "linear_speed",
+)
+
+
+def design(vehicle: Any, g: Any, dt: float) -> list[float]:
+    """Return the mixer's shares, those of low-passes, how far D may rise, and the motors."""
+    idle = 1e-4 * g.motor_idle
+    pairs = ((g.d_max_roll, g.d_roll), (g.d_max_pitch, g.d_pitch), (g.d_max_yaw, g.d_yaw))
+    return [
+        *column_numbers(vehicle.rotors, mixing(vehicle.rotors)),
+        cascaded(ATTITUDE_CUTOFF, dt, 3),
+        cascaded(D_MAX_RANGE, dt, 2),
+        cascaded(D_MAX_SMOOTH, dt, 2),
+        cascaded(g.anti_gravity_cutoff_hz, dt, 2),
+        first_order(g.iterm_relax_cutoff, dt),
+        first_order(g.yaw_lowpass_hz, dt),
+        first_order(g.gyro_lpf2_static_hz, dt),
+        first_order(g.dterm_lpf2_static_hz, dt),
+        first_order(g.throttle_boost_cutoff, dt),
+        *(most / base if 0.0 < base < most else 1.0 for most, base in pairs),
+        idle,
+        idle + (1.0 - idle) * g.outer_hover,
+        vehicle.rotors[0].motor_constant,
+        vehicle.rotors[0].linear_speed,
+    ]
+
+
+def dynamic(throttle: Any, least: Any, most: Any, expo: Any, dt: float) -> Any:
+    """Return the share of a low-pass of first order whose cut-off goes with the throttle.
+
+    Args:
+        throttle: 0 .. 1.
+        least: cut-off without throttle, 0 for no low-pass [Hz].
+        most: cut-off at full throttle [Hz].
+        expo: tenths of the bend between them.
+        dt: between updates [s].
+    """
+    if least <= 0.0:
+        return 1.0 + 0.0 * throttle
+    cutoff = least + (most - least) * (throttle + 0.1 * expo * throttle * (1.0 - throttle))
+    turn = 2.0 * math.pi * cutoff * dt
+    return turn / (1.0 + turn)
+
+
+def size(x: Any) -> Any:
+    """Return the absolute value."""
+    return x if x > 0.0 else -x
+
+
+def relaxed(e: Any, wanted: Any, slow: Any, most: Any) -> Any:
+    """Return the share of an error that its integral takes, while its setpoint moves quickly.
+
+    Args:
+        e: error.
+        wanted: its setpoint.
+        slow: the same behind the low-pass.
+        most: quick part at which it takes nothing.
+    """
+    share = 1.0 - size(wanted - slow) / most
+    return share * e if share > 0.0 else 0.0 * e
+
+
+def between(x: Any, least: Any, most: Any) -> Any:
+    """Return a number between two others."""
+    if x < least:
+        return least + 0.0 * x
+    if x > most:
+        return most + 0.0 * x
+    return x
+
+
+def update(
+    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+) -> tuple[Any, Any]:
+    """Return the wrench in T, F [N] and m [N·m], and the memory."""
+    m, v, first = memory, measured.v_WBcm, memory.runs < 0.5
+    R = attitude_matrix(measured.q_WT)
+    flat = (R[0] * R[0] + R[3] * R[3]) ** 0.5
+    cos, sin = R[0] / flat, R[3] / flat
+    roll, pitch = DEGREES * arctan2(R[7], R[8]), DEGREES * arctan2(-R[6], flat)
+    w = into_body(R, measured.w_WB)
+    w = (DEGREES * w[0], DEGREES * w[1], DEGREES * w[2])
+
+    # outer loop: position and velocity to angles and throttle
+    roll_d, pitch_d, throttle = m.angle_x, m.angle_y, m.throttle
+    i_x, i_y, i_z = m.outer_i_x, m.outer_i_y, m.outer_i_z
+    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    back = g.outer_p_position * e[0], g.outer_p_position * e[1], g.outer_p_height * e[2]
+    s_x, s_y, s_z, yaw_rate = velocity_setpoint(back, measured, setpoint, g)
+    e_x, e_y, e_z = probe3((s_x - v[0], s_y - v[1], s_z - v[2]), VELOCITY, loops)
+    since = measured.elapsed[0]
+    if since > 0.0 or first:
+        period = since if since > 0.0 else DIVIDERS[0] * dt
+        ahead = setpoint.a_WBcm
+        f_x = g.outer_p_velocity * e_x + i_x + ahead[0]
+        f_y = g.outer_p_velocity * e_y + i_y + ahead[1]
+        f_z = g.outer_p_climb * e_z + i_z + ahead[2]
+        a_x, a_y, _ = tilted(f_x, f_y, GRAVITY, g)
+        fore, left = cos * a_x + sin * a_y, cos * a_y - sin * a_x
+        pitch_d = clipped(DEGREES * arctan2(fore, GRAVITY), g.angle_limit)
+        roll_d = DEGREES * arctan2(-left, (fore * fore + GRAVITY * GRAVITY) ** 0.5)
+        roll_d = clipped(roll_d, g.angle_limit)
+        lean = (a_x * a_x + a_y * a_y + GRAVITY * GRAVITY) ** 0.5 / GRAVITY
+        lift = (1.0 + f_z / GRAVITY) * lean
+        lift = lift if lift > 1e-3 else 1e-3 + 0.0 * lift
+        wanted = (g.hover_signal * lift**0.5 - g.idle) / (1.0 - g.idle)
+        throttle = between(wanted, 0.0, 1.0)
+        i_x = integrated(i_x, g.outer_i_velocity * e_x, f_x - a_x, 0.0, period)
+        i_y = integrated(i_y, g.outer_i_velocity * e_y, f_y - a_y, 0.0, period)
+        i_z = integrated(i_z, g.outer_i_climb * e_z, wanted - throttle, 0.0, period)
+
+    # throttle: anti-gravity, thrust attenuation of D, boost
+    was = throttle if first else m.throttle_before
+    away, moves = 1.0 - throttle, size(throttle - was) / dt
+    moves = moves * away * away
+    if throttle > was:
+        moves = 0.5 * moves * away
+    quick = m.gravity_1 + g.k_gravity * (moves - m.gravity_1)
+    gravity = m.gravity_2 + g.k_gravity * (quick - m.gravity_2)
+    anti = g.anti_gravity_gain * gravity
+    knee = 0.001 * g.tpa_breakpoint - 1.0
+    above = throttle - knee if throttle > knee else 0.0 * throttle
+    tpa = 1.0 - 0.01 * g.tpa_rate / (1.0 - knee) * above
+    k_gyro = dynamic(
+        throttle, g.gyro_lpf1_dyn_min_hz, g.gyro_lpf1_dyn_max_hz, g.gyro_lpf1_dyn_expo, dt
+    )
+    k_dterm = dynamic(
+        throttle, g.dterm_lpf1_dyn_min_hz, g.dterm_lpf1_dyn_max_hz, g.dterm_lpf1_dyn_expo, dt
+    )
+    slow = throttle if first else m.throttle_slow
+    slow = slow + g.k_throttle * (throttle - slow)
+    boosted = between(throttle + 0.1 * g.throttle_boost * (throttle - slow), 0.0, 1.0)
+
+    # rates, filtered; and again for D
+    gyro_2, gyro = (m.gyro_2_x, m.gyro_2_y, m.gyro_2_z), (m.gyro_1_x, m.gyro_1_y, m.gyro_1_z)
+    d_1, d_before = (m.d_1_x, m.d_1_y, m.d_1_z), (m.d_2_x, m.d_2_y, m.d_2_z)
+    if first:
+        gyro_2, gyro, d_1, d_before = w, w, w, w
+    gyro_2 = towards(gyro_2, w, g.k_gyro)
+    gyro = towards(gyro, gyro_2, k_gyro)
+    d_1 = towards(d_1, gyro, k_dterm)
+    d_2 = towards(d_before, d_1, g.k_dterm)
+    falls = (
+        -(d_2[0] - d_before[0]) / dt,
+        -(d_2[1] - d_before[1]) / dt,
+        -(d_2[2] - d_before[2]) / dt,
+    )
+
+    # angle mode, or rate mode
+    e_roll = probe(roll_d - roll, ANGLE, loops)
+    e_pitch = probe(pitch_d - pitch, ANGLE + 1, loops)
+    turn = DEGREES * yaw_rate
+    earth, angle_p = 0.01 * g.angle_earth_ref, 0.1 * g.angle_p_gain
+    _, sin_roll = cosine_sine(roll_d / DEGREES)
+    _, sin_pitch = cosine_sine(pitch_d / DEGREES)
+    asked = (
+        angle_p * e_roll - turn * sin_pitch * earth,
+        angle_p * e_pitch + turn * sin_roll * earth,
+        0.0 * turn,
+    )
+    pt_1, pt_2, pt_3 = (
+        (m.pt3_1_x, m.pt3_1_y, 0.0 * turn),
+        (m.pt3_2_x, m.pt3_2_y, 0.0 * turn),
+        (m.pt3_3_x, m.pt3_3_y, 0.0 * turn),
+    )
+    pt_1 = towards(pt_1, asked, g.k_attitude)
+    pt_2 = towards(pt_2, pt_1, g.k_attitude)
+    pt_3 = towards(pt_3, pt_2, g.k_attitude)
+    if g.acro > 0.5:
+        s = (g.outer_p_angle * e_roll, g.outer_p_angle * e_pitch, turn)
+        feed, quiet = 1.0, RELAX
+    else:
+        steepest = size(roll_d) if size(roll_d) > size(pitch_d) else size(pitch_d)
+        cos_most, _ = cosine_sine(earth * steepest / DEGREES)
+        s = (pt_3[0], pt_3[1], turn * cos_most)
+        feed, quiet = 0.0, RELAX_ANGLE
+
+    # rate control
+    s_slow = (m.relaxed_x, m.relaxed_y, m.relaxed_z)
+    s_was = (m.setpoint_x, m.setpoint_y, m.setpoint_z)
+    if first:
+        s_slow, s_was = s, s
+    s_slow = towards(s_slow, s, g.k_relax)
+    steps = feed * (s[0] - s_was[0]) / dt, feed * (s[1] - s_was[1]) / dt, (s[2] - s_was[2]) / dt
+    e = probe3((s[0] - gyro[0], s[1] - gyro[1], s[2] - gyro[2]), RATE, loops)
+    most_i = 0.01 * g.iterm_windup * g.pidsum_limit
+    most_i_yaw = 0.01 * g.iterm_windup * g.pidsum_limit_yaw
+    added = ANTI_GRAVITY_I * anti
+    grows_p = (I_SCALE * g.i_roll + added) * relaxed(e[0], s[0], s_slow[0], quiet)
+    grows_q = (I_SCALE * g.i_pitch + added) * relaxed(e[1], s[1], s_slow[1], quiet)
+    i_p = clipped(m.i_rate_x + grows_p * dt, most_i)
+    i_q = clipped(m.i_rate_y + grows_q * dt, most_i)
+    i_r = clipped(m.i_rate_z + YAW_I * I_SCALE * g.i_yaw * e[2] * dt, most_i_yaw)
+    more = ANTI_GRAVITY_P * 0.01 * g.anti_gravity_p_gain * anti
+    p_p = P_SCALE * g.p_roll * e[0] * (1.0 + more / steadied(s[0]))
+    p_q = P_SCALE * g.p_pitch * e[1] * (1.0 + more / steadied(s[1]))
+    p_r = P_SCALE * g.p_yaw * e[2]
+    p_r = p_r if first else m.p_yaw + g.k_yaw * (p_r - m.p_yaw)
+    range_1 = towards((m.range_1_x, m.range_1_y, m.range_1_z), falls, g.k_range)
+    range_2 = towards((m.range_2_x, m.range_2_y, m.range_2_z), range_1, g.k_range)
+    by_gyro = D_MAX_SCALE * g.d_max_gain / D_MAX_SMOOTH
+    by_step = 0.01 * g.d_max_advance * by_gyro
+    boost = (
+        boosting(range_2[0], steps[0], by_gyro, by_step, g.d_most_x),
+        boosting(range_2[1], steps[1], by_gyro, by_step, g.d_most_y),
+        boosting(range_2[2], steps[2], by_gyro, by_step, g.d_most_z),
+    )
+    boost_1, boost_2 = (
+        (m.boost_1_x, m.boost_1_y, m.boost_1_z),
+        (m.boost_2_x, m.boost_2_y, m.boost_2_z),
+    )
+    if first:
+        boost_1, boost_2 = boost, boost
+    boost_1 = towards(boost_1, boost, g.k_boost)
+    boost_2 = towards(boost_2, boost_1, g.k_boost)
+    d_p = D_SCALE * g.d_roll * falls[0] * between(boost_2[0], 0.0, g.d_most_x) * tpa
+    d_q = D_SCALE * g.d_pitch * falls[1] * between(boost_2[1], 0.0, g.d_most_y) * tpa
+    d_r = D_SCALE * g.d_yaw * falls[2] * between(boost_2[2], 0.0, g.d_most_z) * tpa
+    sum_p = p_p + i_p + d_p + F_SCALE * 0.01 * g.f_roll * steps[0]
+    sum_q = p_q + i_q + d_q + F_SCALE * 0.01 * g.f_pitch * steps[1]
+    sum_r = p_r + i_r + d_r + F_SCALE * 0.01 * g.f_yaw * steps[2]
+    torque = (
+        clipped(sum_p, g.pidsum_limit) / MIXER,
+        clipped(sum_q, g.pidsum_limit) / MIXER,
+        clipped(sum_r, g.pidsum_limit_yaw) / MIXER,
+    )
+    torque = probe3(torque, TORQUE, loops)
+
+    # mixer and motors
+    u = mixed((*torque, boosted), g.airmode, 0.01 * g.thrust_linear, columns(g))
+    none = 0.0 * throttle
+    wrench, by = (none, none, none, none), effects(g)
+    for i in range(MOST):
+        speed = g.motor_speed * (g.idle + (1.0 - g.idle) * u[i])
+        wrench = with_motor(wrench, i, g.motor_constant * speed * (speed + g.linear_speed), by)
+    outer = (i_x, i_y, i_z, roll_d, pitch_d, *pt_1[:2], *pt_2[:2], *pt_3[:2])
+    inner = (*gyro_2, *gyro, *d_1, *d_2, *s_slow, *s, i_p, i_q, i_r, *range_1, *range_2)
+    last = (*boost_1, *boost_2, throttle, throttle, slow, quick, gravity, p_r, 1.0 + none)
+    return wrench, (*outer, *inner, *last)
+
+
+def steadied(wanted: Any) -> Any:
+    """Return by how much anti-gravity's P is less at a rate that is asked for."""
+    share = size(wanted) / ANTI_GRAVITY_RATE
+    return share if share > 1.0 else 1.0 + 0.0 * share
+
+
+def boosting(fall: Any, step: Any, by_gyro: Any, by_step: Any, most: Any) -> Any:
+    """Return the factor that D gets for quick moves and quick setpoints, not yet smoothed.
+
+    Args:
+        fall: filtered slope of the rate [deg/s²].
+        step: slope of the setpoint [deg/s²].
+        by_gyro: what the one is worth.
+        by_step: what the other is worth.
+        most: d_max over d.
+    """
+    moves, asks = by_gyro * size(fall), by_step * size(step)
+    return 1.0 + (most - 1.0) * (moves if moves > asks else asks)
+
+
+FIVE_INCH = (2170.0, 1860.0, 146.0)
+"""Angular acceleration of a 5-inch quad over roll, pitch and yaw, in hover [rad/s²]."""
+FIVE_INCH_RATE = 60.0
+"""Rate P of its roll by Betaflight's defaults, over 1 + D [1/s]."""
+ALIKE = 1.6
+"""A vehicle whose own are within this factor of these flies with Betaflight's defaults."""
+IDLE = 0.055
+"""Share of the signal at default motor_idle."""
+PER_GAIN = P_SCALE * DEGREES / MIXER
+"""Share of a motor's range for a rate error of 1 rad/s and a P of 1."""
+
+
+def rule(vehicle: Any) -> dict[str, float]:
+    """Return values for a vehicle: motors, throttle in hover, and gains where it is no 5-inch quad.
+
+    Those gains are of the PD cascade in this form: rate P = kd, angle P = 0.3 kd, integrals and
+    derivatives in the proportions of Betaflight's defaults, integrals slower as the loop is.
+    """
+    pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
+    fastest = vehicle.rotors[0].max_rot_velocity
+    rotors = known_vehicle(law_constants(vehicle)).rotors
+    mix = mixing(rotors)
+    linear = np.array([each.linear_speed for each in rotors])
+    constants = np.array([each.motor_constant for each in rotors])
+    slopes = constants * (2.0 * frame.hover_speeds + linear) * (1.0 - IDLE) * fastest
+    turning = np.array([[each.m_x, each.m_y, each.m_z] for each in rotors])
+    turned = (turning * mix[:, :3] * slopes[:, None]).sum(axis=0) / np.diagonal(frame.inertia_T)
+    throttle = (frame.hover_speeds / fastest - IDLE) / (1.0 - IDLE)
+    values = {
+        "outer_hover": float(np.clip(np.mean(throttle), 0.0, 0.9)),
+        "motor_speed": fastest,
+        "outer_p_position": pd["kp_position_xy"],
+        "outer_p_height": pd["kp_position_z"],
+        "outer_p_velocity": pd["kp_velocity_x"],
+        "outer_i_velocity": 0.25 * pd["kp_velocity_x"],
+        "outer_p_climb": pd["kp_velocity_z"],
+        "outer_i_climb": 0.5 * pd["kp_velocity_z"],
+        "max_climb_rate": pd["max_climb_rate"],
+    }
+    if all(1.0 / ALIKE < a / b < ALIKE for a, b in zip(turned, FIVE_INCH, strict=True)):
+        return values
+    for axis, kp, place in (
+        ("roll", "kd_roll", 0),
+        ("pitch", "kd_pitch", 1),
+        ("yaw", "kp_yaw_rate", 2),
+    ):
+        p = min(pd[kp] / (float(turned[place]) * PER_GAIN), 250.0)
+        values[f"p_{axis}"] = p
+        values[f"i_{axis}"] = min(1.8 * p * min(1.0, pd[kp] / FIVE_INCH_RATE), 250.0)
+        values[f"d_{axis}"] = 0.0 if axis == "yaw" else min(0.7 * p, 180.0)
+        values[f"d_max_{axis}"] = 0.0 if axis == "yaw" else min(0.95 * p, 250.0)
+    values["spin_up_feedforward"] = pd["spin_up_feedforward"]
+    values["angle_p_gain"] = min(3.0 * min(pd["kd_roll"], pd["kd_pitch"]), 200.0)
+    return values
