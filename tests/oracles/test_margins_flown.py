@@ -41,11 +41,14 @@ OTHERS = {
     "crazyflie": ("pitch", "pitch_rate"),
     "mellinger": ("pitch", "velocity_x"),
     "px4": ("pitch_rate",),
+    "ardupilot": ("pitch_rate", "velocity_x"),
+    "betaflight": ("pitch_rate",),
 }
 """Loops that swing fast; flights of all others are slow tests, and of all other laws. Climb by LQI
 and by `mellinger` grows so fast that it is as large as rotors let it become before it can be seen
 to grow; by
-`crazyflie` and `px4` it runs in every fifth update, of which linear models know nothing."""
+`crazyflie`, `px4` and `betaflight` it runs in every fifth or eighth update, of which linear models
+know nothing."""
 
 
 def each_loop(names=None, laws=SHIPPED):

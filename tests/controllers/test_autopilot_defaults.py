@@ -1,0 +1,99 @@
+"""Autopilots' defaults fly the vehicles that they are made for, as docs/autopilots.md says.
+
+Published vehicles are read from ../shared/models, where they are at hand.
+"""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.control.controller import load_controller
+from workbench.design.hover_check import check_hover
+from workbench.design.judge.margins import loop_margins
+from workbench.design.linear.study import LinearStudy
+from workbench.gains.gains import rule_gains
+from workbench.plant.loading import load_vehicle
+from workbench.scenario.scenario import Scenario, Start, VehicleConfig
+from workbench.session.session import Session
+
+TESTS = Path(__file__).resolve().parents[1]
+SHARED = TESTS.parent / "../shared/models"
+X500 = SHARED / "px4_gazebo_models/x500/model.sdf"
+VEHICLES = {
+    "px4": X500,
+    "ardupilot": X500,
+    "betaflight": TESTS / "drones/five_inch_quad.urdf.xacro",
+    "crazyflie": SHARED / "gym_pybullet_drones/cf2x.urdf",
+}
+GAINS = {
+    "px4": "MC_|MPC_(XY|Z)_",
+    "ardupilot": "ATC_|PSC_|INS_",
+    "betaflight": "[pid]_|d_max|angle|gyro|dterm|tpa|anti|iterm",
+    "crazyflie": "pid_|posCtlPid|velCtlPid",
+}
+"""Names of those parameters that no rule may touch on such a vehicle."""
+DRIFT, TILT, OVERSHOOT = 0.2, math.radians(2.0), 25.0
+"""At most [m, rad, %]."""
+YAW_OVERSHOOT = 40.0
+"""The heading that is held has to be caught up with [%]."""
+PAGE = (TESTS.parent / "docs/autopilots.md").read_text(encoding="utf-8")
+
+
+def scenario(law, **more):
+    path = VEHICLES[law]
+    if not path.exists():
+        pytest.skip(f"put the published {path.parent.name} into ../shared/models")
+    return Scenario(controller=law, vehicle=VehicleConfig(model=str(path)), **more)
+
+
+def stated(law):
+    """Return the numbers of a law's row of the page's table, each as it is written."""
+    (row,) = re.findall(rf"^\| `{law}`, [^|]+\|(.*)\|$", PAGE, re.MULTILINE)
+    return re.findall(r"\d+\.?\d*", row)
+
+
+@pytest.mark.parametrize("law", VEHICLES)
+def test_their_gains_are_the_firmware_s_and_hold_the_place(law):
+    """Nudged and pushed, without machine code, so that it takes no time to make that."""
+    flight = scenario(law, start=Start(position=[0.0, 0.0, 10.0]))
+    controller = load_controller(law)
+    ruled = rule_gains(load_vehicle(VEHICLES[law]), controller)
+    for row in controller.parameters:
+        if re.match(GAINS[law], row.name):
+            assert ruled.get(row.name, row.default) == row.default, row.name
+    session = Session(flight)
+    session.run_law(interpreted=True)
+    session.go_to([0.0, 0.0, 10.0])
+    session.push([0.05 * session.vehicle.mass, 0.0, 0.0], duration=0.2)
+    session.tick(2.0)
+    state = session.state()
+    assert np.linalg.norm(state[4:7] - [0.0, 0.0, 10.0]) < 0.05
+    assert 2.0 * math.hypot(*state[1:3]) < TILT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", VEHICLES)
+def test_they_hover_and_step_as_the_page_says(law):
+    flown = scenario(law)
+    report = check_hover(flown)
+    assert report.drift.max() < DRIFT and report.tilt.max() < TILT
+    steps = {step.axis: step.metrics for step in report.steps}
+    model = LinearStudy(flown).sampled()
+    margins = loop_margins(model, load_controller(law).loop("roll_rate").point("actuator"))
+    print(f"{law}: {margins}")
+    for axis in "xyz":
+        assert steps[axis].overshoot < OVERSHOOT
+    assert steps["yaw"].overshoot < YAW_OVERSHOOT
+    found = [
+        *(each for axis in "xz" for each in (steps[axis].rise_time, steps[axis].overshoot)),
+        steps["yaw"].overshoot,
+        margins.gain_margin,
+        math.degrees(margins.phase_margin),
+        margins.crossover,
+    ]
+    for number, value in zip(stated(law), found, strict=True):
+        last = 10.0 ** -len(number.partition(".")[2])
+        assert float(number) == pytest.approx(value, abs=0.6 * last)
