@@ -19,6 +19,7 @@ from workbench.session.session import Session
 
 OWN = str(Path(__file__).with_name("cascade.py"))
 LAWS = ("pid", "lqi", "geometric", "indi")
+AUTOPILOTS = ("crazyflie", "mellinger", "px4", "ardupilot", "betaflight")
 TAKE_OFF, WAIT = 2.0, 10.0
 """Height [m], and time before it [s]."""
 
@@ -141,3 +142,16 @@ def test_compiled_flights_are_those_of_the_diagram(controller, vehicle):
     assert found.saturated.any()
     assert found.velocity.max() < 1e-9
     assert found.angular_velocity.max() < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("controller", AUTOPILOTS)
+def test_so_are_those_of_autopilots_that_are_not_lost(controller, vehicle):
+    """What is thrown upside down may fall 50 m, onto the ground that the diagram alone has."""
+    law = load_controller(controller)
+    trials = random_trials(vehicle, flight_gains(vehicle, controller=law), 10, 5, law)
+    found = agreement(Scenario(controller=controller), trials)
+    kept = ~found.lost
+    assert kept.sum() > 5 and found.saturated[kept].any()
+    assert found.velocity[kept].max() < 1e-9
+    assert found.angular_velocity[kept].max() < 1e-9

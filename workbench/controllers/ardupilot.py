@@ -141,7 +141,7 @@ PARAMETERS = (
     gain("ATC_INPUT_TC", "s", (0.01, 1.0), 0.15, "time constant of the target", "Attitude"),
     gain("ATC_ANGLE_BOOST", "1", (0.0, 1.0), 1.0, "1: more throttle in a tilt", "Attitude"),
     *(
-        gain(f"ATC_RAT_{name}_{term}", each, limits, value, f"{what} of {axis}", "Rate")
+        gain(f"ATC_RAT_{name}_{term}", each, limits, value, f"{axis}: {what}", "Rate")
         for (name, axis), values in zip(
             _AXES,
             (
@@ -154,13 +154,13 @@ PARAMETERS = (
         for (term, each, limits, what), value in zip(
             (
                 ("P", "s/rad", (0.0, 5.0), "torque per error of the rate"),
-                ("I", "1/rad", (0.0, 10.0), "torque per integral of it"),
-                ("D", "s^2/rad", (0.0, 0.5), "torque per slope of it"),
+                ("I", "1/rad", (0.0, 10.0), "torque per integral of that error"),
+                ("D", "s^2/rad", (0.0, 0.5), "torque per slope of that error"),
                 ("FF", "s/rad", (0.0, 0.5), "torque per rate asked for"),
                 ("IMAX", "1", (0.0, 1.0), "largest integral"),
                 ("FLTT", "Hz", (0.0, 256.0), "low-pass of the rate asked for"),
                 ("FLTE", "Hz", (0.0, 256.0), "low-pass of the error"),
-                ("FLTD", "Hz", (0.0, 256.0), "low-pass of its slope"),
+                ("FLTD", "Hz", (0.0, 256.0), "low-pass of the error's slope"),
             ),
             values,
             strict=True,
@@ -632,8 +632,9 @@ def rule(vehicle: Any) -> dict[str, float]:
     """Return values for a vehicle: motors, thrust in hover, and gains where it is no X500.
 
     Those gains are of the PD cascade in this form: rate P = kd, attitude P = 0.3 kd, integrals and
-    derivatives in the proportions of ArduPilot's defaults. Filters open as the rate loop is faster
-    than X500's, and the target's time constant grows as it is slower.
+    derivatives in the proportions of ArduPilot's defaults, integrals slower as a loop is. Filters
+    open as the rate loop is faster than X500's, and the target's time constant grows as it is
+    slower.
     """
     pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
     fastest = vehicle.rotors[0].max_rot_velocity
@@ -658,7 +659,9 @@ def rule(vehicle: Any) -> dict[str, float]:
     ):
         rate = pd[kp] / float(turned[place])
         values[f"ATC_RAT_{name}_P"] = rate
-        values[f"ATC_RAT_{name}_I"] = (0.1 if axis == "yaw" else 1.0) * rate
+        values[f"ATC_RAT_{name}_I"] = rate * (
+            0.1 if axis == "yaw" else min(1.0, pd[kp] / X500_RATE)
+        )
         values[f"ATC_RAT_{name}_D"] = (0.0 if axis == "yaw" else 0.0267) * rate
         values[f"ATC_ANG_{name}_P"] = 0.3 * pd[kp]
     faster = min(pd["kd_roll"], pd["kd_pitch"]) / X500_RATE
@@ -671,7 +674,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     return {
         **values,
         "PSC_NE_VEL_P": level,
-        "PSC_NE_VEL_I": 0.5 * level,
+        "PSC_NE_VEL_I": 0.25 * level**2,
         "PSC_NE_VEL_D": 0.125 * level,
         "PSC_NE_POS_P": min(pd["kp_position_xy"], 0.5 * level),
         "PSC_D_ACC_P": 0.05 * X500_LIFT / lift,

@@ -533,7 +533,7 @@ def rule(vehicle: Any) -> dict[str, float]:
         "outer_p_position": pd["kp_position_xy"],
         "outer_p_height": pd["kp_position_z"],
         "outer_p_velocity": pd["kp_velocity_x"],
-        "outer_i_velocity": 0.25 * pd["kp_velocity_x"],
+        "outer_i_velocity": 0.12 * pd["kp_velocity_x"] ** 2,
         "outer_p_climb": pd["kp_velocity_z"],
         "outer_i_climb": 0.5 * pd["kp_velocity_z"],
         "max_climb_rate": pd["max_climb_rate"],
