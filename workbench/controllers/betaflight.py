@@ -505,6 +505,8 @@ FIVE_INCH_RATE = 60.0
 """Rate P of its roll by Betaflight's defaults, over 1 + D [1/s]."""
 ALIKE = 1.6
 """A vehicle whose own are within this factor of these flies with Betaflight's defaults."""
+LEAST_SPIN_UP = 0.1
+"""And rotors whose inertia leads in yaw by as much [s]: without, the default i_yaw swings."""
 IDLE = 0.055
 """Share of the signal at default motor_idle."""
 PER_GAIN = P_SCALE * DEGREES / MIXER
@@ -538,7 +540,8 @@ def rule(vehicle: Any) -> dict[str, float]:
         "outer_i_climb": 0.5 * pd["kp_velocity_z"],
         "max_climb_rate": pd["max_climb_rate"],
     }
-    if all(1.0 / ALIKE < a / b < ALIKE for a, b in zip(turned, FIVE_INCH, strict=True)):
+    alike = all(1.0 / ALIKE < a / b < ALIKE for a, b in zip(turned, FIVE_INCH, strict=True))
+    if alike and frame.spin_up_time > LEAST_SPIN_UP:
         return values
     for axis, kp, place in (
         ("roll", "kd_roll", 0),
@@ -547,7 +550,8 @@ def rule(vehicle: Any) -> dict[str, float]:
     ):
         p = min(pd[kp] / (float(turned[place]) * PER_GAIN), 250.0)
         values[f"p_{axis}"] = p
-        values[f"i_{axis}"] = min(1.8 * p * min(1.0, pd[kp] / FIVE_INCH_RATE), 250.0)
+        slower = min(1.0, pd[kp] / FIVE_INCH_RATE)
+        values[f"i_{axis}"] = min((0.7 if axis == "yaw" else 1.8) * p * slower, 250.0)
         values[f"d_{axis}"] = 0.0 if axis == "yaw" else min(0.7 * p, 180.0)
         values[f"d_max_{axis}"] = 0.0 if axis == "yaw" else min(0.95 * p, 250.0)
     values["spin_up_feedforward"] = pd["spin_up_feedforward"]

@@ -267,6 +267,48 @@ def pid(e: Any, i: Any, rate: Any, wanted: Any, gains: Any) -> Any:
     return kp * e + ki * i - kd * rate + kff * wanted
 
 
+def velocity_gains(g: Any) -> Any:
+    """Return kp, ki, kd and kff of the velocity along x, y and z."""
+    return (
+        (g.velCtlPid_vxKp, g.velCtlPid_vxKi, g.velCtlPid_vxKd, g.velCtlPid_vxKFF),
+        (g.velCtlPid_vyKp, g.velCtlPid_vyKi, g.velCtlPid_vyKd, g.velCtlPid_vyKFF),
+        (g.velCtlPid_vzKp, g.velCtlPid_vzKi, g.velCtlPid_vzKd, g.velCtlPid_vzKFF),
+    )
+
+
+def attitude_gains(g: Any) -> Any:
+    """Return kp, ki, kd and kff of roll, pitch and yaw."""
+    return (
+        (
+            g.pid_attitude_roll_kp,
+            g.pid_attitude_roll_ki,
+            g.pid_attitude_roll_kd,
+            g.pid_attitude_roll_kff,
+        ),
+        (
+            g.pid_attitude_pitch_kp,
+            g.pid_attitude_pitch_ki,
+            g.pid_attitude_pitch_kd,
+            g.pid_attitude_pitch_kff,
+        ),
+        (
+            g.pid_attitude_yaw_kp,
+            g.pid_attitude_yaw_ki,
+            g.pid_attitude_yaw_kd,
+            g.pid_attitude_yaw_kff,
+        ),
+    )
+
+
+def rate_gains(g: Any) -> Any:
+    """Return kp, ki, kd and kff of the rates of roll, pitch and yaw."""
+    return (
+        (g.pid_rate_roll_kp, g.pid_rate_roll_ki, g.pid_rate_roll_kd, g.pid_rate_roll_kff),
+        (g.pid_rate_pitch_kp, g.pid_rate_pitch_ki, g.pid_rate_pitch_kd, g.pid_rate_pitch_kff),
+        (g.pid_rate_yaw_kp, g.pid_rate_yaw_ki, g.pid_rate_yaw_kd, g.pid_rate_yaw_kff),
+    )
+
+
 def update(
     measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
 ) -> tuple[Any, Any]:
@@ -323,12 +365,10 @@ def update(
         i_vx = held(i_vx, e_x, MOST_INTEGRAL, period)
         i_vy = held(i_vy, e_y, MOST_INTEGRAL, period)
         i_vz = held(i_vz, e_z, MOST_INTEGRAL, period)
-        gains = g.velCtlPid_vxKp, g.velCtlPid_vxKi, g.velCtlPid_vxKd, g.velCtlPid_vxKFF
-        ahead = pid(e_x, i_vx, d_x, s_x, gains)
-        gains = g.velCtlPid_vyKp, g.velCtlPid_vyKi, g.velCtlPid_vyKd, g.velCtlPid_vyKFF
-        left = pid(e_y, i_vy, d_y, s_y, gains)
-        gains = g.velCtlPid_vzKp, g.velCtlPid_vzKi, g.velCtlPid_vzKd, g.velCtlPid_vzKFF
-        up = pid(e_z, i_vz, d_z, s_z, gains)
+        for_x, for_y, for_z = velocity_gains(g)
+        ahead = pid(e_x, i_vx, d_x, s_x, for_x)
+        left = pid(e_y, i_vy, d_y, s_y, for_y)
+        up = pid(e_z, i_vz, d_z, s_z, for_z)
         two, one, before = one, now, (v_x, v_y, v_z)
         pitch_d = -clipped(clipped(ahead, OVERHEAD * g.posCtlPid_pLimit), g.posCtlPid_pLimit)
         roll_d = -clipped(clipped(left, OVERHEAD * g.posCtlPid_rLimit), g.posCtlPid_rLimit)
@@ -344,27 +384,10 @@ def update(
     slope_x = 0.0 * roll if first else (roll - m.attitude_before_x) / dt
     slope_y = 0.0 * roll if first else (pitch - m.attitude_before_y) / dt
     slope_z = 0.0 * roll if first else wrapped(yaw - m.attitude_before_z) / dt
-    gains = (
-        g.pid_attitude_roll_kp,
-        g.pid_attitude_roll_ki,
-        g.pid_attitude_roll_kd,
-        g.pid_attitude_roll_kff,
-    )
-    p_d = pid(e_x, i_roll, slope_x, roll_d, gains)
-    gains = (
-        g.pid_attitude_pitch_kp,
-        g.pid_attitude_pitch_ki,
-        g.pid_attitude_pitch_kd,
-        g.pid_attitude_pitch_kff,
-    )
-    q_d = pid(e_y, i_pitch, slope_y, pitch_d, gains)
-    gains = (
-        g.pid_attitude_yaw_kp,
-        g.pid_attitude_yaw_ki,
-        g.pid_attitude_yaw_kd,
-        g.pid_attitude_yaw_kff,
-    )
-    r_d = pid(e_z, i_yaw, slope_z, yaw_d, gains)
+    for_roll, for_pitch, for_yaw = attitude_gains(g)
+    p_d = pid(e_x, i_roll, slope_x, roll_d, for_roll)
+    q_d = pid(e_y, i_pitch, slope_y, pitch_d, for_pitch)
+    r_d = pid(e_z, i_yaw, slope_z, yaw_d, for_yaw)
 
     e_p, e_q, e_r = probe3((p_d - p, q_d - q, r_d - r), RATE, loops)
     i_p = held(m.i_rate_x, e_p, RATE_INTEGRALS[0], dt)
@@ -373,12 +396,10 @@ def update(
     slope_x = 0.0 * roll if first else (p - m.rate_before_x) / dt
     slope_y = 0.0 * roll if first else (q - m.rate_before_y) / dt
     slope_z = 0.0 * roll if first else (r - m.rate_before_z) / dt
-    gains = g.pid_rate_roll_kp, g.pid_rate_roll_ki, g.pid_rate_roll_kd, g.pid_rate_roll_kff
-    t_x = clipped(pid(e_p, i_p, slope_x, p_d, gains), MOST_TORQUE)
-    gains = g.pid_rate_pitch_kp, g.pid_rate_pitch_ki, g.pid_rate_pitch_kd, g.pid_rate_pitch_kff
-    t_y = clipped(pid(e_q, i_q, slope_y, q_d, gains), MOST_TORQUE)
-    gains = g.pid_rate_yaw_kp, g.pid_rate_yaw_ki, g.pid_rate_yaw_kd, g.pid_rate_yaw_kff
-    t_z = clipped(pid(e_r, i_r, slope_z, r_d, gains), MOST_TORQUE)
+    for_roll, for_pitch, for_yaw = rate_gains(g)
+    t_x = clipped(pid(e_p, i_p, slope_x, p_d, for_roll), MOST_TORQUE)
+    t_y = clipped(pid(e_q, i_q, slope_y, q_d, for_pitch), MOST_TORQUE)
+    t_z = clipped(pid(e_r, i_r, slope_z, r_d, for_yaw), MOST_TORQUE)
     t_x, t_y, t_z = probe3((t_x, t_y, t_z), TORQUE, loops)
 
     wrench = power_distribution(thrust, (t_x, t_y, t_z), g, g.vbat * measured.voltage)
