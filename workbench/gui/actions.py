@@ -247,6 +247,7 @@ ACTIONS: tuple[ActionRow, ...] = (
         )
         for theme in THEMES
     ),
+    ActionRow("guide", HELP, "&First minutes", "Take off, fly a step, move a gain and keep it."),
     ActionRow("keys", HELP, "&Keys", "All shortcuts on one page.", "F1"),
     ActionRow("about", HELP, "&About", "What this is, and its licence."),
 )

@@ -129,6 +129,8 @@ def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: b
         guard.interrupted.connect(window.close)
         if demo:
             DemoPilot(workspace.flight, workspace.notices, window)
+        elif window.guide.wanted and not screen:
+            QTimer.singleShot(0, window.guide.begin)
         with _told_to_close(window):
             return app.exec()
     finally:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 from PyQt6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
 from PyQt6.QtGui import (
@@ -43,6 +44,7 @@ from workbench.control.controller import SHIPPED
 from workbench.gui.actions import RECENT, SPEEDS, THEMES, fill_menus, make_actions
 from workbench.gui.banner import Banner
 from workbench.gui.flight_control import FlightControl, possible
+from workbench.gui.guide import Guide
 from workbench.gui.help_pages import about_page, keys_page
 from workbench.gui.opener import FileKind, Opener, RecentFiles, fill_recent
 from workbench.gui.recorder import Camera, Recorder
@@ -58,6 +60,10 @@ from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from workbench.gui.gains.gain_editor import GainEditor
+    from workbench.gui.tuning.tuning_screen import TuningScreen
 
 NEEDED = "needs a value"
 _FIELDS = (QAbstractSpinBox, QLineEdit, QPlainTextEdit, QTextEdit)
@@ -286,6 +292,7 @@ class MainWindow(QMainWindow):
         self.actions_by_name["trail_3d"].setChecked(True)
         self.view3d = View3d(workspace, self.actions_by_name)
         self.banner = Banner(workspace, self.actions_by_name)
+        self.guide = Guide(workspace.flight, workspace.notices, store, self._show_tuning, self)
         self.splitter = QSplitter(Qt.Orientation.Horizontal)
         self._first = first or self._last_screen()
         self._painted = self._closed = False
@@ -325,6 +332,7 @@ class MainWindow(QMainWindow):
             "trail_3d": lambda: self.view3d.show_trail(),
             "dismiss": lambda: self.banner.dismiss(),
             "full_screen": self._toggle_full_screen,
+            "guide": lambda: self.guide.begin(),
             "keys": lambda: keys_page(self).show(),
             "about": lambda: about_page(self).show(),
         }
@@ -363,6 +371,7 @@ class MainWindow(QMainWindow):
         right.setSpacing(0)
         right.addWidget(self.top_bar)
         right.addWidget(self.splitter, 1)
+        right.addWidget(self.guide)
         right.addWidget(self.banner)
         centre = QWidget()
         layout = QHBoxLayout(centre)
@@ -452,6 +461,12 @@ class MainWindow(QMainWindow):
             )
         )
         dialog.show()
+
+    def _show_tuning(self) -> "GainEditor | None":
+        """Show the tuning screen, and return its gains; None where it cannot be made."""
+        self.show_screen("tuning")
+        screen = cast("TuningScreen | None", self.stack.screen_of("tuning"))
+        return screen.gains if screen is not None else None
 
     def _toggle_beside(self) -> None:
         self._set_beside(not self.view3d.isVisibleTo(self))

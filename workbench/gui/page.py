@@ -8,6 +8,9 @@ WIDEST = 1500
 TALLEST = 1000
 """Of a page [px]; beyond that its parts would only drift apart."""
 
+BAR = 11
+"""Width of a scroll bar in our style; it would lie on what is scrolled [px]."""
+
 
 def fit_page(screen: QWidget, layout: QLayout) -> None:
     """Fill a screen with a layout, in the middle of a large one.
@@ -33,7 +36,7 @@ def scrolled(part: QWidget) -> QScrollArea:
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    area.setMinimumWidth(part.minimumSizeHint().width())
+    area.setMinimumWidth(part.minimumSizeHint().width() + BAR)
     area.setWidget(part)
     return area
 

@@ -93,6 +93,7 @@ QFrame#side_bar { background: $card; border: none; border-right: 1px solid $line
   border: 2px solid $accent; border-left-width: 4px; padding: 5px 2px 5px 0;
 }
 QFrame#banner { background: $card; border: none; border-top: 1px solid $line; }
+QFrame#guide { background: $card; border: none; border-top: 2px solid $accent; }
 QFrame#banner[class~="note"] { border-left: 6px solid $accent; }
 QFrame#banner[class~="warning"] { border-left: 6px solid $warning; }
 QFrame#banner[class~="failure"] { border-left: 6px solid $bad; }

@@ -43,10 +43,10 @@ from workbench.session.checkpoint import Checkpoint
 
 WIDE = 1166
 """From this width on there are three columns [px]."""
-GAP = 8
+GAP = 6
 GAINS, MIDDLE = 448, 364
 """Least widths at first, where all stand side by side [px]."""
-NARROWEST_GAINS = 400
+NARROWEST_GAINS = 399
 """Width below which sliders are too short to aim, where all stand side by side [px]."""
 SHARES = (0.3, 0.3)
 """Of a wide screen, for gains and response; the rest is for margins and tabs."""
