@@ -1,0 +1,6 @@
+"""Let the tests import the oracles beside them."""
+
+import sys
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parent))
