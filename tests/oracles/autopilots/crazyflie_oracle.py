@@ -24,16 +24,20 @@ DEFAULT_LIMIT = 5000.0
 
 
 class Pid:
-    """pid.c: the integral is clipped, then multiplied; D is on the measurement."""
+    """pid.c: the integral is clipped, then multiplied; D is on the measurement.
 
-    def __init__(self, limit, measured=0.0, cutoff=None):
-        self.limit, self.before, self.cutoff, self.integral = limit, measured, cutoff, 0.0
+    It begins at the first measurement, which the firmware takes to be 0 for rates and velocities.
+    """
+
+    def __init__(self, limit, cutoff=None):
+        self.limit, self.before, self.cutoff, self.integral = limit, None, cutoff, 0.0
         self.delay = [0.0, 0.0]
 
     def update(self, gains, desired, measured, dt, most=0.0, yaw=False):
         """Return the output for gains kp, ki, kd, kff; `most` 0 sets no limit."""
         kp, ki, kd, kff = gains
-        error, delta = desired - measured, self.before - measured
+        before = measured if self.before is None else self.before
+        error, delta = desired - measured, before - measured
         if yaw:
             error, delta = wrapped(error), wrapped(delta)
         slope = delta / dt if self.cutoff is None else self.filtered(delta / dt, dt)
@@ -62,7 +66,8 @@ class Crazyflie:
         self.x, self.y, self.z = (Pid(DEFAULT_LIMIT, cutoff=20.0) for _ in "xyz")
         self.vx, self.vy, self.vz = (Pid(DEFAULT_LIMIT, cutoff=20.0) for _ in "xyz")
         self.rates = Pid(RATE_LIMIT), Pid(RATE_LIMIT), Pid(YAW_RATE_LIMIT)
-        self.attitudes = None
+        self.attitudes = Pid(ROLL_LIMIT), Pid(ROLL_LIMIT), Pid(YAW_LIMIT)
+        self.began = False
         self.desired, self.thrust = np.zeros(3), 0.0
 
     def update(self, motion, wish, dt, elapsed):
@@ -70,11 +75,11 @@ class Crazyflie:
         g = self.g
         attitude = legacy_attitude(motion.R)
         gyro = np.degrees(motion.w) * [1.0, -1.0, 1.0]
-        if self.attitudes is None:
-            limits = ROLL_LIMIT, ROLL_LIMIT, YAW_LIMIT
-            self.attitudes = [Pid(*each) for each in zip(limits, attitude, strict=True)]
+        if self.began:
+            self.desired[2] = wrapped(self.desired[2] + np.degrees(wish.yaw_rate) * dt)
+        else:
             self.desired = attitude.copy()
-        self.desired[2] = wrapped(self.desired[2] + np.degrees(wish.yaw_rate) * dt)
+        self.began = True
         if elapsed[0] > 0.0:
             self.position(motion, wish, np.radians(attitude[2]), elapsed[0])
         names = "roll", "pitch", "yaw"

@@ -4,7 +4,8 @@ Position to thrust vector: src/modules/mc_pos_control/PositionControl. Attitude 
 mc_att_control/AttitudeControl. Rates to torque: lib/rate_control and mc_rate_control. Torque and
 thrust to motors: lib/control_allocation, the pseudo-inverse with sequential desaturation, and
 lib/mixer_module/functions/FunctionMotors. Filters of the gyro: sensors/vehicle_angular_velocity,
-where a low-pass of second order is for the rates and one of first order for their slope.
+where a low-pass of second order is for the rates and one of first order for their slope. All
+filters begin at rest, at the first sample.
 """
 
 import numpy as np
@@ -39,14 +40,19 @@ class Px4:
         self.q_sp, self.thrust_sp, self.yaw_rate_sp = None, 0.0, 0.0
         self.rate_sp, self.rate_int = np.zeros(3), np.zeros(3)
         self.yaw_sp = None
-        self.gyro, self.slope, self.rate_before, self.yaw_torque = None, np.zeros(3), None, 0.0
+        self.gyro, self.slope, self.rate_before, self.yaw_torque = None, np.zeros(3), None, None
         self.unallocated = np.zeros(3)
 
     def update(self, motion, wish, dt, elapsed):
         """Return the wrench; `elapsed` of the attitude's and the position's parts, 0 if not due."""
         R = R_NED_ENU @ motion.R @ R_FRD_FLU
+        self.yaw_rate_sp = -wish.yaw_rate
+        if self.yaw_sp is None:
+            self.yaw_sp = np.arctan2(R[1, 0], R[0, 0])
+        else:  # as the trajectories of its automatic modes: a heading that turns, and its rate
+            self.yaw_sp += self.yaw_rate_sp * dt
         if elapsed[1] > 0.0:
-            self.position(motion, wish, R, elapsed[1])
+            self.position(motion, wish, elapsed[1])
         if elapsed[0] > 0.0:
             self.attitude(R)
         rate, slope = self.filtered(R_FRD_FLU @ motion.w, dt)
@@ -55,7 +61,7 @@ class Px4:
         self.unallocated = self.allocation.unallocated
         return wrench(self.rotors, [*map(self.motor_thrust, self.rotors, motors)])
 
-    def position(self, motion, wish, R, dt):
+    def position(self, motion, wish, dt):
         """Position and velocity in NED to a thrust vector, of that an attitude and a thrust."""
         g = self.g
         p, v, v_dot = (R_NED_ENU @ x for x in (motion.p, motion.v, motion.a))
@@ -94,10 +100,6 @@ class Px4:
         self.v_int = self.v_int + k_i * v_error * dt
         self.v_int[2] = clip(self.v_int[2], self.gravity)
 
-        yaw = np.arctan2(R[1, 0], R[0, 0])
-        self.yaw_rate_sp = -wish.yaw_rate
-        if self.yaw_sp is None or abs(self.yaw_rate_sp) > EPSILON:
-            self.yaw_sp = yaw  # the heading locks where the vehicle ceases to be asked to turn
         self.q_sp = attitude_of(-thrust, self.yaw_sp)
         self.thrust_sp = -np.linalg.norm(thrust)
 
@@ -149,6 +151,8 @@ class Px4:
         factor = np.maximum(0.0, 1.0 - (error / np.radians(400.0)) ** 2)
         most = np.array([g.MC_RR_INT_LIM, g.MC_PR_INT_LIM, g.MC_YR_INT_LIM])
         self.rate_int = clip(self.rate_int + factor * k * i * error * dt, most)
+        if self.yaw_torque is None:
+            self.yaw_torque = torque[2]
         self.yaw_torque = first_order(self.yaw_torque, torque[2], g.MC_YAW_TQ_CUTOFF, dt)
         return np.array([torque[0], torque[1], self.yaw_torque])
 
@@ -170,9 +174,6 @@ class Allocation:
         for i, rotor in enumerate(rotors):
             self.effectiveness[:3, i] = CT * (R_FRD_FLU @ rotor.moment)
             self.effectiveness[5, i] = -CT * rotor.force
-        for row in self.effectiveness:
-            if np.max(np.abs(row)) <= 0.05:
-                row[:] = 0.0
         mix = np.linalg.pinv(self.effectiveness)
         roll, pitch = (
             np.sqrt(np.sum(column**2) / (np.sum(np.abs(column) > 1e-3) / 2.0))
