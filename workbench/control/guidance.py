@@ -155,6 +155,22 @@ FIRST_WALL = BRAKE + 1
 
 
 @register_jitable(forceinline=True)
+def place_weights(setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
+    """Return whether a point is gone to, whether one is held level, and whether a height is: 0, 1.
+
+    Args:
+        setpoint: see `Setpoint`.
+    """
+    v_x, v_y, v_z, _, _, _, _, follow = setpoint.reference
+    _, _, authority, _, hold_xy, hold_z = setpoint.guidance[0:6]
+    if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > STEERING:
+        # a pilot who steers is not pulled back while the mode has yet to notice
+        hold_xy = 0.0
+        hold_z = 0.0
+    return authority * follow, hold_xy, hold_z
+
+
+@register_jitable(forceinline=True)
 def position_error(measured: Any, setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
     """Return the way to the point that is held or gone to, in W [m]; 0 where there is none.
 
@@ -163,13 +179,9 @@ def position_error(measured: Any, setpoint: Any) -> tuple[Scalar, Scalar, Scalar
         setpoint: see `Setpoint`.
     """
     x, y, z = measured.p_WB
-    v_x, v_y, v_z, _, p_x, p_y, p_z, follow = setpoint.reference
-    _, _, authority, _, hold_xy, hold_z, hold_x, hold_y, hold_height = setpoint.guidance[0:BRAKE]
-    if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > STEERING:
-        # a pilot who steers is not pulled back while the mode has yet to notice
-        hold_xy = 0.0
-        hold_z = 0.0
-    follow = authority * follow
+    _, _, _, _, p_x, p_y, p_z, _ = setpoint.reference
+    hold_x, hold_y, hold_height = setpoint.guidance[6:BRAKE]
+    follow, hold_xy, hold_z = place_weights(setpoint)
     return (
         follow * (p_x - x) + hold_xy * (hold_x - x),
         follow * (p_y - y) + hold_xy * (hold_y - y),

@@ -5,6 +5,7 @@ from workbench.common.state import State as State
 from workbench.control.compensator import compensator as compensator
 from workbench.control.controller import Loop as Loop
 from workbench.control.flight_state import attitude_matrix as attitude_matrix
+from workbench.control.guidance import place_weights as place_weights
 from workbench.control.guidance import position_error as position_error
 from workbench.control.guidance import velocity_setpoint as velocity_setpoint
 from workbench.control.law_parts import Scalar as Scalar

@@ -12,7 +12,9 @@ With e of each loop, at 102 Hz the position and velocity loops run
     pitch_d = -clip(PID_vx(v_d - v), ±PLimit),   roll_d = -clip(PID_vy(v_d - v), ±RLimit)
     thrust  = clip(1000 PID_vz(v_d - v) + thrustBase, thrustMin .. 65535)
 
-where the derivative of a velocity passes a low-pass of second order at 20 Hz. At 512 Hz (500 and
+where the derivative of a velocity passes a low-pass of second order at 20 Hz. An axis whose place
+is neither held nor gone to takes the velocity asked for in place of PID_pos; one whose place is
+takes no other velocity, that of a path neither. At 512 Hz (500 and
 100 Hz in the firmware) follow attitude and rate loops, whose outputs are clipped at ±32767:
 
     (p, q, r)_d = PID_att((roll, pitch, yaw)_d - (roll, pitch, yaw))
@@ -45,6 +47,7 @@ from workbench.controllers import (
     clipped,
     gain,
     into_body,
+    place_weights,
     position_error,
     probe3,
     velocity_setpoint,
@@ -348,7 +351,14 @@ def update(
         s_x = clipped(g.posCtlPid_xKp * x + g.posCtlPid_xKi * i_x, OVERHEAD * g.posCtlPid_xVelMax)
         s_y = clipped(g.posCtlPid_yKp * y + g.posCtlPid_yKi * i_y, OVERHEAD * g.posCtlPid_yVelMax)
         s_z = clipped(g.posCtlPid_zKp * z + g.posCtlPid_zKi * i_z, OVERHEAD * climb)
-        back = cos * s_x - sin * s_y, sin * s_x + cos * s_y, s_z
+        path, hold_xy, hold_z = place_weights(setpoint)
+        placed, risen = path + hold_xy, path + hold_z
+        reference = setpoint.reference
+        back = (
+            placed * (cos * s_x - sin * s_y) - path * reference[0],
+            placed * (sin * s_x + cos * s_y) - path * reference[1],
+            risen * s_z - path * reference[2],
+        )
         s_W = velocity_setpoint(back, measured, setpoint, g)
         s_x, s_y, s_z = cos * s_W[0] + sin * s_W[1], cos * s_W[1] - sin * s_W[0], s_W[2]
         e_x, e_y, e_z = s_x - v_x, s_y - v_y, s_z - v_z
