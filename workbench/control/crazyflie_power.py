@@ -31,7 +31,7 @@ CURVE_MAX = 0.12
 """Thrust of a Crazyflie's motor at full scale, for which the curve below stands [N]."""
 CURVE = (-0.02476537915958403, 0.06523793527519485, -0.026792504967750107, 0.006776789303971145)
 """Thrust over the voltage of a motor, propellers 2.1+ [N, N/V, N/V², N/V³]."""
-VOLTAGES = 12
+VOLTAGES = 16
 """Steps of Newton's method to the voltage of a thrust: the curve rises everywhere."""
 MOTORS = ((True, True), (False, True), (False, False), (True, False))
 """Whether each motor, m1 to m4, is ahead, and whether it is at the right."""

@@ -8,6 +8,8 @@ thrust's direction, all loops at 512 Hz (500 Hz in the firmware):
     e_R = (R_dᵀ R - Rᵀ R_d)^v,   e_ω = ω_d - ω
     M = -kR e_R + kw e_ω + ki_m ∫ -e_R + kd_omega de_ω/dt          clipped at ±32000, in 65535ths
 
+Where thrust would be no more than 0, no torque is asked for, and the integrals begin anew.
+
 ψ_d is the yaw, and what the yaw rate adds within an update: while nobody turns it, nothing pulls
 the drone back to a heading. M is torque as the power distribution takes it, with ω in rad/s. The
 firmware has no ½ in e_R, and no derivative of the yaw rate's error.
@@ -171,8 +173,10 @@ def update(
     pitch = clipped(-kR * e_y + kw * e_q + ki * i_pitch + kd * slope_y, MOST_TORQUE)
     yaw = -g.ctrlMel_kR_z * e_z + g.ctrlMel_kw_z * e_r + g.ctrlMel_ki_m_z * i_yaw
     roll, pitch, yaw = probe3((roll, pitch, clipped(yaw, MOST_TORQUE)), TORQUE, loops)
-    if thrust < 0.0:  # the firmware then asks for nothing
+    if thrust <= 0.0:  # the firmware then asks for nothing, and its integrals begin anew
         thrust, roll, pitch, yaw = 0.0 * thrust, 0.0 * roll, 0.0 * pitch, 0.0 * yaw
+        i_x, i_y, i_z = 0.0 * i_x, 0.0 * i_y, 0.0 * i_z
+        i_roll, i_pitch, i_yaw = 0.0 * i_roll, 0.0 * i_pitch, 0.0 * i_yaw
     wrench = power_distribution(thrust, (roll, -pitch, yaw), g, g.vbat * measured.voltage)
     after = (i_x, i_y, i_z, i_roll, i_pitch, i_yaw, w_x, w_y, 1.0 + 0.0 * thrust)
     return wrench, after
