@@ -27,10 +27,20 @@ LEAST_ENTRY = 0.2
 """A motor that a column moves by less than this does not decide how far."""
 YAW_ROOM = 0.15
 """By which yaw may go beyond the full scale, before thrust gives way."""
+SMALL_ENTRY, SMALL_EFFECT = 1e-3, 6.5e-3
+"""Below the first an entry of a column counts as none; the second is that of the pseudo-inverse,
+which PX4 has for thrusts of CA_ROTOR_CT, 6.5 by default."""
+ACHIEVED = 1e-6
+"""Squared torque left over, up to which all that was asked for counts as made."""
+SCALES = ("roll_scale", "pitch_scale", "yaw_scale")
+"""Of torque in a column's unit over moment that a thrust of 1 at each motor makes [1/m]."""
 
 
-def mixing(rotors: Any) -> np.ndarray:
+def mixing(rotors: Any) -> tuple[np.ndarray, list[float]]:
     """Return PX4's normalised columns (n, 4): roll, pitch and yaw in T, and thrust upwards.
+
+    They are the pseudo-inverse over scales, of which those of the torques, `SCALES`, are returned,
+    too.
 
     Args:
         rotors: see `guidance.KnownRotor`.
@@ -41,11 +51,12 @@ def mixing(rotors: Any) -> np.ndarray:
     effects = np.array([[each.m_x, each.m_y, each.m_z, each.force] for each in rotors])
     check_motors(effects, "PX4's allocation")
     mix = np.linalg.pinv(effects.T)
-    largest = np.sqrt((mix[:, :2] ** 2).sum(axis=0) / (len(rotors) / 2.0)).max()
-    mix[:, :2] /= largest
-    mix[:, 2] /= np.abs(mix[:, 2]).max()
-    mix[:, 3] /= np.abs(mix[:, 3]).mean()
-    return mix
+    pairs = (np.abs(mix[:, :2]) > SMALL_EFFECT).sum(axis=0) / 2.0
+    largest = float(np.sqrt((mix[:, :2] ** 2).sum(axis=0) / pairs).max())
+    # PX4 counts yaw downwards, and takes the largest entry of that, whatever the least one is
+    scales = [largest, largest, -float(mix[:, 2].min())]
+    mix /= [*scales, np.abs(mix[:, 3]).mean()]
+    return np.where(np.abs(mix) < SMALL_ENTRY, 0.0, mix), scales
 
 
 @register_jitable(forceinline=True)
@@ -147,27 +158,23 @@ def _within(u: Any) -> Any:
 
 
 @register_jitable(forceinline=True)
-def left_over(u: Any, roll: Any, pitch: Any, yaw: Any, columns: Any) -> Any:
-    """Return the torques that motors with outputs do not make of those asked for (3)."""
-    by_roll, by_pitch, by_yaw, _ = columns
-    return (
-        _unmade(roll - _share(by_roll, u)),
-        _unmade(pitch - _share(by_pitch, u)),
-        _unmade(yaw - _share(by_yaw, u)),
-    )
+def left_over(u: Any, torque: Any, scales: Any, by: Any) -> Any:
+    """Return the torques that motors with outputs do not make of those asked for (3).
 
+    None where they are so small in all that PX4 counts them as made.
 
-@register_jitable(forceinline=True)
-def _share(column: Any, u: Any) -> Any:
-    """Return how much of a column outputs have, by least squares."""
-    made, size = 0.0 * u[0], 0.0 * column[0]
-    for i in range(8):
-        made = made + column[i] * u[i]
-        size = size + column[i] * column[i]
-    return made / size
-
-
-@register_jitable(forceinline=True)
-def _unmade(x: Any) -> Any:
-    """Return what is more than rounding."""
-    return x if x > 1e-7 or x < -1e-7 else 0.0 * x
+    Args:
+        u: outputs of eight motors.
+        torque: roll, pitch and yaw that were asked for.
+        scales: see `SCALES`.
+        by: see `motor_columns.effects`.
+    """
+    _, by_x, by_y, by_z = by
+    x, y, z = torque
+    for i in range(MOST):
+        x = x - scales[0] * by_x[i] * u[i]
+        y = y - scales[1] * by_y[i] * u[i]
+        z = z - scales[2] * by_z[i] * u[i]
+    if x * x + y * y + z * z < ACHIEVED:
+        return 0.0 * x, 0.0 * y, 0.0 * z
+    return x, y, z

@@ -16,7 +16,8 @@ those of the world and the body, z up, in which the same equations hold. By comp
     dI_rate/dt = max(0, 1 - (e / 400°/s)²) K I e,  within INT_LIM; e does not drive it beyond what
                  the allocation left over
 
-ω has passed IMU_GYRO_CUTOFF, and dω/dt IMU_DGYRO_CUTOFF besides; yaw torque MC_YAW_TQ_CUTOFF.
+ω has passed IMU_GYRO_CUTOFF, of second order, and dω/dt IMU_DGYRO_CUTOFF besides, of first order
+as MC_YAW_TQ_CUTOFF of the yaw torque.
 Motors follow from τ and F, see `control/px4_allocation.py`; with m of them, a signal x gives the
 thrust share THR_MDL_FAC x² + (1 - THR_MDL_FAC) x, and a speed controller turns x into a speed
 between SIM_GZ_EC_MIN and SIM_GZ_EC_MAX. Rates: 512, 256 and 102 Hz, for 400, 250 and 50 to 100.
@@ -30,7 +31,13 @@ from typing import Any
 
 import numpy as np
 
-from workbench.control.firmware_filters import COEFFICIENTS, butterworth, filtered, first_order
+from workbench.control.firmware_filters import (
+    COEFFICIENTS,
+    butterworth,
+    filtered,
+    first_order,
+    towards,
+)
 from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.control.motor_columns import (
     MOST,
@@ -40,7 +47,7 @@ from workbench.control.motor_columns import (
     effects,
     with_motor,
 )
-from workbench.control.px4_allocation import allocated, left_over, mixing
+from workbench.control.px4_allocation import SCALES, allocated, left_over, mixing
 from workbench.control.quaternions import canonical, inverse, product, shortest, unit, upright
 from workbench.controllers import (
     GRAVITY,
@@ -66,6 +73,8 @@ REDUCED = 400.0 * RADIANS
 """Error of a rate at which its integral stops to grow [rad/s]."""
 LEAST_WEIGHT = 1e-4
 TINY = 1e-12
+UNMADE = 1.2e-7
+"""FLT_EPSILON: of less torque left over an integral takes no notice."""
 
 _RP = (0.0, 10.0)
 PARAMETERS = (
@@ -134,8 +143,7 @@ MEMORY = tuple(
         ("gyro_1", "rad/s", "xyz"),
         ("gyro_2", "rad/s", "xyz"),
         ("rate_before", "rad/s", "xyz"),
-        ("slope_1", "rad/s^2", "xyz"),
-        ("slope_2", "rad/s^2", "xyz"),
+        ("slope", "rad/s^2", "xyz"),
         ("left_over", "1", "xyz"),
     )
     for axis in axes
@@ -182,7 +190,9 @@ LOOPS = (
 
 DESIGNED = (
     *NAMES,
-    *(f"{of}_{name}" for of in ("gyro", "slope") for name in COEFFICIENTS),
+    *SCALES,
+    *(f"gyro_{name}" for name in COEFFICIENTS),
+    "slope_share",
     "cos_tilt",
     "sin_tilt",
     "yaw_share",
@@ -194,10 +204,12 @@ DESIGNED = (
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
     """Return the allocation's columns, filters, limits, and the thrust of a speed."""
     tilt = g.MPC_TILTMAX_AIR * RADIANS
+    mix, scales = mixing(vehicle.rotors)
     return [
-        *column_numbers(vehicle.rotors, mixing(vehicle.rotors)),
+        *column_numbers(vehicle.rotors, mix),
+        *scales,
         *butterworth(g.IMU_GYRO_CUTOFF, dt),
-        *butterworth(g.IMU_DGYRO_CUTOFF, dt),
+        first_order(g.IMU_DGYRO_CUTOFF, dt),
         math.cos(tilt),
         math.sin(tilt),
         first_order(g.MC_YAW_TQ_CUTOFF, dt),
@@ -264,9 +276,9 @@ def grown(integral: Any, e: Any, left: Any, slope: Any, most: Any, dt: float) ->
         most: its limit.
         dt: since the update before [s].
     """
-    if left > TINY and e > 0.0:
+    if left > UNMADE and e > 0.0:
         e = 0.0 * e
-    if left < -TINY and e < 0.0:
+    if left < -UNMADE and e < 0.0:
         e = 0.0 * e
     share = 1.0 - e * e / (REDUCED * REDUCED)
     if share < 0.0:
@@ -337,7 +349,8 @@ def update(
         most = g.MPC_THR_MAX * g.MPC_THR_MAX
         level = t_x * t_x + t_y * t_y
         margin = g.MPC_THR_XY_MARG * g.MPC_THR_XY_MARG
-        highest = (most - (level if level < margin else margin)) ** 0.5
+        room = most - (level if level < margin else margin)
+        highest = room**0.5 if room > 0.0 else 0.0 * room  # THR_MAX may be below THR_XY_MARG
         if t_z > highest:
             t_z = highest
         rest = most - t_z * t_z
@@ -376,18 +389,15 @@ def update(
     low = (g.gyro_b0, g.gyro_b1, g.gyro_b2, g.gyro_a1, g.gyro_a2)
     (p, q_, r), now = filtered(w, one, two, low)
     gyro = (*now, *one)
-    one, two = (m.slope_1_x, m.slope_1_y, m.slope_1_z), (m.slope_2_x, m.slope_2_y, m.slope_2_z)
     slope = ((p - before[0]) / dt, (q_ - before[1]) / dt, (r - before[2]) / dt)
-    low = (g.slope_b0, g.slope_b1, g.slope_b2, g.slope_a1, g.slope_a2)
-    (alpha_x, alpha_y, alpha_z), now = filtered(slope, one, two, low)
-    slopes = (*now, *one)
+    alpha = towards((m.slope_x, m.slope_y, m.slope_z), slope, g.slope_share)
 
     # rate control
     e_x, e_y, e_z = probe3((r_x - p, r_y - q_, r_z - r), RATE, loops)
     k_x, k_y, k_z = g.MC_ROLLRATE_K, g.MC_PITCHRATE_K, g.MC_YAWRATE_K
-    roll = k_x * g.MC_ROLLRATE_P * e_x + m.i_rate_x - k_x * g.MC_ROLLRATE_D * alpha_x
-    pitch = k_y * g.MC_PITCHRATE_P * e_y + m.i_rate_y - k_y * g.MC_PITCHRATE_D * alpha_y
-    yaw = k_z * g.MC_YAWRATE_P * e_z + m.i_rate_z - k_z * g.MC_YAWRATE_D * alpha_z
+    roll = k_x * g.MC_ROLLRATE_P * e_x + m.i_rate_x - k_x * g.MC_ROLLRATE_D * alpha[0]
+    pitch = k_y * g.MC_PITCHRATE_P * e_y + m.i_rate_y - k_y * g.MC_PITCHRATE_D * alpha[1]
+    yaw = k_z * g.MC_YAWRATE_P * e_z + m.i_rate_z - k_z * g.MC_YAWRATE_D * alpha[2]
     roll = roll + g.MC_ROLLRATE_FF * r_x
     pitch = pitch + g.MC_PITCHRATE_FF * r_y
     yaw = yaw + g.MC_YAWRATE_FF * r_z
@@ -401,7 +411,8 @@ def update(
     # allocation and motors
     mix, by = columns(g), effects(g)
     u = allocated((roll, pitch, yaw, thrust), g.MC_AIRMODE, mix)
-    left = left_over(u, roll, pitch, yaw, mix)
+    scales = g.roll_scale, g.pitch_scale, g.yaw_scale
+    left = left_over(u, (roll, pitch, yaw), scales, by)
     none = 0.0 * thrust
     wrench = (none, none, none, none)
     for i in range(MOST):
@@ -409,7 +420,7 @@ def update(
         speed = g.SIM_GZ_EC_MIN + (g.SIM_GZ_EC_MAX - g.SIM_GZ_EC_MIN) * signal
         wrench = with_motor(wrench, i, g.motor_constant * speed * (speed + g.linear_speed), by)
     outer = (i_x, i_y, i_z, *q_d, r_x, r_y, r_z, i_p, i_q, i_r)
-    inner = (*gyro, p, q_, r, *slopes, *left)
+    inner = (*gyro, p, q_, r, *alpha, *left)
     return wrench, (*outer, *inner, thrust, smooth, yaw_sp, 1.0 + none)
 
 
@@ -432,7 +443,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     least = IDLE * fastest
     signals = (frame.hover_speeds - least) / (fastest - least)
     rotors = known_vehicle(law_constants(vehicle)).rotors
-    mix = mixing(rotors)
+    mix, _ = mixing(rotors)
     linear = np.array([each.linear_speed for each in rotors])
     constants = np.array([each.motor_constant for each in rotors])
     slopes = constants * (2.0 * frame.hover_speeds + linear) * (fastest - least)
