@@ -1,0 +1,180 @@
+"""Betaflight's angle and rate mode (the 4.6.0 snapshot), written anew from its sources.
+
+Sources: src/main/flight/pid.c, pid_init.c, mixer.c, mixer_init.c, common/filter.c, sensors/gyro.c.
+Rates are in deg/s, of roll to the right, pitch nose down and yaw to the left: the signs of FLU.
+Throttle and motors are shares; gains are the whole numbers of its CLI. In a loop first the PID
+runs, then the mixer, which tells the next PID what throttle does to it.
+
+Left out as the law leaves it out: sticks and what smooths them, so a feed-forward is the slope of
+the setpoint, and none in angle mode; the first climb's attenuation at low throttle.
+"""
+
+import numpy as np
+from motion import clip, thrust_at, wrench
+
+PTERM, ITERM, DTERM, FEEDFORWARD = 0.032029, 0.244381, 0.000529, 0.013754 * 0.01
+PT2, PT3 = 1.553773974, 1.961459177
+AXES = "roll", "pitch", "yaw"
+MIXER = ((-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (1.0, -1.0, -1.0))
+"""Roll, pitch and yaw of the motors at rear right, front right, rear left and front left."""
+
+
+class Pt:
+    """A cascade of `order` filters of first order, which begins at a value."""
+
+    def __init__(self, order, value=0.0):
+        self.states = [value] * order
+
+    def apply(self, sample, cutoff, dt):
+        """Return the output after a sample; a cut-off of 0 Hz lets it pass."""
+        if cutoff <= 0.0:
+            return sample
+        omega = 2.0 * np.pi * cutoff * (1.0, PT2, PT3)[len(self.states) - 1] * dt
+        for i, state in enumerate(self.states):
+            sample = self.states[i] = state + omega / (omega + 1.0) * (sample - state)
+        return sample
+
+
+class Betaflight:
+    """PID and mixer of one vehicle, with its parameters `g`."""
+
+    def __init__(self, g, vehicle):
+        self.g, self.vehicle = g, vehicle
+        self.began, self.throttle = False, 0.0
+        self.angle, self.yaw_setpoint = np.zeros(2), 0.0
+        self.integral, self.gravity, self.tpa = np.zeros(3), 0.0, 1.0
+        self.attitude = Pt(3, np.zeros(2))
+        self.range, self.boost = [Pt(2) for _ in AXES], [Pt(2, 1.0) for _ in AXES]
+        self.yaw_p, self.anti_gravity = Pt(1), Pt(2)
+
+    def begin(self, gyro, setpoint, throttle):
+        """Let all filters rest at their first samples."""
+        self.began = True
+        self.gyro_2, self.gyro_1 = Pt(1, gyro), Pt(1, gyro)
+        self.d_1, self.d_2, self.d_before = Pt(1, gyro), Pt(1, gyro), gyro
+        self.relax, self.setpoint = [Pt(1, each) for each in setpoint], setpoint
+        self.throttle = self.throttle_before = throttle
+        self.throttle_slow = Pt(1, throttle)
+
+    def loop(self, gyro, angles, targets, yaw_rate, throttle, dt):
+        """Return the motors' thrusts: angle mode, with angles and targets of roll and pitch [deg].
+
+        `yaw_rate` [deg/s] is of the setpoint; in rate mode `targets` are rates [deg/s].
+        """
+        g = self.g
+        if g.acro > 0.5:
+            setpoint = np.array([*targets, yaw_rate])
+        else:
+            setpoint = self.level(angles, targets, yaw_rate, dt)
+        if not self.began:
+            self.begin(gyro, setpoint, throttle)
+        share = self.throttle  # of the loop before
+        gyro = self.gyro_2.apply(gyro, g.gyro_lpf2_static_hz, dt)
+        gyro = self.gyro_1.apply(gyro, dynamic(g, "gyro_lpf1", share), dt)
+        slow = self.d_1.apply(gyro, dynamic(g, "dterm_lpf1", share), dt)
+        slow = self.d_2.apply(slow, g.dterm_lpf2_static_hz, dt)
+        slope, self.d_before = (self.d_before - slow) / dt, slow
+        sums = [self.axis(i, setpoint[i], gyro[i], slope[i], dt) for i in range(3)]
+        self.setpoint = setpoint
+        return self.mix(sums, throttle, dt)
+
+    def level(self, angles, targets, yaw_rate, dt):
+        """pidLevel: return setpoints of the rates; yaw turns about the world's z."""
+        g = self.g
+        earth = 0.01 * g.angle_earth_ref
+        targets = clip(np.asarray(targets), g.angle_limit)
+        rate = (targets - angles) * 0.1 * g.angle_p_gain
+        rate[0] -= self.yaw_setpoint * np.sin(np.radians(self.angle[1])) * earth
+        rate[1] += self.yaw_setpoint * np.sin(np.radians(targets[0])) * earth
+        self.angle, self.yaw_setpoint = targets, yaw_rate
+        rate = self.attitude.apply(rate, 50.0, dt)
+        yaw = yaw_rate * np.cos(np.radians(earth * np.max(np.abs(targets))))
+        return np.array([*rate, yaw])
+
+    def axis(self, i, setpoint, gyro, slope, dt):
+        """Return the sum of an axis, clipped, in thousandths of the motors' range."""
+        g, name = self.g, AXES[i]
+        p, i_gain, d, f = (getattr(g, f"{term}_{name}") for term in "pidf")
+        d_max = getattr(g, f"d_max_{name}")
+        yaw, angle_mode = i == 2, g.acro < 0.5
+        most = g.pidsum_limit_yaw if yaw else g.pidsum_limit
+        error = setpoint - gyro
+
+        smooth = self.relax[i].apply(setpoint, g.iterm_relax_cutoff, dt)
+        threshold = 8.0 if angle_mode else 40.0
+        relaxed = 1.0 if yaw else max(0.0, 1.0 - abs(setpoint - smooth) / threshold)
+
+        p_term = PTERM * p * error
+        if yaw:
+            p_term = self.yaw_p.apply(p_term, g.yaw_lowpass_hz, dt)
+        accelerator = 0.0 if yaw else 0.34 * self.gravity
+        growth = (ITERM * i_gain * (2.5 if yaw else 1.0) + accelerator) * error * relaxed * dt
+        self.integral[i] = clip(self.integral[i] + growth, 0.01 * g.iterm_windup * most)
+
+        delta = 0.0 if angle_mode and not yaw else (setpoint - self.setpoint[i]) / dt
+        multiplier = 1.0
+        if d > 0.0 and d_max > d:
+            quick = abs(self.range[i].apply(slope, 85.0, dt)) * 0.00008 * g.d_max_gain / 35.0
+            ahead = abs(delta) * 0.00008 * g.d_max_gain * 0.01 * g.d_max_advance / 35.0
+            multiplier = 1.0 + (d_max / d - 1.0) * max(quick, ahead)
+            multiplier = min(self.boost[i].apply(multiplier, 35.0, dt), d_max / d)
+        d_term = DTERM * d * slope * multiplier * self.tpa
+        if not yaw:
+            calm = max(abs(setpoint) / 50.0, 1.0)
+            p_term *= 1.0 + self.gravity / calm * 0.01 * g.anti_gravity_p_gain * 0.0034
+        return clip(p_term + self.integral[i] + d_term + FEEDFORWARD * f * delta, most)
+
+    def mix(self, sums, throttle, dt):
+        """mixTable: return the motors' thrusts, and keep what throttle does to the next loop."""
+        g = self.g
+        self.attend(throttle, dt)
+        roll, pitch, yaw = np.array(sums) / 1000.0
+        slow = self.throttle_slow.apply(throttle, g.throttle_boost_cutoff, dt)
+        if g.throttle_boost > 0.0:
+            throttle = min(max(throttle + 0.1 * g.throttle_boost * (throttle - slow), 0.0), 1.0)
+        linear = 0.01 * g.thrust_linear
+        throttle /= 1.0 + (linear - 0.5 * linear**2) * (1.0 - throttle) ** 2
+
+        rotors, sense = in_order(self.vehicle.rotors)
+        mix = np.array(MIXER) @ [roll, pitch, -sense * yaw]
+        high, low = max(np.max(mix), 0.0), min(np.min(mix), 0.0)
+        scale = 0.5 + throttle if g.airmode < 0.5 and throttle < 0.5 else 1.0
+        scale /= max(high - low, 1.0)
+        throttle = min(max(throttle, -low * scale), 1.0 - high * scale)
+        u = mix * scale + throttle
+        u = u * (1.0 + linear * (1.0 - u) ** 2)
+        idle = 1e-4 * g.motor_idle
+        signals = np.clip(idle + (1.0 - idle) * u, idle, 1.0)
+        thrusts = [thrust_at(r, g.motor_speed * x) for r, x in zip(rotors, signals, strict=True)]
+        return wrench(rotors, thrusts)
+
+    def attend(self, throttle, dt):
+        """Keep throttle, and what anti-gravity and the attenuation of D make of it."""
+        g = self.g
+        slope = abs(throttle - self.throttle_before) / dt * (1.0 - throttle) ** 2
+        if throttle > self.throttle_before:
+            slope *= 0.5 * (1.0 - throttle)
+        smooth = self.anti_gravity.apply(slope, g.anti_gravity_cutoff_hz, dt)
+        self.gravity = smooth * g.anti_gravity_gain
+        breakpoint_ = min((g.tpa_breakpoint - 1000.0) / 1000.0, 0.99)
+        rate = 0.01 * g.tpa_rate / (1.0 - breakpoint_)
+        self.tpa = 1.0 - rate * max(throttle - breakpoint_, 0.0)
+        self.throttle = self.throttle_before = throttle
+
+
+def dynamic(g, name, throttle):
+    """dynLpfCutoffFreq: return a cut-off that rises with throttle [Hz]."""
+    low, high, expo = (getattr(g, f"{name}_dyn_{end}") for end in ("min_hz", "max_hz", "expo"))
+    curve = throttle * (1.0 - throttle) * 0.1 * expo + throttle
+    return low + (high - low) * curve
+
+
+def in_order(rotors):
+    """Return the rotors in Betaflight's order; and 1 where the front right one turns left.
+
+    Else `yaw_motors_reversed` is set.
+    """
+    signs = [(rotor.moment[0] > 0.0, rotor.moment[1] > 0.0) for rotor in rotors]
+    corners = [(False, True), (False, False), (True, True), (True, False)]
+    ordered = [rotors[signs.index(corner)] for corner in corners]
+    return ordered, 1.0 if ordered[1].moment[2] < 0.0 else -1.0
