@@ -3,10 +3,13 @@
 Sources: src/main/flight/pid.c, pid_init.c, mixer.c, mixer_init.c, common/filter.c, sensors/gyro.c.
 Rates are in deg/s, of roll to the right, pitch nose down and yaw to the left: the signs of FLU.
 Throttle and motors are shares; gains are the whole numbers of its CLI. In a loop first the PID
-runs, then the mixer, which tells the next PID what throttle does to it.
+runs, then the mixer, which tells the next PID, 0.125 ms later, what throttle does to it; the law
+has longer updates, and takes that of the same one. So it is with the targets of angles.
 
 Left out as the law leaves it out: sticks and what smooths them, so a feed-forward is the slope of
-the setpoint, and none in angle mode; the first climb's attenuation at low throttle.
+the setpoint, and none in angle mode; the first climb's attenuation at low throttle. Shares of the
+mixer are those of the rotors' moments, which are QUADX for four in X. `outer` is no part of
+Betaflight: it is the law's loop of position and velocity, from its description.
 """
 
 import numpy as np
@@ -15,8 +18,9 @@ from motion import clip, thrust_at, wrench
 PTERM, ITERM, DTERM, FEEDFORWARD = 0.032029, 0.244381, 0.000529, 0.013754 * 0.01
 PT2, PT3 = 1.553773974, 1.961459177
 AXES = "roll", "pitch", "yaw"
-MIXER = ((-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (1.0, -1.0, -1.0))
+QUADX = ((-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (1.0, -1.0, -1.0))
 """Roll, pitch and yaw of the motors at rear right, front right, rear left and front left."""
+G = 9.81
 
 
 class Pt:
@@ -40,12 +44,51 @@ class Betaflight:
 
     def __init__(self, g, vehicle):
         self.g, self.vehicle = g, vehicle
-        self.began, self.throttle = False, 0.0
-        self.angle, self.yaw_setpoint = np.zeros(2), 0.0
+        self.began, self.wanted, self.yaw_p = False, 0.0, None
+        self.targets, self.outer_integral = np.zeros(2), np.zeros(3)
         self.integral, self.gravity, self.tpa = np.zeros(3), 0.0, 1.0
         self.attitude = Pt(3, np.zeros(2))
         self.range, self.boost = [Pt(2) for _ in AXES], [Pt(2, 1.0) for _ in AXES]
-        self.yaw_p, self.anti_gravity = Pt(1), Pt(2)
+        self.anti_gravity = Pt(2)
+        moments = np.array([rotor.moment for rotor in vehicle.rotors])
+        self.shares = moments / np.max(np.abs(moments), axis=0)
+
+    def update(self, motion, wish, dt, elapsed):
+        """Return the wrench; `elapsed` of the outer loop, 0 if it is not due."""
+        R = motion.R
+        heading = np.arctan2(R[1, 0], R[0, 0])
+        angles = np.degrees([np.arctan2(R[2, 1], R[2, 2]), -np.arcsin(np.clip(R[2, 0], -1, 1))])
+        if elapsed[0] > 0.0:
+            self.outer(motion, wish, heading, elapsed[0])
+        targets = self.targets
+        if self.g.acro > 0.5:
+            targets = self.g.outer_p_angle * (targets - angles)
+        gyro = np.degrees(motion.w)
+        thrusts = self.loop(gyro, angles, targets, np.degrees(wish.yaw_rate), dt)
+        return wrench(self.vehicle.rotors, thrusts)
+
+    def outer(self, motion, wish, heading, dt):
+        """Make angles and a throttle of place and velocity."""
+        g = self.g
+        holds = np.array([wish.holds_xy, wish.holds_xy, wish.holds_z])
+        back = [g.outer_p_position, g.outer_p_position, g.outer_p_height]
+        error = wish.v + back * (wish.p - motion.p) * holds - motion.v
+        p = np.array([g.outer_p_velocity, g.outer_p_velocity, g.outer_p_climb])
+        i = np.array([g.outer_i_velocity, g.outer_i_velocity, g.outer_i_climb])
+        a = p * error + self.outer_integral + wish.a
+        level = a[:2] * min(1.0, G * np.tan(g.max_tilt) / max(np.linalg.norm(a[:2]), 1e-12))
+        fore = np.cos(heading) * level[0] + np.sin(heading) * level[1]
+        left = np.cos(heading) * level[1] - np.sin(heading) * level[0]
+        pitch, roll = np.arctan2(fore, G), np.arctan2(-left, np.hypot(fore, G))
+        self.targets = clip(np.degrees([roll, pitch]), g.angle_limit)
+        lift = (1.0 + a[2] / G) * np.hypot(np.linalg.norm(level), G) / G
+        idle = 1e-4 * g.motor_idle
+        signal = (idle + (1.0 - idle) * g.outer_hover) * np.sqrt(max(lift, 1e-3))
+        wanted = (signal - idle) / (1.0 - idle)
+        self.wanted = min(max(wanted, 0.0), 1.0)
+        missing = np.array([*(a[:2] - level), wanted - self.wanted])
+        grown = self.outer_integral + i * error * dt
+        self.outer_integral = np.where(missing * error > 0.0, self.outer_integral, grown)
 
     def begin(self, gyro, setpoint, throttle):
         """Let all filters rest at their first samples."""
@@ -53,10 +96,10 @@ class Betaflight:
         self.gyro_2, self.gyro_1 = Pt(1, gyro), Pt(1, gyro)
         self.d_1, self.d_2, self.d_before = Pt(1, gyro), Pt(1, gyro), gyro
         self.relax, self.setpoint = [Pt(1, each) for each in setpoint], setpoint
-        self.throttle = self.throttle_before = throttle
+        self.throttle_before = throttle
         self.throttle_slow = Pt(1, throttle)
 
-    def loop(self, gyro, angles, targets, yaw_rate, throttle, dt):
+    def loop(self, gyro, angles, targets, yaw_rate, dt):
         """Return the motors' thrusts: angle mode, with angles and targets of roll and pitch [deg].
 
         `yaw_rate` [deg/s] is of the setpoint; in rate mode `targets` are rates [deg/s].
@@ -67,8 +110,9 @@ class Betaflight:
         else:
             setpoint = self.level(angles, targets, yaw_rate, dt)
         if not self.began:
-            self.begin(gyro, setpoint, throttle)
-        share = self.throttle  # of the loop before
+            self.begin(gyro, setpoint, self.wanted)
+        share = self.wanted
+        self.attend(share, dt)
         gyro = self.gyro_2.apply(gyro, g.gyro_lpf2_static_hz, dt)
         gyro = self.gyro_1.apply(gyro, dynamic(g, "gyro_lpf1", share), dt)
         slow = self.d_1.apply(gyro, dynamic(g, "dterm_lpf1", share), dt)
@@ -76,7 +120,7 @@ class Betaflight:
         slope, self.d_before = (self.d_before - slow) / dt, slow
         sums = [self.axis(i, setpoint[i], gyro[i], slope[i], dt) for i in range(3)]
         self.setpoint = setpoint
-        return self.mix(sums, throttle, dt)
+        return self.mix(sums, share, dt)
 
     def level(self, angles, targets, yaw_rate, dt):
         """pidLevel: return setpoints of the rates; yaw turns about the world's z."""
@@ -84,9 +128,8 @@ class Betaflight:
         earth = 0.01 * g.angle_earth_ref
         targets = clip(np.asarray(targets), g.angle_limit)
         rate = (targets - angles) * 0.1 * g.angle_p_gain
-        rate[0] -= self.yaw_setpoint * np.sin(np.radians(self.angle[1])) * earth
-        rate[1] += self.yaw_setpoint * np.sin(np.radians(targets[0])) * earth
-        self.angle, self.yaw_setpoint = targets, yaw_rate
+        rate[0] -= yaw_rate * np.sin(np.radians(targets[1])) * earth
+        rate[1] += yaw_rate * np.sin(np.radians(targets[0])) * earth
         rate = self.attitude.apply(rate, 50.0, dt)
         yaw = yaw_rate * np.cos(np.radians(earth * np.max(np.abs(targets))))
         return np.array([*rate, yaw])
@@ -106,6 +149,7 @@ class Betaflight:
 
         p_term = PTERM * p * error
         if yaw:
+            self.yaw_p = self.yaw_p or Pt(1, p_term)
             p_term = self.yaw_p.apply(p_term, g.yaw_lowpass_hz, dt)
         accelerator = 0.0 if yaw else 0.34 * self.gravity
         growth = (ITERM * i_gain * (2.5 if yaw else 1.0) + accelerator) * error * relaxed * dt
@@ -125,9 +169,8 @@ class Betaflight:
         return clip(p_term + self.integral[i] + d_term + FEEDFORWARD * f * delta, most)
 
     def mix(self, sums, throttle, dt):
-        """mixTable: return the motors' thrusts, and keep what throttle does to the next loop."""
+        """mixTable: return the motors' thrusts."""
         g = self.g
-        self.attend(throttle, dt)
         roll, pitch, yaw = np.array(sums) / 1000.0
         slow = self.throttle_slow.apply(throttle, g.throttle_boost_cutoff, dt)
         if g.throttle_boost > 0.0:
@@ -135,8 +178,7 @@ class Betaflight:
         linear = 0.01 * g.thrust_linear
         throttle /= 1.0 + (linear - 0.5 * linear**2) * (1.0 - throttle) ** 2
 
-        rotors, sense = in_order(self.vehicle.rotors)
-        mix = np.array(MIXER) @ [roll, pitch, -sense * yaw]
+        mix = self.shares @ [roll, pitch, yaw]
         high, low = max(np.max(mix), 0.0), min(np.min(mix), 0.0)
         scale = 0.5 + throttle if g.airmode < 0.5 and throttle < 0.5 else 1.0
         scale /= max(high - low, 1.0)
@@ -145,8 +187,8 @@ class Betaflight:
         u = u * (1.0 + linear * (1.0 - u) ** 2)
         idle = 1e-4 * g.motor_idle
         signals = np.clip(idle + (1.0 - idle) * u, idle, 1.0)
-        thrusts = [thrust_at(r, g.motor_speed * x) for r, x in zip(rotors, signals, strict=True)]
-        return wrench(rotors, thrusts)
+        speeds = g.motor_speed * signals
+        return [thrust_at(r, w) for r, w in zip(self.vehicle.rotors, speeds, strict=True)]
 
     def attend(self, throttle, dt):
         """Keep throttle, and what anti-gravity and the attenuation of D make of it."""
@@ -159,7 +201,7 @@ class Betaflight:
         breakpoint_ = min((g.tpa_breakpoint - 1000.0) / 1000.0, 0.99)
         rate = 0.01 * g.tpa_rate / (1.0 - breakpoint_)
         self.tpa = 1.0 - rate * max(throttle - breakpoint_, 0.0)
-        self.throttle = self.throttle_before = throttle
+        self.throttle_before = throttle
 
 
 def dynamic(g, name, throttle):
@@ -167,14 +209,3 @@ def dynamic(g, name, throttle):
     low, high, expo = (getattr(g, f"{name}_dyn_{end}") for end in ("min_hz", "max_hz", "expo"))
     curve = throttle * (1.0 - throttle) * 0.1 * expo + throttle
     return low + (high - low) * curve
-
-
-def in_order(rotors):
-    """Return the rotors in Betaflight's order; and 1 where the front right one turns left.
-
-    Else `yaw_motors_reversed` is set.
-    """
-    signs = [(rotor.moment[0] > 0.0, rotor.moment[1] > 0.0) for rotor in rotors]
-    corners = [(False, True), (False, False), (True, True), (True, False)]
-    ordered = [rotors[signs.index(corner)] for corner in corners]
-    return ordered, 1.0 if ordered[1].moment[2] < 0.0 else -1.0

@@ -9,6 +9,8 @@ from collections import namedtuple
 
 import numpy as np
 import pytest
+from ardupilot_oracle import ArduPilot
+from betaflight_oracle import Betaflight
 from crazyflie_oracle import Crazyflie
 from mellinger_oracle import Mellinger
 from motion import Motion, Rotor, Wish, matrix, quaternion
@@ -31,9 +33,16 @@ LENGTH = 100
 ORACLES = {
     "px4": (lambda g, vehicle: Px4(g, vehicle, GRAVITY), ("quad", "uneven", "hexacopter")),
     "crazyflie": (Crazyflie, ("quad", "uneven", "other way")),
+    "ardupilot": (
+        lambda g, vehicle: ArduPilot(g, vehicle, GRAVITY),
+        ("quad", "uneven", "hexacopter"),
+    ),
+    "betaflight": (Betaflight, ("quad", "uneven", "hexacopter", "other way")),
     "mellinger": (Mellinger, ("quad", "uneven", "other way")),
 }
 SWITCHES = {"MC_AIRMODE": (0.0, 1.0, 2.0), "MC_ACC_DECOUPLE": (0.0, 1.0)}
+SWITCHES |= {"acro": (0.0, 1.0), "airmode": (0.0, 1.0)}
+SWITCHES |= {"ATC_RATE_FF_ENAB": (0.0, 1.0), "ATC_ANGLE_BOOST": (0.0, 1.0)}
 OPEN = {"max_speed": 1e4, "max_climb_rate": 1e4, "max_height": 1e6, "max_tilt": 1.2}
 OPEN |= {"max_yaw_rate": 1e3, "spin_up_feedforward": 0.0}
 """The workbench's own limits stand before every law: here they let all pass."""
@@ -96,9 +105,10 @@ def flown(law, oracle, g, vehicle, rng):
     memory, dt = remembered(*law.initial_memory), law.period
     body = Body(*vehicle[:-1])
     ours, theirs, wish = [], [], None
+    every = max(law.dividers, default=1)  # what is asked for changes where all parts are told
     for number, motion in enumerate(motions(rng, dt)):
         elapsed = tuple(n * dt if number % n == 0 else 0.0 for n in law.dividers)
-        if number % 5 == 0 and (wish is None or rng.random() < 0.2):
+        if number % every == 0 and (wish is None or rng.random() < 0.2):
             wish, asked = drawn_wish(motion, rng)
         q = quaternion(motion.R) * rng.uniform(0.5, 2.0)
         rest = rng.normal(size=3), rng.normal(size=4)
