@@ -30,6 +30,8 @@ from workbench.control.motor_columns import MOST, moment_shares
 
 LARGEST = 0.5
 """Factor of the motor that turns the vehicle most."""
+ROUNDING = 1e-12
+"""Shares that reach past an end by less are not cut: yaw, cut to end there, ends there nearly."""
 LINEAR = 1e-6
 """A smaller expo is none."""
 
@@ -95,19 +97,19 @@ def mixed(wanted: Any, average: Any, headroom: Any, factors: Any) -> tuple[Any, 
         low = s if s < low else low
         high = s if s > high else high
     scale = 1.0 + 0.0 * roll
-    if high - low > 1.0:
+    if high - low > 1.0 + ROUNDING:
         scale = 1.0 / (high - low)
-    if average + low < 0.0 and -average / low < scale:
+    if average + low < -ROUNDING and -average / low < scale:
         scale = -average / low
     low, high = scale * low, scale * high
     raised = throttle + low
     if scale < 1.0:
         cut, cut_yaw = 1.0 + 0.0 * roll, 1.0 + 0.0 * roll
-        most = 1.0 + 0.0 * roll if raised > 0.0 else most
+        most = 1.0 + 0.0 * roll if raised > ROUNDING else most
         raised = 0.0 * raised
     elif raised < 0.0:
         raised = 0.0 * raised
-    elif raised > 1.0 - high + low:
+    elif raised > 1.0 - high + low + ROUNDING:
         raised, most = 1.0 - high + low, 1.0 + 0.0 * roll
     base = raised - low
     columns = (by_roll, by_pitch, by_yaw, by_throttle)

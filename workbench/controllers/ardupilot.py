@@ -10,7 +10,7 @@ All runs at 512 Hz, in ArduPilot at its main loop's 400. LPF_f is a low-pass of 
     v_sp = sqrtP(p_sp - p; POS_P, WP_ACC) + v_ff     level along the error; within WP_SPD
     e_f  = LPF_FLTE(v_sp - v),   a_sp = VEL_P e_f + I + VEL_D LPF_FLTD(de_f/dt) + a_ff
     |a_sp| level <= g tan(ATC_ANGLE_MAX); while it is cut, I may not grow towards it
-    thr  = PID_ACC(a_sp - a) + MOT_THST_HOVER,       of height; F = thr / cos(tilt asked for), 2 Hz
+    thr  = PID_ACC(a_sp - a) + MOT_THST_HOVER,       of height; F = thr / cos(tilt), 2 Hz
 
 The attitude asked for has its thrust along (a_x, a_y, g). A target moves there as a shaped one
 
@@ -22,7 +22,7 @@ of the thrust vector, x and y, and what is left of the heading, z, which is cut 
 ask for more than all, and at 45°:
 
     ω_sp = sqrtP(e; ATC_ANG_P, ATC_ACC_MAX / 2 within 40 .. 720 °/s², yaw 10 .. 120) + ω_t
-           ω_t fades from 30° of thrust error, and yaw is left alone from 60°
+           ω_t and yaw's FF fade from 30° of thrust error; yaw is left alone from 60°
     e_f  = LPF_FLTE(LPF_FLTT(ω_sp) - ω),   τ = P e_f + I + D LPF_FLTD(de_f/dt) + FF LPF_FLTT(ω_sp)
     dI/dt = I e_f, within IMAX; only towards 0 while the mixer cuts
 
@@ -327,7 +327,7 @@ def sqrt_p(e: Any, k: Any, slope: Any) -> Any:
         k: gain near 0 [1/s].
         slope: largest slope of what it asks for; 0 for none.
     """
-    if slope <= 0.0:
+    if slope <= 0.0 or k <= 0.0:
         return k * e
     line = slope / (k * k)
     if e > line:
@@ -544,7 +544,8 @@ def update(
     e_z = 2.0 * arctan2(rest[3], rest[0])
     if e_z > g.most_heading or e_z < -g.most_heading:
         e_z = clipped(e_z, g.most_heading)
-        q_t = unit(product(product(q, corrected), small_turn(0.0 * e_z, 0.0 * e_z, e_z)))
+        away = unit(product(corrected, small_turn(0.0 * e_z, 0.0 * e_z, e_z)))
+        q_t = unit(product(q, away))
     e_x, e_y, e_z = probe3((e_x, e_y, e_z), ATTITUDE, loops)
     r_x = sqrt_p(e_x, g.ATC_ANG_RLL_P, g.angle_slope_x)
     r_y = sqrt_p(e_y, g.ATC_ANG_PIT_P, g.angle_slope_y)
@@ -556,12 +557,13 @@ def update(
         RADIANS * g.ATC_RATE_Y_MAX,
     )
     f_x, f_y, f_z = rotated(away, (t_x, t_y, t_z))
+    fading = 1.0 + 0.0 * angle
     if angle > 2.0 * FADING:
         r_z = gyro[2]
     elif angle > FADING:
-        share = 2.0 - angle / FADING
-        r_x, r_y = r_x + share * f_x, r_y + share * f_y
-        r_z = (1.0 - share) * gyro[2] + share * (r_z + f_z)
+        fading = 2.0 - angle / FADING
+        r_x, r_y = r_x + fading * f_x, r_y + fading * f_y
+        r_z = (1.0 - fading) * gyro[2] + fading * (r_z + f_z)
     else:
         r_x, r_y, r_z = r_x + f_x, r_y + f_y, r_z + f_z
 
@@ -587,14 +589,14 @@ def update(
     i_r = grown(m.i_rate_z, e_r, g.ATC_RAT_YAW_I, m.cut_yaw, g.ATC_RAT_YAW_IMAX, dt)
     roll = g.ATC_RAT_RLL_P * e_p + i_p + g.ATC_RAT_RLL_D * d_p + g.ATC_RAT_RLL_FF * s_p
     pitch = g.ATC_RAT_PIT_P * e_q + i_q + g.ATC_RAT_PIT_D * d_q + g.ATC_RAT_PIT_FF * s_q
-    yaw = g.ATC_RAT_YAW_P * e_r + i_r + g.ATC_RAT_YAW_D * d_r + g.ATC_RAT_YAW_FF * s_r
+    yaw = g.ATC_RAT_YAW_P * e_r + i_r + g.ATC_RAT_YAW_D * d_r + fading * g.ATC_RAT_YAW_FF * s_r
     roll, pitch, yaw = probe3((roll, pitch, yaw), TORQUE, loops)
 
     # throttle in a tilt, mixer and motors
     boosted = throttle
     if g.ATC_ANGLE_BOOST > 0.5:
         boosted = throttle * between(10.0 * R[8], 0.0, 1.0)
-        boosted = boosted / between(upright(q_t)[2], 0.1, 1.0)
+        boosted = boosted / between(R[8], 0.1, 1.0)
     average = boosted if boosted > throttle else throttle
     average = between(average, 0.0, 1.0)
     raised = average + g.ATC_THR_MIX_MAX * (hover - average)
