@@ -20,7 +20,7 @@ about x forward, y left (nose down) and z up. t is the throttle, PT1, PT2, PT3 a
     D    = -0.000529 d M T dω_f/dt                         ω_f: ω through dterm_lpf1 and dterm_lpf2
     M    = min(d_max / d, PT2_35Hz(1 + (d_max / d - 1) max(c |PT2_85Hz(dω_f/dt)|,
                c d_max_advance / 100 |dω_sp/dt|))),        c = 0.00008 d_max_gain / 35
-    T    = 1 - tpa_rate / 100 max(0, t - b) / (1 - b),     b = tpa_breakpoint / 1000 - 1
+    T    = 1 - tpa_rate / 100 max(0, t - b) / (1 - b),     b = tpa_breakpoint / 1000 - 1 <= 0.99
     F    = 0.013754 f / 100 dω_sp/dt                       roll and pitch: in rate mode alone
     A    = anti_gravity_gain PT2(|slope of t| (1 - t)²),   while t rises, times (1 - t) / 2
 
@@ -359,6 +359,7 @@ def update(
     gravity = m.gravity_2 + g.k_gravity * (quick - m.gravity_2)
     anti = g.anti_gravity_gain * gravity
     knee = 0.001 * g.tpa_breakpoint - 1.0
+    knee = knee if knee < 0.99 else 0.99 + 0.0 * knee
     above = throttle - knee if throttle > knee else 0.0 * throttle
     tpa = 1.0 - 0.01 * g.tpa_rate / (1.0 - knee) * above
     k_gyro = dynamic(
