@@ -4,10 +4,25 @@ Sources: libraries/AC_AttitudeControl (AC_PosControl, AC_AttitudeControl, AC_Att
 AC_PID (AC_PID, AC_PID_2D, AC_PID_Basic, AC_P_1D, AC_P_2D), AP_Math/control.cpp, AP_Motors
 (AP_MotorsMatrix, AP_Motors_Thrust_Linearization). Limits that the motors report count for the next
 loop. All filters begin at rest, at their first samples.
+
+Left out as the law leaves it out, see docs/autopilots.md: a shaped target is damped in both
+directions, a level acceleration is cut whatever the way, and parts run from the outer to the inner.
 """
 
+from functools import cache
+
 import numpy as np
-from motion import R_FRD_FLU, R_NED_ENU, inverse, matrix, multiply, quaternion, thrust_at, wrench
+from motion import (
+    R_FRD_FLU,
+    R_NED_ENU,
+    cross,
+    inverse,
+    matrix,
+    multiply,
+    quaternion,
+    thrust_at,
+    wrench,
+)
 from scipy.signal import butter
 
 UP = np.array([0.0, 0.0, -1.0])
@@ -15,6 +30,8 @@ THRUST_ERROR = np.radians(30.0)
 YAW_ERROR = np.radians(45.0)
 THROTTLE_CUTOFF = 2.0
 AXES = "RLL", "PIT", "YAW"
+ROUNDING = 1e-12
+"""Yaw is cut so that a motor just reaches its end: that is no cut of roll and pitch."""
 
 
 class Pid:
@@ -78,7 +95,7 @@ class ArduPilot:
         cutoff = self.g.INS_GYRO_FILTER
         if not 0.0 < cutoff < 0.5 / dt:
             return gyro
-        b, a = butter(2, cutoff, fs=1.0 / dt)
+        b, a = low_pass(cutoff, dt)
         x1, x2, y1, y2 = self.gyro or (gyro, gyro, gyro, gyro)
         y = b[0] * gyro + b[1] * x1 + b[2] * x2 - a[1] * y1 - a[2] * y2
         self.gyro = (gyro, x1, y, y1)
@@ -113,7 +130,7 @@ class ArduPilot:
         most = self.gravity * np.tan(np.radians(g.ATC_ANGLE_MAX))
         limited = a @ a > most**2
         self.ne_limit = a if limited else np.zeros(2)
-        return limit_accel_xy(v_desired, a, most) if limited else a
+        return shortened(a, most)
 
     def vertical(self, motion, wish, dt):
         """D_update_controller: return the throttle without the boost of a tilt."""
@@ -149,15 +166,14 @@ class ArduPilot:
         self.target = normalised(multiply(self.target, from_axis_angle(self.w_target * dt)))
         turn, error, _ = thrust_rotation(from_thrust_vector(thrust_vector), self.target)
         if g.ATC_RATE_FF_ENAB > 0.5:
-            names = "R", "P", "Y"
-            angles = error[0], error[1], 0.0
-            rates = 0.0, 0.0, heading_rate
-            for i, name in enumerate(names):
+            for i, name in enumerate("RPY"):
                 most = np.radians(getattr(g, f"ATC_RATE_{name}_MAX"))
                 accel = np.radians(getattr(g, f"ATC_ACC_{name}_MAX")) or np.radians(1800.0)
-                jerk = accel / g.ATC_INPUT_TC
-                args = (angles[i], rates[i], self.w_target[i], self.a_target[i], most, accel)
-                self.a_target[i] = shaped(*args, jerk, dt)
+                now = self.w_target[i], self.a_target[i]
+                if name == "Y":
+                    self.a_target[i] = shaped_rate(heading_rate, *now, accel, dt)
+                else:
+                    self.a_target[i] = shaped(error[i], *now, most, accel, g.ATC_INPUT_TC, dt)
                 self.w_target[i] += self.a_target[i] * dt
         else:
             yaw = from_axis_angle(np.array([0.0, 0.0, heading_rate * dt]))
@@ -244,18 +260,18 @@ class Motors:
             yaw, limit_yaw = min(max(yaw, -allowed), allowed), True
         out = out + yaw * by_yaw
         low, high = np.min(out), np.max(out)
-        scale = min(1.0, 1.0 / (high - low)) if high > low else 1.0
-        if average + low < 0.0:
+        scale = min(1.0, 1.0 / (high - low)) if high > low + 1.0 + ROUNDING else 1.0
+        if average + low < -ROUNDING:
             scale = min(scale, -average / low)
         low, high = low * scale, high * scale
         best, extra = -low, throttle + low
         limited = scale < 1.0
         if limited:
-            upper = upper or extra > 0.0
+            upper = upper or extra > ROUNDING
             extra = 0.0
         elif extra < 0.0:
             extra = 0.0
-        elif extra > 1.0 - (best + high):
+        elif extra > 1.0 - (best + high) + ROUNDING:
             extra, upper = 1.0 - (best + high), True
         self.limits = [limited, limited, limited or limit_yaw, lower, upper]
         return best + extra + scale * out
@@ -266,6 +282,12 @@ class Motors:
         t = min(max(thrust, 0.0), 1.0)
         ratio = t if e == 0.0 else (e - 1.0 + np.sqrt((1.0 - e) ** 2 + 4.0 * e * t)) / (2.0 * e)
         return g.MOT_SPIN_MIN + (g.MOT_SPIN_MAX - g.MOT_SPIN_MIN) * min(max(ratio, 0.0), 1.0)
+
+
+@cache
+def low_pass(hz, dt):
+    """Return the coefficients of a filter of second order."""
+    return butter(2, hz, fs=1.0 / dt)
 
 
 def alpha(hz, dt):
@@ -298,18 +320,27 @@ def inv_sqrt_controller(output, p, second):
     return np.sign(output) * (0.5 * second / p**2 + output**2 / (2.0 * second))
 
 
-def shaped(angle, rate_desired, rate, accel, rate_max, accel_max, jerk_max, dt):
-    """shape_angle_vel_accel of 4.7, for an angle left to go: return the acceleration."""
+def shaped(angle, rate, accel, rate_max, accel_max, tc, dt):
+    """shape_angle_vel_accel of 4.7, to rest, for an angle left to go: return the acceleration."""
     angle = (angle + np.pi) % (2.0 * np.pi) - np.pi
+    jerk_max = accel_max / tc
     k = jerk_max / accel_max
-    closing = rate - rate_desired
     command = sqrt_controller(angle, k, accel_max, dt)
-    if command * closing > 0.0:
-        inside = abs(angle) <= accel_max / k**2
-        command -= (k if inside else accel_max / abs(command)) * closing / k
+    inside = abs(angle) <= accel_max / k**2
+    command -= (k if inside else accel_max / abs(command)) * rate / k
     if rate_max > 0.0:
         command = min(max(command, -rate_max), rate_max)
-    wanted = (rate_desired + command - rate) * k
+    return shaped_accel((command - rate) * k, accel, accel_max, jerk_max, dt)
+
+
+def shaped_rate(wanted, rate, accel, accel_max, dt):
+    """The yaw rate's shaping, by a PILOT_Y_RATE_TC of 0: ten loops of 400 Hz."""
+    tc = 10.0 / 400.0
+    return shaped_accel((wanted - rate) / tc, accel, accel_max, accel_max / tc, dt)
+
+
+def shaped_accel(wanted, accel, accel_max, jerk_max, dt):
+    """shape_accel: return an acceleration whose slope is within the jerk."""
     wanted = min(max(wanted, -accel_max), accel_max)
     return accel + min(max(wanted - accel, -jerk_max * dt), jerk_max * dt)
 
@@ -332,19 +363,6 @@ def limit_rates(w, roll, pitch, yaw):
     if yaw:
         w[2] = min(max(w[2], -yaw), yaw)
     return w
-
-
-def limit_accel_xy(v, a, most):
-    """Return an acceleration within a limit; across the way it comes first."""
-    speed = np.linalg.norm(v)
-    if speed == 0.0:
-        return shortened(a, most)
-    along = v / speed
-    cross = a - along * (along @ a)
-    if np.linalg.norm(cross) > most:
-        return shortened(cross, most)
-    room = np.sqrt(most**2 - cross @ cross)
-    return cross + along * min(max(along @ a, -room), room)
 
 
 def shortened(v, most):
@@ -378,19 +396,19 @@ def axis_angle(q):
 def from_thrust_vector(v):
     """attitude_from_thrust_vector, with no heading."""
     v = v / np.linalg.norm(v)
-    cross = np.cross(UP, v)
-    length = np.linalg.norm(cross)
-    axis = cross / length if length > 0.0 else UP
+    normal = cross(UP, v)
+    length = np.linalg.norm(normal)
+    axis = normal / length if length > 0.0 else UP
     return from_axis_angle(axis * np.arctan2(length, UP @ v))
 
 
 def thrust_rotation(target, body):
     """thrust_vector_rotation_angles: return the correction, the error and the thrust's error."""
     wanted, now = matrix(target) @ UP, matrix(body) @ UP
-    cross = np.cross(now, wanted)
-    length = np.linalg.norm(cross)
+    normal = cross(now, wanted)
+    length = np.linalg.norm(normal)
     angle = np.arctan2(length, now @ wanted)
-    axis = cross / length if length > 0.0 else UP
+    axis = normal / length if length > 0.0 else UP
     turn = from_axis_angle(matrix(body).T @ axis * angle)
     heading = axis_angle(multiply(multiply(inverse(turn), inverse(body)), target))
     error = axis_angle(turn)

@@ -6,7 +6,7 @@ Source: src/modules/src/controller/controller_mellinger.c; power distribution an
 
 import numpy as np
 from crazyflie_oracle import legacy_attitude, motors_wrench
-from motion import clip
+from motion import clip, cross
 
 G = 9.81
 """GRAVITY_MAGNITUDE."""
@@ -37,9 +37,9 @@ class Mellinger:
 
         yaw = np.radians(legacy_attitude(R)[2]) + wish.yaw_rate * dt
         z = target / np.linalg.norm(target)
-        y = np.cross(z, [np.cos(yaw), np.sin(yaw), 0.0])
+        y = cross(z, [np.cos(yaw), np.sin(yaw), 0.0])
         y = y / np.linalg.norm(y)
-        R_des = np.column_stack([np.cross(y, z), y, z])
+        R_des = np.column_stack([cross(y, z), y, z])
         skew = R_des.T @ R - R.T @ R_des
         e_R = np.array([skew[2, 1], -skew[0, 2], skew[1, 0]])  # y: the Crazyflie's own sign
         rate = motion.w * [1.0, -1.0, 1.0]

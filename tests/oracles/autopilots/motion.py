@@ -61,10 +61,17 @@ def clip(x, most):
     return np.minimum(np.maximum(x, -most), most)
 
 
+def cross(a, b) -> np.ndarray:
+    """Return the vector product: numpy's is slow for two vectors."""
+    return np.array(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
 def multiply(p, q) -> np.ndarray:
     """Return the product of two quaternions w, x, y, z."""
     w = p[0] * q[0] - p[1:] @ q[1:]
-    return np.array([w, *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
+    return np.array([w, *(p[0] * q[1:] + q[0] * p[1:] + cross(p[1:], q[1:]))])
 
 
 def inverse(q) -> np.ndarray:

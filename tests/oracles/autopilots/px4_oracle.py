@@ -13,6 +13,7 @@ from motion import (
     R_FRD_FLU,
     R_NED_ENU,
     clip,
+    cross,
     inverse,
     matrix,
     multiply,
@@ -279,16 +280,16 @@ def limit_tilt(body_z, most):
 def attitude_of(body_z, yaw):
     """Return the attitude with this z axis and this heading, a quaternion."""
     z = body_z / np.linalg.norm(body_z)
-    x = np.cross([-np.sin(yaw), np.cos(yaw), 0.0], z)
+    x = cross([-np.sin(yaw), np.cos(yaw), 0.0], z)
     if z[2] < 0.0:
         x = -x
     x = x / np.linalg.norm(x)
-    return quaternion(np.column_stack([x, np.cross(z, x), z]))
+    return quaternion(np.column_stack([x, cross(z, x), z]))
 
 
 def between(a, b):
     """Return the shortest rotation from unit vector a to b."""
-    q = np.array([1.0 + a @ b, *np.cross(a, b)])
+    q = np.array([1.0 + a @ b, *cross(a, b)])
     return q / np.linalg.norm(q)
 
 
