@@ -8,6 +8,9 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
+from workbench.design.judge.loop_response import loop_responses
+from workbench.design.judge.measured_loop import measured_loop
+from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import unwrapped_yaw
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.flight import LiveFlight
@@ -19,6 +22,8 @@ from workbench.live.messages import (
     GetFlown,
     Hold,
     KeepLog,
+    Measure,
+    Measured,
     Network,
     Phase,
     Report,
@@ -33,6 +38,7 @@ from workbench.scenario.scenario import (
     Action,
     FigureEight,
     Gust,
+    Injection,
     Push,
     Rates,
     Scenario,
@@ -668,3 +674,72 @@ def test_what_disturbs_the_drone_stands_among_the_events(tmp_path):
         "rotor 2 repaired",
     ]
     assert [each.action for each in read_log(path).done if each.action.gust is not None]
+
+
+MEASURE = Measure(Injection("acceleration_z", 1.0, 3.0, 30.0, 4), hold=False)
+"""Some 8.4 s: four periods, of which three are measured."""
+
+
+def measured(bench):
+    return [each.injected for each in bench.messages.sent if isinstance(each, Measured)]
+
+
+def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_done():
+    bench = Bench()
+    bench.fly(0.31)
+    assert isinstance(bench.obey(MEASURE), Answer)
+    bench.fly(1.0)
+    assert 0.05 < bench.shown.measuring < 0.3
+    bench.fly(9.0)
+    assert bench.shown.measuring is None and bench.shown.excitation_ended == ""
+    assert [len(each.came) for each in measured(bench)] == [2, 3]
+    found = measured_loop(measured(bench)[-1])
+    model = loop_responses(LinearStudy().sampled(), ["acceleration_z"]).at(found.frequency)[0]
+    np.testing.assert_allclose(found.response, model, rtol=0.1)
+    first, last = bench.done
+    assert first.injection == MEASURE.injection and first.velocity[0] > 0.0
+    assert last.injection == Injection() and last.go_to == pytest.approx([0.0, 0.0, 1.5])
+    flown = bench.obey(GetFlown()).value
+    again = Session(flown.scenario)
+    again.tick(bench.session.time)
+    assert_equal_to_the_bit(again.recording(), flown.recording)
+
+
+@pytest.mark.parametrize(
+    ("order", "said"),
+    [
+        (StopExciting(), ""),
+        (Action(velocity=[0.5, 0.0, 0.0]), ""),
+        (Action(request="land"), ""),
+        (Excite(ONE_STEP), ""),
+        (Action(set={"kp_velocity_z": 5.0}), "a parameter was changed"),
+    ],
+)
+def test_another_order_ends_a_measurement(order, said):
+    bench = Bench()
+    bench.fly(0.2)
+    bench.obey(MEASURE)
+    bench.fly(1.0)
+    bench.obey(order)
+    bench.fly(0.1)
+    assert bench.shown.measuring is None and bench.session.injecting is None
+    assert said in bench.shown.excitation_ended
+    bench.fly(2.0)
+    assert measured(bench) == []
+
+
+def test_no_measurement_begins_on_the_ground_or_of_nothing():
+    bench = Bench(Scenario(start=Start(mode="off")))
+    assert "once it hovers" in bench.obey(MEASURE).said
+    bench = Bench()
+    wrong = Measure(Injection("acceleration_w", 1.0), hold=False)
+    assert "unknown loop point" in bench.obey(wrong).said
+    assert bench.done == [] and bench.shown.measuring is None
+
+
+def test_a_drone_that_swings_ends_its_measurement():
+    bench = Bench()
+    bench.obey(Measure(Injection("roll_acceleration", 500.0, 3.0, 60.0, 3), hold=False))
+    bench.fly(3.0)
+    assert "swings" in bench.shown.excitation_ended
+    assert bench.session.injecting is None

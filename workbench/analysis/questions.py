@@ -86,6 +86,21 @@ class DrawFrequency:
 
 
 @dataclass(frozen=True)
+class PlanMeasurement:
+    """Which injection measures a loop in flight with these gains? By `MeasurementPlanned`.
+
+    Attributes:
+        gains: of the controller.
+        loop: name of one of its loops.
+        cut: where it is opened: actuator or error.
+    """
+
+    gains: Gains
+    loop: str
+    cut: str = "actuator"
+
+
+@dataclass(frozen=True)
 class ShapeLoop:
     """Which gains of a loop give it a bandwidth and a phase margin? Answered by `LoopShaped`.
 
@@ -207,6 +222,7 @@ Question = (
     | JudgePlantInput
     | DrawFrequency
     | ShapeLoop
+    | PlanMeasurement
     | FindRanges
     | Predict
     | DrawMap

@@ -17,7 +17,7 @@ from workbench.commands.printing import print_json, print_table, say_written
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
-    from workbench.design.judge.measured_loop import Measurement
+    from workbench.design.judge.loop_measurement import Measurement
 
 
 def add_parser(commands: Any) -> None:
@@ -71,7 +71,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Measure, print, write table and picture."""
-    from workbench.design.judge.measured_loop import fly_measurement
+    from workbench.design.judge.loop_measurement import fly_measurement
     from workbench.scenario.scenario import Scenario
 
     scenario = with_vehicle(Scenario(), args)

@@ -56,6 +56,8 @@ _BLOWS = (
     ("push", "duration", "push_duration"),
 )
 """Part of an action, its key, and the parameters that it sets."""
+STEERED = 1e-5
+"""A velocity at which a place is no longer held [m/s]."""
 SLOWEST_LINE = 0.02
 """Lowest frequency of an injection [rad/s]: a period of five minutes."""
 MOST_PERIODS = 100
@@ -137,6 +139,15 @@ class Injection:
     lowest: float = 0.5
     highest: float = 50.0
     periods: int = 5
+
+    def action(self, *, hold: bool) -> "Action":
+        """Return the action that measures a loop in hover.
+
+        Args:
+            hold: whether the loop is one that holds a place; for all others the drone is steered,
+                at no speed that moves it, as in the models that they are judged by.
+        """
+        return Action(velocity=[0.0 if hold else STEERED, 0.0, 0.0], yaw_rate=0.0, injection=self)
 
 
 @dataclass
@@ -409,8 +420,8 @@ def check_injection(injection: Injection, law: Controller, rates: Rates) -> None
     if not SLOWEST_LINE <= injection.lowest < injection.highest <= highest:
         raise WorkbenchError(
             f"the injection reaches from {injection.lowest:g} to {injection.highest:g} rad/s: give "
-            f"it a lowest frequency of {SLOWEST_LINE:g} rad/s or more, and a highest one above it, up to "
-            f"{highest:.4g} rad/s, half the rate of the law"
+            f"it a lowest frequency of {SLOWEST_LINE:g} rad/s or more, and a highest one above it, "
+            f"up to {highest:.4g} rad/s, half the rate of the law"
         )
     if not 2 < injection.periods <= MOST_PERIODS:
         raise WorkbenchError(

@@ -3,12 +3,15 @@
 import math
 from array import array
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.scenario.multisine import Multisine, multisine
 from workbench.scenario.scenario import Injection, Rates
-from workbench.session.live_context import LiveContext
+
+if TYPE_CHECKING:
+    from workbench.session.live_context import LiveContext
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ class Injecting:
         came = np.frombuffer(self.came)[count : (1 + whole) * count] if whole else np.empty(0)
         return Injected(self.injection, self.multisine, came.reshape(whole, count).copy())
 
-    def act(self, step: int, live: LiveContext) -> None:
+    def act(self, step: int, live: "LiveContext") -> None:
         """Add the value of the update that is due at a step, if one is, and nothing after all."""
         if step < self.next_step:
             return

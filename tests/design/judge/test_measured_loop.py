@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import dlsim, dlti
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.judge.measured_loop import COHERENT, fly_measurement, measured_loop
+from workbench.design.judge.loop_measurement import fly_measurement
+from workbench.design.judge.measured_loop import COHERENT, measured_loop
 from workbench.scenario.multisine import multisine
 from workbench.scenario.scenario import Injection, Scenario
 from workbench.session.injected import Injected

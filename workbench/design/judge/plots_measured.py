@@ -5,7 +5,8 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from workbench.design.judge.measured_loop import COHERENT, Measurement
+from workbench.design.judge.loop_measurement import Measurement
+from workbench.design.judge.measured_loop import COHERENT
 from workbench.design.plots import PALETTE, label, legend, stacked, styled
 
 SIGMAS = 2.0
