@@ -110,6 +110,7 @@ class ShapeLoop:
         bandwidth: asked [rad/s]; None for what it is.
         phase_margin: asked [rad]; None for what it is.
         linked: gains that have the same values as the loop's, by the names of these.
+        rests: whether nothing moves: then the answer tells of saturation and noise, too.
     """
 
     gains: Gains
@@ -117,6 +118,7 @@ class ShapeLoop:
     bandwidth: float | None = None
     phase_margin: float | None = None
     linked: Mapping[str, str] = field(default_factory=dict)
+    rests: bool = False
 
 
 @dataclass(frozen=True)

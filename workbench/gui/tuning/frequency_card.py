@@ -26,6 +26,7 @@ from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.loop_curves import LoopCurves
 from workbench.gui.tuning.loop_marks import peak
 from workbench.gui.tuning.loop_measuring import LoopMeasuring
+from workbench.gui.tuning.loop_shaping import LoopShaping
 from workbench.gui.tuning.margins_card import loop_label, weakest_loop
 from workbench.gui.tuning.nyquist_plot import NyquistPlot
 from workbench.gui.tuning.phase_view import PhaseView
@@ -61,6 +62,7 @@ class FrequencyCard(Card):
     Attributes:
         curves: what is known of the loop.
         measuring: measures it on the flight.
+        shaping: moves its gains together.
         loops: of which one is chosen.
         cuts: where it is opened.
         bode, nyquist, gang, phase: the views.
@@ -91,6 +93,7 @@ class FrequencyCard(Card):
         self.cuts = _choice("Where the loop is opened", CUTS)
         self.bode, self.nyquist = BodePlots(workspace), NyquistPlot(workspace)
         self.gang, self.phase = GangPlots(workspace), PhaseView(workspace, judgement, limits)
+        self.shaping = LoopShaping(workspace, trial, judgement)
         self.legend = Legend(workspace.look)
         policy = self.legend.sizePolicy()
         policy.setHeightForWidth(True)
@@ -109,6 +112,7 @@ class FrequencyCard(Card):
         self.body.addWidget(self.legend)
         self.body.addWidget(self._stack, 1)
         self.body.addWidget(self.reading)
+        self.body.addWidget(self.shaping)
         self.views.currentIndexChanged.connect(lambda _: self._turn_to_view())
         self.loops.activated.connect(lambda _: self.choose_loop(self.loops.currentData()))
         self.cuts.activated.connect(lambda _: self._choose())
@@ -128,6 +132,7 @@ class FrequencyCard(Card):
         self.curves.clear()
         self.loops.clear()
         self.measuring.begin()
+        self.shaping.begin()
         self.curves.choose("", self.cuts.currentText())
         self._framed = ("", "")
         self._show()
@@ -143,6 +148,7 @@ class FrequencyCard(Card):
         """Ask only while somebody looks."""
         self._seen = seen
         self.curves.set_seen(seen and self._view != "Phase")
+        self.shaping.set_seen(seen and self._view != "Phase")
         if seen:
             self._show()
 
@@ -220,7 +226,8 @@ class FrequencyCard(Card):
     def _turn_to_view(self) -> None:
         name = self._view
         self._stack.setCurrentIndex(self.views.currentIndex())
-        for part in (self.loops, self.cuts, self.legend, self.reading, self.measuring.button):
+        of_a_loop = (self.loops, self.cuts, self.legend, self.reading, self.shaping)
+        for part in (*of_a_loop, self.measuring.button):
             part.setVisible(name != "Phase")
         self._stack.setToolTip(HELP[name])
         self.set_seen(self._seen)
@@ -231,6 +238,7 @@ class FrequencyCard(Card):
         drawn = {name: drawn_curves(name, each) for name, each in self.curves.shown.items()}
         chosen = self.curves.loop, self.curves.cut, self._trial.judged_flown
         self.measuring.choose(*chosen)
+        self.shaping.choose(self.curves.loop)
         self.progress.say(self.measuring.said, "good")
         measured = self.measuring.known(*chosen)
         if measured is not None:
