@@ -121,6 +121,7 @@ class FrequencyCard(Card):
             view.pointed.connect(self.set_cursor)
         self.curves.changed.connect(self._show)
         self.measuring.changed.connect(self._show)
+        self.shaping.told.connect(self._read)
         self.phase.changed.connect(self._say)
         trial.gains.state_changed.connect(self.follow)  # as what is kept
         judgement.changed.connect(self._hear_judgement)
@@ -302,7 +303,8 @@ class FrequencyCard(Card):
     def _read(self) -> None:
         """Write each loop's size and phase at the cursor, in the order of the legend."""
         if self._cursor is None:
-            self.reading.say("Point at a curve to read it; the wheel zooms")
+            words = self.shaping.said or "Point at a curve to read it; the wheel zooms"
+            self.reading.say(words, self.shaping.tone or "muted")
             return
         loop = counting(self._drawn)
         if self._view == "Gang of four" and loop is not None:

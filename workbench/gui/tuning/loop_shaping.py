@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from PyQt6.QtCore import QObject, QSize, Qt
+from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent
 from PyQt6.QtWidgets import QGridLayout, QLabel, QWidget
 
@@ -15,7 +15,6 @@ from workbench.gui.gains.gain_rows import partner
 from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
-from workbench.gui.tuning.card import Sentence
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.margins_card import loop_label
@@ -86,8 +85,12 @@ class LoopShaping(QWidget):
 
     Attributes:
         bandwidth, phase, factor: the sliders.
-        said: what limits the loop.
+        said: what limits the loop, "" where nothing is known.
+        tone: in which that is said.
     """
+
+    told = pyqtSignal()
+    """What limits the loop is another sentence now."""
 
     def __init__(
         self,
@@ -120,11 +123,11 @@ class LoopShaping(QWidget):
             "All gains of the loop times this; it comes back to 1 when it is released",
             look,
         )
-        self.said = Sentence()
+        self.said = self.tone = ""
         self._rest = single_shot(self._ask_at_rest, self, REST)
         self._follower = Follower(analysis, analysis.loop_shaped, ShapeLoop, _answers, self)
         self._follower.answered.connect(self._hear)
-        self._follower.refused.connect(lambda said: self.said.say(said, "warning"))
+        self._follower.refused.connect(lambda said: self._say(said, "warning"))
         self._lay_out()
         for each, shape in (
             (self.bandwidth, self._ask),
@@ -158,7 +161,7 @@ class LoopShaping(QWidget):
             self._let_go()
             for each in (self.bandwidth, self.phase):
                 each.slider.show_stable(None, fresh=False)
-            self.said.say("")
+            self._say("")
             self._show()
             self._rest.start()
 
@@ -184,7 +187,6 @@ class LoopShaping(QWidget):
         grid.addWidget(self.factor.name, 1, 0)
         grid.addWidget(self.factor.slider, 1, 1)
         grid.addWidget(self.factor.number, 1, 2)
-        grid.addWidget(self.said, 1, 3, 1, 3)
         grid.setColumnStretch(1, 1)
         grid.setColumnStretch(4, 1)
 
@@ -254,9 +256,7 @@ class LoopShaping(QWidget):
             (low, high) if math.isfinite(low) and high > low else None, fresh=shaped.reached
         )
         if asked.rests:
-            self.said.say(shaped.said or "Nothing is near its limit.")
-            if self._held is None:
-                self.said.setToolTip(shaped.said)
+            self._say(shaped.said)
             return
         if self._base is None:
             return
@@ -264,9 +264,9 @@ class LoopShaping(QWidget):
         self._trial.gains.propose_all(shaped.gains, f"Gains of {name}")
         if not shaped.reached:
             reached = f"{shaped.bandwidth:.3g} rad/s and {math.degrees(shaped.phase_margin):.0f}°"
-            self.said.say(f"As near as it goes: {reached}. {shaped.said}", "warning")
+            self._say(f"As near as it goes: {reached}. {shaped.said}", "warning")
         else:
-            self.said.say("")
+            self._say("")
         if self._ends and not self._follower.is_waiting:
             self._let_go()
 
@@ -283,6 +283,11 @@ class LoopShaping(QWidget):
         self.factor.show_value(1.0)
         self._rest.start()
         self._show()
+
+    def _say(self, said: str, tone: str = "muted") -> None:
+        if (said, tone) != (self.said, self.tone):
+            self.said, self.tone = said, tone
+            self.told.emit()
 
     def _ask_at_rest(self) -> None:
         """Ask what is within reach, and what limits it."""
