@@ -14,6 +14,7 @@ from workbench.control.controller import Controller, load_controller, with_estim
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.link.backplane import Disconnect
+from workbench.live.alarms import Alarms
 from workbench.live.announcer import INFORMATION, WARNING
 from workbench.live.exciter import Exciter
 from workbench.live.hard_hit import hit_speed
@@ -261,6 +262,7 @@ class Flying:
             self._network.did,
             lambda injected: send_queue.post(Measured(injected)),
         )
+        self._alarms = Alarms(session, lambda said: self._network.event(said, WARNING))
         self._compiler = LawCompiler()
         self._watches = watch
         self._law = session.controller
@@ -343,6 +345,8 @@ class Flying:
         if not self._broken:  # of what broke, nothing can be computed any more
             self._seen = self._session.snapshot()
         snapshot, pace = self._seen, self._clock.pace(now)
+        if not self._broken:
+            self._alarms.look_at_pace(pace, now)
         self._stream.flush()
         exciting, flight = self._exciter.exciting, self._flight
         ended, hit = self._exciter.ended or self._measurer.ended, self._hit
@@ -495,6 +499,7 @@ class Flying:
         self._flight += 1
         self._exciter.drop()
         self._measurer.drop()
+        self._alarms.begin()
         self._exciter.ended, self._measurer.ended, self._hit = "", "", None
         self._network.begin()
         self._show_law()
@@ -545,9 +550,7 @@ class Flying:
         try:
             for whole in self._exciter.parts(steps):
                 for part in self._measurer.parts(whole):
-                    before = self._session.state()
-                    self._session.tick(part * self._step)
-                    self._look_for_hit(before[10:13], part * self._step)
+                    self._fly_part(part)
         except WorkbenchError as error:  # what Drake refuses, or what the script asks for
             self._broken = str(error)
             self._exciter.drop()
@@ -557,6 +560,15 @@ class Flying:
         self._network.flown()
         if not self._broken:
             self._show_law()
+
+    def _fly_part(self, steps: int) -> None:
+        """Fly steps that nothing is to be done between."""
+        excited = self._exciter.exciting is not None or self._measurer.share is not None
+        for part in self._alarms.parts(steps):
+            before = self._session.state()
+            self._session.tick(part * self._step)
+            self._look_for_hit(before[10:13], part * self._step)
+            self._alarms.look(excited=excited)
 
     def _look_for_hit(self, before: np.ndarray, duration: float) -> None:
         """Take note of a hard hit within a part that was flown."""

@@ -127,7 +127,11 @@ class LiveContext:
         """
         computer = self._bench.computer
         computer.inject(self._of(computer), place, value)
-        return float(computer.signals(self._of(computer))[place])
+        return float(self.loop_signals()[place])
+
+    def loop_signals(self) -> np.ndarray:
+        """Return what the next update sees at the loop points (P)."""
+        return self._bench.computer.signals(self._of(self._bench.computer))
 
     def close_loops(self) -> None:
         """Inject nothing from the next update on."""

@@ -119,14 +119,13 @@ class Session:
 
     def checkpoint(self) -> Checkpoint:
         """Return the present as something to go on from, here or in another process."""
-        v_x, v_y, v_z, yaw_rate, *_ = self._live.wish.reference
         return Checkpoint(
             time=self.time,
             steps=self._steps,
             due=self._due,
             acted=self._script.done,
-            velocity=(v_x, v_y, v_z),
-            yaw_rate=yaw_rate,
+            velocity=self.asked[:3],
+            yaw_rate=self.asked[3],
             systems=self._live.states(),
             controller=self.controller.name,
             source=self.controller.digest,
@@ -224,6 +223,12 @@ class Session:
         self._live.wish = requested(self._live.wish, Request[what.upper()], height, mode, seen)
 
     @property
+    def asked(self) -> tuple[float, float, float, float]:
+        """What the pilot asks for: velocity in W [m/s] and yaw rate [rad/s]."""
+        v_x, v_y, v_z, yaw_rate, *_ = self._live.wish.reference
+        return v_x, v_y, v_z, yaw_rate
+
+    @property
     def reason(self) -> Reason:
         """Why the flight mode is what nobody asked for, or what the flight goes without."""
         modes = self._bench.modes
@@ -313,6 +318,10 @@ class Session:
     def injected(self) -> Injected | None:
         """What was injected last and what came, in whole periods; None where nothing was."""
         return self._injecting.injected if self._injecting else None
+
+    def loop_signals(self) -> np.ndarray:
+        """Return what the law's next update sees at its loop points now (P), in their order."""
+        return self._live.loop_signals()
 
     def set(self, name: str, value: float) -> None:
         """Give a live parameter a value; it takes effect at the next control update.
