@@ -55,7 +55,8 @@ def test_a_battery_warns_when_it_is_low_when_it_lands_the_drone_and_when_it_is_e
     _, warned = said_of(announcer, *flown)
     assert warned == [
         "battery low: 30\N{NO-BREAK SPACE}%; the drone lands at 20\N{NO-BREAK SPACE}%. Land (F8)",
-        "battery empty: the drone lands with the last 20\N{NO-BREAK SPACE}%. Let it land, then reset",
+        "battery empty: the drone lands with the last 20\N{NO-BREAK SPACE}%. "
+        "Let it land, then reset",
         "battery empty: the rotors are off. Reset to fly again",
     ]
     announcer.begin()
