@@ -15,7 +15,7 @@ from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QTabBar
 from workbench.design.judge.live import live_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.profiles import GainFile, save_gains
-from workbench.gui.gains.profile_bar import ProfileDiffView
+from workbench.gui.gains.profile_bar import ProfileBar, ProfileDiffView
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import apply_style
@@ -86,11 +86,16 @@ def test_bad_gains_are_found_repaired_compared_and_pinned(window, qtbot, tmp_pat
     # the weakest loop stands in Bode's head, red in the table of margins
     engineer.tab(screen.tabs.tabBar(), "Frequency")
     card = screen.frequency
-    engineer.until(lambda: card.loops.currentData() == "weakest" and card.curves.loop == "pitch")
-    engineer.until(lambda: "flown" in card.curves.shown)
+    engineer.until(lambda: margin_of(screen) == pytest.approx(phase_margin(BAD), abs=0.1))
+    card.loops.setFocus()
+    engineer.press(Qt.Key.Key_End)
+    engineer.press(Qt.Key.Key_Home)  # the weakest loop
+    engineer.until(lambda: card.curves.loop == "pitch" and "flown" in card.curves.shown)
     margin = math.degrees(card.curves.shown["flown"].margins.phase_margin)
     assert margin == pytest.approx(phase_margin(BAD), abs=0.1) and margin < 30.0
-    engineer.press(Qt.Key.Key_F2, SHIFT)  # slot A has the bad gains
+    # an empty slot takes what flies: A has the bad gains
+    engineer.click(screen.findChild(ProfileBar).buttons["compare_A"])
+    assert screen.gains.slots["A"]["kp_pitch"] == BAD["kp_pitch"]
 
     measure(engineer, card)
     repair(engineer, card)
@@ -126,6 +131,12 @@ def phase_margin(gains) -> float:
     """The pitch loop's, as `workbench judge` has it [deg]."""
     found = {each.loop: each.margins for each in live_margins(LinearStudy(), gains)}
     return math.degrees(found["pitch"].phase_margin)
+
+
+def margin_of(screen) -> float:
+    """The pitch loop's of what flies, as the table of margins has it [deg]."""
+    judged = screen.judgement.flown
+    return math.degrees({each.name: each for each in judged.loops}["pitch"].phase_margin)
 
 
 def load(engineer, folder) -> None:

@@ -268,6 +268,9 @@ class LoopShaping(QWidget):
         else:
             self._say("")
         if self._ends and not self._follower.is_waiting:
+            # what is judged comes later: a next step begins from what is proposed
+            self.bandwidth.show_value(shaped.bandwidth)
+            self.phase.show_value(shaped.phase_margin)
             self._let_go()
 
     def _release(self) -> None:
@@ -301,10 +304,18 @@ class LoopShaping(QWidget):
         usable = loop is not None and bool(self._gains())
         for each in (self.bandwidth, self.phase, self.factor):
             each.slider.setEnabled(usable)
-        if loop is None or self._held is not None:
+        if loop is None or self._held is not None or not self._is_fresh:
             return
         self.bandwidth.show_value(loop.bandwidth if loop.stable else math.nan)
         self.phase.show_value(loop.phase_margin if loop.stable else math.nan)
+
+    @property
+    def _is_fresh(self) -> bool:
+        """Whether the judgement is of the loop's gains as they are proposed."""
+        judged, proposed = self._judgement.proposed, self._trial.judged
+        return judged is not None and all(
+            judged.gains.get(name) == proposed[name] for name in self._gains()
+        )
 
     @property
     def _judged(self) -> JudgedLoop | None:
