@@ -6,6 +6,8 @@ import pytest
 
 from workbench.analysis.questions import Judge, ShapeLoop
 from workbench.analysis.subject import Subject
+from workbench.design.judge.noise import noise_effects
+from workbench.design.linear.study import HOVER
 from workbench.scenario.scenario import Scenario
 
 
@@ -37,13 +39,33 @@ def test_nothing_asked_is_what_is(answer):
 
 def test_what_takes_the_phase_is_named(answer):
     """By the phase budget; of the slower loops it is the loop inside them."""
-    pitch = answer(ShapeLoop({}, "pitch"))
+    pitch = answer(ShapeLoop({}, "pitch", rests=True))
     turned = dict(of(answer(Judge({})), "pitch").turned)
     assert f"rotor lag {-math.degrees(turned['rotors']):.0f}°" in pitch.said
-    assert "the pitch loop inside" in answer(ShapeLoop({}, "velocity_x", 10.0)).said
+    assert "loop inside" not in pitch.said
+    assert answer(ShapeLoop({}, "pitch")).said == ""  # while a slider moves, it is left out
+    assert "the pitch loop inside" in answer(ShapeLoop({}, "velocity_x", 10.0, rests=True)).said
     wide = answer(ShapeLoop({}, "velocity_x", 60.0))
     assert not wide.reached
     assert "more kd_velocity_x than its largest value" in wide.said
+
+
+def test_saturation_and_noise_are_named_where_they_are_near(answer):
+    """The drone's thrust is 2.2 times its weight; kp times a step takes the rest of it."""
+    calm = answer(ShapeLoop({}, "velocity_z", rests=True))
+    assert "saturates" not in calm.said and "Noise" not in calm.said
+    fast = answer(ShapeLoop({}, "velocity_z", 15.0, math.radians(50.0), rests=True))
+    assert "along z" in fast.said and "saturates the rotors" in fast.said
+    step = float(fast.said.split("along z of ")[1].split()[0])
+    assert step == pytest.approx(9.81 * 1.22 / fast.gains["kp_velocity_z"], rel=0.25)
+
+
+def test_noise_is_named_on_an_estimate_that_has_some(answer):
+    subject = Subject(Scenario(estimator="ekf"), {})
+    gains = {"kp_pitch": 1000.0, "kd_pitch": 70.0}
+    said = answer(ShapeLoop(gains, "pitch", rests=True), subject).said
+    noise = max(each.worst_command for each in noise_effects(subject.study, HOVER, gains))
+    assert float(said.split("commands by ")[1].split()[0]) == pytest.approx(100.0 * noise, rel=0.3)
 
 
 def test_a_set_of_scheduled_gains_keeps_its_names(answer):

@@ -54,9 +54,10 @@ def test_a_battery_warns_when_it_is_low_when_it_lands_the_drone_and_when_it_is_e
     flown = (3, 0.9), (3, 0.31), (3, 0.299), (3, 0.25), (3, 0.2), (7, 0.19), (7, 0.1), (0, 0.0)
     _, warned = said_of(announcer, *flown)
     assert warned == [
-        "battery low: 30\N{NO-BREAK SPACE}%; the drone lands at 20\N{NO-BREAK SPACE}%",
-        "battery empty: the drone lands with the last 20\N{NO-BREAK SPACE}%",
-        "battery empty: the rotors are off",
+        "battery low: 30\N{NO-BREAK SPACE}%; the drone lands at 20\N{NO-BREAK SPACE}%. Land (F8)",
+        "battery empty: the drone lands with the last 20\N{NO-BREAK SPACE}%. "
+        "Let it land, then reset",
+        "battery empty: the rotors are off. Reset to fly again",
     ]
     announcer.begin()
     _, warned = said_of(announcer, (3, 0.9), (7, 0.9), (0, 0.9))
@@ -68,7 +69,7 @@ def test_what_failed_is_said_once_and_that_it_works_again_too(announcer):
     flown += (Reason.BATTERY_LOW, Reason.NONE, Reason.POSITION_LOST)
     said = [each for reason in flown for each in announcer.reasons(reason)]
     assert said == [
-        ("no GPS, dead reckoning", WARNING),
+        ("no GPS, dead reckoning. Land, or repair the GPS", WARNING),
         ("the estimate has all of its sensors again", 0),
-        ("position lost", WARNING),
+        ("position lost. It lands where it is: repair the GPS, then reset", WARNING),
     ]

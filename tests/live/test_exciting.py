@@ -8,8 +8,13 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
+from workbench.design.judge.loop_response import loop_responses
+from workbench.design.judge.measured_loop import measured_loop
+from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import unwrapped_yaw
 from workbench.ipc.worker_process import Answer, Refusal, Request
+from workbench.live.alarms import Alarms
+from workbench.live.announcer import WARNING
 from workbench.live.flight import LiveFlight
 from workbench.live.flying import SLICE, Flying
 from workbench.live.messages import (
@@ -19,7 +24,10 @@ from workbench.live.messages import (
     GetFlown,
     Hold,
     KeepLog,
+    Measure,
+    Measured,
     Network,
+    Pace,
     Phase,
     Report,
     SetSpeed,
@@ -33,12 +41,14 @@ from workbench.scenario.scenario import (
     Action,
     FigureEight,
     Gust,
+    Injection,
     Push,
     Rates,
     Scenario,
     Start,
     load_scenario,
 )
+from workbench.scenario.sensors_config import SensorsConfig
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.recording import Recording
 from workbench.session.session import Session
@@ -668,3 +678,186 @@ def test_what_disturbs_the_drone_stands_among_the_events(tmp_path):
         "rotor 2 repaired",
     ]
     assert [each.action for each in read_log(path).done if each.action.gust is not None]
+
+
+MEASURE = Measure(Injection("acceleration_z", 1.0, 3.0, 30.0, 4), hold=False)
+"""Some 8.4 s: four periods, of which three are measured."""
+
+
+def measured(bench):
+    return [each.injected for each in bench.messages.sent if isinstance(each, Measured)]
+
+
+def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_done():
+    bench = Bench()
+    bench.fly(0.31)
+    assert isinstance(bench.obey(MEASURE), Answer)
+    bench.fly(1.0)
+    assert 0.05 < bench.shown.measuring < 0.3
+    bench.fly(9.0)
+    assert bench.shown.measuring is None and bench.shown.excitation_ended == ""
+    assert [len(each.came) for each in measured(bench)] == [2, 3]
+    found = measured_loop(measured(bench)[-1])
+    model = loop_responses(LinearStudy().sampled(), ["acceleration_z"]).at(found.frequency)[0]
+    np.testing.assert_allclose(found.response, model, rtol=0.1)
+    first, last = bench.done
+    assert first.injection == MEASURE.injection and first.velocity[0] > 0.0
+    assert last.injection == Injection() and last.go_to == pytest.approx([0.0, 0.0, 1.5])
+    flown = bench.obey(GetFlown()).value
+    again = Session(flown.scenario)
+    again.tick(bench.session.time)
+    assert_equal_to_the_bit(again.recording(), flown.recording)
+
+
+@pytest.mark.parametrize(
+    ("order", "said"),
+    [
+        (StopExciting(), ""),
+        (Action(velocity=[0.5, 0.0, 0.0]), ""),
+        (Action(request="land"), ""),
+        (Excite(ONE_STEP), ""),
+        (Action(set={"kp_velocity_z": 5.0}), "a parameter was changed"),
+    ],
+)
+def test_another_order_ends_a_measurement(order, said):
+    bench = Bench()
+    bench.fly(0.2)
+    bench.obey(MEASURE)
+    bench.fly(1.0)
+    bench.obey(order)
+    bench.fly(0.1)
+    assert bench.shown.measuring is None and bench.session.injecting is None
+    assert said in bench.shown.excitation_ended
+    bench.fly(2.0)
+    assert measured(bench) == []
+
+
+def test_no_measurement_begins_on_the_ground_or_of_nothing():
+    bench = Bench(Scenario(start=Start(mode="off")))
+    assert "once it hovers" in bench.obey(MEASURE).said
+    bench = Bench()
+    wrong = Measure(Injection("acceleration_w", 1.0), hold=False)
+    assert "unknown loop point" in bench.obey(wrong).said
+    assert bench.done == [] and bench.shown.measuring is None
+
+
+def test_a_drone_that_swings_ends_its_measurement():
+    bench = Bench()
+    bench.obey(Measure(Injection("roll_acceleration", 500.0, 3.0, 60.0, 3), hold=False))
+    bench.fly(3.0)
+    assert "swings" in bench.shown.excitation_ended
+    assert bench.session.injecting is None
+
+
+def kept_events(bench):
+    """What is published as a warning from now on."""
+    network, found = bench.flying._network, []
+    publish = network.event
+
+    def keep(said, severity=0):
+        if severity == WARNING:
+            found.append(said)
+        publish(said, severity)
+
+    network.event = keep
+    return found
+
+
+HIGH = Scenario(start=Start(position=[0.0, 0.0, 30.0]))
+
+
+def nudged(gains, seconds=6.0):
+    """Warnings of a flight whose gains become these while it moves a little, and the flight."""
+    bench = Bench(HIGH)
+    told = kept_events(bench)
+    bench.obey(Action(set=gains))
+    bench.obey(Action(velocity=[0.5, 0.3, 0.0]))
+    bench.fly(0.5)
+    bench.obey(AT_REST)
+    bench.fly(seconds)
+    return told, bench
+
+
+def test_a_swing_is_told_once_with_its_loop_and_frequency(case):
+    """The loop is that whose gains are wrong, though both swing alike; the frequency is that of
+    the flown motion, by its turns."""
+    for gains, loop, axis in (
+        ({"kp_velocity_y": 20.0}, "velocity y", 0),
+        ({"kd_pitch": 8.0}, "pitch", 1),
+        ({"kd_roll": 8.0}, "roll", 0),
+    ):
+        with case(loop):
+            told, bench = nudged(gains, 2.6)
+            (alarm,) = [each for each in told if "swings" in each]
+            assert f"swings through {loop}, at " in alarm
+            assert f"give {loop} more phase margin" in alarm
+            flown = bench.session.recording().between(bench.session.time - 2.3, np.inf)
+            rate = flown.w_WB[:, axis]
+            (turns,) = np.nonzero((rate[:-1] < 0.0) & (rate[1:] >= 0.0))
+            found = float(alarm.split(", at ")[1].split()[0])
+            assert found == pytest.approx(1.0 / np.diff(flown.time[turns]).mean(), rel=0.1)
+
+
+def test_a_pilot_who_swings_the_stick_and_air_that_shakes_are_no_swing():
+    bench = Bench(HIGH)
+    told = kept_events(bench)
+    bench.obey(Action(set={"turbulence": 15.4}))
+    for index in range(10):
+        bench.obey(Action(velocity=[1.5 * (-1) ** index, 0.0, 0.0]))
+        bench.fly(0.4)
+    bench.obey(AT_REST)
+    bench.fly(5.0)
+    assert told == []
+
+
+def test_alarms_are_told_once_with_what_to_do_and_stand_in_the_log(walled, case):
+    hover = Scenario()
+    for scenario, act, seconds, said, remedy in (
+        (walled, Action(velocity=[2.0, 0.0, 0.0]), 3.0, "hit something hard", "obstacles"),
+        (
+            Scenario(start=Start(position=[0.0, 0.0, 0.6])),
+            Action(request="stop"),
+            1.5,
+            "hard touch-down, at ",
+            "Sink more slowly",
+        ),
+        (
+            HIGH,
+            Action(set={"payload_mass": 2.3}),
+            2.0,
+            "largest thrust",
+            "Ask for less",
+        ),
+        (hover, Action(set={"battery_reserve": 0.9}), 1.0, "battery low", "Land"),
+        (
+            Scenario(estimator="ekf", sensors=SensorsConfig(use=["imu", "gps", "magnetometer"])),
+            Action(set={"gps_fault": 3.0}),
+            4.0,
+            "no GPS, dead reckoning",
+            "repair the GPS",
+        ),
+    ):
+        with case(said):
+            bench = Bench(scenario)
+            told = kept_events(bench)
+            answer = bench.obey(act)
+            assert isinstance(answer, Answer), answer
+            bench.fly(seconds)
+            (found,) = [each for each in told if said in each]
+            assert remedy in found.split(". ")[1]
+
+
+def test_lost_real_time_is_told_once():
+    bench = Bench()
+    told = []
+    watch = Alarms(bench.session, told.append)
+    slow = Pace(asked=1.0, achieved=0.6, lag=0.3, given_up=1.0, slow=True)
+    for now in np.arange(0.0, 6.0, 0.1):
+        watch.look_at_pace(slow, float(now))
+    (said,) = told
+    assert said.startswith("the flight is slower than real time: 0.60")
+    assert said.split(". ")[1].startswith("Hide the 3-D view")
+    watch.begin()
+    watch.look_at_pace(dataclasses.replace(slow, slow=False), 7.0)
+    watch.look_at_pace(slow, 7.1)
+    assert len(told) == 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.logs.actions import action_text, read_action
-from workbench.scenario.scenario import Action, Gust, Push
+from workbench.scenario.scenario import Action, Gust, Injection, Push
 
 THIRD = 1 / 3
 
@@ -19,6 +19,7 @@ THIRD = 1 / 3
         Action(at=0.5, go_to=[1.0, 2.0, 1e300]),
         Action(at=0.5, request="take_off", height=1.1),
         Action(at=0.5, gust=Gust([1.0, 0.0, THIRD], 0.7), push=Push([0.1, 0.2, 0.3])),
+        Action(at=0.5, injection=Injection("acceleration_x", THIRD, 0.5, 40.0, 7)),
         Action(at=0.5, set={"kp_velocity_x": THIRD, "wind_x": -2.0}),
     ],
 )

@@ -18,6 +18,7 @@ from workbench.analysis.questions import (
     Judge,
     JudgePlantInput,
     Pin,
+    PlanMeasurement,
     Predict,
     Question,
     ShapeLoop,
@@ -34,7 +35,7 @@ MOST_DEATHS = 3
 """So many processes in a row may end without an answer; then no further one is started."""
 QUICK = (Judge, ShapeLoop, DrawFrequency, Predict, DrawMap, FindRanges)
 """What is answered while a slider moves, by a process of its own."""
-SLOW = (JudgePlantInput, Fork, Weigh, Pin, AskOther)
+SLOW = (JudgePlantInput, PlanMeasurement, Fork, Weigh, Pin, AskOther)
 """What takes a tenth of a second to some seconds, and waits until a slider rests."""
 LONG = (Tune,)
 """What takes minutes, for which nothing else is to wait."""

@@ -6,12 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.analysis.questions import DrawFrequency, FindRanges, Judge, JudgePlantInput
+from workbench.analysis.questions import (
+    DrawFrequency,
+    FindRanges,
+    Judge,
+    JudgePlantInput,
+    PlanMeasurement,
+)
 from workbench.analysis.replies import (
     FrequencyCurves,
     Judged,
     JudgedLoop,
     JudgedPlantInput,
+    MeasurementPlanned,
     Ranges,
 )
 from workbench.analysis.subject import Subject
@@ -19,6 +26,7 @@ from workbench.analysis.work import Work, Working
 from workbench.design.judge.gang_of_four import gang_of_four
 from workbench.design.judge.live import HOLDING
 from workbench.design.judge.loop_judgement import growing_loops
+from workbench.design.judge.loop_measurement import loop_injection
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.judge.modes import natural_poles
@@ -172,6 +180,15 @@ def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Workin
         units=(found.control_per_error, found.error_per_control),
         margins=_loop(loop.name, found.margins, growing=False, turned=()),
     )
+
+
+def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Working:
+    """Answer which injection a loop bears, by the model that it is flown like."""
+    loop = subject.table.controller.loop(question.loop)
+    gains, point = subject.linear_gains(question.gains), HOLDING if loop.hold else HOVER
+    model = subject.study.sampled(point, gains)
+    injection = loop_injection(model, loop, subject.study.vehicle, question.cut)
+    yield MeasurementPlanned(question, injection, loop.hold)
 
 
 def opened_to_steer(holding: LinearModel) -> LinearModel:

@@ -86,6 +86,21 @@ class DrawFrequency:
 
 
 @dataclass(frozen=True)
+class PlanMeasurement:
+    """Which injection measures a loop in flight with these gains? By `MeasurementPlanned`.
+
+    Attributes:
+        gains: of the controller.
+        loop: name of one of its loops.
+        cut: where it is opened: actuator or error.
+    """
+
+    gains: Gains
+    loop: str
+    cut: str = "actuator"
+
+
+@dataclass(frozen=True)
 class ShapeLoop:
     """Which gains of a loop give it a bandwidth and a phase margin? Answered by `LoopShaped`.
 
@@ -95,6 +110,7 @@ class ShapeLoop:
         bandwidth: asked [rad/s]; None for what it is.
         phase_margin: asked [rad]; None for what it is.
         linked: gains that have the same values as the loop's, by the names of these.
+        rests: whether nothing moves: then the answer tells of saturation and noise, too.
     """
 
     gains: Gains
@@ -102,6 +118,7 @@ class ShapeLoop:
     bandwidth: float | None = None
     phase_margin: float | None = None
     linked: Mapping[str, str] = field(default_factory=dict)
+    rests: bool = False
 
 
 @dataclass(frozen=True)
@@ -207,6 +224,7 @@ Question = (
     | JudgePlantInput
     | DrawFrequency
     | ShapeLoop
+    | PlanMeasurement
     | FindRanges
     | Predict
     | DrawMap

@@ -16,10 +16,12 @@ from workbench.analysis.questions import (
     DrawMap,
     Gains,
     LoadStep,
+    PlanMeasurement,
     ShapeLoop,
     Step,
 )
 from workbench.design.branches import FlownBranch
+from workbench.scenario.scenario import Injection
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,15 @@ class LoopShaped:
     bandwidths: tuple[float, float]
     phase_margins: tuple[float, float]
     said: str
+
+
+@dataclass(frozen=True)
+class MeasurementPlanned:
+    """An injection that measures a loop, and whether a place is held meanwhile."""
+
+    asked: PlanMeasurement
+    injection: Injection
+    hold: bool
 
 
 @dataclass(frozen=True)
@@ -352,6 +363,7 @@ Reply = (
     | JudgedPlantInput
     | FrequencyCurves
     | LoopShaped
+    | MeasurementPlanned
     | Ranges
     | Predicted
     | Mapped

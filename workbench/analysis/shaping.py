@@ -10,10 +10,18 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.control.controller import Controller, Loop
 from workbench.design.judge.loop_shaping import End, LoopShaper, Shaped
+from workbench.design.judge.noise import noise_effects
+from workbench.design.judge.step_pair import saturating_step
 from workbench.design.linear.model import LinearModel
+from workbench.design.linear.study import HOVER
+from workbench.scenario.axes import find_axis
 
 UNSTABLE_MARGIN = math.radians(45.0)
 """What a loop is shown the reach for while it is unstable [rad]."""
+NEAR_SATURATION = 2.0
+"""A step that saturates is told of where it is smaller than the usual one times this."""
+NOISY = 0.002
+"""Noise that moves commands by less is not told of."""
 CAUSES = {
     "filters": "filters",
     "estimator": "the estimator",
@@ -36,6 +44,10 @@ def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
         phase_margin = now.phase_margin if now.stable else UNSTABLE_MARGIN
     found = shaper.shape(bandwidth, phase_margin)
     names = subject.asked_names(question.gains)
+    said = [_said(subject, question, found)]
+    if question.rests and found.margins.stable:
+        yield None
+        said += _rotors_said(subject, question, found)
     yield LoopShaped(
         asked=question,
         gains={names.get(name, name): value for name, value in found.gains.items()},
@@ -44,7 +56,7 @@ def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
         reached=found.reached,
         bandwidths=(found.bandwidth.low, found.bandwidth.high),
         phase_margins=(found.phase_margin.low, found.phase_margin.high),
-        said=_said(subject, question, found),
+        said=" ".join(filter(None, said)),
     )
 
 
@@ -69,11 +81,11 @@ def _shaper(subject: Subject, question: ShapeLoop) -> LoopShaper:
 
 
 def _said(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
-    """Return what ends the reach of the bandwidth, and what takes the phase, in a sentence."""
+    """Return what ends the reach of the bandwidth, and at rest what takes the phase."""
     reach = found.bandwidth
-    cause = _cause(subject, question, found)
+    cause = _cause(subject, question, found) if question.rests else ""
     if reach.end is End.LARGEST:
-        return f"Faster takes more {reach.gain} than its largest value. {cause}".strip()
+        return f"Faster takes more {reach.gain} than its largest value. {cause}".rstrip()
     return cause
 
 
@@ -98,9 +110,26 @@ def _cause(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
     return f"At {margins.crossover:.3g} rad/s {listed} of phase." if words else ""
 
 
+def _rotors_said(subject: Subject, question: ShapeLoop, found: Shaped) -> list[str]:
+    """Return what these gains ask of the rotors: for the step of the loop's axis, and for noise."""
+    study = subject.study
+    gains = {**subject.linear_gains(question.gains), **found.gains}
+    said = []
+    axis = subject.table.controller.loop(question.loop).axis
+    if axis:
+        reach = saturating_step(study.sampled(HOVER, gains), axis, study.vehicle)
+        row = find_axis(axis)
+        if reach < NEAR_SATURATION * row.amplitude:
+            said.append(f"A step along {axis} of {reach:.2g} {row.unit} saturates the rotors.")
+    noise = max(each.worst_command for each in noise_effects(study, HOVER, gains))
+    if noise > NOISY:
+        said.append(f"Noise moves the rotors' commands by {100.0 * noise:.2g} % rms.")
+    return said
+
+
 def _inside(controller: Controller, loop: Loop) -> str:
     """Return the name of the next loop inside one, along its axis; "" for none."""
     names = [each.name for each in controller.loops]
     behind = controller.loops[0 if loop.hold else names.index(loop.name) + 1 :]
-    along = (each.name for each in behind if loop.axis and each.axis == loop.axis)
+    along = (each.name for each in behind if loop.axis and each.axis == loop.axis and not each.hold)
     return next((name.replace("_", " ") for name in along if name != loop.name), "")

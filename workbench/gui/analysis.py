@@ -17,6 +17,7 @@ from workbench.analysis.questions import (
     Judge,
     JudgePlantInput,
     Pin,
+    PlanMeasurement,
     Predict,
     Question,
     ShapeLoop,
@@ -61,6 +62,8 @@ class Analysis(QObject):
     """A `FrequencyCurves`."""
     loop_shaped = pyqtSignal(object)
     """A `LoopShaped`."""
+    measurement_planned = pyqtSignal(object)
+    """A `MeasurementPlanned`."""
     ranges_found = pyqtSignal(object)
     """A `Ranges`."""
     predicted = pyqtSignal(object)
@@ -99,6 +102,7 @@ class Analysis(QObject):
             JudgePlantInput: self.plant_input_judged,
             DrawFrequency: self.frequency_drawn,
             ShapeLoop: self.loop_shaped,
+            PlanMeasurement: self.measurement_planned,
             FindRanges: self.ranges_found,
             Predict: self.predicted,
             DrawMap: self.mapped,

@@ -290,15 +290,10 @@ class FlightModel(QObject):
         self.viewed.emit(view)
 
     def _tell_trouble(self, before: LiveView, view: LiveView) -> None:
-        """Tell why an excitation has ended by itself, and of a hard hit."""
+        """Tell why an excitation has ended by itself."""
         ended = view.excitation_ended
         if ended and not before.excitation_ended:
             self._notices.warn(f"The excitation has ended: {ended}.")
-        elif view.hit is not None and view.hit != before.hit:
-            self._notices.warn(
-                f"The drone has hit something hard at t = {view.hit.time:.1f} s: its velocity "
-                f"changed by {view.hit.speed:.1f} m/s at once."
-            )
 
     def _end_of(self, view: LiveView) -> None:
         """Tell of a flight that has ended by itself, or that could not begin."""

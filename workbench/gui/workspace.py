@@ -83,4 +83,5 @@ def _warn(workspace: Workspace, events: EventList, published: list[Published]) -
     """Tell what the flight warns of; its failures end it, and are told with its end."""
     for event in events.add(published):
         if event.kind == "warning":
-            workspace.notices.warn(event.said)
+            what, _, remedy = event.said.partition(". ")
+            workspace.notices.warn(what, remedy and f"{remedy}.")

@@ -13,6 +13,13 @@ INFORMATION, WARNING, FAILURE = 0, 1, 2
 """How severe an event is."""
 RESERVE = "battery_reserve"
 """The parameter that is the charge at which a flight lands by itself."""
+REMEDIES = {
+    Reason.DEAD_RECKONING: "Land, or repair the GPS",
+    Reason.POSITION_LOST: "It lands where it is: repair the GPS, then reset",
+    Reason.IMU_FAILED: "The rotors are off: repair the IMU, then reset",
+    Reason.HEADING_DRIFTS: "Land, or repair the magnetometer",
+}
+"""What to do where an estimate lacks something."""
 LOW_CHARGE = 0.1
 """Up to this charge above the reserve a battery is low."""
 
@@ -61,7 +68,7 @@ class Announcer:
         if now is before or now in (Reason.BATTERY_LOW, Reason.BATTERY_EMPTY):
             return
         if now is not Reason.NONE:
-            yield now.label, WARNING
+            yield f"{now.label}. {REMEDIES[now]}", WARNING
         elif before in (Reason.DEAD_RECKONING, Reason.HEADING_DRIFTS):
             yield "the estimate has all of its sensors again", INFORMATION
 
@@ -72,11 +79,13 @@ class Announcer:
             yield f"flight mode: {mode.label}", INFORMATION
         reserve = self._reserve()
         if changed and mode is FlightMode.LANDING and charge <= reserve:
-            yield f"battery empty: the drone lands with the last {percent(reserve)}", WARNING
+            said = f"battery empty: the drone lands with the last {percent(reserve)}"
+            yield f"{said}. Let it land, then reset", WARNING
         elif changed and mode is FlightMode.OFF and charge <= 0.0:
-            yield "battery empty: the rotors are off", WARNING
+            yield "battery empty: the rotors are off. Reset to fly again", WARNING
         elif not self._was_low and reserve < charge <= reserve + LOW_CHARGE:
-            yield f"battery low: {percent(charge)}; the drone lands at {percent(reserve)}", WARNING
+            said = f"battery low: {percent(charge)}; the drone lands at {percent(reserve)}"
+            yield f"{said}. Land (F8)", WARNING
         self._was_low = charge <= reserve + LOW_CHARGE
 
 

@@ -103,10 +103,10 @@ class ExcitationGuard:
 
     Args:
         session: that is flown.
-        excitation: that is to be flown.
+        excitation: that is to be flown, None for an injection, which hardly moves the drone.
     """
 
-    def __init__(self, session: Session, excitation: Excitation) -> None:
+    def __init__(self, session: Session, excitation: Excitation | None = None) -> None:
         self._session, self._excitation = session, excitation
         self._time, self._v_WB = session.time, session.state()[10:13]
         self._calm_from = math.inf
@@ -118,9 +118,9 @@ class ExcitationGuard:
         Raises:
             WorkbenchError: with what is in the way.
         """
-        axis, size = self._excitation.axis, abs(self._excitation.amplitude)
-        if axis not in DIRECTIONS:
+        if self._excitation is None or self._excitation.axis not in DIRECTIONS:
             return
+        axis, size = self._excitation.axis, abs(self._excitation.amplitude)
         rates = self._session.scenario.rates
         plan = StepPlan(self._excitation, rates)
         times = range(0, plan.length, round(rates.control_period / rates.physics_step))

@@ -27,6 +27,7 @@ from workbench.live.messages import (
     GetReading,
     Hold,
     KeepLog,
+    Measure,
     Network,
     NetworkOrder,
     Phase,
@@ -39,7 +40,7 @@ from workbench.live.messages import (
 )
 from workbench.live.view import LiveView
 from workbench.scenario.excitation import Excitation
-from workbench.scenario.scenario import FARTHEST, Action, Gust, Push, Scenario
+from workbench.scenario.scenario import FARTHEST, Action, Gust, Injection, Push, Scenario
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.pilot_numbers import finite
 from workbench.systems.sensors.readings import Reading
@@ -55,7 +56,9 @@ MOST_WAITING = 1000
 MOST_STREAMED = 4000
 """Samples that are kept for who draws them, some 20 s; then the oldest go."""
 
-Wanted = Action | Excite | StopExciting | Hold | SetSpeed | FlyOn | Question | NetworkOrder
+Wanted = (
+    Action | Excite | Measure | StopExciting | Hold | SetSpeed | FlyOn | Question | NetworkOrder
+)
 
 
 class LiveFlight:
@@ -235,8 +238,20 @@ class LiveFlight:
         """
         return self._order(lambda: Excite(_excitation(excitation)))
 
+    def measure(self, injection: Injection, *, hold: bool) -> Future[float]:
+        """Measure a loop by an injection; the answer is when it begins [s].
+
+        What it measured is `LiveView.measured`, after each of its periods. It ends as an excitation
+        does, and the drone goes back to where it began.
+
+        Args:
+            injection: see `design.judge.loop_measurement`.
+            hold: whether the loop is one that holds a place.
+        """
+        return self._order(lambda: Measure(injection, hold))
+
     def stop_exciting(self) -> Future[float]:
-        """End an excitation, if one is flown, and hover where it is."""
+        """End an excitation or a measurement, if one is flown, and hover where it is."""
         return self._order(StopExciting)
 
     def reset(self) -> Future[float]:

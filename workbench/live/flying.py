@@ -14,11 +14,13 @@ from workbench.control.controller import Controller, load_controller, with_estim
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.link.backplane import Disconnect
+from workbench.live.alarms import Alarms
 from workbench.live.announcer import INFORMATION, WARNING
 from workbench.live.exciter import Exciter
 from workbench.live.hard_hit import hit_speed
 from workbench.live.law_compiler import LawCompiler
 from workbench.live.log_keeper import LogKeeper
+from workbench.live.measurer import Measurer
 from workbench.live.messages import (
     Close,
     Excite,
@@ -31,6 +33,8 @@ from workbench.live.messages import (
     Hit,
     Hold,
     KeepLog,
+    Measure,
+    Measured,
     Network,
     Pace,
     Phase,
@@ -45,7 +49,7 @@ from workbench.live.network import Deferred, FlightNetwork
 from workbench.live.stream import NoStream, Stream
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Action, check_scenario
+from workbench.scenario.scenario import Action, Injection, check_injection, check_scenario
 from workbench.session.script import repeated
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
@@ -252,6 +256,13 @@ class Flying:
         self._stream = stream or NoStream()
         self._network = FlightNetwork(session, bridge, log, self._stream)
         self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)
+        self._measurer = Measurer(
+            session,
+            lambda: self._network.operates,
+            self._network.did,
+            lambda injected: send_queue.post(Measured(injected)),
+        )
+        self._alarms = Alarms(session, lambda said: self._network.event(said, WARNING))
         self._compiler = LawCompiler()
         self._watches = watch
         self._law = session.controller
@@ -334,11 +345,22 @@ class Flying:
         if not self._broken:  # of what broke, nothing can be computed any more
             self._seen = self._session.snapshot()
         snapshot, pace = self._seen, self._clock.pace(now)
+        if not self._broken:
+            self._alarms.look_at_pace(pace, now)
         self._stream.flush()
         exciting, flight = self._exciter.exciting, self._flight
-        ended, hit = self._exciter.ended, self._hit
+        ended, hit = self._exciter.ended or self._measurer.ended, self._hit
         report = Report(
-            phase, self._broken, snapshot, pace, self._shown, exciting, flight, ended, hit
+            phase,
+            self._broken,
+            snapshot,
+            pace,
+            self._shown,
+            exciting,
+            flight,
+            ended,
+            hit,
+            self._measurer.share,
         )
         self._send_queue.show(report)
         if not self._broken:
@@ -373,17 +395,22 @@ class Flying:
                 return self._session.checkpoint()
             case Excite(excitation):
                 return self._excite(excitation)
+            case Measure(injection, hold):
+                return self._measure(injection, hold)
             case StopExciting():
                 self._exciter.end()
+                self._measurer.end()
             case Action(controller=str(name)):
                 self._take_over(name)
             case Action(flies=False) as action:
                 self._session.act(action)
                 self._network.did(action)
+                if action.set and self._measurer.end():
+                    self._measurer.ended = "a parameter was changed: it hovers where it is"
             case Action() as asked:
                 action = self._network.in_landing(asked)
                 self._session.act(action)  # what is refused takes nothing from anybody
-                if self._network.operate() or self._exciter.end():
+                if self._network.operate() or self._exciter.end() or self._measurer.end():
                     self._session.act(action)  # again, after the hold
                 self._network.did(action)
         return self._session.time
@@ -471,7 +498,9 @@ class Flying:
         self._session.reset()
         self._flight += 1
         self._exciter.drop()
-        self._exciter.ended, self._hit = "", None
+        self._measurer.drop()
+        self._alarms.begin()
+        self._exciter.ended, self._measurer.ended, self._hit = "", "", None
         self._network.begin()
         self._show_law()
         self._broken = ""
@@ -481,7 +510,17 @@ class Flying:
     def _excite(self, excitation: Excitation) -> float:
         self._exciter.check(excitation)
         self._network.operate()
+        self._measurer.end()
+        self._measurer.ended = ""
         return self._exciter.begin(excitation)
+
+    def _measure(self, injection: Injection, hold: bool) -> float:
+        self._measurer.check()
+        check_injection(injection, self._session.controller, self._session.scenario.rates)
+        self._network.operate()
+        self._exciter.end()
+        self._exciter.ended = ""
+        return self._measurer.begin(injection, hold=hold)
 
     def _set_speed(self, factor: float) -> None:
         if not SLOWEST <= factor <= FASTEST:
@@ -509,18 +548,27 @@ class Flying:
 
     def _fly(self, steps: int) -> None:
         try:
-            for part in self._exciter.parts(steps):
-                before = self._session.state()
-                self._session.tick(part * self._step)
-                self._look_for_hit(before[10:13], part * self._step)
+            for whole in self._exciter.parts(steps):
+                for part in self._measurer.parts(whole):
+                    self._fly_part(part)
         except WorkbenchError as error:  # what Drake refuses, or what the script asks for
             self._broken = str(error)
             self._exciter.drop()
+            self._measurer.drop()
             self._network.broke(self._broken)
             self.report()
         self._network.flown()
         if not self._broken:
             self._show_law()
+
+    def _fly_part(self, steps: int) -> None:
+        """Fly steps that nothing is to be done between."""
+        excited = self._exciter.exciting is not None or self._measurer.share is not None
+        for part in self._alarms.parts(steps):
+            before = self._session.state()
+            self._session.tick(part * self._step)
+            self._look_for_hit(before[10:13], part * self._step)
+            self._alarms.look(excited=excited)
 
     def _look_for_hit(self, before: np.ndarray, duration: float) -> None:
         """Take note of a hard hit within a part that was flown."""

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from workbench.plant.formats.xacro_arguments import XacroArgument
     from workbench.plant.vehicle import Vehicle
     from workbench.scenario.excitation import Excitation, Exciting
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Injection, Scenario
+    from workbench.session.injected import Injected
     from workbench.session.recording import Recording
     from workbench.session.snapshot import Snapshot
     from workbench.systems.sensors.samples import Samples
@@ -166,8 +167,21 @@ class Excite:
 
 
 @dataclass(frozen=True)
+class Measure:
+    """Measure a loop by an injection from the next control update on; the answer is its time.
+
+    Attributes:
+        injection: that is flown.
+        hold: whether the loop is one that holds a place.
+    """
+
+    injection: Injection
+    hold: bool
+
+
+@dataclass(frozen=True)
 class StopExciting:
-    """Hover where it is, if an excitation is flown."""
+    """Hover where it is, if an excitation or a measurement is flown."""
 
 
 @dataclass(frozen=True)
@@ -301,7 +315,7 @@ class Report:
     `exciting` is the excitation that is flown, None while none is; `flight` counts the flights that
     this process has begun, one at its start and one with every reset; `excitation_ended` says why
     the last excitation ended before it was over, "" where it did not; `hit` is the last hard hit,
-    if any.
+    if any; `measuring` is how much of a measurement is flown, 0 .. 1, None while none is.
     """
 
     phase: Phase
@@ -313,6 +327,14 @@ class Report:
     flight: int
     excitation_ended: str = ""
     hit: Hit | None = None
+    measuring: float | None = None
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What an injection has measured by now, after each of its periods."""
+
+    injected: Injected
 
 
 @dataclass(frozen=True)

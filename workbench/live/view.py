@@ -8,6 +8,7 @@ from workbench.control.controller import Controller
 from workbench.link.topics import Topic
 from workbench.live.messages import (
     Hit,
+    Measured,
     NetworkView,
     Pace,
     Phase,
@@ -21,6 +22,7 @@ from workbench.plant.formats.xacro_arguments import XacroArgument
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.excitation import Exciting
 from workbench.scenario.scenario import Scenario
+from workbench.session.injected import Injected
 from workbench.session.snapshot import Snapshot
 
 
@@ -43,6 +45,8 @@ class LiveView:
         network: who watches and who commands.
         exciting: the excitation that is flown, None while none is.
         flight: its number in its process; a reset begins the next one.
+        measuring: how much of a measurement is flown, 0 .. 1, None while none is.
+        measured: what the last one has measured by now, None before the first.
         excitation_ended: why the last excitation ended before it was over, "" where it did not.
         hit: the last hard hit of this flight, None before the first.
         needed: arguments of its xacro file without which it could not begin.
@@ -63,13 +67,17 @@ class LiveView:
     exciting: Exciting | None = None
     flight: int = 0
     excitation_ended: str = ""
+    measuring: float | None = None
+    measured: Injected | None = None
     hit: Hit | None = None
     needed: tuple[XacroArgument, ...] = ()
 
     def after(self, message: object) -> "LiveView":
         """Return the view once a message was heard; itself where that changes nothing."""
         match message:
-            case Report(phase, said, snapshot, pace, network, exciting, flight, why, hit):
+            case Report(
+                phase, said, snapshot, pace, network, exciting, flight, why, hit, measuring
+            ):
                 return dataclasses.replace(
                     self,
                     phase=phase,
@@ -81,7 +89,10 @@ class LiveView:
                     flight=flight,
                     excitation_ended=why,
                     hit=hit,
+                    measuring=measuring,
                 )
+            case Measured(injected):
+                return dataclasses.replace(self, measured=injected)
             case Started(vehicle, values, url, scenario, topics, controller):
                 return dataclasses.replace(
                     self,
@@ -107,5 +118,11 @@ class LiveView:
     def ended(self, said: str, needed: tuple[XacroArgument, ...] = ()) -> "LiveView":
         """Return the view of the flight that has ended, and why."""
         return dataclasses.replace(
-            self, phase=Phase.ENDED, said=said, network=NetworkView(), exciting=None, needed=needed
+            self,
+            phase=Phase.ENDED,
+            said=said,
+            network=NetworkView(),
+            exciting=None,
+            measuring=None,
+            needed=needed,
         )

@@ -2,11 +2,11 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from numbers import Real
 from typing import Any
 
-from workbench.scenario.scenario import Action, Gust, Push
+from workbench.scenario.scenario import Action, Gust, Injection, Push
 
 
 def action_text(action: Action) -> str:
@@ -29,6 +29,9 @@ def read_action(at: float, text: str) -> Action:
         values["gust"] = Gust(**values["gust"])
     if "push" in values:
         values["push"] = Push(**values["push"])
+    if "injection" in values:
+        injection = Injection(**values["injection"])
+        values["injection"] = replace(injection, periods=int(injection.periods))
     return Action(at=at, **values)
 
 
@@ -36,7 +39,7 @@ def _plain(value: Any) -> Any:
     """Return a value made only of what JSON knows; numbers may be numpy's."""
     if value is None or isinstance(value, str | bool):
         return value
-    if isinstance(value, Gust | Push):
+    if isinstance(value, Gust | Push | Injection):
         values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
         if not any(values.get("torque", ())):  # as what reads logs of earlier versions has it
             values.pop("torque", None)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from workbench.common.atomic_write import write_atomically
-from workbench.common.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file, find_model, find_world
 from workbench.common.yaml_files import (
     Keys,
@@ -56,6 +56,12 @@ _BLOWS = (
     ("push", "duration", "push_duration"),
 )
 """Part of an action, its key, and the parameters that it sets."""
+STEERED = 1e-5
+"""A velocity at which a place is no longer held [m/s]."""
+SLOWEST_LINE = 0.02
+"""Lowest frequency of an injection [rad/s]: a period of five minutes."""
+MOST_PERIODS = 100
+"""Of an injection."""
 LONGEST_PATH = 3600.0
 """Of a figure of eight, all laps together [s]."""
 
@@ -121,13 +127,38 @@ class Push:
 
 
 @dataclass
+class Injection:
+    """A multisine that adds to a signal of the law, so that a loop's response can be measured.
+
+    The name of the loop point ("" ends what is injected), the rms size in its unit, the lowest and
+    the highest frequency [rad/s], and how many periods, each as long as a wave of the lowest one.
+    """
+
+    point: str = ""
+    size: float = 0.0
+    lowest: float = 0.5
+    highest: float = 50.0
+    periods: int = 5
+
+    def action(self, *, hold: bool) -> "Action":
+        """Return the action that measures a loop in hover.
+
+        Args:
+            hold: whether the loop is one that holds a place; for all others the drone is steered,
+                at no speed that moves it, as in the models that they are judged by.
+        """
+        return Action(velocity=[0.0 if hold else STEERED, 0.0, 0.0], yaw_rate=0.0, injection=self)
+
+
+@dataclass
 class Action:
     """Something the pilot does at a time [s]; what is not given stays as it is.
 
     A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off,
-    hold, land, stop, abort_landing) with its height [m], a gust, a push, new values of live
-    parameters, or another controller, which takes over: a shipped one's name, or a file. That is
-    compiled, or interpreted, which is slower, begins at once, and may differ in the last bit.
+    hold, land, stop, abort_landing) with its height [m], a gust, a push, an injection into the law,
+    new values of live parameters, or another controller, which takes over: a shipped one's name, or
+    a file. That is compiled, or interpreted, which is slower, begins at once, and may differ in the
+    last bit.
     """
 
     at: float = 0.0
@@ -138,6 +169,7 @@ class Action:
     height: float = 1.5
     gust: Gust | None = None
     push: Push | None = None
+    injection: Injection | None = None
     set: dict[str, float] = field(default_factory=dict)
     controller: str | None = None
     interpreted: bool = False
@@ -339,6 +371,11 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
         for key, blow in (("gust", action.gust), ("push", action.push)):
             if blow is not None and not 0.0 < blow.duration < math.inf:
                 raise refuse((*keys, key, "duration"), "must be a positive time in seconds")
+        if action.injection is not None:
+            try:
+                check_injection(action.injection, tables[index].controller, scenario.rates)
+            except WorkbenchError as error:
+                raise refuse((*keys, "injection"), str(error)) from None
         for name, value in action.set.items():
             where = file.where(*keys, "set", name) if file else ""
             tables[index].checked({name: value}, where)
@@ -363,6 +400,34 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
             )
         if eight.laps < 1:
             raise refuse(("figure_eight", "laps"), "must be 1 or more")
+
+
+def check_injection(injection: Injection, law: Controller, rates: Rates) -> None:
+    """Refuse an injection that cannot be flown; one without a point ends another.
+
+    Raises:
+        WorkbenchError: with what to give in its place.
+    """
+    if not injection.point:
+        return
+    if injection.point not in law.points:
+        raise unknown_name("loop point", injection.point, law.points)
+    highest = math.pi / rates.control_period
+    if not 0.0 < injection.size <= FARTHEST:
+        raise WorkbenchError(
+            f"the size injected is {injection.size:g}: give it a finite number above 0"
+        )
+    if not SLOWEST_LINE <= injection.lowest < injection.highest <= highest:
+        raise WorkbenchError(
+            f"the injection reaches from {injection.lowest:g} to {injection.highest:g} rad/s: give "
+            f"it a lowest frequency of {SLOWEST_LINE:g} rad/s or more, and a highest one above it, "
+            f"up to {highest:.4g} rad/s, half the rate of the law"
+        )
+    if not 2 < injection.periods <= MOST_PERIODS:
+        raise WorkbenchError(
+            f"the injection has {injection.periods} periods: give it 3 to {MOST_PERIODS}, as the "
+            "first one is not measured"
+        )
 
 
 def _check_takers_over(scenario: Scenario, file: YamlFile) -> None:

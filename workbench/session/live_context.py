@@ -83,6 +83,7 @@ class LiveContext:
         begin = InitializeParams()
         if checkpoint:
             write_states(bench, root, self._taken_over(checkpoint))
+            bench.computer.close_loops(self._of(bench.computer))
             bench.computer.design(self._of(bench.computer))
             root.SetTime(checkpoint.time)
             if checkpoint.source != bench.controller.digest:  # before anything is published
@@ -116,6 +117,25 @@ class LiveContext:
     def wish(self, wish: Wish) -> None:
         pilot = self._bench.pilot
         pilot.set_wish(self._of(pilot), wish)
+
+    def probed(self, place: int, value: float) -> float:
+        """Inject a value at the loop point at a place, and return the signal that comes there now.
+
+        Args:
+            place: in the controller's points.
+            value: that is added from the next update on, which is due now.
+        """
+        computer = self._bench.computer
+        computer.inject(self._of(computer), place, value)
+        return float(self.loop_signals()[place])
+
+    def loop_signals(self) -> np.ndarray:
+        """Return what the next update sees at the loop points (P)."""
+        return self._bench.computer.signals(self._of(self._bench.computer))
+
+    def close_loops(self) -> None:
+        """Inject nothing from the next update on."""
+        self._bench.computer.close_loops(self._of(self._bench.computer))
 
     def set(self, values: Mapping[str, float]) -> None:
         """Give live parameters values by name, or none of them if one is refused.

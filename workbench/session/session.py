@@ -31,10 +31,18 @@ from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.scenario.configured import tell_start
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import REQUESTS, Action, Scenario, at_own_period
+from workbench.scenario.scenario import (
+    REQUESTS,
+    Action,
+    Injection,
+    Scenario,
+    at_own_period,
+    check_injection,
+)
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 from workbench.session.built_flight import BuiltFlight, build_flight
 from workbench.session.checkpoint import Checkpoint
+from workbench.session.injected import Injected, Injecting
 from workbench.session.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.session.observation import observe
 from workbench.session.pilot_numbers import check_height, finite, place_above
@@ -97,6 +105,7 @@ class Session:
         self.vehicle: Vehicle = self._first.vehicle
         self.world: World = self._first.world
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
+        self._injecting: Injecting | None = None
         self.reset()
         obstacles = self._bench.obstacles
         if obstacles and (near := obstacles.nearest(self._live.root)):
@@ -110,14 +119,13 @@ class Session:
 
     def checkpoint(self) -> Checkpoint:
         """Return the present as something to go on from, here or in another process."""
-        v_x, v_y, v_z, yaw_rate, *_ = self._live.wish.reference
         return Checkpoint(
             time=self.time,
             steps=self._steps,
             due=self._due,
             acted=self._script.done,
-            velocity=(v_x, v_y, v_z),
-            yaw_rate=yaw_rate,
+            velocity=self.asked[:3],
+            yaw_rate=self.asked[3],
             systems=self._live.states(),
             controller=self.controller.name,
             source=self.controller.digest,
@@ -215,6 +223,12 @@ class Session:
         self._live.wish = requested(self._live.wish, Request[what.upper()], height, mode, seen)
 
     @property
+    def asked(self) -> tuple[float, float, float, float]:
+        """What the pilot asks for: velocity in W [m/s] and yaw rate [rad/s]."""
+        v_x, v_y, v_z, yaw_rate, *_ = self._live.wish.reference
+        return v_x, v_y, v_z, yaw_rate
+
+    @property
     def reason(self) -> Reason:
         """Why the flight mode is what nobody asked for, or what the flight goes without."""
         modes = self._bench.modes
@@ -277,6 +291,38 @@ class Session:
         torque, start = finite("torque of the push", torque, 3), self._live.next_update
         self.act(Action(set=push_settings(force, point, start, duration, torque)))
 
+    def inject(self, injection: Injection) -> None:
+        """Add a multisine to a signal of the law from the next control update on.
+
+        One that is still flown ends; one without a point ends it alone.
+
+        Raises:
+            WorkbenchError: if it cannot be flown.
+        """
+        check_injection(injection, self.controller, self.scenario.rates)
+        if self._injecting and not self._injecting.is_over:
+            self._live.close_loops()
+        self._injecting = None
+        if injection.point:
+            rates = self.scenario.rates
+            place = self.controller.point_names.index(injection.point)
+            first = round(self._live.next_update / rates.physics_step)
+            self._injecting = Injecting(injection, place, first, rates)
+
+    @property
+    def injecting(self) -> float | None:
+        """How much of an injection is flown, 0 .. 1; None where none was begun."""
+        return self._injecting.share if self._injecting else None
+
+    @property
+    def injected(self) -> Injected | None:
+        """What was injected last and what came, in whole periods; None where nothing was."""
+        return self._injecting.injected if self._injecting else None
+
+    def loop_signals(self) -> np.ndarray:
+        """Return what the law's next update sees at its loop points now (P), in their order."""
+        return self._live.loop_signals()
+
     def set(self, name: str, value: float) -> None:
         """Give a live parameter a value; it takes effect at the next control update.
 
@@ -315,7 +361,7 @@ class Session:
                 if action.controller is not None:
                     self._take_over(action.controller, action.interpreted)
                 self._act(action)
-            self._advance(min(target, self._script.next_step))
+            self._advance(min(target, self._script.next_step, self._inject()))
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""
@@ -424,6 +470,8 @@ class Session:
         if action.push is not None:
             push = action.push
             self.push(push.force, push.point, push.duration, push.torque)
+        if action.injection is not None:
+            self.inject(action.injection)
 
     def _use(self, built: BuiltFlight) -> None:
         """Fly what was built from now on."""
@@ -438,6 +486,7 @@ class Session:
             self._bridge.reset()
         self._begin_telemetry()
         self._live = LiveContext(self._bench, self.scenario, self._values, checkpoint)
+        self._injecting = None
         self._earlier: Earlier | None = None
         self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)
         self._script.rewind(checkpoint.acted if checkpoint else 0)
@@ -469,6 +518,7 @@ class Session:
         with sentences(f"the controller {law.name} cannot take over"):
             live = LiveContext(built.bench, scenario, built.values, self.checkpoint())
         self._earlier = Earlier(*self._recorded(), self._sample_rows())
+        self._injecting = None
         self._use(built)
         self._live = live
         self._begin_telemetry()
@@ -507,6 +557,14 @@ class Session:
             self._bridge.settings += 1
             names = ("max_speed", "max_climb_rate", "max_yaw_rate")
             self._bridge.authority.limits = Limits(*map(self.get, names))
+
+    def _inject(self) -> int | float:
+        """Add what is due of an injection; return the next step at which something is."""
+        injecting = self._injecting
+        if injecting is None or injecting.is_over:
+            return math.inf
+        injecting.act(self._steps, self._live)
+        return injecting.next_step
 
     def _advance(self, step: int | float) -> None:
         """Simulate up to a step."""

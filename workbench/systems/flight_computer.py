@@ -13,7 +13,9 @@ from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
     ALL_PARTS,
+    BODY,
     PLAIN,
+    ROTOR,
     SETPOINT,
     SOURCES,
     ComputerSettings,
@@ -22,9 +24,10 @@ from workbench.control.flight_law import (
     known_vehicle,
     law_constants,
     packed,
+    unpacked,
 )
 from workbench.control.flight_law import FILTERED as STAGES
-from workbench.control.guidance import Guidance, Reference
+from workbench.control.guidance import Guidance, Reference, Setpoint
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
@@ -169,6 +172,45 @@ class FlightComputer(LeafSystem):
                 "divides by, or takes a root of"
             )
 
+    def signals(self, context: Context) -> np.ndarray:
+        """Return what the next update sees at the loop points (P), in their order.
+
+        Python runs the law for that: machine code notes no signals.
+        """
+        numbers = self._numbers(context)
+        state, voltage, reference, guidance, feedforward, gains, shares, known, probes = numbers[:9]
+        estimate, settings = numbers[9:]
+        values = [
+            context.get_discrete_state(group).CopyToVector()
+            for group in range(context.num_discrete_state_groups())
+        ]
+        loops = [*probes, *[0.0] * len(self._controller.points)]
+        flight_law(self._controller).update(
+            state,
+            voltage[0],
+            Setpoint(reference, guidance, feedforward),
+            gains,
+            shares,
+            unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR)),
+            loops,
+            estimate,
+            settings,
+            values[FILTERED],
+            values[MEMORY] if self._controller.memory else _NONE,
+            values[COMMANDS],
+            self._count(context),
+        )
+        return np.array(loops[len(probes) :])
+
+    def inject(self, context: Context, place: int, value: float) -> None:
+        """Add a value to the signal of the loop point at a place, from the next update on."""
+        probes = context.get_mutable_numeric_parameter(PROBES)
+        probes.SetAtIndex(len(self._controller.points) + place, value)
+
+    def close_loops(self, context: Context) -> None:
+        """Inject nothing, and let all gates be 1, as in a normal flight."""
+        context.get_mutable_numeric_parameter(PROBES).SetFromVector(self._controller.closed)
+
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""
         context.SetDiscreteState(COMMANDS, speeds)
@@ -217,9 +259,23 @@ class FlightComputer(LeafSystem):
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         # Drake hands over the new state as a copy of the old one, and the law reads each number
         # before it writes it; asking for the old one besides would take some microseconds.
-        has_path = self._feedforward.HasValue(context)
-        memory = discrete_state.get_mutable_value(MEMORY) if self._controller.memory else _NONE
         numbers = (
+            *self._numbers(context),
+            discrete_state.get_mutable_value(FILTERED),
+            discrete_state.get_mutable_value(MEMORY) if self._controller.memory else _NONE,
+            discrete_state.get_mutable_value(COMMANDS),
+            self._count(context),
+        )
+        try:
+            self._run(*numbers)
+        except Exception:
+            with own_errors(self._controller.file, "update"):
+                raise
+
+    def _numbers(self, context: Context) -> tuple[Any, ...]:
+        """Return what an update takes from ports and parameters, in its order."""
+        has_path = self._feedforward.HasValue(context)
+        return (
             self._state.Eval(context),
             self._voltage.Eval(context) if self._voltage.HasValue(context) else _FULL,
             self._reference.Eval(context),
@@ -231,16 +287,11 @@ class FlightComputer(LeafSystem):
             context.get_numeric_parameter(PROBES).get_value(),
             self._estimate,
             context.get_numeric_parameter(PATH).get_value(),
-            discrete_state.get_mutable_value(FILTERED),
-            memory,
-            discrete_state.get_mutable_value(COMMANDS),
-            float(round(context.get_time() / self._period)) if self._divides else ALL_PARTS,
         )
-        try:
-            self._run(*numbers)
-        except Exception:
-            with own_errors(self._controller.file, "update"):
-                raise
+
+    def _count(self, context: Context) -> float:
+        """Return the number of updates before the next one, see `ALL_PARTS`."""
+        return float(round(context.get_time() / self._period)) if self._divides else ALL_PARTS
 
 
 def _joined(constants: LawConstants) -> np.ndarray:

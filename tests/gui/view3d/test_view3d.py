@@ -221,10 +221,11 @@ def test_a_page_that_cannot_draw_says_what_to_do_and_offers_its_address(panel, w
     assert panel.said == FAULTS[fault]
     assert panel._address.text() == PAGE
     assert panel._browse.isVisible()
+    assert panel.plain.isVisible()  # Qt draws the flight itself meanwhile
     web.state["fault"] = ""
     panel._again.click()
     assert web.went == [PAGE, PAGE]
-    assert panel.said == ""
+    assert panel.said == "" and not panel.plain.isVisible()
 
 
 def test_a_page_that_hangs_and_one_whose_process_ends_are_told(panel, web, clock):
@@ -255,7 +256,9 @@ def test_a_page_that_begins_looks_as_the_one_before_it_did(panel, web, actions):
     actions["trail_3d"].setChecked(False)
     web.ran.clear()
     panel._look_at_page()
-    assert web.ran == [STATE, 'window.workbench?.look("follow")', "window.workbench?.trail(false)"]
+    *first, background = web.ran
+    assert first == [STATE, 'window.workbench?.look("follow")', "window.workbench?.trail(false)"]
+    assert background.startswith("window.workbench?.background(...[[")
     panel.look("top")
     assert web.ran[-1] == 'window.workbench?.look("top")'
 

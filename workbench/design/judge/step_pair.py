@@ -1,5 +1,6 @@
 """One step twice: by the linear model, and flown on the full diagram."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -11,6 +12,8 @@ from workbench.design.linear.model import LinearModel
 from workbench.design.lost import find_loss
 from workbench.design.response_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import fly_step
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 
 STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
@@ -21,6 +24,8 @@ INPUTS = {
     "z": "reference_v_z",
     "yaw": "reference_yaw_rate",
 }
+ASKED = 1.0
+"""So much of a step is looked at for the thrusts that it takes [s]."""
 OUTPUTS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "w_z"}
 
 
@@ -111,6 +116,27 @@ def step_pair(
         flown=flown.metrics if flown else None,
         broken=broken,
     )
+
+
+def saturating_step(model: LinearModel, axis: str, vehicle: Vehicle) -> float:
+    """Return the size of the step at which the first rotor comes to its largest thrust.
+
+    By the linear model, from hover; infinite where no step takes any [m/s] or [rad/s].
+
+    Args:
+        model: sampled, while the pilot steers.
+        axis: x, y, z or yaw.
+        vehicle: that is flown.
+    """
+    frame = thrust_frame(vehicle)
+    most = np.array([rotor.max_thrust for rotor in frame.rotors]) - frame.hover_thrusts
+    samples = round(ASKED / model.period)
+    share = 0.0
+    for rotor, room in enumerate(most):
+        thrust = linear_step(model, INPUTS[axis], f"thrust_{rotor + 1}", samples)
+        if room > 0.0:
+            share = max(share, float(np.abs(thrust).max()) / room)
+    return 1.0 / share if share else math.inf
 
 
 def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> np.ndarray:

@@ -737,6 +737,21 @@ class GainEditor(QObject):
             self._clear_warning()  # what was entered is not what is proposed any more
         self._tell_proposed(changed)
 
+    def propose_all(self, values: Values, what: str) -> None:
+        """Try values of several parameters at once, as `propose` tries one.
+
+        Args:
+            values: by name, within their limits; those of parameters that are linked, too.
+            what: in words, for undo.
+        """
+        known = {name: value for name, value in values.items() if name in self.proposed}
+        changed = self._put(known, what)
+        if self.is_at_once:
+            self.apply()
+        else:
+            self._clear_warning()
+        self._tell_proposed(changed)
+
     def adopt(self, values: Values, what: str) -> None:
         """Try many values in one step, whatever the user prefers: a profile, or a search's result.
 

@@ -25,6 +25,8 @@ from workbench.gui.tuning.limit_table import find_limit, written
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.loop_curves import LoopCurves
 from workbench.gui.tuning.loop_marks import peak
+from workbench.gui.tuning.loop_measuring import LoopMeasuring
+from workbench.gui.tuning.loop_shaping import LoopShaping
 from workbench.gui.tuning.margins_card import loop_label, weakest_loop
 from workbench.gui.tuning.nyquist_plot import NyquistPlot
 from workbench.gui.tuning.phase_view import PhaseView
@@ -59,6 +61,8 @@ class FrequencyCard(Card):
 
     Attributes:
         curves: what is known of the loop.
+        measuring: measures it on the flight.
+        shaping: moves its gains together.
         loops: of which one is chosen.
         cuts: where it is opened.
         bode, nyquist, gang, phase: the views.
@@ -78,17 +82,18 @@ class FrequencyCard(Card):
         self._look = workspace.look
         self._trial, self._judgement, self._limits = trial, judgement, limits
         self._cursor: float | None = None
-        self._measured: dict[tuple[str, str], DrawnLoop] = {}
         self._drawn: tuple[DrawnLoop, ...] = ()
         self._framed = ("", "")
         self._hidden: set[str] = set()
         self._seen = False
         self.curves = LoopCurves(workspace.analysis, self)
+        self.measuring = LoopMeasuring(workspace, self)
         self.views = _choice("What is drawn", VIEWS)
         self.loops = _choice("Loop", ())
         self.cuts = _choice("Where the loop is opened", CUTS)
         self.bode, self.nyquist = BodePlots(workspace), NyquistPlot(workspace)
         self.gang, self.phase = GangPlots(workspace), PhaseView(workspace, judgement, limits)
+        self.shaping = LoopShaping(workspace, trial, judgement)
         self.legend = Legend(workspace.look)
         policy = self.legend.sizePolicy()
         policy.setHeightForWidth(True)
@@ -100,11 +105,14 @@ class FrequencyCard(Card):
         row = QHBoxLayout()
         for part in (self.views, self.loops, self.cuts):
             row.addWidget(part)
-        row.addStretch(1)
+        row.addWidget(self.measuring.button)
+        self.progress = Sentence()
+        row.addWidget(self.progress, 1)
         self.body.addLayout(row)
         self.body.addWidget(self.legend)
         self.body.addWidget(self._stack, 1)
         self.body.addWidget(self.reading)
+        self.body.addWidget(self.shaping)
         self.views.currentIndexChanged.connect(lambda _: self._turn_to_view())
         self.loops.activated.connect(lambda _: self.choose_loop(self.loops.currentData()))
         self.cuts.activated.connect(lambda _: self._choose())
@@ -112,6 +120,8 @@ class FrequencyCard(Card):
         for view in self._drawing:
             view.pointed.connect(self.set_cursor)
         self.curves.changed.connect(self._show)
+        self.measuring.changed.connect(self._show)
+        self.shaping.told.connect(self._read)
         self.phase.changed.connect(self._say)
         trial.gains.state_changed.connect(self.follow)  # as what is kept
         judgement.changed.connect(self._hear_judgement)
@@ -122,7 +132,8 @@ class FrequencyCard(Card):
         """Forget another flight."""
         self.curves.clear()
         self.loops.clear()
-        self._measured.clear()
+        self.measuring.begin()
+        self.shaping.begin()
         self.curves.choose("", self.cuts.currentText())
         self._framed = ("", "")
         self._show()
@@ -138,6 +149,7 @@ class FrequencyCard(Card):
         """Ask only while somebody looks."""
         self._seen = seen
         self.curves.set_seen(seen and self._view != "Phase")
+        self.shaping.set_seen(seen and self._view != "Phase")
         if seen:
             self._show()
 
@@ -170,6 +182,8 @@ class FrequencyCard(Card):
     ) -> None:
         """Draw a measured loop beside the model's, with its spread, where it is coherent.
 
+        It is of the gains that fly now: with others it is not drawn.
+
         Args:
             loop: name of the loop that was measured.
             cut: where it was opened: actuator or error.
@@ -178,8 +192,8 @@ class FrequencyCard(Card):
             coherence: (F), 0 .. 1.
             deviation: (F) one-sigma relative error of abs(L).
         """
-        self._measured[loop, cut] = drawn_measurement(frequency, response, coherence, deviation)
-        self._show()
+        drawn = drawn_measurement(frequency, response, coherence, deviation)
+        self.measuring.keep(loop, cut, self._trial.judged_flown, drawn)
 
     @property
     def _view(self) -> str:
@@ -213,7 +227,8 @@ class FrequencyCard(Card):
     def _turn_to_view(self) -> None:
         name = self._view
         self._stack.setCurrentIndex(self.views.currentIndex())
-        for part in (self.loops, self.cuts, self.legend, self.reading):
+        of_a_loop = (self.loops, self.cuts, self.legend, self.reading, self.shaping)
+        for part in (*of_a_loop, self.measuring.button):
             part.setVisible(name != "Phase")
         self._stack.setToolTip(HELP[name])
         self.set_seen(self._seen)
@@ -222,7 +237,11 @@ class FrequencyCard(Card):
     def _show(self) -> None:
         """Draw what is known, in the view that is seen."""
         drawn = {name: drawn_curves(name, each) for name, each in self.curves.shown.items()}
-        measured = self._measured.get((self.curves.loop, self.curves.cut))
+        chosen = self.curves.loop, self.curves.cut, self._trial.judged_flown
+        self.measuring.choose(*chosen)
+        self.shaping.choose(self.curves.loop)
+        self.progress.say(self.measuring.said, "good")
+        measured = self.measuring.known(*chosen)
         if measured is not None:
             drawn[MEASURED] = measured
         self._drawn = tuple(drawn[name] for name in STROKES if name in drawn)
@@ -284,7 +303,8 @@ class FrequencyCard(Card):
     def _read(self) -> None:
         """Write each loop's size and phase at the cursor, in the order of the legend."""
         if self._cursor is None:
-            self.reading.say("Point at a curve to read it; the wheel zooms")
+            words = self.shaping.said or "Point at a curve to read it; the wheel zooms"
+            self.reading.say(words, self.shaping.tone or "muted")
             return
         loop = counting(self._drawn)
         if self._view == "Gang of four" and loop is not None:

@@ -368,6 +368,7 @@ class TuningScreen(Screen):
             self.gains.follow(view.snapshot)
             self.panel.set_bar.show_snapshot(view.snapshot)
         self.excitation.show_view(view)
+        self.frequency.measuring.show_view(view)
         self.response.show_view(view, self.trial.flown)
         self.trial.set_step(self.response.step)
 

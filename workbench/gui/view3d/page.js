@@ -8,6 +8,7 @@ window.workbench = (() => {
   const SOFTWARE_RATIO = 1; // pixels drawn for each of the page, along one side
   const DRONE = "/drone";
   const TRAIL = ["trail"];
+  const BACKGROUND = ["Background"];
   const CAMERA = "/Cameras/default";
   // From the drone to the camera, of length 1; y up, as three.js has it; seen at heading 0.
   const FOLLOW = [-0.94, 0.34, 0];
@@ -126,6 +127,10 @@ window.workbench = (() => {
       const ways = { follow: [FOLLOW, 1], top: [TOP, 3], side: [SIDE, 1.2], reset: [home, 1] };
       const [direction, times] = ways[way];
       stand(direction, times * distance);
+    },
+    background: (top, bottom) => {
+      viewer.set_property(BACKGROUND, "top_color", top);
+      viewer.set_property(BACKGROUND, "bottom_color", bottom);
     },
     trail: shown => viewer.set_property(TRAIL, "visible", shown),
   };

@@ -26,6 +26,7 @@ from PyQt6.QtWidgets import (
 from workbench.common.errors import WorkbenchError
 from workbench.common.system_libraries import remedy
 from workbench.gui.style import dressed
+from workbench.gui.view3d.plain_view import PlainView
 from workbench.gui.workspace import Workspace
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
@@ -188,6 +189,7 @@ class View3d(QWidget):
         self._timer.setInterval(TICK)
         self._timer.timeout.connect(self._look_at_page)
         workspace.flight.viewed.connect(self._follow)
+        workspace.look.changed.connect(self.show_ground)
         self._show()
 
     @property
@@ -214,6 +216,7 @@ class View3d(QWidget):
     def look(self, way: str) -> None:
         """Let the camera follow behind the drone, look from the top or a side, or begin anew."""
         self._way = way
+        self.plain.look(way)
         if way == "reset" and self._fault:
             self.reload()
         else:
@@ -221,8 +224,15 @@ class View3d(QWidget):
 
     def show_trail(self) -> None:
         """Show the path that was flown, or hide it, as its action is checked."""
-        shown = json.dumps(self._actions["trail_3d"].isChecked())
-        self._run(f"window.workbench?.trail({shown})")
+        checked = self._actions["trail_3d"].isChecked()
+        self.plain.show_trail(checked)
+        self._run(f"window.workbench?.trail({json.dumps(checked)})")
+
+    def show_ground(self) -> None:
+        """Let the page be as light or dark as the theme is."""
+        colours = [self._workspace.look.colour(name) for name in ("field", "card")]
+        parts = json.dumps([[c.redF(), c.greenF(), c.blueF()] for c in colours])
+        self._run(f"window.workbench?.background(...{parts})")
 
     def reload(self) -> None:
         """Open the page anew."""
@@ -275,6 +285,7 @@ class View3d(QWidget):
 
     def _follow(self, view: LiveView) -> None:
         """Show the page of another flight; tell where the picture costs it its time."""
+        self.plain.show_view(view)
         self._watch_pace(view)
         url = "" if view.phase is Phase.ENDED else view.url
         words = self._words_for(view)
@@ -351,6 +362,7 @@ class View3d(QWidget):
         if began:
             self._run(f"window.workbench?.look({json.dumps(self._way)})")
             self.show_trail()
+            self.show_ground()
         self._see()
         self._show()
 
@@ -381,7 +393,10 @@ class View3d(QWidget):
         self._strip.setVisible(self._is_blank)
         shown = self._web if self._web is not None and self._url and not self._fault else self._page
         self._layout.setCurrentWidget(shown)
-        self._bar.setVisible(shown is not self._page)
+        instead = shown is self._page and bool(self._missing or self._fault)
+        instead &= self._workspace.flight.view.snapshot is not None
+        self.plain.setVisible(instead)
+        self._bar.setVisible(shown is not self._page or instead)
 
     def _words_for(self, view: LiveView) -> str:
         if view.phase is Phase.ENDED:
@@ -404,9 +419,11 @@ class View3d(QWidget):
         self._again.clicked.connect(self.reload)
         self._browse = QPushButton("Open in the &browser")
         self._browse.clicked.connect(self.browse)
+        self.plain = PlainView(self._workspace.look)
         self._page = QWidget()
         page = QVBoxLayout(self._page)
-        page.setContentsMargins(24, 24, 24, 24)
+        page.setContentsMargins(12, 12, 12, 12)
+        page.addWidget(self.plain, 4)
         page.addStretch(1)
         for part in (self._words, self._address):
             page.addWidget(part)

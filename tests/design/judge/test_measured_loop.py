@@ -1,0 +1,114 @@
+"""Measured loops against a simulation by scipy, statistics, and the linear model in flight."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.signal import dlsim, dlti
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.judge.loop_measurement import fly_measurement
+from workbench.design.judge.measured_loop import COHERENT, measured_loop
+from workbench.scenario.multisine import multisine
+from workbench.scenario.scenario import Injection, Scenario
+from workbench.session.injected import Injected
+
+LIGHT = {"turbulence": 7.7}
+ASKED = Injection("acceleration_x", 0.5, 1.0, 40.0, 6)
+
+
+def flown(noise=0.0, periods=5, seed=0):
+    """What comes of an injection into a loop of scipy's, one period left out: L = 3 / (z - 0.9)."""
+    wave = multisine(ASKED.lowest, ASKED.highest, 1 / 100)
+    sent = np.tile(ASKED.size * wave.values, periods + 1)
+    disturbed = noise * np.random.default_rng(seed).standard_normal(len(sent))
+    # u = -L (u + d) + n / (1 + L), so that n is the noise of the open loop's output
+    closed = dlti([[0.6]], [[1.0, 0.0]], [[-0.3]], [[0.0, 1.0]], dt=1 / 100)
+    _, came, _ = dlsim(closed, np.column_stack([sent, disturbed]))
+    count = len(wave.values)
+    return Injected(ASKED, wave, came[count:, 0].reshape(periods, count))
+
+
+def true_loop(frequency):
+    return 0.3 / (np.exp(1j * frequency / 100) - 0.9)
+
+
+def test_a_loop_without_noise_is_exact():
+    found = measured_loop(flown())
+    np.testing.assert_allclose(found.response, true_loop(found.frequency), rtol=1e-6)
+    assert found.coherence.min() > 0.999 and found.deviation.max() < 1e-6
+    assert found.frequency[0] == pytest.approx(1.0, rel=0.01)
+    assert found.frequency[-1] <= 40.0
+
+
+def test_spread_and_coherence_are_as_honest_as_they_say():
+    """Of many noisy measurements: errors are as large as the spread says, and coherence never
+    flatters more often than one in twenty."""
+    errors, coherent = [], []
+    for seed in range(60):
+        found = measured_loop(flown(0.3, seed=seed))
+        ratio = found.response / true_loop(found.frequency)
+        errors.append(np.log(np.abs(ratio)) / found.deviation)
+        coherent.append(found.coherence)
+    # Student's t of 8 degrees of freedom has a standard deviation of 1.15
+    assert 0.9 < np.median(np.std(errors, axis=0)) < 1.4
+    many = measured_loop(flown(0.3, periods=2000))
+    share = np.mean(np.array(coherent) > many.coherence, axis=0)
+    assert np.mean(share) < 0.07
+
+
+def test_a_multisine_is_what_it_says():
+    wave = multisine(0.5, 50.0, 1 / 128)
+    assert wave.values.std() == pytest.approx(1.0, rel=1e-9)
+    assert np.abs(wave.values).max() < 3.0
+    assert (wave.lines % 2 == 1).all()
+    sizes = np.abs(np.fft.rfft(wave.values))
+    others = np.delete(sizes, wave.lines)
+    assert others.max() < 1e-9 * sizes.max()
+    assert multisine(0.5, 50.0, 1 / 128).values.tolist() == wave.values.tolist()
+
+
+def close(found, least):
+    """Within 1 dB and 5 degrees up to the bandwidth, where it is coherent."""
+    measured = found.measured
+    counts = (measured.coherence >= COHERENT) & (measured.frequency <= found.margins.bandwidth)
+    assert counts.sum() >= least, found.loop
+    size, phase = found.worst()
+    assert size <= 1.0 and math.degrees(phase) <= 5.0, (found.loop, size, math.degrees(phase))
+
+
+def test_a_flown_loop_is_that_of_the_model():
+    close(fly_measurement("velocity_z", lowest=1.5, periods=3), least=2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("settings", [{}, LIGHT], ids=["still", "light turbulence"])
+@pytest.mark.parametrize("controller", ["pd", "pid"])
+def test_velocity_and_attitude_loops_are_those_of_the_model(controller, settings, case):
+    for name in ("velocity_x", "velocity_y", "velocity_z", "roll", "pitch", "yaw_rate"):
+        with case(name):
+            found = fly_measurement(
+                name, scenario=Scenario(controller=controller), settings=settings
+            )
+            close(found, least=3)
+
+
+@pytest.mark.slow
+def test_a_loop_is_measured_at_its_error_and_holding_a_place_too(case):
+    for name, cut in (("velocity_x", "error"), ("pitch", "error"), ("position_x", "actuator")):
+        with case((name, cut)):
+            close(fly_measurement(name, cut=cut), least=1)
+
+
+def test_what_cannot_be_measured_is_refused(case):
+    for arguments, said in (
+        ({"name": "velocty_x"}, "unknown loop 'velocty_x'"),
+        ({"name": "roll", "settings": {"kp_roll": 2500.0, "kd_roll": 1.0}}, "is unstable"),
+        ({"name": "roll", "lowest": 0.0}, "reaches from 0"),
+        ({"name": "roll", "highest": 1e9}, "half the rate of the law"),
+        ({"name": "roll", "periods": 2}, "has 2 periods"),
+        ({"name": "roll", "size": math.nan}, "size injected is nan"),
+        ({"name": "roll", "size": 500.0, "periods": 3, "lowest": 3.0}, "smaller size"),
+    ):
+        with case(said), pytest.raises(WorkbenchError, match=said):
+            fly_measurement(**arguments)

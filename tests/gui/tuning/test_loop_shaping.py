@@ -1,0 +1,151 @@
+"""Sliders that shape a loop: what they ask, what they propose, and undo, against python-control."""
+
+import math
+
+import control
+import numpy as np
+import pytest
+from PyQt6.QtCore import QPointF, Qt
+from PyQt6.QtTest import QTest
+
+from workbench.analysis.judging import draw_frequency
+from workbench.analysis.judging import judge as judge_loops
+from workbench.analysis.questions import DrawFrequency, Judge, ShapeLoop
+from workbench.analysis.shaping import shape_loop
+from workbench.analysis.subject import Subject
+from workbench.design.linear.linearize import linearize
+from workbench.gui.tuning.tuning_screen import TuningScreen
+from workbench.scenario.scenario import Scenario
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def screen(offline, flying, qtbot):
+    """The tuning screen; a proposed value does not fly by itself."""
+    offline.preferences.set("apply_gains", "on Enter")
+    offline.flight.show(flying)
+    made = TuningScreen(offline)
+    qtbot.addWidget(made)
+    made.resize(1500, 900)
+    made.begin(flying)
+    made.show()
+    yield made
+    made.close_screen()
+
+
+@pytest.fixture
+def settle(offline, qtbot):
+    """Returns what answers as the analyst's process would, until something is so."""
+    subject, done = Subject(Scenario(), {}), [0]
+    by_kind = {
+        Judge: (judge_loops, offline.analysis.judged),
+        DrawFrequency: (draw_frequency, offline.analysis.frequency_drawn),
+        ShapeLoop: (shape_loop, offline.analysis.loop_shaped),
+    }
+
+    def answer():
+        waiting = offline.analysis.asked[done[0] :]
+        done[0] = len(offline.analysis.asked)
+        for question in waiting:
+            if type(question) in by_kind:
+                work, signal = by_kind[type(question)]
+                signal.emit(next(each for each in work(subject, question, None) if each))
+        return bool(waiting)
+
+    def until(so):
+        qtbot.waitUntil(lambda: not answer() and bool(so()), timeout=60_000)
+
+    return until
+
+
+def margins(gains):
+    """Phase margin [deg] and bandwidth [rad/s] of the pitch loop, by python-control."""
+    frequency = np.geomspace(0.02, 400.0, 4000)
+    response = linearize(loop="pitch", gains=gains)(np.exp(1j * frequency / 128.0))
+    _, found, _, _, crossings, _ = control.stability_margins(
+        control.frd(response, frequency, smooth=True), returnall=True
+    )
+    size = np.abs(response / (1.0 + response))
+    level = size[frequency < 0.05 * crossings.max()][-1] * 10.0**-0.15
+    falls = np.nonzero((size[:-1] > level) & (size[1:] <= level))[0]
+    return float(np.min(np.abs(found))), float(frequency[falls[0]])
+
+
+def pitch_gains(screen):
+    return {name: screen.gains.proposed[name] for name in ("kp_pitch", "kd_pitch")}
+
+
+def test_the_sliders_set_what_python_control_finds_and_are_one_step_of_undo(screen, settle):
+    card, shaping = screen.frequency, screen.frequency.shaping
+    settle(lambda: card.curves.shown)
+    card.choose_loop("pitch")
+    settle(lambda: "rotor lag" in shaping.said)
+    before = pitch_gains(screen)
+    assert shaping.bandwidth.value == pytest.approx(margins(before)[1], rel=0.02)
+    slider = shaping.phase.slider
+    slider.setFocus()
+    for _ in range(3):
+        QTest.keyPress(slider, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+        QTest.keyRelease(slider, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+        settle(lambda: shaping._base is None)
+    wanted, speed = math.degrees(shaping.phase.value), shaping.bandwidth.value
+    phase, bandwidth = margins(pitch_gains(screen))
+    assert phase == pytest.approx(wanted, abs=1.0) and phase > margins(before)[0] + 3.0
+    assert bandwidth == pytest.approx(speed, rel=0.03)
+    assert screen.gains.next_undo == "Gains of pitch"
+    for _ in range(3):
+        screen.gains.undo()
+    assert pitch_gains(screen) == before
+
+
+def test_a_drag_follows_and_the_factor_comes_back_to_one(screen, settle):
+    card, shaping = screen.frequency, screen.frequency.shaping
+    settle(lambda: card.curves.shown)
+    card.choose_loop("pitch")
+    settle(lambda: "rotor lag" in shaping.said)
+    before = pitch_gains(screen)
+    slider = shaping.factor.slider
+    middle = QPointF(slider.width() / 2.0, slider.height() / 2.0).toPoint()
+    QTest.mousePress(slider, LEFT, pos=middle)
+    middle.setX(middle.x() + slider.width() // 8)
+    QTest.mouseMove(slider, middle)
+    factor = shaping.factor.value
+    assert factor > 1.05
+    for name, value in before.items():
+        assert screen.gains.proposed[name] == pytest.approx(factor * value)
+    QTest.mouseRelease(slider, LEFT, pos=middle)
+    assert shaping.factor.value == 1.0
+    screen.gains.undo()
+    assert pitch_gains(screen) == before
+
+
+def test_what_cannot_be_is_said_with_what_is_in_the_way(screen, settle):
+    card, shaping = screen.frequency, screen.frequency.shaping
+    settle(lambda: card.curves.shown)
+    card.choose_loop("velocity_x")
+    settle(lambda: shaping.said)
+    slider = shaping.bandwidth.slider
+    slider.setFocus()
+    slider.edit_begun.emit()
+    slider.dragged.emit(150.0)
+    settle(lambda: shaping.said.startswith("As near as it goes"))
+    assert "more kd_velocity_x than its largest value" in shaping.said
+    assert shaping.tone == "warning"
+    slider.edit_ended.emit()
+    settle(lambda: shaping._base is None)
+
+
+def test_linked_gains_move_along(screen, settle):
+    card, shaping = screen.frequency, screen.frequency.shaping
+    settle(lambda: card.curves.shown)
+    card.choose_loop("pitch")
+    settle(lambda: "rotor lag" in shaping.said)
+    screen.gains.set_linked(True)
+    slider = shaping.bandwidth.slider
+    slider.setFocus()
+    QTest.keyPress(slider, Qt.Key.Key_Right)
+    QTest.keyRelease(slider, Qt.Key.Key_Right)
+    settle(lambda: shaping._base is None)
+    proposed = screen.gains.proposed
+    assert proposed["kp_roll"] == proposed["kp_pitch"] != screen.gains.flown["kp_pitch"]

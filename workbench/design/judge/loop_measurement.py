@@ -1,0 +1,250 @@
+"""A loop measured in flight, beside its sampled linear model."""
+
+import copy
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from workbench.common.atomic_write import write_atomically
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Loop
+from workbench.design.judge.loop_response import loop_responses
+from workbench.design.judge.margins import LoopMargins, response_margins
+from workbench.design.judge.measured_loop import COHERENT, MeasuredLoop, measured_loop
+from workbench.design.linear.model import LinearModel
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario.multisine import multisine
+from workbench.scenario.scenario import (
+    Injection,
+    Rates,
+    Scenario,
+    Start,
+    check_injection,
+    flown_controller,
+)
+
+START_HEIGHT = 10.0
+"""At which a loop is measured: far from the ground, as the trims of linear models [m]."""
+LOWEST = 0.5
+"""Frequency from which on a loop is measured where nobody says another one [rad/s]."""
+ABOVE = 4.0
+"""And up to so many times the higher one of its bandwidth and its crossover."""
+PERIODS = 8
+"""Periods of a measurement, the first of which is not measured."""
+ROOM, TILT, SPEED = 0.1, math.radians(6.0), 0.7
+"""Share of the rotors' room, tilt [rad] and speed [m/s], rms, that an injection may take."""
+ERROR = 0.03
+"""And errors of angles at loop points, likewise [rad]: a loop of much gain takes back nearly all of
+what is injected, and what is nonlinear in that would be seen instead of the small rest."""
+ANGLES = ("1", "rad")
+"""Units of such points."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A loop as measured, beside its linear model.
+
+    Attributes:
+        vehicle: name of what was flown.
+        loop: its name.
+        cut: where it was opened: actuator or error.
+        injection: that was flown.
+        measured: response, coherence and spread.
+        model: (F) L of the sampled linear model, at the same frequencies.
+        margins: of that model.
+    """
+
+    vehicle: str
+    loop: str
+    cut: str
+    injection: Injection
+    measured: MeasuredLoop
+    model: np.ndarray
+    margins: LoopMargins
+
+    @property
+    def difference(self) -> np.ndarray:
+        """(F) measured L over that of the model."""
+        found: np.ndarray = self.measured.response / self.model
+        return found
+
+    def worst(self) -> tuple[float, float] | None:
+        """Return the largest difference up to the bandwidth in dB and rad; None without a line.
+
+        Lines of a coherence below `COHERENT` do not count.
+        """
+        counts = self.measured.coherence >= COHERENT
+        counts &= self.measured.frequency <= self.margins.bandwidth
+        if not counts.any():
+            return None
+        difference = self.difference[counts]
+        size = np.abs(20.0 * np.log10(np.abs(difference)))
+        return float(size.max()), float(np.abs(np.angle(difference)).max())
+
+    def rows(self) -> list[dict[str, float]]:
+        """Return a row for each frequency, SI and rad; phases are within half a turn."""
+        measured = self.measured
+        columns = {
+            "frequency": measured.frequency,
+            "coherence": measured.coherence,
+            "measured_size": np.abs(measured.response),
+            "measured_phase": np.angle(measured.response),
+            "deviation": measured.deviation,
+            "model_size": np.abs(self.model),
+            "model_phase": np.angle(self.model),
+        }
+        values = zip(*columns.values(), strict=True)
+        return [dict(zip(columns, map(float, row), strict=True)) for row in values]
+
+    def write_csv(self, path: Path) -> None:
+        """Write the rows as a table, with their units in the head."""
+        rows = self.rows()
+        units = {"frequency": " [rad/s]", "measured_phase": " [rad]", "model_phase": " [rad]"}
+        lines = [",".join(name + units.get(name, "") for name in rows[0])]
+        lines += [",".join(repr(value) for value in row.values()) for row in rows]
+        write_atomically(path, "\n".join([*lines, ""]))
+
+
+def loop_injection(
+    model: LinearModel,
+    loop: Loop,
+    vehicle: Vehicle,
+    cut: str = "actuator",
+    *,
+    size: float | None = None,
+    lowest: float = LOWEST,
+    highest: float | None = None,
+    periods: int = PERIODS,
+) -> Injection:
+    """Return an injection that measures a loop of a hovering drone.
+
+    Without a size it is as large as the linear model allows: rotors use `ROOM` of what they have to
+    spare, the drone tilts by `TILT` and is as fast as `SPEED`, each as rms.
+
+    Args:
+        model: of the loop as it is flown, see `Injection.action`.
+        loop: one of its controller's.
+        vehicle: that is flown.
+        cut: where it is opened, actuator or error.
+        size: rms, in the unit of the loop point.
+        lowest: frequency [rad/s].
+        highest: frequency [rad/s]; without it some way above the loop's crossover.
+        periods: see `Injection`.
+
+    Raises:
+        WorkbenchError: if the loop is unstable, so that it cannot be flown, or an argument is out
+            of range.
+    """
+    controller = model.controller
+    assert controller is not None
+    point = loop.point(cut)
+    margins = response_margins(loop_responses(model, [point]))[0]
+    if not margins.stable:
+        raise WorkbenchError(f"the loop {loop.name} is unstable, so it cannot be measured")
+    if highest is None and lowest > 0.0:
+        fastest = np.nanmax([margins.crossover, margins.bandwidth, 4.0 * lowest])
+        highest = min(ABOVE * float(fastest), 0.9 * math.pi / model.period)
+    highest = lowest if highest is None else highest  # which is refused
+    found = Injection(point, 1.0 if size is None else size, lowest, highest, periods)
+    check_injection(found, controller, Rates(control_period=model.period))
+    return found if size is not None else replace(found, size=_size(model, found, vehicle))
+
+
+def fly_measurement(
+    name: str,
+    *,
+    cut: str = "actuator",
+    scenario: Scenario | None = None,
+    settings: Mapping[str, float] | None = None,
+    size: float | None = None,
+    lowest: float = LOWEST,
+    highest: float | None = None,
+    periods: int = PERIODS,
+    progress: Callable[[float], None] | None = None,
+) -> "Measurement":
+    """Measure a loop of a hovering drone in flight.
+
+    Args:
+        name: of the loop.
+        cut: where it is opened, actuator or error.
+        scenario: its vehicle, sensors, rates and world are used; start and script are its own.
+        settings: parameter values for this flight, as of wind and turbulence.
+        size: see `loop_injection`.
+        progress: called with the flown share, 0 .. 1.
+        lowest: see `loop_injection`.
+        highest: see there.
+        periods: see there.
+
+    Raises:
+        WorkbenchError: if it cannot be flown, or the drone is lost on the way.
+    """
+    from workbench.design.lost import find_loss
+    from workbench.session.session import Session
+
+    flight = replace(copy.deepcopy(scenario or Scenario()), figure_eight=None, script=[])
+    flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
+    loop = flown_controller(flight).loop(name)
+    study = LinearStudy(flight)
+    model = study.sampled(OperatingPoint(hold=loop.hold), settings)
+    injection = loop_injection(
+        model,
+        loop,
+        study.vehicle,
+        cut,
+        size=size,
+        lowest=lowest,
+        highest=highest,
+        periods=periods,
+    )
+    session = Session(flight, settings)
+    session.act(injection.action(hold=loop.hold))
+    while (share := session.injecting) is not None and share < 1.0:
+        session.tick(0.5)
+        if progress:
+            progress(share)
+    if loss := find_loss(session.recording()):
+        raise WorkbenchError(f"{loss.sentence}: give the measurement a smaller size")
+    assert session.injected is not None
+    found = measured_loop(session.injected)
+    loops = loop_responses(model, [injection.point])
+    return Measurement(
+        vehicle=study.vehicle.name,
+        loop=name,
+        cut=cut,
+        injection=injection,
+        measured=found,
+        model=loops.at(found.frequency)[0],
+        margins=response_margins(loops)[0],
+    )
+
+
+def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
+    """Return the rms size with which the drone stays where its linear model holds."""
+    frame = thrust_frame(vehicle)
+    most = np.array([rotor.max_thrust for rotor in frame.rotors])
+    hover = frame.hover_thrusts
+    room = np.minimum(most - hover, hover - frame.idle_thrusts)
+    wave = multisine(injection.lowest, injection.highest, model.period)
+    names = [*(f"thrust_{index + 1}" for index in range(len(most))), "roll", "pitch"]
+    names += ["v_x", "v_y", "v_z"]
+    law = model.controller
+    errors = [name for name, unit in law.points.items() if unit in ANGLES] if law else []
+    names += errors
+    point = np.exp(1j * wave.frequency * model.period)[:, None, None]
+    B, C = model.B([injection.point]), model.C(names)
+    D = model.D(names, [injection.point])
+    states = np.linalg.solve(point * np.eye(len(model.A)) - model.A, B[None].astype(complex))
+    response = np.abs(C @ states + D)[:, :, 0]
+    lag = np.abs(1.0 + 1j * wave.frequency * vehicle.rotor_lag)
+    response[:, : len(most)] *= lag[:, None]  # what is commanded, before the rotors' lag
+    sines = np.abs(np.fft.rfft(wave.values)[wave.lines]) / len(wave.values)
+    rms = np.sqrt(2.0 * (response**2 * sines[:, None] ** 2).sum(axis=0))
+    allowed = [*(ROOM * np.where(room > 0.0, room, np.inf)), TILT, TILT, *[SPEED] * 3]
+    allowed += [ERROR] * len(errors)
+    return float((np.array(allowed) / np.maximum(rms, 1e-12)).min())

@@ -1,0 +1,93 @@
+"""The response of a loop as it is measured in flight, beside that of its linear model.
+
+A multisine d adds to a loop point; the law sees u there, and v = u + d goes on. With negative
+feedback u = -L v, so L = -U / V of the signals' Fourier coefficients. The signals repeat with the
+multisine's period, so there is no leakage and no window; what does not repeat is noise. (Ljung,
+System Identification, 2nd edition, 1999, section 13.3 on periodic inputs and 13.5 on loops that are
+closed; Pintelon and Schoukens, System Identification, 2nd edition, 2012, section 2.5.)
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.session.injected import Injected
+
+COHERENT = 0.9
+"""From this coherence on a response counts as measured."""
+CONFIDENCE = 1.645
+"""Standard deviations of the lower end of an interval that 95 % lie above."""
+
+
+@dataclass(frozen=True)
+class MeasuredLoop:
+    """A loop over frequency, as measured.
+
+    Attributes:
+        point: the loop point where it was opened.
+        frequency: (F), rising [rad/s].
+        response: (F) complex L, with negative feedback.
+        coherence: (F), 0 .. 1, see `_coherence`: the lesser one of injection with u and with v.
+        deviation: (F) one-sigma relative error of abs(L); of its phase, the same in rad.
+        periods: how many were measured.
+    """
+
+    point: str
+    frequency: np.ndarray
+    response: np.ndarray
+    coherence: np.ndarray
+    deviation: np.ndarray
+    periods: int
+
+
+def measured_loop(injected: "Injected") -> MeasuredLoop:
+    """Return the response that a flown injection tells.
+
+    Args:
+        injected: of a flight, with two whole periods or more.
+
+    Raises:
+        WorkbenchError: with fewer.
+    """
+    periods = len(injected.came)
+    if periods < 2:
+        raise WorkbenchError(
+            f"{periods} whole periods were measured: let the injection fly for three or more"
+        )
+    lines = injected.multisine.lines
+    sent = np.fft.rfft(injected.sent)[lines]
+    came = np.fft.rfft(injected.came, axis=1)[:, lines]
+    went = came + sent
+    response = -came.mean(axis=0) / went.mean(axis=0)
+    left = came + response * went
+    noise = (np.abs(left) ** 2).sum(axis=0) / (periods * (periods - 1))
+    size = np.abs(came.mean(axis=0))
+    return MeasuredLoop(
+        point=injected.asked.point,
+        frequency=injected.multisine.frequency,
+        response=response,
+        coherence=np.minimum(_coherence(came), _coherence(went)),
+        deviation=np.sqrt(0.5 * noise) / size,
+        periods=periods,
+    )
+
+
+def _coherence(spectra: np.ndarray) -> np.ndarray:
+    """Return the coherence of spectra (P, F) with an injection that repeats exactly.
+
+    Of few periods an estimate flatters: so it is the lower end of an interval, above which the
+    true one lies in 95 of 100 cases, by Fisher's transformation (Enochson and Goodman, 1965;
+    Bendat and Piersol, Random Data, 4th edition, 2010, section 9.2.3).
+    """
+    count = len(spectra)
+    power = (np.abs(spectra) ** 2).mean(axis=0)
+    estimate = np.abs(spectra.mean(axis=0)) / np.sqrt(np.maximum(power, 1e-300))
+    spread = 1.0 / math.sqrt(2.0 * (count - 1))
+    z = np.arctanh(np.minimum(estimate, 1.0 - 1e-12)) - spread**2 - CONFIDENCE * spread
+    found: np.ndarray = np.tanh(np.maximum(z, 0.0)) ** 2
+    return found

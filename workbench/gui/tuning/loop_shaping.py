@@ -1,0 +1,344 @@
+"""Sliders that move all gains of a loop together: bandwidth, phase margin, and a factor."""
+
+import math
+from collections.abc import Mapping
+
+from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import QKeyEvent
+from PyQt6.QtWidgets import QGridLayout, QLabel, QWidget
+
+from workbench.analysis.questions import Question, ShapeLoop
+from workbench.analysis.replies import JudgedLoop, LoopShaped, Reply
+from workbench.common.parameter import Parameter
+from workbench.gui.gains.gain_row import GainScale, GainSlider, StepSize
+from workbench.gui.gains.gain_rows import partner
+from workbench.gui.single_shot import single_shot
+from workbench.gui.style import dressed
+from workbench.gui.theme import Look
+from workbench.gui.tuning.follower import Follower
+from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.margins_card import loop_label
+from workbench.gui.tuning.trial import Trial
+from workbench.gui.units import Unit
+from workbench.gui.workspace import Workspace
+
+REST = 400
+"""Gains have settled when they have not moved for so long [ms]."""
+BANDWIDTH = Parameter("bandwidth", "", "rad/s", 0.1, 300.0, 10.0, "")
+PHASE = Parameter("phase margin", "", "rad", math.radians(5.0), math.radians(110.0), 1.0, "")
+FACTOR = Parameter("factor", "", "1", 0.1, 10.0, 1.0, "")
+DEGREES = Unit("°", 180.0 / math.pi)
+Gains = Mapping[str, float]
+
+
+class ShapeSlider(QObject):
+    """A slider with its name and its number.
+
+    Args:
+        row: its range.
+        label: name with its key.
+        unit: of the number.
+        help: what it does.
+        look: colours.
+    """
+
+    def __init__(self, row: Parameter, label: str, unit: Unit, help: str, look: Look) -> None:
+        super().__init__()
+        self._unit, self.decimals = unit, 1
+        self.value = row.default
+        self.name = QLabel(label)
+        self.slider = GainSlider(GainScale(row, unit), look)
+        self.name.setBuddy(self.slider)
+        self.number = dressed(QLabel(), "number")
+        self.number.setMinimumSize(self._widest())
+        for part in (self.slider, self.name, self.number):
+            part.setToolTip(help)
+        self.slider.setAccessibleName(label.replace("&", ""))
+        self.show_value(row.default)
+
+    def show_value(self, value: float) -> None:
+        """Show a value, a dash where there is none."""
+        if math.isfinite(value):
+            self.value = value
+            self.slider.show_value(value, value)
+        self.slider.setToolTip(self.name.toolTip())
+        text = self._unit.text(value, 0 if self._unit is DEGREES else 2)
+        self.number.setText(text)
+        self.slider.setAccessibleDescription(text)
+
+    def _widest(self) -> QSize:
+        width = self.number.fontMetrics().horizontalAdvance("300.00 rad/s")
+        return QSize(width if self._unit.symbol == "rad/s" else width // 2, 0)
+
+
+class LoopShaping(QWidget):
+    """Moves the gains of one loop together along what it allows.
+
+    While a slider is held, the gains as they were when it was taken are what is shaped, so that it
+    comes back to them by the same way.
+
+    Args:
+        workspace: colours, and who answers.
+        trial: whose gains.
+        judgement: of all loops.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        bandwidth, phase, factor: the sliders.
+        said: what limits the loop, "" where nothing is known.
+        tone: in which that is said.
+    """
+
+    told = pyqtSignal()
+    """What limits the loop is another sentence now."""
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        trial: Trial,
+        judgement: Judgement,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._trial, self._judgement = trial, judgement
+        look, analysis = workspace.look, workspace.analysis
+        self.bandwidth = ShapeSlider(
+            BANDWIDTH,
+            "Bandwidth",
+            Unit("rad/s"),
+            "Faster or slower, by all gains of the loop; the band is what it can reach",
+            look,
+        )
+        self.phase = ShapeSlider(
+            PHASE,
+            "Phase margin",
+            DEGREES,
+            "More or less robust, by all gains of the loop; the band is what it can reach",
+            look,
+        )
+        self.factor = ShapeSlider(
+            FACTOR,
+            "Gains ×",
+            Unit(""),
+            "All gains of the loop times this; it comes back to 1 when it is released",
+            look,
+        )
+        self.said = self.tone = ""
+        self._rest = single_shot(self._ask_at_rest, self, REST)
+        self._follower = Follower(analysis, analysis.loop_shaped, ShapeLoop, _answers, self)
+        self._follower.answered.connect(self._hear)
+        self._follower.refused.connect(lambda said: self._say(said, "warning"))
+        self._lay_out()
+        for each, shape in (
+            (self.bandwidth, self._ask),
+            (self.phase, self._ask),
+            (self.factor, self._multiply),
+        ):
+            self._connect(each, shape)
+        judgement.changed.connect(self._show)
+        trial.changed.connect(self._rest.start)
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget another flight."""
+        self._loop = ""
+        self._base: dict[str, float] | None = None
+        self._held: ShapeSlider | None = None
+        self._ends = False
+        self._follower.forget()
+        self._show()
+
+    def set_seen(self, seen: bool) -> None:
+        """Ask only while somebody looks."""
+        self._follower.set_seen(seen)
+        if seen:
+            self._rest.start()
+
+    def choose(self, loop: str) -> None:
+        """Shape another loop."""
+        if loop != self._loop:
+            self._loop = loop
+            self._let_go()
+            for each in (self.bandwidth, self.phase):
+                each.slider.show_stable(None, fresh=False)
+            self._say("")
+            self._show()
+            self._rest.start()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Fly what is proposed on Enter, and give it up on Escape, as the form of gains does."""
+        key = event.key() if event is not None else None
+        if key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._trial.gains.apply()
+        elif key == Qt.Key.Key_Escape and self._trial.gains.unflown:
+            self._trial.gains.discard()
+        else:
+            super().keyPressEvent(event)
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(6)
+        grid.setVerticalSpacing(2)
+        for column, each in enumerate((self.bandwidth, self.phase)):
+            grid.addWidget(each.name, 0, 3 * column)
+            grid.addWidget(each.slider, 0, 3 * column + 1)
+            grid.addWidget(each.number, 0, 3 * column + 2)
+        grid.addWidget(self.factor.name, 1, 0)
+        grid.addWidget(self.factor.slider, 1, 1)
+        grid.addWidget(self.factor.number, 1, 2)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnStretch(4, 1)
+
+    def _connect(self, each: ShapeSlider, shape: object) -> None:
+        slider = each.slider
+        slider.edit_begun.connect(lambda: self._take(each))
+        slider.dragged.connect(lambda value: self._want(each, value))
+        slider.stepped.connect(
+            lambda direction, size: self._want(each, self._stepped(each, direction, size))
+        )
+        slider.edit_ended.connect(self._release)
+
+    @staticmethod
+    def _stepped(each: ShapeSlider, direction: int, size: StepSize) -> float:
+        return each.slider.scale.stepped(each.value, direction, size)
+
+    def _take(self, each: ShapeSlider) -> None:
+        """Begin with the gains as they are."""
+        if self._held is None:
+            self._trial.gains.begin_edit()
+            self._base = dict(self._trial.judged)
+        self._held, self._ends = each, False
+
+    def _want(self, each: ShapeSlider, value: float) -> None:
+        if not self._loop or self._base is None:
+            return
+        each.show_value(value)
+        if each is self.factor:
+            self._multiply()
+        else:
+            self._ask()
+
+    def _ask(self) -> None:
+        assert self._base is not None
+        question = ShapeLoop(
+            self._base,
+            self._loop,
+            self.bandwidth.value,
+            self.phase.value,
+            self._linked(),
+        )
+        self._follower.ask(question)
+
+    def _multiply(self) -> None:
+        """Propose the gains times the factor, as far as their limits allow."""
+        assert self._base is not None
+        editor, linked = self._trial.gains, self._linked()
+        values: dict[str, float] = {}
+        for name in self._gains():
+            row = editor.table.find(name)
+            value = min(max(self.factor.value * self._base[name], row.minimum), row.maximum)
+            values[name] = value
+            if name in linked:
+                values[linked[name]] = value
+        editor.propose_all(values, f"Gains of {loop_label(self._loop)}")
+
+    def _hear(self, shaped: LoopShaped) -> None:
+        asked = shaped.asked
+        if asked.loop != self._loop:
+            return
+        low, high = shaped.bandwidths
+        self.bandwidth.slider.show_stable(
+            (low, high) if math.isfinite(low) else None, fresh=shaped.reached
+        )
+        low, high = shaped.phase_margins
+        self.phase.slider.show_stable(
+            (low, high) if math.isfinite(low) and high > low else None, fresh=shaped.reached
+        )
+        if asked.rests:
+            self._say(shaped.said)
+            return
+        if self._base is None:
+            return
+        name = loop_label(self._loop)
+        self._trial.gains.propose_all(shaped.gains, f"Gains of {name}")
+        if not shaped.reached:
+            reached = f"{shaped.bandwidth:.3g} rad/s and {math.degrees(shaped.phase_margin):.0f}°"
+            self._say(f"As near as it goes: {reached}. {shaped.said}", "warning")
+        else:
+            self._say("")
+        if self._ends and not self._follower.is_waiting:
+            # what is judged comes later: a next step begins from what is proposed
+            self.bandwidth.show_value(shaped.bandwidth)
+            self.phase.show_value(shaped.phase_margin)
+            self._let_go()
+
+    def _release(self) -> None:
+        """End the edit, once the last answer is there."""
+        self._ends = True
+        if self._held is self.factor or not self._follower.is_waiting:
+            self._let_go()
+
+    def _let_go(self) -> None:
+        if self._held is not None:
+            self._trial.gains.end_edit()
+        self._held, self._base, self._ends = None, None, False
+        self.factor.show_value(1.0)
+        self._rest.start()
+        self._show()
+
+    def _say(self, said: str, tone: str = "muted") -> None:
+        if (said, tone) != (self.said, self.tone):
+            self.said, self.tone = said, tone
+            self.told.emit()
+
+    def _ask_at_rest(self) -> None:
+        """Ask what is within reach, and what limits it."""
+        gains = dict(self._trial.judged)
+        if self._held is None and self._loop and gains:
+            self._follower.ask(ShapeLoop(gains, self._loop, linked=self._linked(), rests=True))
+
+    def _show(self) -> None:
+        """Show what the loop is now; what is held shows what is wanted."""
+        loop = self._judged
+        usable = loop is not None and bool(self._gains())
+        for each in (self.bandwidth, self.phase, self.factor):
+            each.slider.setEnabled(usable)
+        if loop is None or self._held is not None or not self._is_fresh:
+            return
+        self.bandwidth.show_value(loop.bandwidth if loop.stable else math.nan)
+        self.phase.show_value(loop.phase_margin if loop.stable else math.nan)
+
+    @property
+    def _is_fresh(self) -> bool:
+        """Whether the judgement is of the loop's gains as they are proposed."""
+        judged, proposed = self._judgement.proposed, self._trial.judged
+        return judged is not None and all(
+            judged.gains.get(name) == proposed[name] for name in self._gains()
+        )
+
+    @property
+    def _judged(self) -> JudgedLoop | None:
+        judged = self._judgement.proposed
+        if judged is None:
+            return None
+        return next((each for each in judged.loops if each.name == self._loop), None)
+
+    def _gains(self) -> list[str]:
+        """Return the names of the loop's gains, of the set that is shown."""
+        editor = self._trial.gains
+        law = editor.table.controller
+        of_loop = {gain for loop in law.loops if loop.name == self._loop for gain in loop.gains}
+        return [name for name in self._trial.judged if law.gain_of(name) in of_loop]
+
+    def _linked(self) -> dict[str, str]:
+        """Return the gains that move along, by those of the loop."""
+        editor = self._trial.gains
+        if not editor.linked:
+            return {}
+        found = {name: partner(name) for name in self._gains()}
+        return {name: other for name, other in found.items() if other in editor.proposed}
+
+
+def _answers(question: Question, reply: Reply) -> bool:
+    return isinstance(reply, LoopShaped) and reply.asked == question

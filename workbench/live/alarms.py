@@ -1,0 +1,319 @@
+"""Alarms of a live flight: what goes wrong, with what to do about it; each once while it lasts.
+
+Those of battery and estimate are the announcer's.
+"""
+
+import cmath
+import math
+from collections import deque
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from workbench.control.controller import Controller
+from workbench.live.hard_hit import hit_speed
+from workbench.live.messages import Pace
+from workbench.session.session import Session
+from workbench.session.snapshot import Snapshot
+
+PERIOD = 1 / 64
+"""Between two looks at the motion [s]: a swing of 20 Hz is seen."""
+LOOK = 1 / 16
+"""Between two looks at everything else [s]."""
+QUIET = 10.0
+"""What has been away for so long is told again [s]."""
+SEEN, PARTS = 2.0, 3
+"""A swing is seen over this time [s], and in each of so many parts of it."""
+LEAST_RATE, LEAST_SPEED = 0.6, 0.3
+"""Of a swing to both sides [rad/s] and, up and down, [m/s]."""
+TURNS, UNEVEN = 4, 0.3
+"""A swing passes its middle so often at least, at times as even as this share."""
+LEAST_ASKED = 0.05
+"""Of what a pilot asks for from one side to the other [m/s] or [rad/s]."""
+RESONANT, BLAMED = 1.25, 0.7
+"""An attitude that swings by so many times what is asked of it is to blame, seen over whole waves
+for this long at least [s]."""
+ANGLES = ("1", "rad")
+"""Units of the error of an attitude loop."""
+FULL, FULL_TIME = 0.985, 0.5
+"""A rotor at this share of its largest thrust for this long saturates [s]."""
+SLOW_TIME = 2.0
+"""Real time is lost where it is for so long [s of wall]."""
+TOUCH_DOWN = 0.3
+"""A hit this near the ground is a touch-down [m]."""
+UPRIGHT, FASTEST_TOUCH_DOWN = 0.8, 4.0
+"""And of a drone whose z axis points up by this much, and that sinks no faster [m/s]: others have
+crashed."""
+
+
+class Swing:
+    """Finds a steady swing in a signal.
+
+    Args:
+        least: amplitude to both sides.
+    """
+
+    def __init__(self, least: float) -> None:
+        self._least = least
+        self._seen: deque[tuple[float, float]] = deque()
+
+    def look(self, time: float, value: float) -> None:
+        """Take the signal at a time [s]."""
+        self._seen.append((time, value))
+        while self._seen[0][0] < time - SEEN - 1e-9:
+            self._seen.popleft()
+
+    def clear(self) -> None:
+        """Forget what was seen."""
+        self._seen.clear()
+
+    @property
+    def frequency(self) -> float:
+        """Of the swing that there is [Hz], 0 for none."""
+        if not self._seen or self._seen[-1][0] - self._seen[0][0] < SEEN - 2.0 * PERIOD:
+            return 0.0
+        time, value = np.array(self._seen).T
+        value = value - value.mean()
+        parts = np.array_split(value, PARTS)
+        if any(min(part.max(), -part.min()) < self._least for part in parts):
+            return 0.0
+        # with a dead band, so that noise around the middle is no turn
+        side = np.sign(np.where(np.abs(value) > 0.3 * self._least, value, 0.0))
+        kept = side != 0.0
+        time, side = time[kept], side[kept]
+        turns = time[1:][side[1:] != side[:-1]]
+        if len(turns) < TURNS:
+            return 0.0
+        gaps = np.diff(turns)
+        if gaps.std() > UNEVEN * gaps.mean():
+            return 0.0
+        return float(0.5 / gaps.mean())
+
+
+class Alarms:
+    """Watches a flight.
+
+    Args:
+        session: that is flown.
+        told: told of every alarm: a sentence, and behind it what to do.
+    """
+
+    def __init__(self, session: Session, told: Callable[[str], None]) -> None:
+        self._session, self._told = session, told
+        self._step = session.scenario.rates.physics_step
+        self._axes = {
+            "roll": Swing(LEAST_RATE),
+            "pitch": Swing(LEAST_RATE),
+            "yaw": Swing(LEAST_RATE),
+            "height": Swing(LEAST_SPEED),
+        }
+        self._asked = [Swing(LEAST_ASKED) for _ in range(4)]
+        self._slow_since = math.inf
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin with a new flight."""
+        for swing in (*self._axes.values(), *self._asked):
+            swing.clear()
+        self._last: dict[str, float] = {}
+        self._full_since = self._slow_since = math.inf
+        self._next_look = 0.0
+        self._suspect: Suspect | None = None
+        self._motion = self._session.state()
+
+    def parts(self, steps: int) -> Iterator[int]:
+        """Yield how many steps are to be flown one after the other, each followed by a look."""
+        longest = max(1, round(PERIOD / self._step))
+        while steps:
+            part = min(steps, longest)
+            yield part
+            steps -= part
+
+    def look(self, *, excited: bool) -> None:
+        """Look at what the flight has become.
+
+        Args:
+            excited: whether something makes the drone swing on purpose.
+        """
+        session = self._session
+        time, state = session.time, session.state()
+        before, self._motion = self._motion, state
+        if excited:
+            self._suspect = None
+            for swing in self._axes.values():
+                swing.clear()
+        else:
+            self._look_for_swing(time, state)
+            self._look_at_suspect(time)
+        self._look_for_hit(before, state, time)
+        if time >= self._next_look:
+            self._next_look = time + LOOK
+            self._look_at(session.snapshot())
+
+    def look_at_pace(self, pace: Pace, now: float) -> None:
+        """Look at how the flight keeps its time.
+
+        Args:
+            pace: that it has.
+            now: wall time [s].
+        """
+        if not pace.too_slow:
+            self._slow_since = math.inf
+            return
+        self._slow_since = min(self._slow_since, now)
+        if now - self._slow_since >= SLOW_TIME:
+            self._alarm(
+                "real time",
+                f"the flight is slower than real time: {pace.text}",
+                "Hide the 3-D view, fly with fewer sensors, or choose a lower speed",
+            )
+
+    def _look_for_swing(self, time: float, state: np.ndarray) -> None:
+        w, x, y, z = state[0:4]
+        yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        ahead, aside = math.cos(yaw), math.sin(yaw)
+        values = {
+            "roll": ahead * state[7] + aside * state[8],
+            "pitch": ahead * state[8] - aside * state[7],
+            "yaw": state[9],
+            "height": state[12],
+        }
+        for axis, value in values.items():
+            self._axes[axis].look(time, float(value))
+        asked = self._session.asked
+        for swing, value in zip(self._asked, asked, strict=True):
+            swing.look(time, value)
+        if time < self._next_look or any(swing.frequency for swing in self._asked):
+            return  # who asks for a swing has one
+        found = {axis: swing.frequency for axis, swing in self._axes.items()}
+        axis = next((axis for axis, frequency in found.items() if frequency), "")
+        if not axis:
+            self._suspect = None
+        elif self._suspect is None or self._suspect.axis != axis:
+            law = self._session.controller
+            self._suspect = Suspect(law, axis, found[axis], time)
+
+    def _look_at_suspect(self, time: float) -> None:
+        """Find out which loop swings, and tell it."""
+        suspect = self._suspect
+        if suspect is None:
+            return
+        if suspect.needs_signals:
+            roll, pitch, _ = self._session.snapshot().roll_pitch_yaw
+            tilt = roll if suspect.axis == "roll" else pitch
+            suspect.look(time, tilt, self._session.loop_signals())
+        if suspect.is_known(time):
+            loop = suspect.loop
+            frequency = self._axes[suspect.axis].frequency or suspect.frequency
+            self._suspect = None
+            self._alarm(
+                "swing",
+                f"the drone swings through {loop}, at {frequency:.1f} Hz "
+                f"({2.0 * math.pi * frequency:.0f} rad/s)",
+                f"Bring the kept gains back (Ctrl+Shift+K), or give {loop} more phase margin: "
+                "Tuning > Frequency",
+            )
+
+    def _look_for_hit(self, before: np.ndarray, state: np.ndarray, time: float) -> None:
+        duration = PERIOD
+        speed = hit_speed(self._session.vehicle, before[10:13], state[10:13], duration)
+        if not speed:
+            return
+        self._suspect = None
+        for swing in self._axes.values():
+            swing.clear()
+        height = state[6] - self._session.vehicle.ground_clearance
+        _, x, y, _ = state[0:4]
+        upright = 1.0 - 2.0 * (x * x + y * y) > UPRIGHT
+        if height < TOUCH_DOWN and -FASTEST_TOUCH_DOWN < before[12] < 0.0 and upright:
+            self._alarm(
+                "touch-down",
+                f"hard touch-down, at {-before[12]:.1f} m/s",
+                "Sink more slowly: landing_speed, and the gains of velocity z",
+            )
+        else:
+            self._alarm(
+                "collision",
+                f"the drone has hit something hard at t = {time:.1f} s: its velocity changed by "
+                f"{speed:.1f} m/s at once",
+                "Reset, fly farther from obstacles, or switch on the obstacle brake",
+            )
+
+    def _look_at(self, now: Snapshot) -> None:
+        limits = [rotor.max_thrust for rotor in self._session.vehicle.rotors]
+        full = [
+            number
+            for number, (thrust, most) in enumerate(zip(now.thrusts, limits, strict=True), 1)
+            if thrust >= FULL * most
+        ]
+        self._full_since = min(self._full_since, now.time) if full else math.inf
+        if now.time - self._full_since >= FULL_TIME:
+            rotors = " and ".join(str(number) for number in full)
+            self._alarm(
+                "saturation",
+                f"rotor {rotors} is at its largest thrust"
+                if len(full) == 1
+                else f"rotors {rotors} are at their largest thrust",
+                "Ask for less: gentler commands, lower gains, or less payload",
+            )
+
+    def _alarm(self, kind: str, said: str, remedy: str) -> None:
+        """Tell of it, unless it has been so all the time."""
+        now = self._session.time
+        before = self._last.get(kind, -math.inf)
+        self._last[kind] = now
+        if now - before > QUIET:
+            self._told(f"{said}. {remedy}")
+
+
+class Suspect:
+    """Finds out which loop along an axis makes the drone swing.
+
+    An attitude loop that amplifies the tilt that the loops around it ask for is to blame; one that
+    follows it is not, and the loop around it is: T = θ / (θ + e) at the frequency of the swing, of
+    the tilt θ and the attitude loop's error e.
+
+    Args:
+        controller: that flies.
+        axis: roll, pitch, yaw or height.
+        frequency: of the swing [Hz].
+        begun: when it is looked at first [s].
+    """
+
+    def __init__(self, controller: Controller, axis: str, frequency: float, begun: float) -> None:
+        self.axis, self.frequency, self._begun = axis, frequency, begun
+        along = {"roll": "y", "pitch": "x", "yaw": "yaw", "height": "z"}[axis]
+        self._loops = [loop for loop in controller.loops if loop.axis == along and not loop.hold]
+        tilting = (loop for loop in self._loops if controller.points[loop.error] in ANGLES)
+        attitude = next(tilting, None) if axis in ("roll", "pitch") else None
+        self._attitude = attitude
+        if attitude is not None:
+            self._place = controller.point_names.index(attitude.error)
+        self._phasors = [0j, 0j]
+
+    @property
+    def needs_signals(self) -> bool:
+        """Whether the law's signals tell more than the axis does."""
+        return self._attitude is not None
+
+    def look(self, time: float, tilt: float, signals: np.ndarray) -> None:
+        """Take tilt [rad] and the signals at the loop points at a time [s]."""
+        turn = cmath.exp(-2j * math.pi * self.frequency * time)
+        for index, value in enumerate((tilt, float(signals[self._place]))):
+            self._phasors[index] += turn * value
+
+    def is_known(self, time: float) -> bool:
+        """Return whether enough was seen at a time [s]."""
+        waves = math.ceil(BLAMED * self.frequency) / self.frequency
+        return not self.needs_signals or time >= self._begun + waves
+
+    @property
+    def loop(self) -> str:
+        """The loop to blame, in words."""
+        if not self._loops:
+            return self.axis
+        found = self._loops[0]
+        tilt, error = self._phasors
+        if self._attitude is not None and abs(tilt) > RESONANT * abs(tilt + error):
+            found = self._attitude
+        return found.name.replace("_", " ")

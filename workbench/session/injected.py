@@ -1,0 +1,100 @@
+"""An injection that is flown: a multisine at a loop point, and what comes there."""
+
+import math
+from array import array
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.scenario.multisine import Multisine, multisine
+from workbench.scenario.scenario import Injection, Rates
+
+if TYPE_CHECKING:
+    from workbench.session.live_context import LiveContext
+
+
+@dataclass(frozen=True)
+class Injected:
+    """What was injected at a loop point, and what came there, update by update from a period on.
+
+    The first period is left out, as the flight has yet to settle to it. What came is what the law
+    sees before the injection is added.
+
+    Attributes:
+        asked: the injection.
+        multisine: one period of what was injected, of unit rms.
+        came: (P, N) signal in each whole period, in the unit of the point.
+    """
+
+    asked: Injection
+    multisine: Multisine
+    came: np.ndarray
+
+    @property
+    def sent(self) -> np.ndarray:
+        """What was added in each period (N)."""
+        return self.asked.size * self.multisine.values
+
+
+@dataclass
+class Injecting:
+    """Adds the values of an injection, one each control update.
+
+    Args:
+        injection: that was checked.
+        place: of its point among those of the controller.
+        first: physics step of its first update.
+        rates: of the flight.
+
+    Attributes:
+        came: signal at each update so far.
+        is_over: whether nothing is added any more.
+    """
+
+    injection: Injection
+    place: int
+    first: int
+    rates: Rates
+    came: array = field(default_factory=lambda: array("d"))
+    is_over: bool = False
+
+    def __post_init__(self) -> None:
+        wanted, period = self.injection, self.rates.control_period
+        self.multisine = multisine(wanted.lowest, wanted.highest, period)
+        self._steps = round(period / self.rates.physics_step)
+
+    @property
+    def length(self) -> int:
+        """How many updates it takes."""
+        return self.injection.periods * len(self.multisine.values)
+
+    @property
+    def share(self) -> float:
+        """How much of it is flown, 0 .. 1."""
+        return 1.0 if self.is_over else len(self.came) / self.length
+
+    @property
+    def next_step(self) -> int:
+        """The physics step of the next update that has a value, or of the first without one."""
+        return self.first + len(self.came) * self._steps
+
+    @property
+    def injected(self) -> Injected:
+        """What is known by now."""
+        count = len(self.multisine.values)
+        whole = max(0, math.floor(len(self.came) / count) - 1)
+        came = np.frombuffer(self.came)[count : (1 + whole) * count] if whole else np.empty(0)
+        return Injected(self.injection, self.multisine, came.reshape(whole, count).copy())
+
+    def act(self, step: int, live: "LiveContext") -> None:
+        """Add the value of the update that is due at a step, if one is, and nothing after all."""
+        if step < self.next_step:
+            return
+        if len(self.came) == self.length:
+            live.close_loops()
+            self.is_over = True
+            return
+        values = self.multisine.values
+        value = self.injection.size * values[len(self.came) % len(values)]
+        self.came.append(live.probed(self.place, float(value)))
