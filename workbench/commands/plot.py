@@ -12,7 +12,7 @@ from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from workbench.logs.record import FlightRecord
+    from workbench.logs.record import LogRecord
 
 _COLUMNS = ("field", "unit", "messages")
 
@@ -88,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _list(record: "FlightRecord", json: bool) -> None:
+def _list(record: "LogRecord", json: bool) -> None:
     rows = [
         (series.name, series.unit, len(series.time))
         for topic in record.topics.values()

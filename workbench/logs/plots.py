@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from workbench.common.errors import WorkbenchError
 from workbench.design.plots import PALETTE, RIGHT, label, legend, stacked, styled, widen
 from workbench.logs.expressions import Samples, parse_expression
-from workbench.logs.record import FlightRecord
+from workbench.logs.record import LogRecord
 from workbench.logs.series import Series
 from workbench.logs.spectrum import Welch, density_unit, power_spectrum
 
@@ -26,7 +26,7 @@ _WITH_UNIT = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
 
 
 @styled
-def plot_overview(record: FlightRecord) -> Figure:
+def plot_overview(record: LogRecord) -> Figure:
     """Return an overview of a flight: position, velocities, attitude, thrusts, with commands.
 
     Raises:
@@ -51,7 +51,7 @@ def plot_overview(record: FlightRecord) -> Figure:
 
 
 @styled
-def plot_fields(record: FlightRecord, names: list[str]) -> Figure:
+def plot_fields(record: LogRecord, names: list[str]) -> Figure:
     """Return a figure of fields over time, those of one unit in one panel.
 
     Args:
@@ -71,7 +71,7 @@ def plot_fields(record: FlightRecord, names: list[str]) -> Figure:
 
 
 @styled
-def plot_spectra(record: FlightRecord, names: list[str], welch: Welch) -> Figure:
+def plot_spectra(record: LogRecord, names: list[str], welch: Welch) -> Figure:
     """Return a figure of power spectral densities over frequency.
 
     Args:
@@ -97,9 +97,7 @@ def plot_spectra(record: FlightRecord, names: list[str], welch: Welch) -> Figure
     return figure
 
 
-def _stacked(
-    record: FlightRecord, panels: dict[str, dict[str, Series]]
-) -> tuple[Figure, list[Axes]]:
+def _stacked(record: LogRecord, panels: dict[str, dict[str, Series]]) -> tuple[Figure, list[Axes]]:
     """Return a figure with a panel for each unit, and room for the names beside it."""
     longest = max(len(name) for found in panels.values() for name in found)
     right = max(RIGHT, 0.6 + _PER_CHARACTER * longest)
@@ -107,7 +105,7 @@ def _stacked(
     return stacked(title, len(panels), width=6.6 + right, height=2.4, right=right)
 
 
-def _panels(record: FlightRecord, names: list[str]) -> dict[str, dict[str, Series]]:
+def _panels(record: LogRecord, names: list[str]) -> dict[str, dict[str, Series]]:
     """Return the series of names by their unit and name.
 
     Raises:
@@ -127,7 +125,7 @@ def _panels(record: FlightRecord, names: list[str]) -> dict[str, dict[str, Serie
     return panels
 
 
-def _derived(record: FlightRecord, text: str) -> Series:
+def _derived(record: LogRecord, text: str) -> Series:
     """Return the series of an expression."""
     stated = _WITH_UNIT.fullmatch(text)
     text, unit = stated.groups() if stated else (text, "")
@@ -147,7 +145,7 @@ def _derived(record: FlightRecord, text: str) -> Series:
     return Series(text, unit, *expression.series(read, expression.find(numbers)))
 
 
-def _numbers(record: FlightRecord, name: str) -> list[Series]:
+def _numbers(record: LogRecord, name: str) -> list[Series]:
     """Return the series of a name that are numbers."""
     found = record.several(name)
     numbers = [series for series in found if series.values.dtype.kind in "biuf"]
@@ -156,7 +154,7 @@ def _numbers(record: FlightRecord, name: str) -> list[Series]:
     return numbers
 
 
-def _of(record: FlightRecord, topic: str, fields: list[str]) -> list[Series]:
+def _of(record: LogRecord, topic: str, fields: list[str]) -> list[Series]:
     return [record.series(f"{topic}.{field}") for field in fields]
 
 
@@ -188,7 +186,7 @@ def _draw_commands(axes: Axes, found: list[Series]) -> None:
     widen(axes, *(np.asarray(values, dtype=float) for values in drawn), least=0.05)
 
 
-def _finish(record: FlightRecord, axes: list[Axes]) -> None:
+def _finish(record: LogRecord, axes: list[Axes]) -> None:
     for panel in axes:
         legend(panel)
     axes[-1].set_xlabel(TIME)

@@ -187,7 +187,7 @@ class Done:
 
 
 @dataclass(frozen=True, eq=False)
-class FlightRecord:
+class LogRecord:
     """A flight as its log has it.
 
     Attributes:
@@ -319,7 +319,7 @@ class FlightRecord:
         return found
 
 
-def read_log(path: Path, progress: Callable[[float], None] | None = None) -> FlightRecord:
+def read_log(path: Path, progress: Callable[[float], None] | None = None) -> LogRecord:
     """Read a log as far as it is whole.
 
     Args:
@@ -338,7 +338,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Fli
     topics = _topics(found)
     try:
         flight = found.metadata[FLIGHT]
-        return FlightRecord(
+        return LogRecord(
             path=path,
             vehicle=flight["vehicle"],
             physics_step=float(flight["physics_step"]),
