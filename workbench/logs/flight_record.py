@@ -42,6 +42,8 @@ from workbench.common.errors import WorkbenchError, unknown_name
 
 Span = tuple[float, float]
 """From and to [s]."""
+LOG_ENDINGS = (".mcap", ".ulg", ".bin", ".bbl", ".bfl", ".csv", ".gz")
+"""Of files that are logs, in small letters; a Crazyflie's have none."""
 GAP = 2.5
 """Periods between two samples, from which on something is missing between them."""
 LEAST = 2

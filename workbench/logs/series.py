@@ -2,7 +2,7 @@
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -60,6 +60,13 @@ class LoggedTopic:
     def time(self) -> np.ndarray:
         """Time of each message [s]."""
         return np.array(self.t_ns, dtype=np.int64) * 1e-9
+
+    def between(self, begin: float, end: float) -> "LoggedTopic":
+        """Return the messages of a time [s]."""
+        kept = np.flatnonzero((self.time >= begin) & (self.time <= end)).tolist()
+        return replace(
+            self, t_ns=[self.t_ns[i] for i in kept], messages=[self.messages[i] for i in kept]
+        )
 
     @cached_property
     def stamps(self) -> np.ndarray:

@@ -46,3 +46,18 @@ def stem(path: Path) -> str:
     """Return a log's name without its endings."""
     name = path.name.removesuffix(".gz")
     return name.rpartition(".")[0] or name
+
+
+def read_head(path: Path, size: int) -> bytes:
+    """Return the first bytes of a file's content, unpacked where it is a gzip file.
+
+    Raises:
+        WorkbenchError: if it cannot be read.
+    """
+    data = read_plain(path, first=4096)
+    if not data.startswith(GZIP):
+        return data[:size]
+    try:
+        return zlib.decompressobj(wbits=31).decompress(data, size)
+    except zlib.error as error:
+        raise WorkbenchError(f"{path}: cannot be unpacked: {error}") from error
