@@ -120,9 +120,11 @@ def _print(flight: "FlightRecord", contents: "FlightContents", everything: bool)
     for remark in flight.remarks:
         print(f"- {remark}")
     shown = [each for each in flight.signals.values() if each.unit or everything]
-    rows = [
-        (
-            signal.name,
+    streams: dict[tuple[str, ...], list[str]] = {}
+    for signal in shown:
+        topic, _, field = signal.name.partition(".")
+        row = (
+            topic,
             signal.unit,
             f"{signal.rate:.1f}",
             f"{signal.time[0]:.2f}" if len(signal.time) else "",
@@ -130,11 +132,11 @@ def _print(flight: "FlightRecord", contents: "FlightContents", everything: bool)
             str(len(signal.gaps)),
             f"{max((end - begin for begin, end in signal.gaps), default=0.0):.2f}",
         )
-        for signal in shown
-    ]
+        streams.setdefault(row, []).append(field)
+    rows = [(row[0], " ".join(fields), *row[1:]) for row, fields in streams.items()]
     print()
-    heads = ("signal", "unit", "rate [Hz]", "from [s]", "to [s]", "gaps", "longest [s]")
-    print_table([heads, *rows], left=(0, 1))
+    heads = ("topic", "fields", "unit", "rate [Hz]", "from [s]", "to [s]", "gaps", "longest [s]")
+    print_table([heads, *rows], left=(0, 1, 2))
     left = len(flight.signals) - len(shown)
     if left:
         print(f"and {left} under the log's own names: --all lists them")

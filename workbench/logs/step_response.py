@@ -14,8 +14,8 @@ no window's edge leaks into it), with
 - the prior that g is smooth and dies out, cov(g_i, g_j) = c a^max(i, j), whose c and a make what
   was measured most likely (Pillonetto et al., "Kernel methods in system identification",
   Automatica 50, 2014, "TC kernel");
-- taps before 0, which a loop cannot have: what is found there says that clocks are off, or that the
-  set-point follows the response.
+- a second fit with taps before 0, which a loop cannot have: if the log is much likelier with them,
+  clocks are off, or the set-point follows the response.
 
 The spread is that of `DRAWS` draws of windows (block bootstrap). What of it cannot be trusted, and
 why, is said in `StepEstimate.doubts`.
@@ -32,9 +32,11 @@ from workbench.logs.flight_record import FlightRecord, Grid
 TAPS = 120
 """Of the impulse response from 0 on."""
 EARLY = 24
-"""Taps before 0."""
+"""Taps before 0 of the second fit."""
 ORDER = 6
 """Of the disturbance's colour."""
+SLACK = 2
+"""Taps before 0 that filters and samples between others may leave there."""
 DRAWS = 100
 LEAST_WINDOWS = 8
 """Of the response's length each; of less there is no spread."""
@@ -42,8 +44,8 @@ LEAST_COHERENCE = 0.6
 """Mean over frequency, weighted with the set-point's power."""
 WIDEST = 0.15
 """Half of the spread's width that the settled part may have, as a share of the final value."""
-MOST_EARLY = 0.10
-"""Share of the final value that the response may have reached before the set-point steps."""
+SOONER = 30.0
+"""-2 log p, by which the log may be likelier if the response comes before the set-point."""
 LEAST_RISE = 4.0
 """Samples of the slower signal within the rise time."""
 LEAST_GAIN = 0.2
@@ -183,7 +185,7 @@ def step_response(flight: FlightRecord, name: str, length: float | None = None) 
     rate = min(flight[setpoint].rate, flight[response].rate)
     period = max(span / TAPS, 1.0 / rate if rate > 0.0 else 0.0)
     taps = max(round(span / period), 8)
-    early = max(round(EARLY / TAPS * taps), 2)
+    early = max(round(EARLY / TAPS * taps), SLACK + 2)
     grid = flight.resample([setpoint, response], period, bridge=1.01 * GAP_PERIODS / rate)
     pieces = _pieces(flight, grid, taps + early)
     windows = [window for piece in pieces for window in _windows(piece, taps, early)]
@@ -202,7 +204,7 @@ def step_response(flight: FlightRecord, name: str, length: float | None = None) 
     values = np.cumsum(taps_found)
     low, high = np.percentile(steps, [2.5, 97.5], axis=0)
     low, high = np.minimum(low, values), np.maximum(high, values)
-    time = period * (np.arange(len(values)) - early)
+    time = period * (np.arange(len(values)) - SLACK)
     final = float(values[-max(round(SETTLED * taps), 1) :].mean())
     rise, overshoot = _figures(time, values, final)
     doubts = _doubts(
@@ -211,7 +213,7 @@ def step_response(flight: FlightRecord, name: str, length: float | None = None) 
         coherence,
         final,
         0.5 * (high - low)[-max(round(SETTLED * taps), 1) :].mean(),
-        float(np.abs(values[: early - 2]).max()) if early > 2 else 0.0,
+        fits.sooner,
         rise * rate,
         float(np.ptp(np.concatenate([piece[:, 0] for piece in pieces]))),
         float(values[-1] - values[-max(round(0.2 * taps), 2)]),
@@ -281,72 +283,76 @@ def _windows(piece: np.ndarray, taps: int, early: int) -> list[np.ndarray]:
 
 
 class _Fits:
-    """Least squares of windows, each with a weight."""
+    """Least squares of windows, each with a weight.
+
+    Attributes:
+        sooner: by how much likelier the log is, in -2 log p, if taps may come earlier than a loop
+            can have them.
+    """
 
     def __init__(self, windows: Sequence[np.ndarray], early: int) -> None:
-        self._early = early
-        self._taps = (len(windows[0]) - early + 1) // 2
-        rows = [self._rows(window) for window in windows]
-        first = self._regularised(rows, np.ones(len(rows)))
-        colour = _colour([y - phi @ first for phi, y in rows])
+        rows = [_rows(window, early) for window in windows]
+        causal = slice(early - SLACK, None)
+        first = _ridge([(phi[:, causal], y) for phi, y in rows])
+        colour = _colour([y - phi[:, causal] @ first for phi, y in rows])
         filtered = [(_filtered(phi, colour), _filtered(y, colour)) for phi, y in rows]
-        self._squares = np.array([phi.T @ phi for phi, _ in filtered])
-        self._products = np.array([phi.T @ y for phi, y in filtered])
-        self._powers = np.array([y @ y for _, y in filtered])
-        self._count = len(filtered[0][1])
-        self._root = self._likeliest(np.ones(len(rows)))
+        squares = np.array([phi.T @ phi for phi, _ in filtered])
+        products = np.array([phi.T @ y for phi, y in filtered])
+        power = float(sum(y @ y for _, y in filtered))
+        count = sum(len(y) for _, y in filtered)
+        cost, self._root = _likeliest(
+            squares[:, causal, causal].sum(axis=0), products[:, causal].sum(axis=0), power, count
+        )
+        shifted, _ = _likeliest(squares.sum(axis=0), products.sum(axis=0), power, count)
+        self.sooner = cost - shifted
         # In the prior's coordinates the ridge is 1, and each draw is a sum and one solution.
-        self._inner = np.array([self._root.T @ square @ self._root for square in self._squares])
-        self._turned = self._products @ self._root
+        root = self._root
+        self._inner = np.array([root.T @ square[causal, causal] @ root for square in squares])
+        self._turned = products[:, causal] @ root
 
     def solve(self, weights: np.ndarray) -> np.ndarray:
-        """Return the taps, those before 0 first."""
+        """Return the taps, from `SLACK` before 0 on."""
         inner = np.tensordot(weights, self._inner, 1) + np.eye(len(self._root))
         return np.asarray(self._root @ np.linalg.solve(inner, weights @ self._turned))
 
-    def _rows(self, window: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return regressors (n, taps + early) and response (n), without their means."""
-        taps, early = self._taps, self._early
-        u, y = window[:, 0], window[taps - 1 : len(window) - early, 1]
-        lagged = np.lib.stride_tricks.sliding_window_view(u, taps + early)[:, ::-1]
-        lagged = lagged[: len(y)]  # column 0 is the newest, early samples ahead
-        return lagged - lagged.mean(axis=0), y - y.mean()
 
-    def _regularised(
-        self, rows: Sequence[tuple[np.ndarray, np.ndarray]], weights: np.ndarray
-    ) -> np.ndarray:
-        """Return a first solution, whose taps are held down a little."""
-        square = sum(phi.T @ phi for phi, _ in rows)
-        product = sum(phi.T @ y for phi, y in rows)
-        ridge = 1e-3 * np.trace(square) / len(square) + 1e-12
-        return np.asarray(np.linalg.solve(square + ridge * np.eye(len(square)), product))
+def _rows(window: np.ndarray, early: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return regressors (n, early + taps) and response (n) of a window, without their means."""
+    taps = (len(window) - early + 1) // 2
+    u, y = window[:, 0], window[taps - 1 : len(window) - early, 1]
+    lagged = np.lib.stride_tricks.sliding_window_view(u, taps + early)[:, ::-1]
+    lagged = lagged[: len(y)]  # column 0 is the newest, early samples ahead
+    return lagged - lagged.mean(axis=0), y - y.mean()
 
-    def _likeliest(self, weights: np.ndarray) -> np.ndarray:
-        """Return a root of the prior's covariance, over that of the noise, that is likeliest."""
-        square = np.tensordot(weights, self._squares, 1)
-        product, power = weights @ self._products, float(weights @ self._powers)
-        count = self._count * float(weights.sum())
-        size = len(square)
-        lag = np.arange(size) - self._early
-        scale = max(float(np.trace(square)) / size, 1e-12)
-        best, found = np.inf, np.eye(size)
-        for decay in np.exp(-1.0 / (self._taps * np.array([0.03, 0.06, 0.12, 0.25, 0.5]))):
-            far = np.maximum(np.abs(lag)[:, None], np.abs(lag)[None, :])
-            same = (lag[:, None] >= 0) == (lag[None, :] >= 0)
-            # Before 0 taps are unlikely, but for what filters and late clocks leave there.
-            share = np.where(lag >= 0, 1.0, 0.3)
-            kernel = np.where(same, decay**far, 0.0) * np.sqrt(np.outer(share, share))
-            root = np.linalg.cholesky(kernel + 1e-9 * np.eye(size))
-            inner = root.T @ square @ root
-            values, vectors = np.linalg.eigh(inner)
-            turned = vectors.T @ (root.T @ product)
-            for strength in np.logspace(-2.0, 5.0, 15) / scale:
-                grown = 1.0 + strength * np.maximum(values, 0.0)
-                rest = max(power - strength * float(np.sum(turned**2 / grown)), 1e-12 * power)
-                cost = count * np.log(rest / count + 1e-300) + float(np.sum(np.log(grown)))
-                if cost < best:
-                    best, found = cost, root * np.sqrt(strength)
-        return found
+
+def _ridge(rows: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Return a first solution, whose taps are held down a little."""
+    square = sum(phi.T @ phi for phi, _ in rows)
+    product = sum(phi.T @ y for phi, y in rows)
+    ridge = 1e-3 * np.trace(square) / len(square) + 1e-12
+    return np.asarray(np.linalg.solve(square + ridge * np.eye(len(square)), product))
+
+
+def _likeliest(
+    square: np.ndarray, product: np.ndarray, power: float, count: int
+) -> tuple[float, np.ndarray]:
+    """Return -2 log p of the likeliest prior, and a root of its covariance over the noise's."""
+    size = len(square)
+    lag = np.arange(size)
+    scale = max(float(np.trace(square)) / size, 1e-12)
+    best, found = np.inf, np.eye(size)
+    for decay in np.exp(-1.0 / (size * np.array([0.03, 0.06, 0.12, 0.25, 0.5]))):
+        kernel = decay ** np.maximum(lag[:, None], lag[None, :])
+        root = np.linalg.cholesky(kernel + 1e-9 * np.eye(size))
+        values, vectors = np.linalg.eigh(root.T @ square @ root)
+        turned = vectors.T @ (root.T @ product)
+        for strength in np.logspace(-2.0, 5.0, 15) / scale:
+            grown = 1.0 + strength * np.maximum(values, 0.0)
+            rest = max(power - strength * float(np.sum(turned**2 / grown)), 1e-12 * power)
+            cost = count * np.log(rest / count + 1e-300) + float(np.sum(np.log(grown)))
+            if cost < best:
+                best, found = cost, root * np.sqrt(strength)
+    return float(best), found
 
 
 def _colour(residuals: Sequence[np.ndarray]) -> np.ndarray:
@@ -384,10 +390,12 @@ def _coherence(pieces: Sequence[np.ndarray], taps: int) -> float:
         total = [before + len(piece) * now for before, now in zip(total, part, strict=True)]
         seen += len(piece)
     power, other, cross = (np.abs(each[1:]) for each in total)
-    if seen == 0.0 or power.sum() <= 0.0:
+    if seen == 0.0 or power.sum() <= 1e-20 * float(np.abs(total[1]).sum()):
         return 0.0
     averages = max(2.0 * seen / size - 1.0, 1.0)
-    coherent = np.divide(cross**2, power * other, out=np.zeros_like(power), where=other > 0.0)
+    coherent = np.divide(
+        cross**2, power * other, out=np.zeros_like(power), where=power * other > 0.0
+    )
     # Of so few averages even noise is coherent, by 1 / averages.
     unbiased = np.clip((coherent * averages - 1.0) / max(averages - 1.0, 1.0), 0.0, 1.0)
     return float(np.sum(power * unbiased) / power.sum()) if averages > 1.0 else 0.0
@@ -418,7 +426,7 @@ def _doubts(
     coherence: float,
     final: float,
     width: float,
-    early: float,
+    sooner: float,
     rise_samples: float,
     moved: float,
     drift: float,
@@ -444,9 +452,9 @@ def _doubts(
             "too little, or disturbances too much",
         ),
         (
-            early > MOST_EARLY * scale,
-            f"it has reached {100.0 * early / scale:.0f} % before the set-point steps: clocks are "
-            "off, or the set-point follows the response",
+            sooner > SOONER,
+            "the response comes before the set-point: clocks are off, or the set-point follows the "
+            "response",
         ),
         (
             not rise_samples >= LEAST_RISE,
