@@ -5,15 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.logs.flight_record import FlightRecord
+from workbench.logs.flight_record import FlightRecord, Span
 from workbench.logs.step_response import LOOPS
 
 LONGEST_OFFSET = 0.2
 """Between two clocks [s]."""
-LEAST_CORRELATION = 0.8
+LEAST_CORRELATION = 0.6
 """Below which an offset between two streams is not told."""
 TURNING = 0.1
 """Share of the full command, above which a motor turns."""
+GROUND = 2.0
+"""After the motors begin to turn, and before they end: the drone may be on the ground [s]."""
 FULL = 0.995
 """Share of the full command, from which on a motor can give no more."""
 FAST = 180.0
@@ -160,9 +162,10 @@ def _attitude_rate(flight: FlightRecord) -> tuple[float, float] | None:
     """Return by how much the estimated attitude's rate is behind the gyro [s], and correlation."""
     turn = [f"estimate.q_{part}" for part in "wxyz"]
     gyro = [f"imu.angular_velocity.{axis}" for axis in "xyz"]
-    if not flight.has([*turn, *gyro]):
+    span = _shared(flight, [*gyro, *turn])
+    if span is None:
         return None
-    grid = flight.resample([*gyro, *turn], _GRID, _BRIDGE)
+    grid = flight.resample([*gyro, *turn], _GRID, _BRIDGE, span)
     q = grid.values[:, 3:]
     # w = 2 q* dq/dt, in the body's axes.
     rate = np.gradient(q, _GRID, axis=0)
@@ -180,14 +183,10 @@ def clock_offset(
         first: signals.
         second: as many, which show the same.
     """
-    signals = [flight[name] for name in (*first, *second)]
-    if any(len(signal.time) < 2 for signal in signals):
+    span = _shared(flight, [*first, *second])
+    if span is None:
         return None
-    begin = max(float(signal.time[0]) for signal in signals)
-    end = min(float(signal.time[-1]) for signal in signals)
-    if end - begin < 4.0 * LONGEST_OFFSET:
-        return None
-    grid = flight.resample([*first, *second], _GRID, _BRIDGE)
+    grid = flight.resample([*first, *second], _GRID, _BRIDGE, span)
     return _best_offset(grid.values[:, : len(first)], grid.values[:, len(first) :])
 
 
@@ -198,26 +197,49 @@ def _best_offset(first: np.ndarray, second: np.ndarray) -> tuple[float, float] |
     steps of the grid by a parabola.
     """
     most = round(LONGEST_OFFSET / _GRID)
-    if len(first) <= 4 * most:
+    both = np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1)
+    if both.sum() < 8 * most:
         return None
-    lags = range(-most, most + 1)
-    found = []
-    for lag in lags:
-        a = first[max(-lag, 0) : len(first) - max(lag, 0)]
-        b = second[max(lag, 0) : len(second) - max(-lag, 0)]
-        both = np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1)
-        if both.sum() < 2 * most:
-            return None
-        a, b = a[both] - a[both].mean(axis=0), b[both] - b[both].mean(axis=0)
-        size = float(np.sqrt((a * a).sum() * (b * b).sum()))
-        found.append(float((a * b).sum()) / size if size > 0.0 else 0.0)
+    known = np.broadcast_to(both[:, None], first.shape).astype(float)
+    a, b = (
+        np.where(both[:, None], values - values[both].mean(axis=0), 0.0)
+        for values in (first, second)
+    )
+    size = 2 * len(a)
+
+    def at_lags(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the sums of x(t) y(t + lag) for all lags, by their Fourier transforms."""
+        product = np.conj(np.fft.rfft(x, size, axis=0)) * np.fft.rfft(y, size, axis=0)
+        return np.asarray(np.fft.irfft(product, size, axis=0).sum(axis=1)[lags])
+
+    lags = np.arange(-most, most + 1)
+    power = np.maximum(at_lags(a * a, known) * at_lags(known, b * b), 0.0)
+    shared = at_lags(a, b)
+    found = np.divide(shared, np.sqrt(power), out=np.zeros_like(shared), where=power > 1e-12)
     best = int(np.argmax(found))
     if not 0 < best < len(found) - 1:
         return None
     before, at, after = found[best - 1 : best + 2]
     bend = before - 2.0 * at + after
     part = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
-    return float((lags[best] + part) * _GRID), at
+    return float((lags[best] + part) * _GRID), float(at)
+
+
+def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
+    """Return a time that signals share, in the air where the motors' commands tell of it [s].
+
+    A landing is a blow that another stream shows otherwise, and on the ground nothing moves.
+    """
+    if not flight.has(names) or any(len(flight[name].time) < 2 for name in names):
+        return None
+    begin = max(float(flight[name].time[0]) for name in names)
+    end = min(float(flight[name].time[-1]) for name in names)
+    motor = next(iter(_commands(flight)), None)
+    if motor is not None:
+        turns = flight[motor].time[flight[motor].values > TURNING]
+        if len(turns) and turns[-1] - turns[0] > 4.0 * GROUND:
+            begin, end = max(begin, turns[0] + GROUND), min(end, turns[-1] - GROUND)
+    return (begin, end) if end - begin > 4.0 * LONGEST_OFFSET else None
 
 
 def _findable(flight: FlightRecord, turning: float) -> list[Findable]:

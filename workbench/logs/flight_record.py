@@ -46,6 +46,10 @@ LOG_ENDINGS = (".mcap", ".ulg", ".bin", ".bbl", ".bfl", ".csv", ".gz")
 """Of files that are logs, in small letters; a Crazyflie's have none."""
 GAP = 2.5
 """Periods between two samples, from which on something is missing between them."""
+LATEST = 1e7
+"""Time of a log [s], a third of a year; what is later is a damaged number."""
+MOST_POINTS = 50_000_000
+"""Of a grid, times its signals."""
 LEAST = 2
 """Samples of a signal that has a rate."""
 
@@ -188,10 +192,27 @@ class FlightRecord:
         )
         if period <= 0.0 or end < begin:
             raise WorkbenchError(f"{self.source}: {', '.join(names)} share no time")
+        if (end - begin) / period * len(names) > MOST_POINTS:
+            raise WorkbenchError(
+                f"{self.source}: {end - begin:.4g} s every {period:.2g} s are too many samples"
+            )
         time = begin + period * np.arange(int((end - begin) / period + 1e-6) + 1)
         found = [signal.at(time, bridge) for signal in signals]
         values, known = (np.column_stack(parts) for parts in zip(*found, strict=True))
         return Grid(tuple(names), time, values, known)
+
+
+def rising_rows(time: np.ndarray) -> np.ndarray:
+    """Return which of finite times (n) [s] are good: those that rise, up to `LATEST`.
+
+    Of a single time that leaps ahead of those that follow, only that one is left out.
+    """
+    good = time <= LATEST
+    if len(time) > 2:
+        ahead = (time[1:-1] >= time[2:]) & (time[2:] > time[:-2])
+        good[1:-1] &= ~ahead
+    kept = np.where(good, time, -np.inf)
+    return np.asarray(good & (np.diff(np.maximum.accumulate(kept), prepend=-np.inf) > 0.0))
 
 
 def make_signal(
@@ -221,9 +242,8 @@ def make_signal(
     time, values = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     good = np.isfinite(values) & np.isfinite(time)
     time, values = time[good], values[good]
-    if len(time):
-        rising = np.diff(np.maximum.accumulate(time), prepend=-np.inf) > 0.0
-        time, values = time[rising], values[rising]
+    rising = rising_rows(time)
+    time, values = time[rising], values[rising]
     if len(time) < LEAST:
         gap = ((float(time[-1]), end),) if len(time) and end is not None and end > time[-1] else ()
         return Signal(name, unit, time, values, rate or 0.0, delay, gap)

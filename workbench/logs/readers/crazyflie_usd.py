@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FlightRecord, Signal, make_signal
+from workbench.logs.flight_record import FlightRecord, Signal, make_signal, rising_rows
 from workbench.logs.readers.packed import read_packed, stem
 from workbench.logs.readers.rotations import QUATERNION, continuous
 from workbench.plant.gravity import GRAVITY
@@ -91,11 +91,11 @@ def read_usd(path: Path) -> FlightRecord:
     if not any(len(time) > 1 for time in times.values()):
         raise WorkbenchError(f"{path}: has no two samples: it is empty or damaged")
     remarks = [*filter(None, (cut, _checked(data, rest)))]
-    begin = min(float(time[0]) for time in times.values())
+    begin = min(float(time.min()) for time in times.values())
     jumped = sum(int((np.diff(time) <= 0.0).sum()) for time in times.values())
     if jumped:
         remarks.append(f"{jumped} samples whose time does not rise were left out")
-    end = max(float(time.max()) for time in times.values()) - begin
+    end = max(float(time[rising_rows(time - begin)][-1]) for time in times.values()) - begin
     columns: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for number, table in found.items():
         for i, variable in enumerate(events[number].variables):

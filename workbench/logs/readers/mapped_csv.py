@@ -25,7 +25,7 @@ import yaml
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain
-from workbench.logs.flight_record import FlightRecord, Signal, make_signal
+from workbench.logs.flight_record import FlightRecord, Signal, make_signal, rising_rows
 from workbench.logs.readers.names import PLAIN
 from workbench.logs.readers.packed import read_packed, stem
 from workbench.plant.gravity import GRAVITY
@@ -76,10 +76,13 @@ def read_csv(path: Path, mapping: Path) -> FlightRecord:
     data, cut = read_packed(path)
     table, damage = _table(path, data, delimiter, [clock.signal, *wanted])
     time = clock.factor * table[clock.signal] + clock.offset
-    if not np.isfinite(time).any():
+    time[~np.isfinite(time)] = np.nan
+    if np.isnan(time).all():
         raise WorkbenchError(f"{path}: its column {clock.signal} has no number: name its time")
     time = time - np.nanmin(time)
-    end = float(np.nanmax(time))
+    known = time[np.isfinite(time)]
+    known = known[rising_rows(known)]
+    end = float(known[-1]) if len(known) else 0.0
     signals: dict[str, Signal] = {}
     for name, column in wanted.items():
         values = column.factor * table[name] + column.offset

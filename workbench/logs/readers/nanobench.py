@@ -21,7 +21,7 @@ import numpy as np
 import yaml
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import GAP, FlightRecord, Signal, make_signal
+from workbench.logs.flight_record import GAP, FlightRecord, Signal, make_signal, rising_rows
 from workbench.logs.readers.packed import read_packed, stem
 from workbench.logs.readers.rotations import ANGLES, QUATERNION, angles, continuous, in_world
 from workbench.plant.gravity import GRAVITY
@@ -128,8 +128,8 @@ def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
         except (ValueError, OverflowError):
             continue
     table = np.array(good, dtype=float).reshape(len(good), len(names))
-    time = table[:, 0]
-    table = table[np.diff(np.maximum.accumulate(time), prepend=-np.inf) > 0.0]
+    table = table[np.isfinite(table).all(axis=1)]
+    table = table[rising_rows(table[:, 0])]
     if len(table) < 3:
         raise WorkbenchError(f"{path}: has no three whole rows: it is empty or damaged")
     table[:, 0] -= table[0, 0]
