@@ -41,7 +41,7 @@ def read_flight(
     if mapping is not None:
         return read_csv(path, mapping)
     head = read_head(path, len(nanobench.HEAD))
-    if head.startswith(MCAP):
+    if head.startswith(MCAP) or path.suffix == ".mcap":
         return flight_record(read_log(path, progress))
     if head.startswith(nanobench.HEAD):
         return nanobench.read_nanobench(path)
@@ -72,6 +72,6 @@ def open_log(
     Raises:
         WorkbenchError: as `read_flight`.
     """
-    if mapping is None and read_head(path, len(MCAP)).startswith(MCAP):
+    if mapping is None and (path.suffix == ".mcap" or read_head(path, len(MCAP)).startswith(MCAP)):
         return read_log(path, progress)
     return log_of(read_flight(path, mapping))

@@ -211,8 +211,9 @@ def rising_rows(time: np.ndarray) -> np.ndarray:
     if len(time) > 2:
         ahead = (time[1:-1] >= time[2:]) & (time[2:] > time[:-2])
         good[1:-1] &= ~ahead
-    kept = np.where(good, time, -np.inf)
-    return np.asarray(good & (np.diff(np.maximum.accumulate(kept), prepend=-np.inf) > 0.0))
+    latest = np.maximum.accumulate(np.where(good, time, -np.inf))
+    good[1:] &= time[1:] > latest[:-1]
+    return np.asarray(good)
 
 
 def make_signal(

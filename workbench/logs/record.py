@@ -50,7 +50,15 @@ LARGEST_CHUNK = 64 * 1024 * 1024
 """Bytes of a chunk, unpacked; a file that says more is not believed."""
 _HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
-_BROKEN = (McapError, ValueError, KeyError, TypeError, struct.error, zstandard.ZstdError)
+_BROKEN = (
+    McapError,
+    ValueError,
+    KeyError,
+    TypeError,
+    OverflowError,
+    struct.error,
+    zstandard.ZstdError,
+)
 """What reading a damaged record may raise."""
 _MEMORY = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 """Of this machine, in bytes: a log is read as a whole."""

@@ -85,7 +85,7 @@ class LoggedTopic:
                 struct.unpack_from("<i", each, seconds) + struct.unpack_from("<I", each, rest)
                 for each in self.messages
             ]
-        except (KeyError, ValueError, struct.error) as error:
+        except (KeyError, ValueError, OverflowError, struct.error) as error:
             raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
         return (np.array(taken, dtype=np.int64) @ [1_000_000_000, 1]) * 1e-9
 
@@ -99,7 +99,7 @@ class LoggedTopic:
         time = self.time
         try:
             columns = self._columns()
-        except (KeyError, ValueError, struct.error) as error:
+        except (KeyError, ValueError, OverflowError, struct.error) as error:
             raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
         return {
             path: Series(f"{self.short}.{path}", unit, time, values)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_record import FlightRecord, Signal, make_signal
 from workbench.logs.imported import flight_of
 from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
@@ -32,8 +33,17 @@ def flight_record(record: LogRecord) -> FlightRecord:
     Raises:
         WorkbenchError: if a message cannot be decoded.
     """
-    if record.imported:
-        return flight_of(record)
+    try:
+        return flight_of(record) if record.imported else _flown(record)
+    except WorkbenchError as error:  # of a damaged topic, which does not know its file
+        said = str(error)
+        raise WorkbenchError(
+            said if said.startswith(str(record.path)) else f"{record.path}: {said}"
+        ) from error
+
+
+def _flown(record: LogRecord) -> FlightRecord:
+    """Return the log of a flight of ours."""
     end = record.duration
     signals: dict[str, Signal] = {}
     for name in _TOPICS:
