@@ -141,15 +141,17 @@ def test_damaged_copies_that_libraries_read(tmp_path, case):
 
 
 @pytest.mark.slow
-def test_a_thousand_damaged_copies_that_libraries_read(tmp_path, case):
+@pytest.mark.parametrize("kind", READERS)
+def test_a_thousand_damaged_copies_that_libraries_read(tmp_path, kind):
     """Each in a fork with bounds; one that breaks them is what a process of its own is for."""
-    for kind, data in foreign().items():
-        with case(kind):
-            pytest.importorskip(READERS[kind][0])
-            ends = [_fork(kind, tmp_path / "some") for _ in copies(data, MANY, tmp_path / "some")]
-            # Time and memory that a copy asks for without end are rare, and end in a sentence.
-            assert sum(end not in (0, 1) for end in ends) <= MANY // 50
-            assert ends.count(0) > MANY // 4
+    pytest.importorskip(READERS[kind][0])
+    data = foreign().get(kind)
+    if data is None:
+        pytest.skip("put the real flights into ../shared/flights")
+    ends = [_fork(kind, tmp_path / "some") for _ in copies(data, MANY, tmp_path / "some")]
+    # Those that ask for time or memory without end, or raise what they should not, are rare.
+    assert sum(end not in (0, 1) for end in ends) <= MANY // 50
+    assert ends.count(0) > MANY // 4
 
 
 def _fork(kind: str, path: Path) -> int:
@@ -157,7 +159,9 @@ def _fork(kind: str, path: Path) -> int:
     child = os.fork()
     if child:
         return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
     resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
     signal.signal(signal.SIGXCPU, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_AS, (MEGABYTES * 10**6, MEGABYTES * 10**6))

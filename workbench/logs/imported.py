@@ -20,7 +20,7 @@ from workbench.logs.contents import IMPORTED, VERSIONS
 from workbench.logs.flight_record import FlightRecord, Signal
 from workbench.logs.mcap_writer import McapWriter
 from workbench.logs.record import LogRecord
-from workbench.logs.series import LoggedTopic
+from workbench.logs.series import ImportedTopic
 from workbench.logs.versions import versions
 
 _PACKAGE = "imported_msgs"
@@ -141,7 +141,7 @@ def _about(flight: FlightRecord) -> str:
     return json.dumps(about, indent=1)
 
 
-def _topics(flight: FlightRecord) -> list[LoggedTopic]:
+def _topics(flight: FlightRecord) -> list[ImportedTopic]:
     """Return the topics of a flight's signals, with a message a sample."""
     grouped: dict[str, list[Signal]] = {}
     for signal in flight.signals.values():
@@ -150,7 +150,7 @@ def _topics(flight: FlightRecord) -> list[LoggedTopic]:
     return [_topic(name, signals) for name, signals in grouped.items()]
 
 
-def _topic(name: str, signals: list[Signal]) -> LoggedTopic:
+def _topic(name: str, signals: list[Signal]) -> ImportedTopic:
     kind = f"{_PACKAGE}/msg/{name.title().replace('_', '')}"
     tree: dict[str, Any] = {}
     for signal in signals:
@@ -169,7 +169,8 @@ def _topic(name: str, signals: list[Signal]) -> LoggedTopic:
     t_ns, table = _table(ordered)
     data = np.ascontiguousarray(table, dtype="<f8").view(np.uint8).reshape(len(t_ns), -1)
     rows = [ENCAPSULATION + row.tobytes() for row in data]
-    return LoggedTopic(f"{PREFIX}{name}", name, kind, schema, t_ns.tolist(), rows)
+    gaps = {signal.name: signal.gaps for signal in signals}
+    return ImportedTopic(f"{PREFIX}{name}", name, kind, schema, t_ns.tolist(), rows, gaps)
 
 
 def _define(

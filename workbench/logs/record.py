@@ -43,7 +43,7 @@ from workbench.logs.contents import (
     read_scenario,
 )
 from workbench.logs.mcap_writer import MAGIC
-from workbench.logs.series import LoggedTopic, Series
+from workbench.logs.series import ImportedTopic, LoggedTopic, Series
 from workbench.scenario.scenario import Action, Scenario
 
 LARGEST_CHUNK = 64 * 1024 * 1024
@@ -407,6 +407,10 @@ def _imported(path: Path, found: McapContents, topics: Mapping[str, LoggedTopic]
     text = found.attachments[IMPORTED].decode()
     about = json.loads(text)
     remarks = [_remark(found), *map(str, about["remarks"])]
+    gaps = {
+        str(each["name"]): [(float(a), float(b)) for a, b in each["gaps"]]
+        for each in about["signals"]
+    }
     return LogRecord(
         path=path,
         vehicle=str(about["name"]),
@@ -416,7 +420,12 @@ def _imported(path: Path, found: McapContents, topics: Mapping[str, LoggedTopic]
         settings={},
         values={},
         definitions=(),
-        topics=topics,
+        topics={
+            name: ImportedTopic(
+                each.name, name, each.type, each.schema, each.t_ns, each.messages, gaps
+            )
+            for name, each in topics.items()
+        },
         remark="; ".join(filter(None, remarks)),
         imported=text,
     )

@@ -1,8 +1,8 @@
 """A topic of a log as arrays over time: a column for each number of its messages."""
 
 import struct
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -96,6 +96,14 @@ class LoggedTopic:
         Raises:
             WorkbenchError: if a message cannot be decoded.
         """
+        return self.rows()
+
+    def rows(self) -> dict[str, Series]:
+        """Return the same with a value a message in each.
+
+        Raises:
+            WorkbenchError: if a message cannot be decoded.
+        """
         time = self.time
         try:
             columns = self._columns()
@@ -158,6 +166,44 @@ class LoggedTopic:
                 row.update(zip(paths, map(_text, values), strict=True))
             rows.append(row)
         return {path: (unit, _gathered(rows, path)) for path, unit in units.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedTopic(LoggedTopic):
+    """A topic of an imported log, in which streams of several rates may be.
+
+    Attributes:
+        gaps: of each series by its name, from and to [s].
+    """
+
+    gaps: Mapping[str, Sequence[tuple[float, float]]] = field(default_factory=dict)
+
+    @cached_property
+    def columns(self) -> dict[str, Series]:
+        """Each field at the times when it was measured, with a NaN in each of its gaps.
+
+        Raises:
+            WorkbenchError: if a message cannot be decoded.
+        """
+        return {
+            path: _measured(series, self.gaps.get(series.name, ()))
+            for path, series in self.rows().items()
+        }
+
+
+def _measured(series: Series, gaps: Sequence[tuple[float, float]]) -> Series:
+    """Return a series without the rows of other streams."""
+    if series.values.dtype.kind != "f":
+        return series
+    kept = ~np.isnan(series.values)
+    within = np.searchsorted(series.time, [begin for begin, _ in gaps], side="right")
+    inside = [
+        row
+        for row, (_, end) in zip(within, gaps, strict=True)
+        if row < len(kept) and series.time[row] < end
+    ]
+    kept[inside] = True
+    return Series(series.name, series.unit, series.time[kept], series.values[kept])
 
 
 def _points(layout: Layout, message: bytes) -> np.ndarray:

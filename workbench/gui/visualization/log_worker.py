@@ -89,8 +89,11 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
             unit, factor = si_unit(series.unit)
             flown = np.asarray(series.values, dtype=float)
             units[name], values[name] = unit, flown * factor if factor != 1.0 else flown
-            times.setdefault(topic, series.time)
-            topic_of[name] = topic
+            # Streams of several rates may be in a topic of an imported log.
+            shared = np.array_equal(times.get(topic, series.time), series.time)
+            whose = topic if shared else name
+            times.setdefault(whose, series.time)
+            topic_of[name] = whose
         progress(READING + (1.0 - READING) * (number + 1) / len(record.topics))
     begin = min((float(time[0]) for time in times.values() if len(time)), default=0.0)
     end = max((float(time[-1]) for time in times.values() if len(time)), default=0.0)
