@@ -196,11 +196,12 @@ def _measured(series: Series, gaps: Sequence[tuple[float, float]]) -> Series:
     if series.values.dtype.kind != "f":
         return series
     kept = ~np.isnan(series.values)
-    within = np.searchsorted(series.time, [begin for begin, _ in gaps], side="right")
+    # Times are whole nanoseconds here, and gaps' ends are not.
+    within = np.searchsorted(series.time, [begin + 2e-9 for begin, _ in gaps])
     inside = [
         row
         for row, (_, end) in zip(within, gaps, strict=True)
-        if row < len(kept) and series.time[row] < end
+        if row < len(kept) and series.time[row] < end - 2e-9
     ]
     kept[inside] = True
     return Series(series.name, series.unit, series.time[kept], series.values[kept])
