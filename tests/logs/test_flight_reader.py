@@ -15,7 +15,7 @@ from workbench.logs.flight_contents import contents_of
 from workbench.logs.flight_reader import open_log, read_flight
 from workbench.logs.flight_record import FlightRecord, make_signal
 from workbench.logs.imported import write_flight
-from workbench.logs.readers.rotations import angles, flu, from_ned_frd, in_world, quaternion
+from workbench.logs.readers.rotations import angles, from_ned_frd, in_world, quaternion
 
 SHARED = Path(__file__).parents[2] / "../shared/flights/given"
 real = pytest.mark.skipif(not SHARED.exists(), reason="put the real flights into ../shared/flights")
@@ -190,7 +190,7 @@ def test_a_dataflash_log_is_what_pymavlink_reads_turned_to_our_axes():
     imu = [each for each in seen if each.get_type() == "IMU"]
     frd = np.array([[each.GyrX, each.GyrY, each.GyrZ] for each in imu])
     ours = np.column_stack([flight[f"imu.angular_velocity.{axis}"].values for axis in "xyz"])
-    np.testing.assert_allclose(ours, flu(frd), rtol=1e-9)
+    np.testing.assert_allclose(ours, frd * [1.0, -1.0, -1.0], rtol=1e-9)
     yaw = [each.Yaw for each in seen if each.get_type() == "ATT"]
     east = np.radians(90.0 - np.array(yaw))
     np.testing.assert_allclose(
@@ -213,7 +213,7 @@ def vb(value: int) -> bytes:
 def blackbox(rows: int) -> bytes:
     """Return a log of Betaflight: key frames alone, each field a signed number."""
     fields = ["loopIteration", "time", "gyroADC[0]", "gyroADC[1]", "setpoint[1]", "motor[0]"]
-    fields += ["accSmooth[2]", "vbatLatest"]
+    fields += ["accSmooth[2]", "vbatLatest", "eRPM[0]"]
     lines = [
         "H Product:Blackbox flight data recorder by Nicholas Sherlock",
         "H Data version:2",
@@ -233,7 +233,7 @@ def blackbox(rows: int) -> bytes:
     ]
     data = "".join(f"{line}\n" for line in lines).encode()
     for i in range(rows):
-        values = [i, 1_000_000 + 500 * i, 90, -180, 360, 158 + i, 2048, 1620]
+        values = [i, 1_000_000 + 500 * i, 90, -180, 360, 158 + i, 2048, 1620, 700]
         data += b"I" + b"".join(map(vb, values))
     return data + b"E\xffEnd of log\x00"
 
@@ -251,6 +251,8 @@ def test_a_made_up_blackbox_log(tmp_path):
     np.testing.assert_allclose(flight["rate_setpoint.w_y"].values, 2.0 * np.pi)
     np.testing.assert_allclose(flight["imu.linear_acceleration.z"].values, 9.81)
     np.testing.assert_allclose(flight["battery.voltage"].values, 16.2)
+    # 700 hundreds of electrical turns a minute, of 14 poles.
+    np.testing.assert_allclose(flight["rotors.speed.0"].values, 10_000.0 * np.pi / 30.0)
     first = flight["motors.command_1"].values
     np.testing.assert_allclose(first[:3], np.arange(3) / (2047 - 158), atol=1e-12)
 
@@ -331,6 +333,9 @@ def test_an_imported_log_is_the_flight_again(tmp_path):
     (begin, end), _ = signals["estimate.q_w"].gaps
     inside = (drawn.time > begin + 1e-6) & (drawn.time < end - 1e-6)
     assert shown.unit == "m" and np.isnan(drawn.values[inside]).all() and inside.any()
+    alone = open_log(path).series("rotors.speed.1")  # of which no other stream has a sample
+    assert np.isnan(alone.values[(alone.time > begin + 1e-6) & (alone.time < end - 1e-6)]).all()
+    assert len(alone.time) == len(late) + 2
     assert len(drawn.time) == len(late) + 2  # and no hole where the other stream has samples
     assert np.isfinite(shown.values).sum() == len(signals["estimate.x"].time)
     with pytest.raises(WorkbenchError, match="flown elsewhere"):
