@@ -21,10 +21,11 @@ READERS = {
     blackbox.FORMAT: (blackbox.NEEDS, blackbox.read_blackbox),
 }
 """By the format: the package that it needs, and the reader."""
-SECONDS, SECONDS_A_MEGABYTE = 60.0, 4.0
+SECONDS, SECONDS_A_MEGABYTE = 15.0, 4.0
 MEGABYTES, MEGABYTES_A_MEGABYTE = 1500, 40
 MOST_SECONDS, MOST_MEGABYTES = 900.0, 12_000
-"""Bounds, by the size of the file: blackbox logs take some 2 s and 20 MB a megabyte."""
+"""Bounds, by the size of the file: blackbox logs take some 2 s and 20 MB a megabyte, and pyulog
+never ends on some files whose head is damaged."""
 
 
 def read_limited(path: Path, format_: str) -> FlightRecord:

@@ -96,7 +96,11 @@ def read_ulog(path: Path) -> FlightRecord:
         source=path,
         format=FORMAT,
         firmware=f"PX4 {version}, {info.get('ver_hw', 'unknown board')}",
-        parameters={str(name): float(value) for name, value in parameters.items()},
+        parameters={
+            str(name): float(value)
+            for name, value in parameters.items()
+            if isinstance(value, int | float)
+        },
         remarks=tuple(remarks),
         signals=signals,
         end=end,
@@ -229,9 +233,9 @@ def _add_motors(
     data = topics.get("actuator_outputs", {})
     if not data:
         return ["the motors' commands were not logged"]
-    low = float(parameters.get("PWM_MAIN_MIN", parameters.get("PWM_MIN", PWM_LOW)))
-    full = float(parameters.get("PWM_MAIN_MAX", parameters.get("PWM_MAX", PWM_FULL)))
-    if not full > low:
+    low = parameters.get("PWM_MAIN_MIN", parameters.get("PWM_MIN", PWM_LOW))
+    full = parameters.get("PWM_MAIN_MAX", parameters.get("PWM_MAX", PWM_FULL))
+    if not (isinstance(low, int | float) and isinstance(full, int | float) and full > low):
         low, full = PWM_LOW, PWM_FULL
     for i in range(int(np.max(data.get("noutputs", [0]), initial=0))):
         output = data.get(f"output[{i}]")
