@@ -9,11 +9,11 @@ from mcap.writer import Writer
 
 from workbench.common.errors import WorkbenchError
 from workbench.logs.mcap_writer import MAGIC
-from workbench.logs.record import FlightRecord, read_log
+from workbench.logs.record import LogRecord, read_log
 
 
 @pytest.fixture(scope="module")
-def record(log) -> FlightRecord:
+def record(log) -> LogRecord:
     return read_log(log)
 
 
@@ -21,7 +21,7 @@ def record(log) -> FlightRecord:
 def read(tmp_path):
     """Read bytes as a log."""
 
-    def read_bytes(data: bytes) -> FlightRecord:
+    def read_bytes(data: bytes) -> LogRecord:
         path = tmp_path / "some.mcap"
         path.write_bytes(data)
         return read_log(path)

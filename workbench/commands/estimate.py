@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from workbench.design.estimation_errors import EstimateOverTruth
     from workbench.estimation.estimators import Estimator
     from workbench.estimation.run import Gap, SensorSamples
-    from workbench.logs.record import FlightRecord
+    from workbench.logs.record import LogRecord
 
 
 _NAMES = [name for name in ESTIMATORS if name != TRUTH]
@@ -124,7 +124,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _settings(
-    estimator: "Estimator", record: "FlightRecord", given: dict[str, float]
+    estimator: "Estimator", record: "LogRecord", given: dict[str, float]
 ) -> dict[str, float]:
     """Return the estimator's settings in their order: its own, those of the flight, those given.
 

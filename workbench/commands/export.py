@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_json_option
+from workbench.commands.options import LOG_HELP, add_command, add_json_option, add_mapping_option
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
@@ -24,24 +24,25 @@ def add_parser(commands: Any) -> None:
         "workbench export flight.mcap --format csv --output tables/",
         run,
     )
-    parser.add_argument("log", type=Path, metavar="LOG", help="log of a flight (.mcap)")
+    parser.add_argument("log", type=Path, metavar="LOG", help=LOG_HELP)
     parser.add_argument("--format", choices=FORMATS, default="csv", help="(default: csv)")
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="folder of the tables (default: out/LOG)"
     )
+    add_mapping_option(parser)
     add_json_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the tables."""
     from workbench.design.sweep.table_file import check_table_path
-    from workbench.logs.record import read_log
+    from workbench.logs.flight_reader import open_log
     from workbench.logs.table_file import tables, write_table
 
     folder = args.output or Path("out") / args.log.stem
     suffix = f".{args.format}"
     check_table_path(folder / f"{args.log.stem}{suffix}")
-    record = read_log(args.log)
+    record = open_log(args.log, args.mapping)
     if record.remark:
         say(f"{args.log}: {record.remark}")
     if not record.topics:

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 MODEL_HELP = (
     "shipped model, or a .xacro, .urdf, .sdf or MuJoCo .xml file, or a Gazebo model's folder"
 )
+LOG_HELP = (
+    "log of a flight: .mcap, PX4's .ulg, ArduPilot's .bin, Betaflight's .bbl, a Crazyflie's usd "
+    "log, NanoBench's .csv, or a .csv with a mapping"
+)
 NO_SENSORS = "none"
 """What to name for none."""
 
@@ -155,6 +159,16 @@ def add_json_option(
 ) -> None:
     """Add --json."""
     parser.add_argument("--json", action="store_true", help=what)
+
+
+def add_mapping_option(parser: argparse.ArgumentParser) -> None:
+    """Add --mapping."""
+    parser.add_argument(
+        "--mapping",
+        type=Path,
+        metavar="MAPPING.yaml",
+        help="what the columns of a CSV log are (default: LOG.mapping.yaml beside LOG.csv, if any)",
+    )
 
 
 def add_scheduler_option(parser: argparse.ArgumentParser) -> None:

@@ -7,14 +7,15 @@ from pathlib import Path
 from workbench.common.errors import WorkbenchError
 
 
-def read_plain(path: Path | str, most: int | None = None) -> bytes:
-    """Return the content of a file.
+def read_plain(path: Path | str, most: int | None = None, first: int | None = None) -> bytes:
+    """Return the content of a file, or its beginning.
 
     A pipe or a device is refused: nobody may ever write to the one, and the other may never end.
 
     Args:
         path: the file.
         most: bytes that it may have; any number without it.
+        first: bytes to read; all without it.
 
     Raises:
         WorkbenchError: if there is none, or it is no plain file, too large, or cannot be read.
@@ -29,7 +30,7 @@ def read_plain(path: Path | str, most: int | None = None) -> bytes:
                 raise WorkbenchError(f"{path}: is {what}: name a plain file")
             if most is not None and status.st_size > most:
                 raise WorkbenchError(f"{path}: is larger than {_size(most)}")
-            return stream.read() if most is None else stream.read(most)
+            return stream.read(most if first is None else first)
     except FileNotFoundError:
         raise WorkbenchError(f"{path}: no such file") from None
     except IsADirectoryError:

@@ -4,6 +4,11 @@ from collections.abc import Callable
 
 from PyQt6.QtWidgets import QFileDialog
 
+from workbench.logs.flight_record import LOG_ENDINGS
+
+LOG_FILES = "Logs ({})".format(" ".join(f"*{ending} *{ending.upper()}" for ending in LOG_ENDINGS))
+"""What a file dialog shows of logs."""
+
 
 def show_file_dialog(dialog: QFileDialog, chosen: Callable[[str], None]) -> None:
     """Show a dialog, while the flight, and the key that stops it, go on.

@@ -12,9 +12,10 @@ from PyQt6.QtWidgets import QFileDialog, QMenu, QWidget
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import controllers_dir, models_dir, worlds_dir
 from workbench.control.controller import load_controller
-from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.notices import Notices
+from workbench.logs.flight_record import LOG_ENDINGS
 
 READ = 65536
 """Of a file, to find out what it is [bytes]."""
@@ -43,7 +44,7 @@ FILTERS = {
     FileKind.MODEL: "Drones (*.xacro *.urdf *.sdf *.xml)",
     FileKind.WORLD: "Worlds (*.yaml *.yml *.sdf *.world)",
     FileKind.CONTROLLER: "Controllers (*.py)",
-    FileKind.LOG: "Logs (*.mcap)",
+    FileKind.LOG: LOG_FILES,
     FileKind.LAYOUT: "Layouts (*.layout.yaml)",
     FileKind.SPEC: "Specs (*.spec.yaml)",
 }
@@ -54,7 +55,7 @@ _BY_ENDING = {
     ".xml": FileKind.MODEL,
     ".world": FileKind.WORLD,
     ".py": FileKind.CONTROLLER,
-    ".mcap": FileKind.LOG,
+    **dict.fromkeys(LOG_ENDINGS, FileKind.LOG),
 }
 _BY_KEYS = {"charts:": FileKind.LAYOUT, "cases:": FileKind.SPEC, "margins:": FileKind.SPEC}
 """At the beginning of a line of YAML."""
@@ -82,7 +83,8 @@ def kind_of(path: Path) -> FileKind:
         return FileKind.WORLD if world else FileKind.SCENARIO
     raise WorkbenchError(
         f"{path.name} cannot be opened: drop a scenario or world (.yaml), a drone (.xacro, .urdf, "
-        ".sdf, .xml), a controller (.py), a log (.mcap), a layout or spec (.yaml)"
+        ".sdf, .xml), a controller (.py), a log (.mcap, .ulg, .bin, .bbl, .csv), a layout or "
+        "spec (.yaml)"
     )
 
 

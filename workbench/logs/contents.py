@@ -34,6 +34,8 @@ LAWS = "controllers/"
 """Beginning of the names of attachments with the texts of laws that took over in flight."""
 TOPICS = "topics.json"
 """Attachment: the link's definitions of the topics."""
+IMPORTED = "flight_record.json"
+"""Attachment of a log that was imported, instead of all others: what its messages do not say."""
 STATE = Channel("/dh_drone/exact_state", "dh_drone_msgs/msg/ExactState")
 ACTIONS = Channel("/dh_drone/actions", "dh_drone_msgs/msg/PilotAction")
 

@@ -1,6 +1,7 @@
 """Figures of a log: an overview, or the fields that were asked for, over time or as spectra."""
 
 import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,7 +10,7 @@ from matplotlib.figure import Figure
 from workbench.common.errors import WorkbenchError
 from workbench.design.plots import PALETTE, RIGHT, label, legend, stacked, styled, widen
 from workbench.logs.expressions import Samples, parse_expression
-from workbench.logs.record import FlightRecord
+from workbench.logs.record import LogRecord
 from workbench.logs.series import Series
 from workbench.logs.spectrum import Welch, density_unit, power_spectrum
 
@@ -20,13 +21,51 @@ _LEAST_TIME = 0.1
 """Shown even of a shorter flight [s]."""
 _PER_CHARACTER = 0.075
 """Room that a letter of a legend takes [inch]."""
+_OVER = ("--", ":", "-.")
+"""How the curves of other logs are drawn."""
+
+
+def _parts(topic: str, fields: str) -> tuple[str, ...]:
+    return tuple(f"{topic}.{field}" for field in fields.split())
+
+
+_PANELS: tuple[tuple[str, tuple[tuple[str, ...], ...], tuple[str, ...], float], ...] = (
+    (
+        "position in W",
+        (_parts("position_data", "x y z"), _parts("estimate", "x y z")),
+        _parts("setpoint", "x y z"),
+        0.5,
+    ),
+    (
+        "velocity in W",
+        (_parts("velocity_data", "v_x v_y v_z"), _parts("estimate", "v_x v_y v_z")),
+        _parts("setpoint", "v_x v_y v_z"),
+        0.2,
+    ),
+    (
+        "attitude",
+        (_parts("position_data", "roll pitch yaw"), _parts("estimate", "roll pitch yaw")),
+        _parts("attitude_setpoint", "roll pitch yaw"),
+        0.05,
+    ),
+    (
+        "angular velocity in B",
+        (_parts("imu", "angular_velocity.x angular_velocity.y angular_velocity.z"),),
+        _parts("rate_setpoint", "w_x w_y w_z"),
+        0.05,
+    ),
+    ("motor commands", (_parts("motors", " ".join(f"command_{i}" for i in range(1, 9))),), (), 0.2),
+    ("battery", (_parts("battery", "voltage"),), (), 0.5),
+)
+"""Of an overview of a log from elsewhere: a title, what is measured (the first that there is), what
+was wanted, and what the axis spans at least."""
 _NAME = re.compile(r"/[\w./]+|[\w.]+")
 _WITH_UNIT = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
 """An expression, and its unit in brackets."""
 
 
 @styled
-def plot_overview(record: FlightRecord) -> Figure:
+def plot_overview(record: LogRecord) -> Figure:
     """Return an overview of a flight: position, velocities, attitude, thrusts, with commands.
 
     Raises:
@@ -34,6 +73,8 @@ def plot_overview(record: FlightRecord) -> Figure:
     """
     if not record.topics:
         raise WorkbenchError(f"{record.path}: has no messages, so there is nothing to draw")
+    if record.imported:
+        return _imported_overview(record)
     title = f"{record.vehicle}: {record.path.name}"
     figure, axes = stacked(title, 5, width=9.0, height=1.75)
     position, velocity, attitude, yaw, thrust = axes
@@ -50,28 +91,66 @@ def plot_overview(record: FlightRecord) -> Figure:
     return figure
 
 
+def _imported_overview(record: LogRecord) -> Figure:
+    """Return an overview of what a log from elsewhere has: measured, and wanted dashed."""
+    known = {
+        series.name: series
+        for topic in record.topics.values()
+        for series in topic.columns.values()
+        if np.isfinite(np.asarray(series.values, dtype=float)).any()
+    }
+    panels = []
+    for title, measured, wanted, least in _PANELS:
+        shown = next((found for names in measured if (found := _known(known, names))), [])
+        if shown:
+            panels.append((title, shown, _known(known, wanted), least))
+    if not panels:
+        raise WorkbenchError(
+            f"{record.path}: has nothing that an overview shows: name fields; "
+            f"`workbench plot {record.path} --list` lists them"
+        )
+    name = f"{record.vehicle}: {record.path.name}"
+    figure, axes = stacked(name, len(panels), width=9.0, height=1.75)
+    for panel, (title, shown, asked, least) in zip(axes, panels, strict=True):
+        _draw(panel, title, shown, least)
+        if asked:
+            _draw_commands(panel, asked)
+    _finish(record, axes)
+    return figure
+
+
+def _known(known: Mapping[str, Series], names: Sequence[str]) -> list[Series]:
+    return [known[name] for name in names if name in known]
+
+
 @styled
-def plot_fields(record: FlightRecord, names: list[str]) -> Figure:
+def plot_fields(record: LogRecord, names: list[str], over: Sequence[LogRecord] = ()) -> Figure:
     """Return a figure of fields over time, those of one unit in one panel.
 
     Args:
         record: the log.
         names: TOPIC.FIELD, TOPIC for all its fields, or an expression of fields, as
             "sqrt(v_x**2 + v_y**2) [m/s]"; the unit in brackets may be left out.
+        over: other logs whose fields of these names are drawn over it, paler; a log that has not
+            all of them shows those that it has.
 
     Raises:
         WorkbenchError: if one is unknown or a text, or there are too many.
     """
     panels = _panels(record, names)
     figure, axes = _stacked(record, panels)
-    for panel, found in zip(axes, panels.values(), strict=True):
+    others = [(other, _over(other, names)) for other in over]
+    for panel, (unit, found) in zip(axes, panels.items(), strict=True):
         _draw(panel, "", [*found.values()], 0.0)
+        for place, (other, shown) in enumerate(others):
+            same = {name: series for name, series in shown.items() if series.unit == unit}
+            _draw_over(panel, other.path.name, list(found), same, _OVER[place % len(_OVER)])
     _finish(record, axes)
     return figure
 
 
 @styled
-def plot_spectra(record: FlightRecord, names: list[str], welch: Welch) -> Figure:
+def plot_spectra(record: LogRecord, names: list[str], welch: Welch) -> Figure:
     """Return a figure of power spectral densities over frequency.
 
     Args:
@@ -97,9 +176,7 @@ def plot_spectra(record: FlightRecord, names: list[str], welch: Welch) -> Figure
     return figure
 
 
-def _stacked(
-    record: FlightRecord, panels: dict[str, dict[str, Series]]
-) -> tuple[Figure, list[Axes]]:
+def _stacked(record: LogRecord, panels: dict[str, dict[str, Series]]) -> tuple[Figure, list[Axes]]:
     """Return a figure with a panel for each unit, and room for the names beside it."""
     longest = max(len(name) for found in panels.values() for name in found)
     right = max(RIGHT, 0.6 + _PER_CHARACTER * longest)
@@ -107,7 +184,7 @@ def _stacked(
     return stacked(title, len(panels), width=6.6 + right, height=2.4, right=right)
 
 
-def _panels(record: FlightRecord, names: list[str]) -> dict[str, dict[str, Series]]:
+def _panels(record: LogRecord, names: list[str]) -> dict[str, dict[str, Series]]:
     """Return the series of names by their unit and name.
 
     Raises:
@@ -127,7 +204,7 @@ def _panels(record: FlightRecord, names: list[str]) -> dict[str, dict[str, Serie
     return panels
 
 
-def _derived(record: FlightRecord, text: str) -> Series:
+def _derived(record: LogRecord, text: str) -> Series:
     """Return the series of an expression."""
     stated = _WITH_UNIT.fullmatch(text)
     text, unit = stated.groups() if stated else (text, "")
@@ -147,7 +224,7 @@ def _derived(record: FlightRecord, text: str) -> Series:
     return Series(text, unit, *expression.series(read, expression.find(numbers)))
 
 
-def _numbers(record: FlightRecord, name: str) -> list[Series]:
+def _numbers(record: LogRecord, name: str) -> list[Series]:
     """Return the series of a name that are numbers."""
     found = record.several(name)
     numbers = [series for series in found if series.values.dtype.kind in "biuf"]
@@ -156,8 +233,37 @@ def _numbers(record: FlightRecord, name: str) -> list[Series]:
     return numbers
 
 
-def _of(record: FlightRecord, topic: str, fields: list[str]) -> list[Series]:
+def _of(record: LogRecord, topic: str, fields: list[str]) -> list[Series]:
     return [record.series(f"{topic}.{field}") for field in fields]
+
+
+def _over(record: LogRecord, names: list[str]) -> dict[str, Series]:
+    """Return the series of names that a log has."""
+    shown: dict[str, Series] = {}
+    for name in names:
+        try:
+            shown |= {
+                key: each for part in _panels(record, [name]).values() for key, each in part.items()
+            }
+        except WorkbenchError:  # a log from elsewhere need not have all that this one has
+            continue
+    if not shown:
+        raise WorkbenchError(f"{record.path}: has none of {', '.join(names)} to draw over it")
+    return shown
+
+
+def _draw_over(
+    axes: Axes, whose: str, drawn: list[str], found: Mapping[str, Series], dashes: str
+) -> None:
+    """Draw the series of another log in the colours of this one's, paler."""
+    for name, series in found.items():
+        place = drawn.index(name) if name in drawn else len(drawn)
+        color = PALETTE.series[place % len(PALETTE.series)]
+        axes.plot(
+            series.time, series.values, dashes, color=color, alpha=0.55, label=f"{name}, {whose}"
+        )
+    lines = [np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines()]
+    widen(axes, *lines)
 
 
 def _draw(axes: Axes, title: str, found: list[Series], least: float) -> None:
@@ -188,8 +294,9 @@ def _draw_commands(axes: Axes, found: list[Series]) -> None:
     widen(axes, *(np.asarray(values, dtype=float) for values in drawn), least=0.05)
 
 
-def _finish(record: FlightRecord, axes: list[Axes]) -> None:
+def _finish(record: LogRecord, axes: list[Axes]) -> None:
     for panel in axes:
         legend(panel)
     axes[-1].set_xlabel(TIME)
-    axes[-1].set_xlim(0.0, max(record.duration, _LEAST_TIME))
+    begin = min((topic.t_ns[0] for topic in record.topics.values()), default=0) * 1e-9
+    axes[-1].set_xlim(begin, max(record.duration, begin + _LEAST_TIME))

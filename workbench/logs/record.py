@@ -7,7 +7,7 @@ import struct
 import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from io import BytesIO
 from pathlib import Path
@@ -31,6 +31,7 @@ from workbench.logs.contents import (
     ESTIMATOR,
     FLIGHT,
     GAINS,
+    IMPORTED,
     LAW,
     LAWS,
     SCENARIO,
@@ -42,14 +43,22 @@ from workbench.logs.contents import (
     read_scenario,
 )
 from workbench.logs.mcap_writer import MAGIC
-from workbench.logs.series import LoggedTopic, Series
+from workbench.logs.series import ImportedTopic, LoggedTopic, Series
 from workbench.scenario.scenario import Action, Scenario
 
 LARGEST_CHUNK = 64 * 1024 * 1024
 """Bytes of a chunk, unpacked; a file that says more is not believed."""
 _HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
-_BROKEN = (McapError, ValueError, KeyError, TypeError, struct.error, zstandard.ZstdError)
+_BROKEN = (
+    McapError,
+    ValueError,
+    KeyError,
+    TypeError,
+    OverflowError,
+    struct.error,
+    zstandard.ZstdError,
+)
 """What reading a damaged record may raise."""
 _MEMORY = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 """Of this machine, in bytes: a log is read as a whole."""
@@ -187,7 +196,7 @@ class Done:
 
 
 @dataclass(frozen=True, eq=False)
-class FlightRecord:
+class LogRecord:
     """A flight as its log has it.
 
     Attributes:
@@ -205,6 +214,7 @@ class FlightRecord:
         law: text of its file, "" in those.
         estimator: name, file and sha256 of an estimator of the user's own; empty without one.
         laws: texts of laws that took over in flight, by the name that their action has.
+        imported: what the messages of an imported log do not say, as JSON; "" for our own flights.
     """
 
     path: Path
@@ -221,10 +231,13 @@ class FlightRecord:
     law: str = ""
     estimator: Mapping[str, str] = field(default_factory=dict)
     laws: Mapping[str, str] = field(default_factory=dict)
+    imported: str = ""
 
     @property
     def duration(self) -> float:
-        """Time of the last state [s]."""
+        """Time of the last state; of an imported log, which has none, of the last message [s]."""
+        if self.imported:
+            return max((topic.t_ns[-1] for topic in self.topics.values()), default=0) * 1e-9
         t_ns = self.state_ns
         return t_ns[-1] * 1e-9 if len(t_ns) else 0.0
 
@@ -278,11 +291,27 @@ class FlightRecord:
         Raises:
             WorkbenchError: if it is none for this version of the workbench.
         """
+        if self.imported:
+            raise WorkbenchError(
+                f"{self.path}: was flown elsewhere and imported: it has no scenario to fly again"
+            )
         try:
             return read_scenario(self.scenario_text)
         except (RuntimeError, TypeError, ValueError) as error:
             reason = " ".join(str(error).split())
             raise WorkbenchError(f"{self.path}: its scenario cannot be read: {reason}") from error
+
+    def between(self, begin: float, end: float) -> "LogRecord":
+        """Return the log with the messages of a time alone [s].
+
+        Raises:
+            WorkbenchError: if there are none.
+        """
+        topics = {name: topic.between(begin, end) for name, topic in self.topics.items()}
+        kept = {name: topic for name, topic in topics.items() if topic.t_ns}
+        if not kept:
+            raise WorkbenchError(f"{self.path}: has nothing between {begin:g} and {end:g} s")
+        return replace(self, topics=kept)
 
     def names(self) -> list[str]:
         """Return TOPIC.FIELD of every series."""
@@ -319,7 +348,7 @@ class FlightRecord:
         return found
 
 
-def read_log(path: Path, progress: Callable[[float], None] | None = None) -> FlightRecord:
+def read_log(path: Path, progress: Callable[[float], None] | None = None) -> LogRecord:
     """Read a log as far as it is whole.
 
     Args:
@@ -337,8 +366,10 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Fli
     found = read_mcap(data, progress)
     topics = _topics(found)
     try:
+        if IMPORTED in found.attachments:
+            return _imported(path, found, topics)
         flight = found.metadata[FLIGHT]
-        return FlightRecord(
+        return LogRecord(
             path=path,
             vehicle=flight["vehicle"],
             physics_step=float(flight["physics_step"]),
@@ -365,6 +396,39 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Fli
             else "ends or is damaged before the flight begins: nothing can be read"
         )
         raise WorkbenchError(f"{path}: {why}") from error
+
+
+def _imported(path: Path, found: McapContents, topics: Mapping[str, LoggedTopic]) -> LogRecord:
+    """Return a log that was imported, which has neither scenario nor parameters of ours.
+
+    Raises:
+        KeyError, TypeError, ValueError: if it is none.
+    """
+    text = found.attachments[IMPORTED].decode()
+    about = json.loads(text)
+    remarks = [_remark(found), *map(str, about["remarks"])]
+    gaps = {
+        str(each["name"]): [(float(a), float(b)) for a, b in each["gaps"]]
+        for each in about["signals"]
+    }
+    return LogRecord(
+        path=path,
+        vehicle=str(about["name"]),
+        physics_step=0.0,
+        versions=found.metadata.get(VERSIONS, {}),
+        scenario_text="",
+        settings={},
+        values={},
+        definitions=(),
+        topics={
+            name: ImportedTopic(
+                each.name, name, each.type, each.schema, each.t_ns, each.messages, gaps
+            )
+            for name, each in topics.items()
+        },
+        remark="; ".join(filter(None, remarks)),
+        imported=text,
+    )
 
 
 def _topics(found: McapContents) -> dict[str, LoggedTopic]:

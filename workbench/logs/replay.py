@@ -13,7 +13,7 @@ from workbench.control.controller import Controller, is_shipped
 from workbench.control.schedule import split_label, with_label
 from workbench.estimation.settings import ESTIMATORS
 from workbench.link.backplane import Sampled
-from workbench.logs.record import FlightRecord
+from workbench.logs.record import LogRecord
 from workbench.logs.versions import versions
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, flown_controller
@@ -65,7 +65,7 @@ class Replayed:
 
 
 def replay(
-    record: FlightRecord,
+    record: LogRecord,
     progress: Callable[[float], None] | None = None,
     controller: str = "",
     estimator: str = "",
@@ -89,7 +89,7 @@ def replay(
 
 
 def _replayed(
-    record: FlightRecord,
+    record: LogRecord,
     progress: Callable[[float], None] | None,
     controller: str,
     estimator: str,
@@ -126,7 +126,7 @@ def _replayed(
     return Replayed(compared, record.duration, first, _changed(record, law))
 
 
-def again(record: FlightRecord, controller: str, folder: Path, estimator: str = "") -> Scenario:
+def again(record: LogRecord, controller: str, folder: Path, estimator: str = "") -> Scenario:
     """Return the scenario that flies a log again: what was done stands in its script.
 
     Args:
@@ -177,7 +177,7 @@ def again(record: FlightRecord, controller: str, folder: Path, estimator: str = 
     return repeated(dataclasses.replace(scenario, vehicle=vehicle), {}, actions, record.duration)
 
 
-def logged_estimator(record: FlightRecord) -> str:
+def logged_estimator(record: LogRecord) -> str:
     """Return the estimator on which a log was flown.
 
     Raises:
@@ -196,7 +196,7 @@ def _same_file(one: str, other: Path) -> bool:
     return Path(one).exists() and Path(one).samefile(other)
 
 
-def _written(record: FlightRecord, folder: Path) -> tuple[str, dict[str, str]]:
+def _written(record: LogRecord, folder: Path) -> tuple[str, dict[str, str]]:
     """Write the texts that a log holds; return the first one's file, and the others' by name."""
 
     def written(name: str, text: str) -> str:
@@ -218,7 +218,7 @@ def _written(record: FlightRecord, folder: Path) -> tuple[str, dict[str, str]]:
 
 
 def _flown(
-    record: FlightRecord, scenario: Scenario, progress: Callable[[float], None] | None
+    record: LogRecord, scenario: Scenario, progress: Callable[[float], None] | None
 ) -> Iterator[Sampled]:
     """Yield what is published as it is flown."""
     session = Session(scenario, record.values, bridge=Bridge())
@@ -242,7 +242,7 @@ def _difference(sampled: Sampled, state: np.ndarray) -> Difference | None:
     return Difference(sampled.published.t_ns * 1e-9, part, float(away[index]))
 
 
-def _changed(record: FlightRecord, law: Controller) -> tuple[str, ...]:
+def _changed(record: LogRecord, law: Controller) -> tuple[str, ...]:
     """Return what is not as it was, in words: the controller's text, and versions."""
     now, whose = versions(), record.controller
     found = []

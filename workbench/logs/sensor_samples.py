@@ -18,7 +18,7 @@ from workbench.estimation.ekf import ERRORS, InitialDeviations
 from workbench.estimation.estimators import Estimator
 from workbench.estimation.run import SensorSamples, Stamped
 from workbench.estimation.samples import Mounting
-from workbench.logs.record import FlightRecord
+from workbench.logs.record import LogRecord
 from workbench.plant.geodesy import in_world
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.loading import make_vehicle
@@ -51,7 +51,7 @@ class LoggedSensors:
         return estimator.begin(state, self.mounting, np.zeros(ERRORS), self.known)
 
 
-def logged_sensors(record: FlightRecord) -> LoggedSensors:
+def logged_sensors(record: LogRecord) -> LoggedSensors:
     """Return what the sensors of a flight gave, in the axes of the vehicle that its scenario names.
 
     Raises:
@@ -103,14 +103,14 @@ def logged_sensors(record: FlightRecord) -> LoggedSensors:
     )
 
 
-def _imu(record: FlightRecord, R_BS: np.ndarray) -> Stamped:
+def _imu(record: LogRecord, R_BS: np.ndarray) -> Stamped:
     rates = _columns(record, "imu", [f"angular_velocity.{axis}" for axis in "xyz"])
     forces = _columns(record, "imu", [f"linear_acceleration.{axis}" for axis in "xyz"])
     topic = record.topics["imu"]
     return _in_order(topic.stamps, topic.time, np.hstack([rates @ R_BS.T, forces @ R_BS.T]))
 
 
-def _gps(record: FlightRecord, home: Home, imu: Stamped, *, repeats: bool) -> Stamped | None:
+def _gps(record: LogRecord, home: Home, imu: Stamped, *, repeats: bool) -> Stamped | None:
     """Return the samples of the GPS without those that count as none in flight, too.
 
     A frozen GPS repeats itself to the bit in the air, see `systems.navigation`.
@@ -137,7 +137,7 @@ def _gps(record: FlightRecord, home: Home, imu: Stamped, *, repeats: bool) -> St
     return Stamped(*(each[~frozen] for each in told))
 
 
-def _magnetometer(record: FlightRecord, R_BM: np.ndarray) -> Stamped | None:
+def _magnetometer(record: LogRecord, R_BM: np.ndarray) -> Stamped | None:
     if "magnetometer" not in record.topics:
         return None
     topic = record.topics["magnetometer"]
@@ -145,7 +145,7 @@ def _magnetometer(record: FlightRecord, R_BM: np.ndarray) -> Stamped | None:
     return _in_order(topic.stamps, topic.time, fields @ R_BM.T)
 
 
-def _columns(record: FlightRecord, topic: str, fields: Sequence[str]) -> np.ndarray:
+def _columns(record: LogRecord, topic: str, fields: Sequence[str]) -> np.ndarray:
     return np.column_stack([record.series(f"{topic}.{field}").values for field in fields])
 
 

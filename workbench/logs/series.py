@@ -1,8 +1,8 @@
 """A topic of a log as arrays over time: a column for each number of its messages."""
 
 import struct
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -61,6 +61,13 @@ class LoggedTopic:
         """Time of each message [s]."""
         return np.array(self.t_ns, dtype=np.int64) * 1e-9
 
+    def between(self, begin: float, end: float) -> "LoggedTopic":
+        """Return the messages of a time [s]."""
+        kept = np.flatnonzero((self.time >= begin) & (self.time <= end)).tolist()
+        return replace(
+            self, t_ns=[self.t_ns[i] for i in kept], messages=[self.messages[i] for i in kept]
+        )
+
     @cached_property
     def stamps(self) -> np.ndarray:
         """What the messages' headers say of when their content was taken [s].
@@ -78,7 +85,7 @@ class LoggedTopic:
                 struct.unpack_from("<i", each, seconds) + struct.unpack_from("<I", each, rest)
                 for each in self.messages
             ]
-        except (KeyError, ValueError, struct.error) as error:
+        except (KeyError, ValueError, OverflowError, struct.error) as error:
             raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
         return (np.array(taken, dtype=np.int64) @ [1_000_000_000, 1]) * 1e-9
 
@@ -89,10 +96,18 @@ class LoggedTopic:
         Raises:
             WorkbenchError: if a message cannot be decoded.
         """
+        return self.rows()
+
+    def rows(self) -> dict[str, Series]:
+        """Return the same with a value a message in each.
+
+        Raises:
+            WorkbenchError: if a message cannot be decoded.
+        """
         time = self.time
         try:
             columns = self._columns()
-        except (KeyError, ValueError, struct.error) as error:
+        except (KeyError, ValueError, OverflowError, struct.error) as error:
             raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
         return {
             path: Series(f"{self.short}.{path}", unit, time, values)
@@ -151,6 +166,45 @@ class LoggedTopic:
                 row.update(zip(paths, map(_text, values), strict=True))
             rows.append(row)
         return {path: (unit, _gathered(rows, path)) for path, unit in units.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedTopic(LoggedTopic):
+    """A topic of an imported log, in which streams of several rates may be.
+
+    Attributes:
+        gaps: of each series by its name, from and to [s].
+    """
+
+    gaps: Mapping[str, Sequence[tuple[float, float]]] = field(default_factory=dict)
+
+    @cached_property
+    def columns(self) -> dict[str, Series]:
+        """Each field at the times when it was measured, with a NaN in each of its gaps.
+
+        Raises:
+            WorkbenchError: if a message cannot be decoded.
+        """
+        return {
+            path: _measured(series, self.gaps.get(series.name, ()))
+            for path, series in self.rows().items()
+        }
+
+
+def _measured(series: Series, gaps: Sequence[tuple[float, float]]) -> Series:
+    """Return a series without the rows of other streams."""
+    if series.values.dtype.kind != "f":
+        return series
+    kept = ~np.isnan(series.values)
+    # Times are whole nanoseconds here, and gaps' ends are not.
+    within = np.searchsorted(series.time, [begin + 2e-9 for begin, _ in gaps])
+    inside = [
+        row
+        for row, (_, end) in zip(within, gaps, strict=True)
+        if row < len(kept) and series.time[row] < end - 2e-9
+    ]
+    kept[inside] = True
+    return Series(series.name, series.unit, series.time[kept], series.values[kept])
 
 
 def _points(layout: Layout, message: bytes) -> np.ndarray:

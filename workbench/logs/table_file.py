@@ -24,7 +24,7 @@ def tables(topic: LoggedTopic) -> dict[str, dict[str, Series]]:
     """
     name = topic.short.strip("/").replace("/", "_")
     time = Series(f"{topic.short}.t", "s", topic.time, topic.time)
-    found = {name: {"t": time, **topic.columns}}
+    found = {name: {"t": time, **topic.rows()}}
     if topic.points:
         times = next(iter(topic.points.values())).time
         found[f"{name}_points"] = {"t": Series(time.name, "s", times, times), **topic.points}

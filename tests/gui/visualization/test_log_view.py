@@ -11,6 +11,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QPushButton
 
+from tests.logs.test_flight_reader import usd_log
 from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.number_field import NumberField
@@ -304,3 +305,18 @@ def test_paths_and_steps_of_a_log_stand_beside_those_of_the_flight(
     mouse_on(speed).drag((-9.0, 0.5), (-4.0, 0.5), Qt.KeyboardModifier.ShiftModifier)
     assert page.overlays.overlays[0].shift == pytest.approx(5.0, abs=0.15)
     assert speed.window_ends[1] - speed.window_ends[0] == pytest.approx(20.0)
+
+
+def test_a_log_of_another_program_is_shown_by_the_names_of_a_flight(begun, qtbot, tmp_path):
+    rows = [(1000 * i, 90.0, 1.0) for i in range(3000) if not 1000 < i < 1500]
+    path = tmp_path / "log07"
+    path.write_bytes(usd_log(rows))
+    begun.open_log(path)
+    qtbot.waitUntil(lambda: begun.shows_log, timeout=LIMIT)
+    contents = contents_of(path, lambda share: None)
+    assert contents.units == {"imu.angular_velocity.1": "rad/s", "imu.specific_force.2": "m/s^2"}
+    assert contents.vehicle == "log07" and contents.end == pytest.approx(2.999)
+    turning = contents.values["imu.angular_velocity.1"]
+    inside = (contents.times["imu"] > 1.001) & (contents.times["imu"] < 1.499)
+    assert inside.any() and np.isnan(turning[inside]).all()
+    assert np.isfinite(turning[~inside]).all()

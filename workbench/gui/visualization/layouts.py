@@ -139,6 +139,19 @@ PRESETS: dict[str, Board] = {
         _estimated("Velocity east", "v_x"),
         _estimated("Velocity north", "v_y"),
     ),
+    "Autopilot's log": (
+        ChartSpec(
+            "Attitude and setpoint",
+            _names("estimate", "roll pitch yaw") + _names("attitude_setpoint", "roll pitch yaw"),
+        ),
+        ChartSpec(
+            "Gyroscope and setpoint",
+            _names("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2")
+            + _names("rate_setpoint", "w_x w_y w_z"),
+        ),
+        ChartSpec("Motor commands", _names("motors", "command_1 command_2 command_3 command_4")),
+        ChartSpec("Place and setpoint", _names("estimate", "x y z") + _names("setpoint", "x y z")),
+    ),
 }
 DEFAULT = "Flight"
 

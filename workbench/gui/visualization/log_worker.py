@@ -20,7 +20,7 @@ from workbench.gui.visualization.log_messages import (
     SpecContents,
 )
 from workbench.ipc.worker_process import Answer, Refusal, Request
-from workbench.logs.record import read_log
+from workbench.logs.flight_reader import open_log
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _QUATERNION = {"w": 0, "x": 1, "y": 2, "z": 3}
@@ -74,9 +74,9 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
         progress: takes the share done, 0 .. 1.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is no log of the workbench.
+        WorkbenchError: if it cannot be read, or is no log that is known.
     """
-    record = read_log(path, lambda share: progress(READING * share))
+    record = open_log(path, progress=lambda share: progress(READING * share))
     units: dict[str, str] = {}
     times: dict[str, np.ndarray] = {}
     values: dict[str, np.ndarray] = {}
@@ -89,8 +89,11 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
             unit, factor = si_unit(series.unit)
             flown = np.asarray(series.values, dtype=float)
             units[name], values[name] = unit, flown * factor if factor != 1.0 else flown
-            times.setdefault(topic, series.time)
-            topic_of[name] = topic
+            # Streams of several rates may be in a topic of an imported log.
+            shared = np.array_equal(times.get(topic, series.time), series.time)
+            whose = topic if shared else name
+            times.setdefault(whose, series.time)
+            topic_of[name] = whose
         progress(READING + (1.0 - READING) * (number + 1) / len(record.topics))
     begin = min((float(time[0]) for time in times.values() if len(time)), default=0.0)
     end = max((float(time[-1]) for time in times.values() if len(time)), default=0.0)

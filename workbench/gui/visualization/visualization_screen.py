@@ -31,7 +31,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.gui.charts.ticks import number_text
-from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
 from workbench.gui.preferences import log_folder
 from workbench.gui.screen import Screen
 from workbench.gui.style import set_class
@@ -52,7 +52,7 @@ STEP = 0.1
 """Time of a single step [s]."""
 PERIOD = 16
 """Between two pictures while it plays [ms]."""
-LOG_FILES, SPEC_FILES = "Logs (*.mcap)", "Specs (*.yaml *.yml)"
+SPEC_FILES = "Specs (*.yaml *.yml)"
 PARTS = 100
 """Of a second that the slider tells apart."""
 

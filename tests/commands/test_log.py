@@ -1,0 +1,83 @@
+"""`workbench log` and `workbench import`."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.logs.test_flight_reader import MAPPING, usd_log
+
+
+@pytest.fixture
+def usd(tmp_path):
+    """Return a Crazyflie's log with a gap."""
+    rows = [(1000 * i, float(i % 7), 1.0) for i in range(400) if not 100 < i < 150]
+    path = tmp_path / "log03"
+    path.write_bytes(usd_log(rows))
+    return path
+
+
+def test_log_says_what_is_in_it(run, usd):
+    said = run("log", usd)
+    assert said.code == 0
+    assert "log03: Crazyflie usd log, Crazyflie" in said.out
+    row = next(line for line in said.out.splitlines() if line.startswith("imu"))
+    assert row.split() == [
+        "imu",
+        "angular_velocity.y",
+        "rad/s",
+        "1000.0",
+        "0.00",
+        "0.40",
+        "1",
+        "0.05",
+    ]
+    assert "rotor lag" in said.out and "the log has no commands" in said.out
+
+
+def test_log_as_json(run, usd):
+    found = json.loads(run("log", usd, "--json").out)
+    gyro = next(each for each in found["signals"] if each["name"] == "imu.angular_velocity.y")
+    assert gyro["gaps"] == [[pytest.approx(0.1), pytest.approx(0.15)]]
+    assert gyro["samples"] == 351 and found["parameters"]["usd_version"] == 2
+    assert not any(each["can"] for each in found["findable"])
+
+
+def test_import_stores_what_log_says(run, usd, tmp_path):
+    output = tmp_path / "new" / "log03.mcap"
+    assert run("import", usd, "--output", output).code == 0
+    before, after = (json.loads(run("log", path, "--json").out) for path in (usd, output))
+    for key in ("format", "remarks", "parameters", "firmware"):
+        assert before[key] == after[key]
+    for old, new in zip(before["signals"], after["signals"], strict=True):
+        assert old.pop("end") == pytest.approx(new.pop("end"), abs=1e-9)
+        assert old == new
+
+
+def test_what_cannot_be_done_is_a_sentence(run, refused, usd, tmp_path, case):
+    table = tmp_path / "own.csv"
+    table.write_text("t;gx;m1;v\n1;2;3;4\n2;2;3;4\n")
+    mapping = tmp_path / "map.yaml"
+    mapping.write_text(MAPPING)
+    assert run("log", table, "--mapping", mapping).code == 0
+    for command, said in (
+        (("log", table), "--mapping"),
+        (("log", tmp_path / "gone"), "no such file"),
+        (("log", usd, "--html", tmp_path / "a.html"), "has no attitude"),
+        (("import", usd, "--output", tmp_path / "a.csv"), "end in .mcap"),
+        (("plot", usd, "imu", "--span", "3", "1"), "no time"),
+        (("plot", usd, "imu", "--span", "30", "31"), "nothing between"),
+        (("plot", usd, "--over", usd), "name some"),
+        (("plot", usd, "--step-response", "roll_rate"), "has no rate_setpoint.w_x"),
+        (("replay", _imported(run, usd)), "nothing to fly again"),
+        (("estimate", _imported(run, usd)), "flown elsewhere"),
+    ):
+        with case(command):
+            assert said in refused(*command)
+    assert not (tmp_path / "a.html").exists()
+
+
+def _imported(run, usd: Path) -> Path:
+    path = usd.with_name("x.mcap")
+    assert run("import", usd, "--output", path).code == 0
+    return path

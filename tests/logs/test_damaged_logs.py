@@ -1,0 +1,188 @@
+"""Readers of logs that others wrote, on damaged copies: a flight or a sentence, in bounds."""
+
+import os
+import random
+import resource
+import signal
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.logs.test_flight_reader import MAPPING, SHARED, blackbox, real, usd_log
+from workbench.common.errors import WorkbenchError
+from workbench.logs.flight_contents import contents_of
+from workbench.logs.flight_reader import read_flight
+from workbench.logs.flight_record import FlightRecord, make_signal
+from workbench.logs.imported import write_flight
+from workbench.logs.readers.limited_reader import READERS
+
+MANY, FEW, FEWER = 1000, 40, 3
+"""Copies of each: in the slow tests, in the quick ones, and where each takes a process."""
+SECONDS, MEGABYTES = 4, 3000
+"""That reading one may take."""
+
+
+def damaged(data: bytes, seed: int) -> bytes:
+    """Return a copy that is cut, swapped, overwritten, drawn out or has huge numbers."""
+    chance = random.Random(seed)
+    copy = bytearray(data)
+    for _ in range(chance.randint(1, 4)):
+        if not copy:
+            break
+        at = chance.randrange(len(copy))
+        size = chance.randint(1, min(64, len(copy) - at))
+        kind = chance.randrange(7)
+        if kind == 0:
+            del copy[at:]
+        elif kind == 1:
+            other = chance.randrange(len(copy))
+            copy[at : at + size], copy[other : other + size] = (
+                copy[other : other + size],
+                copy[at : at + size],
+            )
+        elif kind == 2:
+            copy[at : at + size] = chance.randbytes(size)
+        elif kind == 3:
+            copy[at : at + 8] = struct.pack("<Q", chance.choice((2**64 - 1, 2**63, 0, 10**15)))
+        elif kind == 4:
+            copy[at:at] = copy[at : at + size] * chance.randint(1, 2000)
+        elif kind == 5:
+            copy[at] ^= 1 << chance.randrange(8)
+        else:
+            del copy[at : at + size]
+    return bytes(copy)
+
+
+def copies(data: bytes, count: int, path: Path) -> Iterator[int]:
+    """Write damaged copies to a path, one after the other."""
+    for seed in range(count):
+        path.write_bytes(damaged(data, seed))
+        yield seed
+
+
+def own_formats(folder: Path) -> dict[str, bytes]:
+    """Return small files of formats that are read in this process, by their names."""
+    rows = [(1_000_000 + 1000 * i, 90.0 * np.sin(i), 1.0) for i in range(60)]
+    time = np.arange(0.0, 3.0, 0.02)
+    names = ("imu.angular_velocity.x", "estimate.x", "rotors.speed.0")
+    signals = {name: make_signal(name, "1", time, np.sin(time)) for name in names}
+    write_flight(FlightRecord("m", folder / "m", "made", signals, end=3.0), folder / "m.mcap")
+    table = "t;gx;m1;v\n" + "".join(f"{10 * i};{i};{1000 + i};{11100 - i}\n" for i in range(80))
+    return {"usd": usd_log(rows), "m.mcap": (folder / "m.mcap").read_bytes()} | {
+        "own.csv": table.encode()
+    }
+
+
+def survive(data: bytes, count: int, path: Path, mapping: Path | None = None) -> int:
+    """Read damaged copies, and return how many were flights."""
+    flights = 0
+    for seed in copies(data, count, path):
+        try:
+            contents_of(read_flight(path, mapping))
+            flights += 1
+        except WorkbenchError as error:
+            assert str(path) in str(error) or str(path.parent) in str(error), error
+        except BaseException as failure:
+            failure.add_note(f"of the copy {seed} of {path.name}")
+            raise
+    return flights
+
+
+@pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+def test_damaged_copies_give_a_flight_or_a_sentence(tmp_path, case, count):
+    for name, data in own_formats(tmp_path).items():
+        with case(name):
+            assert survive(data, count, tmp_path / name) > 0 if name != "own.csv" else True
+    mapping = tmp_path / "map.yaml"
+    mapping.write_text(MAPPING)
+    table = own_formats(tmp_path)["own.csv"]
+    assert survive(table, count, tmp_path / "own.csv", mapping) > 0
+    assert survive(MAPPING.encode(), count, mapping) == 0  # a mapping is no log
+    (tmp_path / "own.csv").write_bytes(table)
+    for _ in copies(MAPPING.encode(), count, mapping):
+        try:
+            read_flight(tmp_path / "own.csv", mapping)
+        except WorkbenchError as error:
+            assert str(tmp_path) in str(error)
+
+
+@real
+@pytest.mark.parametrize("count", [FEW // 4, pytest.param(MANY, marks=pytest.mark.slow)])
+def test_damaged_copies_of_real_logs(tmp_path, case, count):
+    import gzip
+
+    whole = gzip.decompress((SHARED / "nanobench/B2_circle_fast_rep1.csv.gz").read_bytes())
+    table = b"\n".join(whole.splitlines()[:400])
+    usd = (SHARED / "crazypad/motor_data/normal_flight/E9_log00").read_bytes()[:40_000]
+    for name, data in (("n.csv", table), ("usd", usd), ("n.csv.gz", gzip.compress(table))):
+        with case(name):
+            assert survive(data, count, tmp_path / name) > 0
+
+
+def foreign() -> dict[str, bytes]:
+    """Return small files of formats that libraries read, by the format."""
+    found = {"Betaflight blackbox log": blackbox(100)}
+    if SHARED.exists():
+        # The head has the parameters and formats; cut there, a file is read as far as it goes.
+        found["PX4 ULog"] = (SHARED / "px4_ulog/sample.ulg").read_bytes()[:150_000]
+        found["ArduPilot DataFlash log"] = (SHARED / "ardupilot/test.BIN").read_bytes()
+    return found
+
+
+def test_damaged_copies_that_libraries_read(tmp_path, case):
+    """In their processes, as they come: all that a library may do wrong becomes a sentence."""
+    for kind, data in foreign().items():
+        with case(kind):
+            pytest.importorskip(READERS[kind][0])
+            survive(data, FEWER, tmp_path / "some")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", READERS)
+def test_a_thousand_damaged_copies_that_libraries_read(tmp_path, kind):
+    """Each in a fork with bounds; one that breaks them is what a process of its own is for."""
+    pytest.importorskip(READERS[kind][0])
+    data = foreign().get(kind)
+    if data is None:
+        pytest.skip("put the real flights into ../shared/flights")
+    ends = [_fork(kind, tmp_path / "some") for _ in copies(data, MANY, tmp_path / "some")]
+    # pyulog never ends on one head in fifteen that is damaged; in their process that is a sentence.
+    endless = MANY // 8 if kind == "PX4 ULog" else MANY // 50
+    assert sum(end not in (0, 1) for end in ends) <= endless
+    assert ends.count(0) > MANY // 4
+
+
+def test_a_log_that_a_library_never_ends_on_is_a_sentence(tmp_path, monkeypatch):
+    """As pyulog does on this head: time is up, and says so."""
+    pytest.importorskip("pyulog")
+    data = foreign().get("PX4 ULog")
+    if data is None:
+        pytest.skip("put the real flights into ../shared/flights")
+    path = tmp_path / "endless.ulg"
+    path.write_bytes(damaged(data, 23))
+    monkeypatch.setattr("workbench.logs.readers.limited_reader.SECONDS", 1.0)
+    with pytest.raises(WorkbenchError, match="took more than"):
+        read_flight(path)
+
+
+def _fork(kind: str, path: Path) -> int:
+    """Read a file in a fork; 0: a flight, 1: a sentence, 2: another exception, else a signal."""
+    child = os.fork()
+    if child:
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
+    signal.signal(signal.SIGXCPU, signal.SIG_DFL)
+    resource.setrlimit(resource.RLIMIT_AS, (MEGABYTES * 10**6, MEGABYTES * 10**6))
+    try:
+        READERS[kind][1](path)
+        os._exit(0)
+    except WorkbenchError:
+        os._exit(1)
+    except BaseException:
+        os._exit(2)

@@ -1,0 +1,371 @@
+"""Logs that others wrote: against their index, the parsers' own numbers, and made up files."""
+
+import csv
+import gzip
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from workbench.common.errors import WorkbenchError
+from workbench.logs.flight_contents import contents_of
+from workbench.logs.flight_reader import open_log, read_flight
+from workbench.logs.flight_record import FlightRecord, make_signal
+from workbench.logs.imported import write_flight
+from workbench.logs.readers.rotations import angles, from_ned_frd, in_world, quaternion
+
+SHARED = Path(__file__).parents[2] / "../shared/flights/given"
+real = pytest.mark.skipif(not SHARED.exists(), reason="put the real flights into ../shared/flights")
+NED_TO_ENU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+FRD_TO_FLU = np.diag([1.0, -1.0, -1.0])
+
+
+def turn(q: np.ndarray) -> np.ndarray:
+    """Return scipy's rotation matrices of quaternions, w first."""
+    return Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_matrix()
+
+
+def test_attitudes_are_those_of_scipy():
+    q = np.random.default_rng(1).standard_normal((50, 4))
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    rpy = angles(q)
+    np.testing.assert_allclose(
+        Rotation.from_euler("ZYX", rpy[:, ::-1]).as_matrix(), turn(q), atol=1e-12
+    )
+    np.testing.assert_allclose(turn(quaternion(*rpy.T)), turn(q), atol=1e-12)
+    np.testing.assert_allclose(turn(from_ned_frd(q)), NED_TO_ENU @ turn(q) @ FRD_TO_FLU, atol=1e-12)
+    vectors = np.random.default_rng(2).standard_normal((50, 3))
+    np.testing.assert_allclose(in_world(q, vectors), np.einsum("nij,nj->ni", turn(q), vectors))
+
+
+def test_gaps_are_marked_and_never_bridged_unasked():
+    time = np.concatenate([np.arange(0.0, 1.0, 0.01), np.arange(1.5, 2.0, 0.01)])
+    signal = make_signal("a.b", "m", time, time, end=3.0)
+    assert signal.rate == pytest.approx(100.0)
+    assert signal.gaps == ((pytest.approx(0.99), 1.5), (pytest.approx(1.99), 3.0))
+    flight = FlightRecord("x", Path("x"), "made", {"a.b": signal}, end=3.0)
+    grid = flight.resample(["a.b"], 0.1, span=(0.0, 3.0))
+    known = [bool(known) for known in grid.known[:, 0]]
+    assert known == [t <= 0.99 or 1.5 <= t <= 1.99 for t in np.round(grid.time, 6)]
+    assert np.isnan(grid["a.b"][~grid.whole]).all()
+    bridged = flight.resample(["a.b"], 0.1, bridge=0.6, span=(0.0, 3.0))
+    assert bridged["a.b"][12] == pytest.approx(1.2) and not bridged.whole[25]
+
+
+@real
+@pytest.mark.parametrize("every", [pytest.param(1, marks=pytest.mark.slow), 5])
+def test_nanobench_is_read_as_its_index_says(case, every):
+    """Ends, controllers, rates and gyro delays of 33 flights, and of two flawed ones."""
+    offsets = []
+    for folder in ("nanobench", "nanobench_flawed"):
+        with (SHARED / folder / "index.csv").open() as file:
+            rows = list(csv.DictReader(file))[::every]
+        for row in rows:
+            with case(row["file"]):
+                flight = read_flight(SHARED / folder / f"{row['file']}.gz")
+                assert flight.end == pytest.approx(float(row["duration_s"]), abs=0.011)
+                contents = contents_of(flight)
+                end = float(row["onboard_data_end_s"])
+                # The index leaves ends alone that are no longer than a common gap.
+                slack = 0.03 if flight.end - end > 0.15 else 0.15
+                gyro = flight["imu.angular_velocity.x"]
+                assert gyro.time[-1] == pytest.approx(end, abs=slack)
+                assert flight["motors.command_1"].time[-1] == pytest.approx(end, abs=slack)
+                motors = np.concatenate(
+                    [flight[f"motors.command_{i}"].values for i in (1, 2, 3, 4)]
+                )
+                assert motors.min() >= 0.0 and motors.max() <= 1.0
+                if row["controller"] != "?":
+                    assert flight.parameters["controller"] == row["controller"]
+                    assert contents.turning > 10.0
+                assert gyro.rate == pytest.approx(float(row["raw_rate_imu_hz"]), abs=0.2)
+                for axis in "xyz":  # nobody flew further, but the extrapolated estimates did
+                    assert abs(flight[f"estimate.{axis}"].values).max() < 2.5
+                lag = next((o for o in contents.offsets if o.later == "gyro"), None)
+                if row["gyro_minus_vicon_lag_ms"] and lag is not None:
+                    offsets.append(1000.0 * lag.offset - float(row["gyro_minus_vicon_lag_ms"]))
+    assert len(offsets) > 15 // every
+    # Offsets of single axes scatter by 10 ms, and how the index weighs them is not said.
+    assert np.abs(offsets).max() < 12.0 and abs(np.median(offsets)) < 4.0
+
+
+@real
+def test_flawed_flights_are_seen_to_be_useless():
+    still = contents_of(read_flight(SHARED / "nanobench_flawed/B7_oval_slow_rep1.csv.gz"))
+    assert still.turning == 0.0 and not any(each.can for each in still.findable[:4])
+    full = contents_of(read_flight(SHARED / "nanobench_flawed/B6_linear_ramp_rep1.csv.gz"))
+    assert full.saturated > 0.9
+
+
+@real
+def test_interpolated_gaps_are_left_out():
+    flight = read_flight(SHARED / "nanobench/B5_helix_medium_rep2.csv.gz")
+    longest = max(end - begin for begin, end in flight["estimate.x"].gaps[:-1])
+    assert 0.3 < longest < 0.5  # "up to 400 ms for the on-board state"
+    assert any("interpolated" in remark for remark in flight.remarks)
+
+
+@real
+def test_firmware_attitude_and_motion_capture_agree():
+    """The legacy pitch is turned: both attitudes go the same way."""
+    flight = read_flight(SHARED / "nanobench/B3_figure8_fast_rep2.csv.gz")
+    for angle in ("roll", "pitch"):
+        grid = flight.resample([f"position_data.{angle}", f"estimate.{angle}"], 0.01, 0.05)
+        assert np.corrcoef(grid.values[grid.whole].T)[0, 1] > 0.8
+        wanted = flight.resample([f"attitude_setpoint.{angle}", f"estimate.{angle}"], 0.01, 0.05)
+        assert np.corrcoef(wanted.values[wanted.whole].T)[0, 1] > 0.5
+
+
+@real
+def test_a_usd_log_has_si_units_and_microseconds():
+    flight = read_flight(SHARED / "crazyflie_1khz/log10.gz")
+    gyro = flight["imu.angular_velocity.z"]
+    assert flight.parameters["first_sample_s"] == pytest.approx(26.33, abs=0.01)
+    assert gyro.rate == pytest.approx(1.0 / 0.989e-3, rel=1e-3)
+    rest = flight["imu.linear_acceleration.z"].values[:2000]
+    assert rest.mean() == pytest.approx(9.81, abs=0.05)
+    assert np.abs(gyro.values).max() < np.radians(2000.0)
+    padded = read_flight(SHARED / "crazypad/motor_data/normal_flight/E9_log00")
+    assert 3.0 < padded["battery.voltage"].values.min() < 4.3
+    assert padded["motors.command_3"].values.max() <= 1.0
+
+
+def usd_log(rows: list[tuple[int, float, float]], broken: bool = False) -> bytes:
+    """Return a usd log of version 2: time [us], gyro.y [deg/s], acc.z [g]."""
+    data = struct.pack("<BHHH", 0xBC, 2, 1, 7) + b"fixed\0" + struct.pack("<H", 2)
+    data += b"gyro.y(f)\0acc.z(f)\0"
+    for time, gyro, acc in rows:
+        data += struct.pack("<HQff", 7, time, gyro, acc)
+    return data + struct.pack("<I", zlib.crc32(data) ^ broken)
+
+
+def test_a_made_up_usd_log(tmp_path):
+    rows = [(1_000_000 + 1000 * i, 90.0, 1.0) for i in range(100)]
+    path = tmp_path / "log07"
+    path.write_bytes(usd_log(rows))
+    flight = read_flight(path)
+    assert flight.name == "log07" and flight.remarks == () and flight.end == pytest.approx(0.099)
+    np.testing.assert_allclose(flight["imu.angular_velocity.y"].values, np.pi / 2, rtol=1e-6)
+    np.testing.assert_allclose(flight["imu.linear_acceleration.z"].values, 9.81, rtol=1e-6)
+    path.write_bytes(gzip.compress(usd_log(rows, broken=True)))
+    assert "checksum" in read_flight(path).remarks[0]
+    path.write_bytes(usd_log(rows)[:-50])
+    assert "left out" in read_flight(path).remarks[0]
+
+
+@real
+def test_a_ulog_is_what_pyulog_reads_turned_to_our_axes():
+    pyulog = pytest.importorskip("pyulog")
+    path = SHARED / "px4_ulog/sample.ulg"
+    flight = read_flight(path)
+    log = pyulog.ULog(str(path))
+    imu = log.get_dataset("sensor_combined").data
+    gyro = flight["imu.angular_velocity.y"]
+    assert len(gyro.time) == len(imu["timestamp"]) and gyro.rate == pytest.approx(250.0, rel=0.01)
+    np.testing.assert_allclose(gyro.values, -imu["gyro_rad[1]"], rtol=1e-6)
+    place = log.get_dataset("vehicle_local_position").data
+    np.testing.assert_allclose(flight["estimate.z"].values, -place["z"], rtol=1e-6)
+    turned = log.get_dataset("vehicle_attitude").data
+    q = np.column_stack([turned[f"q[{i}]"] for i in range(4)]).astype(float)
+    ours = np.column_stack([flight[f"estimate.q_{part}"].values for part in "wxyz"])
+    np.testing.assert_allclose(turn(ours), NED_TO_ENU @ turn(q) @ FRD_TO_FLU, atol=1e-5)
+    assert any("4 times" in remark for remark in flight.remarks)
+    assert flight.parameters["SYS_AUTOSTART"] == 10020.0
+    # An outer loop makes the rate set-point here: there is no response to be trusted.
+    assert "roll_rate" in contents_of(flight).loops
+
+
+@real
+def test_a_dataflash_log_is_what_pymavlink_reads_turned_to_our_axes():
+    reader = pytest.importorskip("pymavlink.DFReader")
+    path = SHARED / "ardupilot/test.BIN"
+    flight = read_flight(path)
+    log, seen = reader.DFReader_binary(str(path)), []
+    while (message := log.recv_match(type=["IMU", "ATT"])) is not None:
+        seen.append(message)
+    log.close()
+    imu = [each for each in seen if each.get_type() == "IMU"]
+    frd = np.array([[each.GyrX, each.GyrY, each.GyrZ] for each in imu])
+    ours = np.column_stack([flight[f"imu.angular_velocity.{axis}"].values for axis in "xyz"])
+    np.testing.assert_allclose(ours, frd * [1.0, -1.0, -1.0], rtol=1e-9)
+    yaw = [each.Yaw for each in seen if each.get_type() == "ATT"]
+    east = np.radians(90.0 - np.array(yaw))
+    np.testing.assert_allclose(
+        np.cos(flight["estimate.yaw"].values - east), 1.0, atol=1e-9
+    )  # 0 is north there, and east here
+    assert flight.firmware.startswith("ArduPlane V3.8.2") and len(flight.parameters) > 700
+
+
+def vb(value: int) -> bytes:
+    """Return a number as blackbox logs have it: zigzag, seven bits a byte."""
+    value = (value << 1) ^ (value >> 31)
+    value &= 0xFFFFFFFF
+    parts = bytearray()
+    while value > 0x7F:
+        parts.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes([*parts, value])
+
+
+def blackbox(rows: int) -> bytes:
+    """Return a log of Betaflight: key frames alone, each field a signed number."""
+    fields = ["loopIteration", "time", "gyroADC[0]", "gyroADC[1]", "setpoint[1]", "motor[0]"]
+    fields += ["accSmooth[2]", "vbatLatest", "eRPM[0]"]
+    lines = [
+        "H Product:Blackbox flight data recorder by Nicholas Sherlock",
+        "H Data version:2",
+        "H I interval:1",
+        "H P interval:1/1",
+        f"H Field I name:{','.join(fields)}",
+        f"H Field I signed:{','.join('1' for _ in fields)}",
+        f"H Field I predictor:{','.join('0' for _ in fields)}",
+        f"H Field I encoding:{','.join('0' for _ in fields)}",
+        f"H Field P predictor:{','.join('0' for _ in fields)}",
+        f"H Field P encoding:{','.join('0' for _ in fields)}",
+        "H Firmware revision:Betaflight 4.5.1 (made up) TEST",
+        "H minthrottle:1070",
+        "H motorOutput:158,2047",
+        "H acc_1G:2048",
+        "H vbatref:420",
+    ]
+    data = "".join(f"{line}\n" for line in lines).encode()
+    for i in range(rows):
+        values = [i, 1_000_000 + 500 * i, 90, -180, 360, 158 + i, 2048, 1620, 700]
+        data += b"I" + b"".join(map(vb, values))
+    return data + b"E\xffEnd of log\x00"
+
+
+def test_a_made_up_blackbox_log(tmp_path):
+    pytest.importorskip("orangebox")
+    path = tmp_path / "made.bbl"
+    path.write_bytes(blackbox(200))
+    flight = read_flight(path)
+    assert flight.firmware.startswith("Betaflight 4.5.1")
+    gyro = flight["imu.angular_velocity.x"]
+    assert gyro.rate == pytest.approx(2000.0) and len(gyro.time) >= 198
+    np.testing.assert_allclose(gyro.values, np.pi / 2)
+    np.testing.assert_allclose(flight["imu.angular_velocity.y"].values, -np.pi)
+    np.testing.assert_allclose(flight["rate_setpoint.w_y"].values, 2.0 * np.pi)
+    np.testing.assert_allclose(flight["imu.linear_acceleration.z"].values, 9.81)
+    np.testing.assert_allclose(flight["battery.voltage"].values, 16.2)
+    # 700 hundreds of electrical turns a minute, of 14 poles.
+    np.testing.assert_allclose(flight["rotors.speed.0"].values, 10_000.0 * np.pi / 30.0)
+    first = flight["motors.command_1"].values
+    np.testing.assert_allclose(first[:3], np.arange(3) / (2047 - 158), atol=1e-12)
+
+
+MAPPING = """
+delimiter: ";"
+time: {column: t, unit: ms}
+columns:
+  gx: {signal: imu.angular_velocity.x, unit: deg/s, sign: -1}
+  m1: {signal: motors.command_1, unit: "1", scale: 0.001, offset: -1.0}
+  v: {signal: battery.voltage, unit: mV, delay: 0.1}
+"""
+
+
+def test_a_csv_with_a_mapping(tmp_path, case):
+    table = tmp_path / "own.csv"
+    rows = [f"{10 * i};{90};{1000 + i};{11100}" for i in range(50)]
+    rows[20:30] = []
+    rows[3] = "30;;nonsense;11100"
+    table.write_text("t; gx;m1;v\n" + "\n".join(rows))
+    with pytest.raises(WorkbenchError, match="--mapping"):
+        read_flight(table)
+    (tmp_path / "own.mapping.yaml").write_text(MAPPING)
+    flight = read_flight(table)
+    np.testing.assert_allclose(flight["imu.angular_velocity.x"].values, -np.pi / 2)
+    assert flight["motors.command_1"].values[2] == pytest.approx(0.002)
+    assert flight["battery.voltage"].delay == 0.1 and flight["battery.voltage"].values[0] == 11.1
+    assert len(flight["battery.voltage"].gaps) == 1 and len(flight["motors.command_1"].time) == 39
+    assert any("1 cells" in remark for remark in flight.remarks)
+    for wrong, said in (
+        (MAPPING.replace("gx:", "gz:"), "column of"),
+        (MAPPING.replace("sign: -1", "sgn: -1"), "did you mean 'sign'"),
+        (MAPPING.replace("motors.command_1", "battery.voltage"), "a name of its own"),
+        (MAPPING.replace("imu.angular_velocity.x", "Gyro X"), "is no signal"),
+        ("columns: {}", "is no mapping"),
+        ("[", "cannot be read as YAML"),
+    ):
+        with case(said):
+            path = tmp_path / "wrong.yaml"
+            path.write_text(wrong)
+            with pytest.raises(WorkbenchError, match=said):
+                read_flight(table, path)
+
+
+def test_an_imported_log_is_the_flight_again(tmp_path):
+    random = np.random.default_rng(4)
+    time = np.sort(random.uniform(0.0, 5.0, 300))
+    late = np.arange(0.0, 4.0, 0.02)
+    late = late[(late < 1.0) | (late > 2.0)]
+    signals = {
+        name: make_signal(name, unit, when, random.standard_normal(len(when)), end=5.0, delay=delay)
+        for name, unit, when, delay in (
+            ("imu.angular_velocity.x", "rad/s", time, None),
+            ("imu.angular_velocity.y", "rad/s", time, 0.01),
+            ("estimate.q_w", "1", late, None),
+            ("estimate.x", "m", time, None),
+            ("rotors.speed.1", "rad/s", late, None),
+        )
+    }
+    flight = FlightRecord(
+        "made", tmp_path / "made", "made up", signals, "firmware 1", {"KP": 2.0}, ("a", "b"), 5.0
+    )
+    path = tmp_path / "made.mcap"
+    write_flight(flight, path)
+    again = read_flight(path)
+    assert (again.firmware, again.parameters, again.remarks) == (
+        "firmware 1",
+        {"KP": 2.0},
+        ("a", "b"),
+    )
+    for name, signal in signals.items():
+        np.testing.assert_allclose(again[name].time, signal.time, atol=1e-9)
+        np.testing.assert_array_equal(again[name].values, signal.values)
+        found = (again[name].unit, again[name].rate, again[name].delay, again[name].gaps)
+        assert found == (signal.unit, signal.rate, signal.delay, signal.gaps)
+    shown = open_log(path).series("estimate.x")
+    drawn = open_log(path).series("estimate.q_w")
+    (begin, end), _ = signals["estimate.q_w"].gaps
+    inside = (drawn.time > begin + 1e-6) & (drawn.time < end - 1e-6)
+    assert shown.unit == "m" and np.isnan(drawn.values[inside]).all() and inside.any()
+    alone = open_log(path).series("rotors.speed.1")  # of which no other stream has a sample
+    assert np.isnan(alone.values[(alone.time > begin + 1e-6) & (alone.time < end - 1e-6)]).all()
+    assert len(alone.time) == len(late) + 2
+    assert len(drawn.time) == len(late) + 2  # and no hole where the other stream has samples
+    assert np.isfinite(shown.values).sum() == len(signals["estimate.x"].time)
+    with pytest.raises(WorkbenchError, match="flown elsewhere"):
+        open_log(path).scenario()
+
+
+def test_our_own_log_is_a_flight_record(log):
+    flight = read_flight(log)
+    record = open_log(log)
+    np.testing.assert_array_equal(
+        flight["velocity_data.v_z"].values, record.series("velocity_data.v_z").values
+    )
+    grid = flight.resample(["attitude.q_w", "attitude.q_z", "position_data.yaw"], 0.05)
+    yaw = 2.0 * np.arctan2(grid["attitude.q_z"], grid["attitude.q_w"])
+    np.testing.assert_allclose(np.cos(yaw - grid["position_data.yaw"]), 1.0, atol=1e-3)
+
+
+def test_what_is_no_log_is_a_sentence(tmp_path, case):
+    for data, said in (
+        (b"", "is empty"),
+        (b"hello", "is no log that is known"),
+        (b"\x1f\x8bhello", "cannot be unpacked"),
+        (b"\xbc\x09\x00\x01\x00", "version 9"),
+    ):
+        with case(data):
+            path = tmp_path / "some"
+            path.write_bytes(data)
+            with pytest.raises(WorkbenchError, match=said):
+                read_flight(path)
+    with pytest.raises(WorkbenchError, match="no such file"):
+        read_flight(tmp_path / "none")
+    with pytest.raises(WorkbenchError, match="a folder"):
+        read_flight(tmp_path)

@@ -1,0 +1,287 @@
+"""What is in a flight record: signals, clocks, how it flew, and what can be found from it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.logs.flight_record import FlightRecord, Span
+from workbench.logs.step_response import LOOPS
+
+LONGEST_OFFSET = 0.2
+"""Between two clocks [s]."""
+LEAST_CORRELATION = 0.6
+"""Below which an offset between two streams is not told."""
+TURNING = 0.1
+"""Share of the full command, above which a motor turns."""
+GROUND = 2.0
+"""After the motors begin to turn, and before they end: the drone may be on the ground [s]."""
+FULL = 0.995
+"""Share of the full command, from which on a motor can give no more."""
+FAST = 180.0
+"""Rate of gyro and commands that rotor lag and inertia need [Hz]."""
+_GRID = 0.005
+"""Of the search for an offset [s]."""
+_BRIDGE = 0.05
+
+
+@dataclass(frozen=True)
+class ClockOffset:
+    """How much later one stream shows the motion than another.
+
+    Attributes:
+        earlier: what is compared, in words.
+        later: likewise.
+        offset: of the latter behind the former; negative where it is ahead [s].
+        correlation: of both at that offset.
+    """
+
+    earlier: str
+    later: str
+    offset: float
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Findable:
+    """What may be identified from a log.
+
+    Attributes:
+        what: a quantity.
+        can: whether the log has what that needs.
+        why: what it has, or has not.
+    """
+
+    what: str
+    can: bool
+    why: str
+
+
+@dataclass(frozen=True)
+class FlightContents:
+    """What is in a flight record.
+
+    Attributes:
+        turning: time in which a motor turns [s]; NaN without commands.
+        saturated: share of that in which a motor gives all that it can.
+        known_until: time after which no on-board signal was measured [s].
+        offsets: between streams.
+        findable: what may be identified.
+        loops: whose step response may be measured, see `step_response.LOOPS`.
+    """
+
+    turning: float
+    saturated: float
+    known_until: float
+    offsets: tuple[ClockOffset, ...]
+    findable: tuple[Findable, ...]
+    loops: tuple[str, ...]
+
+
+def contents_of(flight: FlightRecord) -> FlightContents:
+    """Return what is in a flight record."""
+    turning, saturated = _motors(flight)
+    # Motion capture may go on where the radio link has ended.
+    outside = ("position_data.", "velocity_data.", "attitude.")
+    ends = [
+        float(signal.time[-1])
+        for name, signal in flight.signals.items()
+        if len(signal.time) and not name.startswith(outside)
+    ]
+    loops = tuple(
+        name
+        for name, loop in LOOPS.items()
+        if any(each in flight for each in loop.setpoints)
+        and any(each in flight for each in loop.responses)
+    )
+    return FlightContents(
+        turning,
+        saturated,
+        max(ends, default=flight.end),
+        tuple(_offsets(flight)),
+        tuple(_findable(flight, turning)),
+        loops,
+    )
+
+
+def _commands(flight: FlightRecord) -> list[str]:
+    return [name for name in flight.names("motors") if name.startswith("motors.command_")]
+
+
+def _motors(flight: FlightRecord) -> tuple[float, float]:
+    """Return the time in which a motor turns [s], and the share of it with one at its limit."""
+    names = _commands(flight)
+    if not names:
+        return np.nan, np.nan
+    time = flight[names[0]].time
+    values = np.column_stack([flight[name].at(time, _BRIDGE)[0] for name in names])
+    largest = np.nanmax(np.where(np.isfinite(values), values, 0.0), axis=1)
+    steps = np.diff(time, append=time[-1])
+    steps = np.minimum(steps, 5.0 * float(np.median(steps)))
+    turns = largest > TURNING
+    total = float(steps[turns].sum())
+    return total, float(steps[largest >= FULL].sum()) / total if total else 0.0
+
+
+def _offsets(flight: FlightRecord) -> list[ClockOffset]:
+    """Return the offsets between the streams that show one motion."""
+
+    def three(topic: str, before: str = "") -> list[str]:
+        return [f"{topic}{before}{axis}" for axis in "xyz"]
+
+    pairs = (
+        (
+            "body rate of motion capture",
+            three("attitude.", "w_"),
+            "gyro",
+            three("imu.angular_velocity."),
+        ),
+        ("gyro", three("imu.angular_velocity."), "estimated rate", three("estimate.", "w_")),
+        ("position", three("position_data."), "estimated position", three("estimate.")),
+        ("velocity", three("velocity_data.", "v_"), "estimated velocity", three("estimate.", "v_")),
+        (
+            "attitude of motion capture",
+            [f"position_data.{angle}" for angle in ("roll", "pitch")],
+            "estimated attitude",
+            [f"estimate.{angle}" for angle in ("roll", "pitch")],
+        ),
+    )
+    found = []
+    for earlier, first, later, second in pairs:
+        if flight.has([*first, *second]):
+            made = clock_offset(flight, first, second)
+            if made is not None and made[1] >= LEAST_CORRELATION:
+                found.append(ClockOffset(earlier, later, *made))
+    turned = _attitude_rate(flight)
+    if turned is not None and turned[1] >= LEAST_CORRELATION:
+        found.append(ClockOffset("gyro", "rate of the estimated attitude", *turned))
+    return found
+
+
+def _attitude_rate(flight: FlightRecord) -> tuple[float, float] | None:
+    """Return by how much the estimated attitude's rate is behind the gyro [s], and correlation."""
+    turn = [f"estimate.q_{part}" for part in "wxyz"]
+    gyro = [f"imu.angular_velocity.{axis}" for axis in "xyz"]
+    span = _shared(flight, [*gyro, *turn])
+    if span is None:
+        return None
+    grid = flight.resample([*gyro, *turn], _GRID, _BRIDGE, span)
+    q = grid.values[:, 3:]
+    # w = 2 q* dq/dt, in the body's axes.
+    rate = np.gradient(q, _GRID, axis=0)
+    w = 2.0 * (q[:, :1] * rate[:, 1:] - rate[:, :1] * q[:, 1:] - np.cross(q[:, 1:], rate[:, 1:]))
+    return _best_offset(grid.values[:, :3], w)
+
+
+def clock_offset(
+    flight: FlightRecord, first: Sequence[str], second: Sequence[str]
+) -> tuple[float, float] | None:
+    """Return by how much some signals are behind others [s], and their correlation then.
+
+    Args:
+        flight: the log.
+        first: signals.
+        second: as many, which show the same.
+    """
+    span = _shared(flight, [*first, *second])
+    if span is None:
+        return None
+    grid = flight.resample([*first, *second], _GRID, _BRIDGE, span)
+    return _best_offset(grid.values[:, : len(first)], grid.values[:, len(first) :])
+
+
+def _best_offset(first: np.ndarray, second: np.ndarray) -> tuple[float, float] | None:
+    """Return the offset of samples (n, k) behind others [s], and the correlation there.
+
+    The largest correlation over all columns together, of samples that both are known at; between
+    steps of the grid by a parabola.
+    """
+    most = round(LONGEST_OFFSET / _GRID)
+    both = np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1)
+    if both.sum() < 8 * most:
+        return None
+    known = np.broadcast_to(both[:, None], first.shape).astype(float)
+    a, b = (
+        np.where(both[:, None], values - values[both].mean(axis=0), 0.0)
+        for values in (first, second)
+    )
+    size = 2 * len(a)
+
+    def at_lags(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the sums of x(t) y(t + lag) for all lags, by their Fourier transforms."""
+        product = np.conj(np.fft.rfft(x, size, axis=0)) * np.fft.rfft(y, size, axis=0)
+        return np.asarray(np.fft.irfft(product, size, axis=0).sum(axis=1)[lags])
+
+    lags = np.arange(-most, most + 1)
+    power = np.maximum(at_lags(a * a, known) * at_lags(known, b * b), 0.0)
+    shared = at_lags(a, b)
+    found = np.divide(shared, np.sqrt(power), out=np.zeros_like(shared), where=power > 1e-12)
+    best = int(np.argmax(found))
+    if not 0 < best < len(found) - 1:
+        return None
+    before, at, after = found[best - 1 : best + 2]
+    bend = before - 2.0 * at + after
+    part = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+    return float((lags[best] + part) * _GRID), float(at)
+
+
+def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
+    """Return a time that signals share, in the air where the motors' commands tell of it [s].
+
+    A landing is a blow that another stream shows otherwise, and on the ground nothing moves.
+    """
+    if not flight.has(names) or any(len(flight[name].time) < 2 for name in names):
+        return None
+    begin = max(float(flight[name].time[0]) for name in names)
+    end = min(float(flight[name].time[-1]) for name in names)
+    motor = next(iter(_commands(flight)), None)
+    if motor is not None:
+        turns = flight[motor].time[flight[motor].values > TURNING]
+        if len(turns) and turns[-1] - turns[0] > 4.0 * GROUND:
+            begin, end = max(begin, turns[0] + GROUND), min(end, turns[-1] - GROUND)
+    return (begin, end) if end - begin > 4.0 * LONGEST_OFFSET else None
+
+
+def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
+    """Return what may be identified, by what the log has and how fast."""
+    commands = _commands(flight)
+    gyro = [f"imu.angular_velocity.{axis}" for axis in "xyz"]
+    force = [f"imu.linear_acceleration.{axis}" for axis in "xyz"]
+    motion = "position_data" if "position_data.x" in flight else "estimate"
+    speed = "velocity_data" if "velocity_data.v_x" in flight else "estimate"
+    turn = "attitude" if "attitude.q_w" in flight else "estimate"
+
+    def judged(what: str, needs: dict[str, Sequence[str]], fast: Sequence[str] = ()) -> Findable:
+        missing = [kind for kind, names in needs.items() if not names or not flight.has(names)]
+        if missing:
+            return Findable(what, False, f"the log has no {' and no '.join(missing)}")
+        if not turning > 1.0:
+            return Findable(what, False, "the motors never turn for a second")
+        slow = [name for name in fast if flight[name].rate < FAST]
+        if slow:
+            rate = min(flight[name].rate for name in slow)
+            return Findable(
+                what, False, f"{rate:.0f} Hz alias a rate loop: log at {FAST:g} Hz or faster"
+            )
+        return Findable(what, True, ", ".join(needs))
+
+    attitude = [f"{turn}.q_{part}" for part in "wxyz"]
+    velocity = [f"{speed}.v_{axis}" for axis in "xyz"]
+    return [
+        judged("thrust over mass", {"commands": commands, "accelerometer": force}),
+        judged(
+            "thrust over voltage",
+            {"commands": commands, "accelerometer": force, "voltage": ["battery.voltage"]},
+        ),
+        judged("rotor lag", {"commands": commands, "accelerometer": force}, [*commands, force[2]]),
+        judged("inertia", {"commands": commands, "gyro": gyro}, [*commands, *gyro]),
+        judged("drag", {"accelerometer": force, "velocity": velocity, "attitude": attitude}),
+        judged(
+            "prediction in closed loop",
+            {
+                "set-points": [f"setpoint.{axis}" for axis in "xyz"],
+                "position": [f"{motion}.{axis}" for axis in "xyz"],
+                "attitude": attitude,
+            },
+        ),
+    ]

@@ -1,0 +1,112 @@
+"""A log in 3-D as one HTML page: the drone on its flown path, and the path that was wanted."""
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Meshcat, MeshcatVisualizer, Rgba
+from pydrake.systems.framework import DiagramBuilder
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.flight_page import not_about_listening
+from workbench.logs.flight_record import FlightRecord
+from workbench.logs.readers.rotations import QUATERNION
+from workbench.plant.description import Description
+from workbench.plant.multibody import add_shapes
+
+PERIOD = 1.0 / 32.0
+"""Between two pictures [s]."""
+LONGEST = 3600.0
+"""Of a film [s]."""
+_FLOWN, _WANTED = Rgba(0.12, 0.47, 0.71, 1.0), Rgba(1.0, 0.5, 0.05, 1.0)
+_EYE = np.array([-1.2, -1.2, 0.8])
+"""Where the camera stands, in sizes of the flown path from its middle."""
+
+
+def film_flight(
+    flight: FlightRecord,
+    description: Description,
+    page: Path,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write the film of a log; where place or attitude is not known, no drone is seen.
+
+    Args:
+        flight: the log; of motion capture and of the flight computer's estimate the former counts.
+        description: of the drone that is drawn.
+        page: the HTML file to write.
+        progress: takes the share done, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if the log has no attitude.
+    """
+    topic = "attitude" if "attitude.q_w" in flight else "estimate"
+    turn = [f"{topic}.{name}" for name in QUATERNION]
+    if not flight.has(turn):
+        raise WorkbenchError(f"{flight.source}: has no attitude: there is nothing to see in 3-D")
+    where = "position_data" if "position_data.x" in flight else "estimate"
+    place = [f"{where}.{axis}" for axis in "xyz"]
+    still = not flight.has(place)
+    names = turn if still else [*turn, *place]
+    grid = flight.resample(names, PERIOD, bridge=0.1)
+    if grid.time[-1] - grid.time[0] > LONGEST:
+        raise WorkbenchError(f"{flight.source}: is longer than {LONGEST:g} s: too long for a page")
+    if not grid.whole.any():
+        raise WorkbenchError(f"{flight.source}: place and attitude are never known together")
+    states = np.zeros((len(grid.time), 13))
+    states[:, 0:4] = grid.values[:, 0:4]
+    states[:, 4:7] = [0.0, 0.0, 1.0] if still else grid.values[:, 4:7]
+    logging.getLogger("drake").addFilter(not_about_listening)
+    meshcat = Meshcat()
+    path = states[grid.whole, 4:7]
+    middle, size = path.mean(axis=0), max(float(np.ptp(path, axis=0).max()), 1.0)
+    meshcat.SetCameraPose(middle + size * _EYE, middle)
+    if not still:
+        _draw_path(meshcat, "flown", path, _FLOWN)
+        wanted = [f"setpoint.{axis}" for axis in "xyz"]
+        if flight.has(wanted):
+            asked = flight.resample(wanted, PERIOD, bridge=1.0)
+            _draw_path(meshcat, "setpoint", asked.values[asked.whole], _WANTED)
+    _play(meshcat, description, grid.time, states, grid.whole, progress)
+    page.write_text(meshcat.StaticHtml(), encoding="utf-8")
+
+
+def _draw_path(meshcat: Meshcat, name: str, points: np.ndarray, color: Rgba) -> None:
+    if len(points) > 1:
+        meshcat.SetLine(name, points.T, 2.0, color)
+
+
+def _play(
+    meshcat: Meshcat,
+    description: Description,
+    time: np.ndarray,
+    states: np.ndarray,
+    known: np.ndarray,
+    progress: Callable[[float], None] | None,
+) -> None:
+    """Put the drone at each state (n, 13) at its time (n) [s] into the film."""
+    builder = DiagramBuilder()
+    _, scene_graph, state = add_shapes(builder, description)
+    builder.ExportInput(state, "state")
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    meshcat.StartRecording()
+    seen = True
+    for index in range(len(time)):
+        now = float(time[index] - time[0])
+        if known[index]:
+            q = states[index, 0:4]
+            diagram.get_input_port(0).FixValue(
+                context, np.concatenate([q / np.linalg.norm(q), states[index, 4:]])
+            )
+            context.SetTime(now)
+            diagram.ForcedPublish(context)
+        if seen != known[index]:
+            seen = bool(known[index])
+            meshcat.SetProperty("visualizer", "visible", seen, now)
+        if progress:
+            progress((index + 1) / len(time))
+    meshcat.StopRecording()
+    meshcat.PublishRecording()

@@ -1,0 +1,256 @@
+"""A flight as it was measured: signals under the workbench's names, whoever wrote the log.
+
+    from workbench.logs.flight_reader import read_flight
+
+    flight = read_flight(Path("B2_circle_fast_rep1.csv.gz"))
+    flight.remarks                              # what the reader found, cut off or assumed
+    flight.names("imu")                         # what there is of a topic
+    gyro = flight["imu.angular_velocity.x"]     # a Signal: time [s], values, unit, rate, gaps
+    names = [f"motors.command_{i}" for i in (1, 2, 3, 4)]
+    grid = flight.resample([*names, gyro.name], 0.01, bridge=0.05)
+    grid.time, grid.values[:, 0], grid.known    # (m), (m, 5), (m, 5) whether it was measured
+
+SI and radians; world axes W are east, north, up, body axes B forward, left, up. One clock: 0 is the
+log's first sample. Names that a log may have; `workbench log LOG` lists those of one:
+
+    position_data.x y z roll pitch yaw     true motion, as of motion capture: W
+    velocity_data.v_x .. w_x ..            likewise, both in W
+    attitude.q_w q_x q_y q_z w_x w_y w_z   likewise: B to W, and angular velocity in B
+    estimate.x .. v_x .. roll .. q_w ..    what the flight computer took them for
+    estimate.w_x .. a_x ..                 its angular velocity in B, its acceleration in W
+    imu.linear_acceleration.x ..           specific force in B [m/s^2]
+    imu.angular_velocity.x ..              gyro in B [rad/s]
+    motors.command_1 ..                    share of the full command, 0 .. 1, in the log's order
+    rotors.speed.0 ..                      [rad/s], in the same order
+    battery.voltage, battery.current       under load [V], [A]
+    setpoint.x y z yaw v_x v_y v_z         of the position and velocity loops: W
+    attitude_setpoint.roll pitch yaw thrust   thrust as a share of the full one
+    rate_setpoint.w_x w_y w_z              in B [rad/s]
+    torque_setpoint.x y z                  share of the full torque, in B
+
+What a reader knows no such name for keeps the log's own. Samples that were not measured, as a
+logger filled them in, are left out, and the signal's gaps say where.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError, unknown_name
+
+Span = tuple[float, float]
+"""From and to [s]."""
+LOG_ENDINGS = (".mcap", ".ulg", ".bin", ".bbl", ".bfl", ".csv", ".gz")
+"""Of files that are logs, in small letters; a Crazyflie's have none."""
+GAP = 2.5
+"""Periods between two samples, from which on something is missing between them."""
+LATEST = 1e7
+"""Time of a log [s], a third of a year; what is later is a damaged number."""
+MOST_POINTS = 50_000_000
+"""Of a grid, times its signals."""
+LEAST = 2
+"""Samples of a signal that has a rate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """One number over time.
+
+    Attributes:
+        name: TOPIC.FIELD.
+        unit: SI; 1 for none, "" where it is not known.
+        time: of the samples, rising (n) [s].
+        values: (n).
+        rate: samples that were measured in a second [Hz]; 0 where it is not known.
+        delay: how much later the log has a value than it was true [s]; None where unknown.
+        gaps: where nothing was measured, each from a sample to the next one, or to the end of the
+            record after the last; ordered.
+    """
+
+    name: str
+    unit: str
+    time: np.ndarray
+    values: np.ndarray
+    rate: float = 0.0
+    delay: float | None = None
+    gaps: tuple[Span, ...] = ()
+
+    def at(self, time: np.ndarray, bridge: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Return values (m) at rising times (m) [s], and whether each is known (m).
+
+        Between neighbouring samples they are interpolated linearly. In gaps longer than `bridge`
+        [s], and before the first and after the last sample, they are NaN and not known.
+        """
+        if len(self.time) == 0:
+            return np.full(len(time), np.nan), np.zeros(len(time), bool)
+        slack = 1e-9
+        known = (time >= self.time[0] - slack) & (time <= self.time[-1] + slack)
+        for begin, end in self.gaps:
+            if end - begin > bridge + slack:
+                known &= (time <= begin + slack) | (time >= end - slack)
+        values = np.interp(time, self.time, self.values)
+        return np.where(known, values, np.nan), known & np.isfinite(values)
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Signals at common times.
+
+    Attributes:
+        names: of the signals (k).
+        time: evenly spaced (m) [s].
+        values: (m, k); NaN where not known.
+        known: (m, k).
+    """
+
+    names: tuple[str, ...]
+    time: np.ndarray
+    values: np.ndarray
+    known: np.ndarray
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the values of a signal (m)."""
+        return np.asarray(self.values[:, self.names.index(name)])
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Whether all signals are known (m)."""
+        return np.asarray(self.known.all(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class FlightRecord:
+    """A flight as it was measured.
+
+    Attributes:
+        name: of the flight, its file's without ending.
+        source: the file.
+        format: of the log, in words, as "NanoBench CSV".
+        firmware: whose and which version; "" where the log does not say.
+        parameters: of the firmware, and what else the log says of the flight, by name.
+        remarks: what the reader found, left out or assumed, a sentence each.
+        signals: by their names.
+        end: of the record [s].
+    """
+
+    name: str
+    source: Path
+    format: str
+    signals: Mapping[str, Signal]
+    firmware: str = ""
+    parameters: Mapping[str, float | str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+    end: float = 0.0
+
+    def __getitem__(self, name: str) -> Signal:
+        """Return a signal.
+
+        Raises:
+            WorkbenchError: if there is none of that name; it names near ones.
+        """
+        if name not in self.signals:
+            raise unknown_name(f"signal of {self.source.name},", name, self.signals)
+        return self.signals[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether there is a signal of a name."""
+        return name in self.signals
+
+    def names(self, topic: str = "") -> list[str]:
+        """Return the names of signals: all, or those of a topic or of a field's parts."""
+        return [name for name in self.signals if not topic or name.startswith(f"{topic}.")]
+
+    def has(self, names: Iterable[str]) -> bool:
+        """Return whether all of these signals are there."""
+        return all(name in self.signals for name in names)
+
+    def resample(
+        self, names: Sequence[str], period: float, bridge: float = 0.0, span: Span | None = None
+    ) -> Grid:
+        """Return signals at common times, and where they are known.
+
+        Nothing is filtered: of a signal faster than the grid, low-pass first what may alias.
+
+        Args:
+            names: of the signals.
+            period: of the grid [s].
+            bridge: longest gap to interpolate across [s].
+            span: from and to; what all signals share without it [s].
+
+        Raises:
+            WorkbenchError: if a name is unknown, or there is no time that all signals share.
+        """
+        signals = [self[name] for name in names]
+        if any(len(signal.time) == 0 for signal in signals):
+            empty = next(signal.name for signal in signals if len(signal.time) == 0)
+            raise WorkbenchError(f"{self.source}: {empty} has no sample that was measured")
+        begin, end = span or (
+            max(signal.time[0] for signal in signals),
+            min(signal.time[-1] for signal in signals),
+        )
+        if period <= 0.0 or end < begin:
+            raise WorkbenchError(f"{self.source}: {', '.join(names)} share no time")
+        if (end - begin) / period * len(names) > MOST_POINTS:
+            raise WorkbenchError(
+                f"{self.source}: {end - begin:.4g} s every {period:.2g} s are too many samples"
+            )
+        time = begin + period * np.arange(int((end - begin) / period + 1e-6) + 1)
+        found = [signal.at(time, bridge) for signal in signals]
+        values, known = (np.column_stack(parts) for parts in zip(*found, strict=True))
+        return Grid(tuple(names), time, values, known)
+
+
+def rising_rows(time: np.ndarray) -> np.ndarray:
+    """Return which of finite times (n) [s] are good: those that rise, up to `LATEST`.
+
+    Of a single time that leaps ahead of those that follow, only that one is left out.
+    """
+    good = time <= LATEST
+    if len(time) > 2:
+        ahead = (time[1:-1] >= time[2:]) & (time[2:] > time[:-2])
+        good[1:-1] &= ~ahead
+    latest = np.maximum.accumulate(np.where(good, time, -np.inf))
+    good[1:] &= time[1:] > latest[:-1]
+    return np.asarray(good)
+
+
+def make_signal(
+    name: str,
+    unit: str,
+    time: np.ndarray,
+    values: np.ndarray,
+    *,
+    end: float | None = None,
+    rate: float | None = None,
+    delay: float | None = None,
+) -> Signal:
+    """Return a signal whose rate and gaps are those of its times.
+
+    Samples that are no numbers, or whose time does not rise, are left out. A gap is where two
+    samples are `GAP` periods apart, or more; the period is the median.
+
+    Args:
+        name: TOPIC.FIELD.
+        unit: SI.
+        time: (n) [s].
+        values: (n).
+        end: of the record [s]; a signal that ends earlier has a gap up to it.
+        rate: as of the signal, where it is not that of the times [Hz].
+        delay: as of the signal [s].
+    """
+    time, values = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
+    good = np.isfinite(values) & np.isfinite(time)
+    time, values = time[good], values[good]
+    rising = rising_rows(time)
+    time, values = time[rising], values[rising]
+    if len(time) < LEAST:
+        gap = ((float(time[-1]), end),) if len(time) and end is not None and end > time[-1] else ()
+        return Signal(name, unit, time, values, rate or 0.0, delay, gap)
+    steps = np.diff(time)
+    period = float(np.median(steps))
+    gaps = [(float(time[i]), float(time[i + 1])) for i in np.nonzero(steps >= GAP * period)[0]]
+    if end is not None and end - time[-1] >= GAP * period:
+        gaps.append((float(time[-1]), end))
+    return Signal(name, unit, time, values, rate or 1.0 / period, delay, tuple(gaps))

@@ -1,0 +1,215 @@
+"""Logs of a Crazyflie's micro-SD card (usd), version 1 and 2, packed with gzip or not.
+
+The file: 0xBC; version (u16); number of events (u16); of each event its number (u16), its name, the
+number of its variables (u16), and those as "acc.x(f)", texts ending with 0. Then events: number
+(u16), time (version 1: u32 [ms], 2: u64 [us]), values. At the end CRC-32 of all before.
+
+Accelerations are in g, the gyro in degrees per second, angles in degrees, and the firmware's pitch
+is positive nose up. `pwm.m*_pwm` is what goes to the motors, after the battery compensation; where
+it was not logged, `motor.m*` is taken.
+
+Source: tools/usdlog/cfusdlog.py of bitcraze/crazyflie-firmware, as a description of the format.
+"""
+
+import re
+import struct
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.logs.flight_record import FlightRecord, Signal, make_signal, rising_rows
+from workbench.logs.readers.packed import read_packed, stem
+from workbench.logs.readers.rotations import QUATERNION, continuous
+from workbench.plant.gravity import GRAVITY
+
+FORMAT = "Crazyflie usd log"
+MAGIC = b"\xbc"
+FULL_PWM = 65535.0
+MOST_VARIABLES = 500
+"""Of all events; the firmware's buffers hold far fewer."""
+_NAME = re.compile(r"([\w.]+)\(([BHIQbhiqef])\)")
+_DEG = np.pi / 180.0
+
+RENAMED: Mapping[str, tuple[str, str, float]] = {
+    **{f"acc.{x}": (f"imu.linear_acceleration.{x}", "m/s^2", GRAVITY) for x in "xyz"},
+    **{f"gyro.{x}": (f"imu.angular_velocity.{x}", "rad/s", _DEG) for x in "xyz"},
+    **{f"stateEstimate.{x}": (f"estimate.{x}", "m", 1.0) for x in "xyz"},
+    **{f"stateEstimate.v{x}": (f"estimate.v_{x}", "m/s", 1.0) for x in "xyz"},
+    **{f"stateEstimate.a{x}": (f"estimate.a_{x}", "m/s^2", GRAVITY) for x in "xyz"},
+    **{f"stateEstimate.q{x}": (f"estimate.q_{x}", "1", 1.0) for x in "wxyz"},
+    **{
+        f"{log}.{name}": (f"{topic}.{name}", "rad", -_DEG if name == "pitch" else _DEG)
+        for log, topic in (
+            ("stateEstimate", "estimate"),
+            ("stabilizer", "estimate"),
+            ("controller", "attitude_setpoint"),
+        )
+        for name in ("roll", "pitch", "yaw")
+    },
+    "controller.rollRate": ("rate_setpoint.w_x", "rad/s", _DEG),
+    "controller.pitchRate": ("rate_setpoint.w_y", "rad/s", -_DEG),
+    "controller.yawRate": ("rate_setpoint.w_z", "rad/s", _DEG),
+    "controller.actuatorThrust": ("attitude_setpoint.thrust", "1", 1.0 / FULL_PWM),
+    **{f"ctrltarget.{x}": (f"setpoint.{x}", "m", 1.0) for x in "xyz"},
+    **{f"ctrltarget.v{x}": (f"setpoint.v_{x}", "m/s", 1.0) for x in "xyz"},
+    "ctrltarget.yaw": ("setpoint.yaw", "rad", _DEG),
+    "pm.vbat": ("battery.voltage", "V", 1.0),
+    "pm.vbatMV": ("battery.voltage", "V", 1e-3),
+    **{f"motor.m{i}": (f"motors.command_{i}", "1", 1.0 / FULL_PWM) for i in (1, 2, 3, 4)},
+    **{f"pwm.m{i}_pwm": (f"motors.command_{i}", "1", 1.0 / FULL_PWM) for i in (1, 2, 3, 4)},
+}
+"""The firmware's variables: the workbench's name, its unit, and what to multiply by.
+
+Of two that are one signal, the later one is taken; the other one keeps its own name.
+"""
+
+
+class _Event(NamedTuple):
+    name: str
+    variables: tuple[str, ...]
+    kind: np.dtype
+
+
+def read_usd(path: Path) -> FlightRecord:
+    """Read a Crazyflie's usd log as far as it is whole.
+
+    Raises:
+        WorkbenchError: if it cannot be read, or is none.
+    """
+    data, cut = read_packed(path)
+    events, at, version = _events(path, data)
+    rows, rest = _rows(data, at, events)
+    tick = 1e-3 if version == 1 else 1e-6
+    found = {
+        number: np.frombuffer(parts, events[number].kind) for number, parts in rows.items() if parts
+    }
+    times = {number: tick * table["t"].astype(float) for number, table in found.items()}
+    if not any(len(time) > 1 for time in times.values()):
+        raise WorkbenchError(f"{path}: has no two samples: it is empty or damaged")
+    remarks = [*filter(None, (cut, _checked(data, rest)))]
+    begin = min(float(time.min()) for time in times.values())
+    jumped = sum(int((np.diff(time) <= 0.0).sum()) for time in times.values())
+    if jumped:
+        remarks.append(f"{jumped} samples whose time does not rise were left out")
+    end = max(float(time[rising_rows(time - begin)][-1]) for time in times.values()) - begin
+    columns: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for number, table in found.items():
+        for i, variable in enumerate(events[number].variables):
+            with np.errstate(over="ignore", invalid="ignore"):
+                columns[variable] = (times[number] - begin, table[f"v{i}"].astype(float))
+    signals = _signals(columns, end)
+    if any(name.startswith("motors.") for name in signals):
+        remarks.append(
+            "the motors' commands are shares of the voltage, after the battery compensation"
+            if "pwm.m1_pwm" in columns
+            else "the motors' commands are motor.m*: whether the battery compensation is in them "
+            "depends on the firmware"
+        )
+    return FlightRecord(
+        name=stem(path) if path.suffix == ".gz" and "." in path.stem else path.stem,
+        source=path,
+        format=FORMAT,
+        firmware="Crazyflie",
+        parameters={"usd_version": version, "first_sample_s": begin},
+        remarks=tuple(remarks),
+        signals=signals,
+        end=end,
+    )
+
+
+def _events(path: Path, data: bytes) -> tuple[dict[int, _Event], int, int]:
+    """Return the events by number, where the first sample stands, and the version."""
+    if not data.startswith(MAGIC):
+        raise WorkbenchError(f"{path}: is no Crazyflie usd log: it does not begin with 0xBC")
+    try:
+        version, count = struct.unpack_from("<HH", data, 1)
+        if version not in (1, 2):
+            raise WorkbenchError(f"{path}: is a usd log of version {version}: 1 and 2 are known")
+        at, seen, events = 5, 0, {}
+        for _ in range(count):
+            (number,) = struct.unpack_from("<H", data, at)
+            name, at = _text(data, at + 2)
+            (size,) = struct.unpack_from("<H", data, at)
+            at, seen = at + 2, seen + size
+            if seen > MOST_VARIABLES:
+                raise ValueError(f"it names more than {MOST_VARIABLES} variables")
+            variables = []
+            for _ in range(size):
+                text, at = _text(data, at)
+                variables.append(text)
+            events[number] = _event(version, name, variables)
+    except (struct.error, ValueError, IndexError) as error:
+        raise WorkbenchError(f"{path}: the head of the usd log is damaged: {error}") from error
+    return events, at, version
+
+
+def _event(version: int, name: str, variables: list[str]) -> _Event:
+    fields = [("number", "<u2"), ("t", "<u4" if version == 1 else "<u8")]
+    names = []
+    for i, text in enumerate(variables):
+        found = _NAME.fullmatch(text)
+        if found is None:
+            raise ValueError(f"{text[:40]!a} is no variable")
+        names.append(found[1])
+        fields.append((f"v{i}", np.dtype(found[2]).newbyteorder("<").str))
+    return _Event(name, tuple(names), np.dtype(fields))
+
+
+def _text(data: bytes, at: int) -> tuple[str, int]:
+    """Return a text that ends with 0, and what stands behind it."""
+    end = data.index(b"\0", at, at + 200)
+    return data[at:end].decode("ascii"), end + 1
+
+
+def _rows(data: bytes, at: int, events: Mapping[int, _Event]) -> tuple[dict[int, bytearray], int]:
+    """Return the bytes of each event's samples, and where what is no sample begins."""
+    rows = {number: bytearray() for number in events}
+    sizes = {number: event.kind.itemsize for number, event in events.items()}
+    while at + 2 <= len(data):
+        number = data[at] | data[at + 1] << 8
+        size = sizes.get(number)
+        if size is None or at + size > len(data):
+            break
+        end = at + size
+        if len(sizes) == 1:  # one kind of event: all at once, up to the first that is another
+            whole = (len(data) - at) // size
+            numbers = np.frombuffer(data, f"<u2,V{size - 2}", whole, at)["f0"]
+            other = np.nonzero(numbers != number)[0]
+            end = at + size * int(other[0] if len(other) else whole)
+        rows[number] += data[at:end]
+        at = end
+    return rows, at
+
+
+def _checked(data: bytes, rest: int) -> str:
+    """Return what is wrong with the file's end: bytes left over, or the checksum; "" if nothing."""
+    left = len(data) - rest
+    if left == 4:
+        (said,) = struct.unpack_from("<I", data, rest)
+        if said == zlib.crc32(data[:rest]):
+            return ""
+        return "the log's checksum is not that of its content: it is damaged somewhere"
+    if left == 0:
+        return "the log has no checksum at its end: it was cut, or the Crazyflie lost power"
+    return f"the last {left} bytes of the log are no samples and were left out: it is damaged"
+
+
+def _signals(columns: Mapping[str, tuple[np.ndarray, np.ndarray]], end: float) -> dict[str, Signal]:
+    """Return the signals of the firmware's variables."""
+    source = {RENAMED[each][0]: each for each in RENAMED if each in columns}
+    signals = {}
+    for each, (time, values) in columns.items():
+        name, unit, factor = RENAMED.get(each, (each, "", 1.0))
+        if source.get(name, each) != each:
+            name, unit, factor = each, "", 1.0
+        signals[name] = make_signal(name, unit, time, factor * values, end=end)
+    names = [f"estimate.{part}" for part in QUATERNION]
+    if all(name in signals for name in names):
+        q = continuous(np.column_stack([signals[name].values for name in names]))
+        for name, values in zip(names, q.T, strict=True):
+            signals[name] = make_signal(name, "1", signals[name].time, values, end=end)
+    return signals

@@ -1,0 +1,280 @@
+"""NanoBench's CSV files: a Crazyflie's own log beside motion capture, on one grid of 100 Hz.
+
+What the columns are was measured, and differs in places from what their authors say of them:
+
+- Columns from on board were received at 66 .. 100 Hz and filled in linearly: rows where all columns
+  of a stream lie on a straight line over `flight_record.GAP` periods were not measured. They are
+  left out, as is the straight line that a stream goes on with when the radio link is lost.
+- Accelerations are in g (those of the estimate, too), the gyro in rad/s, `roll`, `pitch` and `yaw`
+  of motion capture in rad, `w*_vicon` in the body's axes.
+- Attitudes of the firmware are in degrees, and its pitch is positive nose up.
+- The motors' PWM is what the firmware sends after its battery compensation: a share of the voltage.
+- `pid_controller_*` are wanted attitudes. They stay 0 where the Mellinger controller flew.
+
+Source: Ullah and Baca, "NanoBench", arXiv:2603.09908 (2026), and its files.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from workbench.common.errors import WorkbenchError
+from workbench.logs.flight_record import GAP, FlightRecord, Signal, make_signal, rising_rows
+from workbench.logs.readers.packed import read_packed, stem
+from workbench.logs.readers.rotations import ANGLES, QUATERNION, angles, continuous, in_world
+from workbench.plant.gravity import GRAVITY
+
+FORMAT = "NanoBench CSV"
+HEAD = b"t,px,py,pz,qx,qy,qz,qw,roll,pitch,yaw,"
+"""A file begins with it."""
+FULL_PWM = 65535.0
+STREAMS: Mapping[str, tuple[str, ...]] = {
+    "imu": tuple(f"imu_{kind}_{axis}" for kind in ("acc", "gyro") for axis in "xyz"),
+    "motor": tuple(f"motor_motor_m{i}" for i in (1, 2, 3, 4)),
+    "estimator": tuple(f"est_stateEstimate_{x}" for x in ("x", "y", "z", "vx", "vy", "vz")),
+    "estimator_acc": tuple(f"est_stateEstimate_a{axis}" for axis in "xyz"),
+    "attitude": tuple(f"att_stateEstimate_{angle}" for angle in ANGLES),
+    "attitude_qw": tuple(f"att_stateEstimate_q{x}" for x in "wxyz"),
+    "setpoint": tuple(f"sp_ctrltarget_{x}" for x in ("x", "y", "z", "yaw")),
+    "pid_output": tuple(f"pid_controller_{x}" for x in ("roll", "pitch", "yaw", "cmd_thrust")),
+    "power": ("pwr_pm_vbat",),
+}
+"""Columns that came in one packet, by the names that the metadata's row counts have."""
+NOISY = ("imu", "estimator", "estimator_acc", "attitude", "attitude_qw")
+"""Streams that are never straight by themselves: their ends are those of the radio link."""
+STRAIGHT = ("setpoint",)
+"""Streams that may well be straight, and of which only the end is looked at."""
+Add = Callable[[str, str, str, np.ndarray], None]
+"""Adds a signal: its stream, its name, its unit, and its values at all rows."""
+_ROUNDING = 2e-9
+"""Of a value in the file, twice."""
+_SLOPE = 1e-6
+"""Relative error of a slope, from the rounding of times."""
+
+
+def read_nanobench(path: Path) -> FlightRecord:
+    """Read a flight of NanoBench, packed or not, and the metadata beside it, if any.
+
+    Raises:
+        WorkbenchError: if it cannot be read, or is none.
+    """
+    data, cut = read_packed(path)
+    table, damage = _table(path, data)
+    time, end = table["t"], float(table["t"][-1])
+    metadata, said = _metadata(path)
+    counts = metadata.pop("row_counts", {})
+    rates = {
+        stream: count / end
+        for stream, count in (counts.items() if isinstance(counts, dict) else ())
+        if isinstance(count, int) and end > 0.0
+    }
+    streams = {
+        name: np.column_stack([table[column] for column in columns])
+        for name, columns in STREAMS.items()
+        if all(column in table for column in columns)
+    }
+    measured, remarks = _measured(time, streams, rates)
+    signals: dict[str, Signal] = {}
+
+    def add(stream: str, name: str, unit: str, values: np.ndarray) -> None:
+        rows = measured.get(stream, np.ones(len(time), bool))
+        signals[name] = make_signal(
+            name, unit, time[rows], values[rows], end=end, rate=rates.get(stream)
+        )
+
+    _add_motion(table, add)
+    _add_on_board(streams, add)
+    controller = _controller(streams)
+    remarks = [
+        *filter(None, (cut, damage, said)),
+        *remarks,
+        "the motors' commands are shares of the voltage: the firmware has compensated the battery",
+        "velocity_data was made of positions by a smoother: it knows up to 0.1 s of the future",
+    ]
+    if controller == "Mellinger":
+        remarks.append("wanted attitudes are constant: the Mellinger controller flew, not the PID")
+    return FlightRecord(
+        name=stem(path),
+        source=path,
+        format=FORMAT,
+        firmware=f"Crazyflie {metadata.pop('firmware_version', '')}".strip(),
+        parameters={"controller": controller, **_flat(metadata)},
+        remarks=tuple(remarks),
+        signals=signals,
+        end=end,
+    )
+
+
+def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
+    """Return the columns by name, times from 0 on, and a remark on rows that were left out."""
+    if not data.startswith(HEAD):
+        raise WorkbenchError(f"{path}: is no file of NanoBench: its first line is another one")
+    lines = data.decode("ascii", "replace").splitlines()
+    names = lines[0].split(",")
+    if len(set(names)) < len(names):
+        raise WorkbenchError(f"{path}: a column comes twice in its first line")
+    rows = [line.split(",") for line in lines[1:]]
+    whole = [row for row in rows if len(row) == len(names)]
+    first = next((row[0].partition(".")[0] for row in whole if row[0][:1].isdigit()), "0")
+    begin = int(first) if first.isdigit() and len(first) < 16 else 0
+    good = []
+    for row in whole:
+        try:
+            # Whole seconds apart: as one number, the time would be rounded to 0.2 us.
+            seconds, _, rest = row[0].partition(".")
+            good.append([int(seconds) - begin + float(f"0.{rest}"), *map(float, row[1:])])
+        except (ValueError, OverflowError):
+            continue
+    table = np.array(good, dtype=float).reshape(len(good), len(names))
+    table = table[np.isfinite(table).all(axis=1)]
+    table = table[rising_rows(table[:, 0])]
+    if len(table) < 3:
+        raise WorkbenchError(f"{path}: has no three whole rows: it is empty or damaged")
+    table[:, 0] -= table[0, 0]
+    lost = len(rows) - len(table)
+    remark = f"{lost} damaged rows were left out" if lost else ""
+    return dict(zip(names, table.T, strict=True)), remark
+
+
+def _metadata(path: Path) -> tuple[dict[str, object], str]:
+    """Return what the file beside says, and a remark if it cannot be read."""
+    beside = path.with_name(f"{stem(path)}_metadata.yaml")
+    if not beside.is_file():
+        return {}, ""
+    try:
+        found = yaml.safe_load(beside.read_bytes())
+    except (OSError, ValueError, yaml.YAMLError, RecursionError):
+        return {}, f"{beside.name} cannot be read and was left alone"
+    if not isinstance(found, dict):
+        return {}, f"{beside.name} cannot be read and was left alone"
+    return {str(name): value for name, value in found.items()}, ""
+
+
+def _flat(said: object, before: str = "") -> dict[str, float | str]:
+    """Return nested names and values as one table, as params.altitude_m."""
+    if not isinstance(said, dict):
+        plain = isinstance(said, int | float) and not isinstance(said, bool)
+        return {before: said if plain else str(said)}  # type: ignore[dict-item]
+    found: dict[str, float | str] = {}
+    for name, value in said.items():
+        found |= _flat(value, f"{before}.{name}" if before else str(name))
+    return found
+
+
+def _measured(
+    time: np.ndarray, streams: Mapping[str, np.ndarray], rates: Mapping[str, float]
+) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Return which rows of each stream were measured, and remarks."""
+    bends = {name: _bends(time, values) for name, values in streams.items()}
+    noisy = [bends[name][-1] for name in NOISY if name in bends and len(bends[name])]
+    last = min(noisy, default=len(time) - 1)  # where the on-board data end
+    if time[-1] - time[last] < GAP * np.median(np.diff(time)):
+        last = len(time) - 1
+    measured, shares = {}, []
+    for name, values in streams.items():
+        found = bends[name]
+        held = np.ptp(values[last:], axis=0).max() == 0.0  # as motors on the ground are
+        whole = held or not len(found) or last == len(time) - 1
+        end = last if whole else int(found[-1])
+        rows = np.arange(len(time)) <= end
+        if name not in STRAIGHT:
+            period = 1.0 / rates[name] if rates.get(name) else float(np.median(np.diff(time)))
+            knots = np.unique(np.concatenate([[0], found[found <= end], [end]]))
+            for begin, stop in zip(knots[:-1], knots[1:], strict=True):
+                moved = (values[begin] != values[stop]).any()
+                if moved and time[stop] - time[begin] >= GAP * period - 1e-6:
+                    rows[begin + 1 : stop] = False
+        measured[name] = rows
+        lost = int(end + 1 - rows.sum())
+        if lost:
+            shares.append(f"{name} {100.0 * lost / (end + 1):.1f} %")
+    remarks = []
+    if last < len(time) - 1:
+        remarks.append(
+            f"the on-board columns end at {time[last]:.2f} s and were extrapolated for "
+            f"{time[-1] - time[last]:.2f} s: that was cut off"
+        )
+    if shares:
+        remarks.append(f"rows that were interpolated across gaps are left out: {', '.join(shares)}")
+    return measured, remarks
+
+
+def _bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the rows (k) at which not all of a stream's columns (n, c) go on straight."""
+    slopes = np.diff(values, axis=0) / np.diff(time)[:, None]
+    bend = np.abs(np.diff(slopes, axis=0))
+    step = float(np.diff(time).min())
+    straight = bend <= 2.0 * _ROUNDING / step + _SLOPE * (1.0 + np.abs(slopes[1:]))
+    return 1 + np.nonzero(~straight.all(axis=1))[0]
+
+
+def _add_motion(table: Mapping[str, np.ndarray], add: Add) -> None:
+    """Add what motion capture saw."""
+    if not {"px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz"} <= table.keys():
+        return
+    for axis in "xyz":
+        add("vicon", f"position_data.{axis}", "m", table[f"p{axis}"])
+    q = continuous(np.column_stack([table[f"q{x}"] for x in "wxyz"]))
+    for name, values in zip(ANGLES, angles(q).T, strict=True):
+        add("vicon", f"position_data.{name}", "rad", values)
+    for axis in "xyz":
+        add("vicon", f"velocity_data.v_{axis}", "m/s", table[f"v{axis}"])
+    for name, values in zip(QUATERNION, q.T, strict=True):
+        add("vicon", f"attitude.{name}", "1", values)
+    if not all(f"w{axis}_vicon" in table for axis in "xyz"):
+        return
+    body = np.column_stack([table[f"w{axis}_vicon"] for axis in "xyz"])
+    for axis, values in zip("xyz", body.T, strict=True):
+        add("vicon", f"attitude.w_{axis}", "rad/s", values)
+    for axis, values in zip("xyz", in_world(q, body).T, strict=True):
+        add("vicon", f"velocity_data.w_{axis}", "rad/s", values)
+
+
+def _add_on_board(streams: Mapping[str, np.ndarray], add: Add) -> None:
+    """Add what the Crazyflie sent."""
+    if "imu" in streams:
+        for i, axis in enumerate("xyz"):
+            force, turn = streams["imu"][:, i], streams["imu"][:, 3 + i]
+            add("imu", f"imu.linear_acceleration.{axis}", "m/s^2", GRAVITY * force)
+            add("imu", f"imu.angular_velocity.{axis}", "rad/s", turn)
+    if "motor" in streams:
+        for i, pwm in enumerate(streams["motor"].T, start=1):
+            add("motor", f"motors.command_{i}", "1", pwm / FULL_PWM)
+    if "estimator" in streams:
+        for i, axis in enumerate("xyz"):
+            add("estimator", f"estimate.{axis}", "m", streams["estimator"][:, i])
+            add("estimator", f"estimate.v_{axis}", "m/s", streams["estimator"][:, 3 + i])
+    if "estimator_acc" in streams:
+        for axis, values in zip("xyz", streams["estimator_acc"].T, strict=True):
+            add("estimator_acc", f"estimate.a_{axis}", "m/s^2", GRAVITY * values)
+    if "attitude" in streams:
+        for name, values in zip(ANGLES, legacy(streams["attitude"]).T, strict=True):
+            add("attitude", f"estimate.{name}", "rad", values)
+    if "attitude_qw" in streams:
+        for name, values in zip(QUATERNION, continuous(streams["attitude_qw"]).T, strict=True):
+            add("attitude_qw", f"estimate.{name}", "1", values)
+    if "setpoint" in streams:
+        for axis, values in zip("xyz", streams["setpoint"].T, strict=False):
+            add("setpoint", f"setpoint.{axis}", "m", values)
+        add("setpoint", "setpoint.yaw", "rad", np.radians(streams["setpoint"][:, 3]))
+    if "pid_output" in streams and _controller(streams) != "Mellinger":
+        wanted = streams["pid_output"]
+        for name, values in zip(ANGLES, legacy(wanted[:, :3]).T, strict=True):
+            add("pid_output", f"attitude_setpoint.{name}", "rad", values)
+        add("pid_output", "attitude_setpoint.thrust", "1", wanted[:, 3] / FULL_PWM)
+    if "power" in streams:
+        add("power", "battery.voltage", "V", streams["power"][:, 0])
+
+
+def legacy(degrees: np.ndarray) -> np.ndarray:
+    """Return roll, pitch and yaw (n, 3) [rad] of the firmware's [deg], whose pitch is nose up."""
+    return np.asarray(np.radians(degrees) * [1.0, -1.0, 1.0])
+
+
+def _controller(streams: Mapping[str, np.ndarray]) -> str:
+    """Return who flew: the PID's wanted attitudes stay constant under the Mellinger controller."""
+    if "motor" not in streams or "pid_output" not in streams or streams["motor"].max() <= 0.0:
+        return "?"
+    return "Mellinger" if np.ptp(streams["pid_output"], axis=0).max() == 0.0 else "PID"

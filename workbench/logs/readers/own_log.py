@@ -1,0 +1,76 @@
+"""Our own logs as flight records: those of simulated flights, and those that were imported."""
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.logs.flight_record import FlightRecord, Signal, make_signal
+from workbench.logs.imported import flight_of
+from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
+from workbench.logs.record import LogRecord
+
+FORMAT = "workbench log"
+_TOPICS = (
+    "position_data",
+    "velocity_data",
+    "acceleration_data",
+    "force_torque_data",
+    "command_velocity",
+    "rotors",
+    "imu",
+    "gps",
+    "gps_velocity",
+    "magnetometer",
+    "estimate",
+    "wind",
+)
+"""Whose numbers are signals."""
+_UNWANTED = ("covariance", "lease", "axes", "frame", "orientation", "status")
+
+
+def flight_record(record: LogRecord) -> FlightRecord:
+    """Return a log as a flight record; the true motion is the simulation's.
+
+    Raises:
+        WorkbenchError: if a message cannot be decoded.
+    """
+    try:
+        return flight_of(record) if record.imported else _flown(record)
+    except WorkbenchError as error:  # of a damaged topic, which does not know its file
+        said = str(error)
+        raise WorkbenchError(
+            said if said.startswith(str(record.path)) else f"{record.path}: {said}"
+        ) from error
+
+
+def _flown(record: LogRecord) -> FlightRecord:
+    """Return the log of a flight of ours."""
+    end = record.duration
+    signals: dict[str, Signal] = {}
+    for name in _TOPICS:
+        topic = record.topics.get(name)
+        for series in topic.columns.values() if topic else ():
+            numbers = series.values.dtype.kind in "fiu"
+            if numbers and not any(part in series.name for part in _UNWANTED):
+                signals[series.name] = make_signal(
+                    series.name, series.unit, series.time, series.values, end=end, delay=0.0
+                )
+    states, time = record.states, np.array(record.state_ns, dtype=float) * 1e-9
+    if len(states):
+        q = continuous(states[:, 0:4])
+        back = q * [1.0, -1.0, -1.0, -1.0]
+        for field, values in zip(QUATERNION, q.T, strict=True):
+            name = f"attitude.{field}"
+            signals[name] = make_signal(name, "1", time, values, end=end, delay=0.0)
+        for axis, values in zip("xyz", in_world(back, states[:, 7:10]).T, strict=True):
+            name = f"attitude.w_{axis}"
+            signals[name] = make_signal(name, "rad/s", time, values, end=end, delay=0.0)
+    return FlightRecord(
+        name=record.path.stem,
+        source=record.path,
+        format=FORMAT,
+        firmware=f"workbench {record.versions.get('workbench', '')}".strip(),
+        parameters={"vehicle": record.vehicle, **record.values},
+        remarks=tuple(filter(None, (record.remark,))),
+        signals=signals,
+        end=end,
+    )
