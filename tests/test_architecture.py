@@ -20,6 +20,7 @@ PACKAGE = ROOT / "workbench"
 MAY_IMPORT = {
     "common": "",
     "ipc": "common",
+    "autopilots": "common ipc",
     "plant": "common ipc",
     "link": "common ipc",
     "gateways": "common link",
@@ -27,7 +28,7 @@ MAY_IMPORT = {
     "estimation": "common plant dynamics",
     "estimators": "common plant dynamics estimation",
     "control": "common plant dynamics estimation",
-    "controllers": "common plant dynamics control",
+    "controllers": "common autopilots plant dynamics control",
     "scenario": "common plant estimation control",
     "gains": "common plant control scenario",
     "systems": "common plant link dynamics estimation control",

@@ -146,9 +146,9 @@ def _models() -> list[str]:
 
 
 def _controllers() -> list[str]:
-    from workbench.control.controller import SHIPPED
+    from workbench.control.controller import PROGRAMS, SHIPPED
 
-    return list(SHIPPED)
+    return [*SHIPPED, *PROGRAMS]
 
 
 def _estimators() -> list[str]:

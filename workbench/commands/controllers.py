@@ -31,7 +31,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the list, or one controller."""
-    from workbench.control.controller import SHIPPED, load_controller
+    from workbench.control.controller import PROGRAMS, SHIPPED, load_controller
 
     if args.controller:
         law = load_controller(args.controller)
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
         else:
             _show(law)
         return ExitCode.DONE
-    laws = [load_controller(name) for name in SHIPPED]
+    laws = [load_controller(name) for name in (*SHIPPED, *PROGRAMS)]
     if args.json:
         print_json({"controllers": [_stated(law) for law in laws]})
         return ExitCode.DONE
@@ -104,7 +104,9 @@ def _show(law: "Controller") -> None:
         for row in law.parameters
     ]
     print_table(rows, left=(0, 1, 5))
-    if not law.compiles:
+    if law.program:
+        print("a program of its own: no machine code, no linear model, and no two equal flights")
+    elif not law.compiles:
         how = (
             "exactly" if law.derivatives == "AutoDiff" else "by differences, as it has no AutoDiff"
         )

@@ -2,8 +2,8 @@
 
 import argparse
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -160,6 +160,8 @@ def run(args: argparse.Namespace) -> int:
         for samples in flown.samples:
             name = samples.sensor.replace("/", "_").replace("::", "_")
             samples.write(outputs.add(args.output / f"{path.stem}-{name}{samples.suffix}"))
+        for ending, record in flown.records.items():
+            outputs.add(args.output / f"{path.stem}{ending}").write_bytes(record)
         if plot:
             from workbench.design.plots import write_png
             from workbench.design.plots_flight import plot_flight
@@ -184,7 +186,10 @@ def run(args: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class _Flown:
-    """A flight, where it was flown, what its sensors did, and why it or its log broke off."""
+    """A flight, where it was flown, what its sensors did, and why it or its log broke off.
+
+    And how the exchange with a program that ran the law went, and what that recorded.
+    """
 
     recording: "Recording"
     world: "World"
@@ -192,6 +197,8 @@ class _Flown:
     samples: "tuple[Samples, ...]" = ()
     broken: str = ""
     log_said: str = ""
+    exchange: "Mapping[str, float]" = field(default_factory=dict)
+    records: "Mapping[str, bytes]" = field(default_factory=dict)
 
 
 def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None) -> _Flown:
@@ -235,6 +242,8 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             samples=session.samples(),
             broken=broken,
             log_said=log_said,
+            exchange=session.exchange,
+            records=session.records,
         )
 
 
@@ -304,10 +313,11 @@ def _flown_session(
         logged = LoggedFlight(args.log, scenario, dict(args.set))
     session = logged.session if logged else Session(scenario, dict(args.set))
     broken = ""
-    try:
-        (logged or session).run(progress)
-    except FlightBrokenError as error:  # what led to it is in the log
-        broken = str(error)
+    with session.programs():
+        try:
+            (logged or session).run(progress)
+        except FlightBrokenError as error:  # what led to it is in the log
+            broken = str(error)
     return session, broken, logged.said if logged else ""
 
 
@@ -329,10 +339,15 @@ def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> Non
         say(failsafe.said)
     if as_json:
         flown = {"title": title, **dataclasses.asdict(summary)}
-        print_json(flown | {"sensors": flight.sensors, "estimate": estimate, "files": files})
+        flown |= {"sensors": flight.sensors, "estimate": estimate, "files": files}
+        print_json(flown | ({"exchange": flight.exchange} if flight.exchange else {}))
         return
     print(title)
-    print_table(_lines(summary), left=(0, 2))
+    lines = _lines(summary)
+    if flight.exchange:
+        said = f"of {flight.exchange['packets']:.0f} packets to the autopilot"
+        lines.append(("lost replies", f"{flight.exchange['lost']:.0f}", said))
+    print_table(lines, left=(0, 2))
     if flight.sensors:
         print()
         print_table(_sensor_lines(flight.sensors), left=(0, 1))

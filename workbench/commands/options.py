@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.commands.printing import say
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import DEFAULT, SHIPPED
+from workbench.control.controller import DEFAULT, PROGRAMS, SHIPPED
 from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.scenario.parameters import split_setting
 
@@ -92,8 +92,8 @@ def add_controller_option(parser: "argparse._ActionsContainer", instead: str = "
         "--controller",
         metavar="NAME|FILE",
         default="",
-        help=f"control law: {', '.join(SHIPPED)}, or a .py file of your own, which runs; "
-        "@speed=0,4,8 behind it schedules its gains; see docs/controllers.md (default: the "
+        help=f"control law: {', '.join((*SHIPPED, *PROGRAMS))}, or a .py file of your own, which "
+        "runs; @speed=0,4,8 behind it schedules its gains; see docs/controllers.md (default: the "
         f"{instead}'s, or {DEFAULT})",
     )
 

@@ -11,9 +11,11 @@ The file is Python, see docs/controllers.md. It states
     DESIGNED, design    numbers that follow from gains and vehicle
     PERIOD, DIVIDERS    between updates, and parts that run in every n-th one only
     system       a system of Drake's, in place of `update`
+    program      what starts a program of its own, in place of `update`
 
-and only `update` or `system` have to be there. The other functions stay plain Python: they run with
-floats and AutoDiffXd as they are, and numba compiles them with what they call.
+and only one of `update`, `system` and `program` has to be there. The other functions stay plain
+Python: they run with floats and AutoDiffXd as they are, and numba compiles them with what they
+call.
 """
 
 import hashlib
@@ -26,7 +28,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from workbench.common.errors import WorkbenchError, find_row, unknown_name
 from workbench.common.jitable import mark_functions
@@ -74,6 +76,8 @@ SHIPPED = (
     "ardupilot",
     "betaflight",
 )
+PROGRAMS = ("betaflight-sitl",)
+"""Shipped laws that are programs of their own: no two of their flights are equal."""
 ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
 """Of `update`, in this order."""
 CUTS = ("actuator", "error")
@@ -148,6 +152,28 @@ class Loop:
         return self.error if cut == "error" else self.actuator or self.error
 
 
+class Program(Protocol):
+    """A law that a program of its own runs, for one flight."""
+
+    def update(
+        self, measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+    ) -> tuple[Any, Any]:
+        """Return what a law's `update` does.
+
+        Raises:
+            FlightBrokenError: if the program has ended, or does not answer.
+        """
+
+    def report(self) -> Mapping[str, float]:
+        """Return numbers that say how the exchange with it went, by name."""
+
+    def records(self) -> Mapping[str, bytes]:
+        """Return what it has recorded of the flight: files, by the ending of their name."""
+
+    def close(self) -> None:
+        """End the program, and remove what it has written."""
+
+
 @dataclass(frozen=True, eq=False)
 class Controller:
     """A control law with all that tools need to know of it.
@@ -169,6 +195,8 @@ class Controller:
         period: between updates, that it is made for [s]; None for any.
         dividers: for each of its parts that run in every n-th update only, n.
         schedule: of its gains, if they are scheduled.
+        program: starts the program that runs the law, for a `KnownVehicle` and the time between
+            updates [s]; None where the law is `update`, which refuses else.
         estimator: the user's own that tells it of the motion, if one does: its parameters are live
             in the same flights.
     """
@@ -189,6 +217,7 @@ class Controller:
     period: float | None = None
     dividers: tuple[int, ...] = ()
     schedule: Schedule | None = field(default=None, repr=False)
+    program: Callable[[Any, float], Program] | None = field(default=None, repr=False)
     estimator: "Estimator | None" = field(default=None, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -198,7 +227,9 @@ class Controller:
     @property
     def shipped(self) -> bool:
         """Whether it is one of the workbench's own."""
-        return self.unscheduled in SHIPPED and self.file == _shipped_file(self.unscheduled)
+        return self.unscheduled in (*SHIPPED, *PROGRAMS) and self.file == _shipped_file(
+            self.unscheduled
+        )
 
     @property
     def reference(self) -> str:
@@ -220,7 +251,7 @@ class Controller:
     @property
     def key(self) -> str:
         """Name and beginning of the digest, for machine code; see `jitable.unique`."""
-        return f"{self.unscheduled}_{self.digest[:12]}"
+        return f"{self.unscheduled.replace('-', '_')}_{self.digest[:12]}"
 
     def gain_of(self, name: str) -> str:
         """Return the gain that a parameter is a set of; the name itself where it is of none."""
@@ -304,23 +335,24 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
     name, label = split_label(str(name_or_path))
     if label:
         return scheduled(load_controller(name), label)
-    if name in SHIPPED:
+    if name in (*SHIPPED, *PROGRAMS):
         return _shipped(name)
     path = find_own(name, "controller")
     if path is not None:
-        if path.stem in SHIPPED and path.resolve() == _shipped_file(path.stem):
-            return _shipped(path.stem)
+        for shipped in (*SHIPPED, *PROGRAMS):
+            if path.resolve() == _shipped_file(shipped):
+                return _shipped(shipped)
         return _from_text(path.stem, path.resolve(), read_own(path, "controller"))
     if "@" in name:
         raise WorkbenchError(
             f"controller {name}: no schedule stands behind the @: write it as pd@speed=0,4,8"
         )
-    raise unknown_name("controller", name, SHIPPED)
+    raise unknown_name("controller", name, (*SHIPPED, *PROGRAMS))
 
 
 def is_shipped(name: str) -> bool:
     """Return whether a name is that of a shipped controller, scheduled or not."""
-    return split_label(name)[0] in SHIPPED
+    return split_label(name)[0] in (*SHIPPED, *PROGRAMS)
 
 
 def find_loop(name: str, controller: Controller | None = None) -> Loop:
@@ -332,15 +364,15 @@ def find_loop(name: str, controller: Controller | None = None) -> Loop:
     return (controller or load_controller()).loop(name)
 
 
-@lru_cache(maxsize=len(SHIPPED))
+@lru_cache(maxsize=len(SHIPPED) + len(PROGRAMS))
 def _shipped(name: str) -> Controller:
-    module = importlib.import_module(f"workbench.controllers.{name}")
     path = _shipped_file(name)
+    module = importlib.import_module(f"workbench.controllers.{path.stem}")
     return _from_module(name, path, path.read_text(encoding="utf-8"), module)
 
 
 def _shipped_file(name: str) -> Path:
-    return controllers_dir() / f"{name}.py"
+    return controllers_dir() / f"{name.replace('-', '_')}.py"
 
 
 @lru_cache(maxsize=32)
@@ -362,7 +394,11 @@ def unpickled(name: str, file: str, text: str, estimator: "Estimator | None" = N
     name, label = split_label(name)
     if label:
         return scheduled(unpickled(name, file, text), label)
-    if name in SHIPPED and Path(file).parent.name == "controllers" and text == _shipped(name).text:
+    if (
+        name in (*SHIPPED, *PROGRAMS)
+        and Path(file).parent.name == "controllers"
+        and text == _shipped(name).text
+    ):
         return _shipped(name)
     return _from_text(name, Path(file), text)
 
@@ -379,6 +415,11 @@ def scheduled(controller: Controller, label: str) -> Controller:
     if controller.schedule:
         raise WorkbenchError(
             f"{controller.name}@{label}: gains are scheduled over one quantity: leave one out"
+        )
+    if controller.program:
+        raise WorkbenchError(
+            f"{controller.name}@{label}: its gains are in a program of its own, and cannot be "
+            "scheduled: leave out the schedule"
         )
     if not controller.compiles:
         raise WorkbenchError(
@@ -442,8 +483,9 @@ def _from_text(name: str, file: Path, text: str) -> Controller:
     """Return the controller of a text; the same one for the same text."""
     module = run_own("controller", name, file, text)
     controller = _from_module(name, file, text, module)
-    with own_errors(file, "update"), at_most_lines(file):
-        _tried(controller)
+    if controller.program is None:
+        with own_errors(file, "update"), at_most_lines(file):
+            _tried(controller)
     return controller
 
 
@@ -452,6 +494,8 @@ def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> 
     own = vars(module)
     if "system" in own:
         return _from_system(name, file, text, own)
+    if "program" in own:
+        return _from_program(name, file, text, own)
     update = stated_update(file, own, ARGUMENTS)
     rows = (*stated_parameters(file, own), *COMMON)
     memory = stated_memory(file, own)
@@ -577,6 +621,44 @@ def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Co
         design=None,
         compiles=False,
         derivatives="AutoDiff" if law.converts else "differences",
+    )
+
+
+def not_repeatable(name: str) -> WorkbenchError:
+    """Return why a law that is a program of its own cannot do what needs equal flights."""
+    return WorkbenchError(
+        f"{name} is a program of its own, which has no linear model, and flies in `fly`, `step`, "
+        "`hover`, `serve` and the app alone, from a flight's beginning: no flight of it is like "
+        "another to the bit, so it cannot be compiled, forked, replayed, swept, tuned or pinned"
+    )
+
+
+def _from_program(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Controller:
+    """Return the controller of a file whose law is a program of its own."""
+    rows = (*stated_parameters(file, own), *COMMON)
+    check_names(file, "parameter", [row.name for row in rows])
+
+    def update(
+        measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
+    ) -> tuple[Any, Any]:
+        raise not_repeatable(name)
+
+    return Controller(
+        name=name,
+        file=file,
+        text=text,
+        parameters=rows,
+        points={},
+        loops=(),
+        memory=stated_memory(file, own),
+        update=update,
+        rule=own.get("rule"),
+        designed=(),
+        design=None,
+        compiles=False,
+        period=_stated_period(file, own),
+        dividers=_stated_dividers(file, own),
+        program=own["program"],
     )
 
 

@@ -43,6 +43,7 @@ from typing import Any
 import numpy as np
 
 from workbench.control.betaflight_mixer import mixed, mixing
+from workbench.control.betaflight_outer import between, outer_loop
 from workbench.control.firmware_filters import cascaded, first_order, towards
 from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.control.motor_columns import (
@@ -54,7 +55,6 @@ from workbench.control.motor_columns import (
     with_motor,
 )
 from workbench.controllers import (
-    GRAVITY,
     Loop,
     State,
     arctan2,
@@ -62,12 +62,10 @@ from workbench.controllers import (
     clipped,
     cosine_sine,
     gain,
-    integrated,
     into_body,
     position_error,
     probe,
     probe3,
-    tilted,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
@@ -300,15 +298,6 @@ def relaxed(e: Any, wanted: Any, slow: Any, most: Any) -> Any:
     return share * e if share > 0.0 else 0.0 * e
 
 
-def between(x: Any, least: Any, most: Any) -> Any:
-    """Return a number between two others."""
-    if x < least:
-        return least + 0.0 * x
-    if x > most:
-        return most + 0.0 * x
-    return x
-
-
 def update(
     measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
 ) -> tuple[Any, Any]:
@@ -331,23 +320,15 @@ def update(
     since = measured.elapsed[0]
     if since > 0.0 or first:
         period = since if since > 0.0 else DIVIDERS[0] * dt
-        ahead = setpoint.a_WBcm
-        f_x = g.outer_p_velocity * e_x + i_x + ahead[0]
-        f_y = g.outer_p_velocity * e_y + i_y + ahead[1]
-        f_z = g.outer_p_climb * e_z + i_z + ahead[2]
-        a_x, a_y, _ = tilted(f_x, f_y, GRAVITY, g)
-        fore, left = cos * a_x + sin * a_y, cos * a_y - sin * a_x
-        pitch_d = clipped(DEGREES * arctan2(fore, GRAVITY), g.angle_limit)
-        roll_d = DEGREES * arctan2(-left, (fore * fore + GRAVITY * GRAVITY) ** 0.5)
-        roll_d = clipped(roll_d, g.angle_limit)
-        lean = (a_x * a_x + a_y * a_y + GRAVITY * GRAVITY) ** 0.5 / GRAVITY
-        lift = (1.0 + f_z / GRAVITY) * lean
-        lift = lift if lift > 1e-3 else 1e-3 + 0.0 * lift
-        wanted = (g.hover_signal * lift**0.5 - g.idle) / (1.0 - g.idle)
-        throttle = between(wanted, 0.0, 1.0)
-        i_x = integrated(i_x, g.outer_i_velocity * e_x, f_x - a_x, 0.0, period)
-        i_y = integrated(i_y, g.outer_i_velocity * e_y, f_y - a_y, 0.0, period)
-        i_z = integrated(i_z, g.outer_i_climb * e_z, wanted - throttle, 0.0, period)
+        roll_d, pitch_d, throttle, i_x, i_y, i_z = outer_loop(
+            (e_x, e_y, e_z),
+            (i_x, i_y, i_z),
+            setpoint.a_WBcm,
+            (cos, sin),
+            g,
+            (g.idle, g.hover_signal),
+            period,
+        )
 
     # throttle: anti-gravity, thrust attenuation of D, boost
     was = throttle if first else m.throttle_before

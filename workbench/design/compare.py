@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller, load_controller, not_repeatable
 from workbench.design.judge.live import HOLDING
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.multiloop import multiloop_margin
@@ -168,6 +168,9 @@ def chosen_controllers(names: Sequence[str]) -> tuple[Controller, ...]:
         WorkbenchError: for one that does not load, or that stands there twice.
     """
     found = tuple(load_controller(name) for name in names)
+    for law in found:
+        if law.program:
+            raise not_repeatable(law.name)
     for place, law in enumerate(found):
         if law.name in [other.name for other in found[:place]]:
             raise WorkbenchError(

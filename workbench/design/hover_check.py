@@ -159,5 +159,6 @@ def _hover(
     flight.script = []
     flight.duration = HOVER_DURATION
     session = Session(flight, settings)
-    session.run(progress)
+    with session.programs():
+        session.run(progress)
     return session.recording()

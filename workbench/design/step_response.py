@@ -120,7 +120,8 @@ def fly_step(
     flight = step_scenario(axis, amplitude, duration, scenario or Scenario(), velocity)
     session = Session(flight, settings)
     _check_within_limit(session, axis, amplitude, velocity)
-    session.run(progress)
+    with session.programs():
+        session.run(progress)
     recording = session.recording()
     after = recording.between(EDGE, np.inf)
     response = axis_velocity(after, axis)

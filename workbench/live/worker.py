@@ -9,6 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from multiprocessing.connection import Connection
 
 from workbench.common.cache import PROGRESS_LOGGER
@@ -29,7 +30,8 @@ def main(connection: Connection) -> int:
         send_queue.post(Starting("loading Drake"))
         begin = _first(connection)
         if begin is not None:
-            _fly(begin, connection, send_queue, lambda: os.getppid() == caller)
+            with ExitStack() as opened:
+                _fly(begin, connection, send_queue, lambda: os.getppid() == caller, opened)
     except MissingArgumentsError as error:
         send_queue.post(Failed(str(error), error.arguments))
     except WorkbenchError as error:
@@ -52,7 +54,11 @@ def _first(connection: Connection) -> Begin | None:
 
 
 def _fly(
-    begin: Begin, connection: Connection, send_queue: SendQueue, wanted: Callable[[], bool]
+    begin: Begin,
+    connection: Connection,
+    send_queue: SendQueue,
+    wanted: Callable[[], bool],
+    opened: ExitStack,
 ) -> None:
     """Build the session and fly it.
 
@@ -87,6 +93,7 @@ def _fly(
         # who hears every sample needs no arrays, which would fill the memory in hours
         flown = without_arrays(scenario) if begin.stream else scenario
         session = Session(flown, begin.settings, meshcat, bridge, picture_period=math.inf)
+        opened.enter_context(session.programs())
         law = session.controller
         # making machine code takes up to a minute: it flies meanwhile
         session.run_law(interpreted=not has_machine_code(law))

@@ -98,6 +98,10 @@ class LiveContext:
         """The whole diagram's, to be read."""
         return self.simulator.get_context()
 
+    def start_program(self) -> None:
+        """Start the program that runs the law, see `FlightComputer.start_program`."""
+        self._bench.computer.start_program(self._of(self._bench.computer))
+
     def states(self) -> dict[str, SystemState]:
         """Return what the systems remember that decides how the flight goes on, by path."""
         return read_states(self._bench, self.root)

@@ -6,8 +6,8 @@ effect between steps, so that equal scenarios give equal flights, to the bit.
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from numbers import Real
@@ -18,7 +18,13 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError, sentences, unknown_name
-from workbench.control.controller import LIMITS, Controller, load_controller, with_estimator
+from workbench.control.controller import (
+    LIMITS,
+    Controller,
+    Program,
+    load_controller,
+    with_estimator,
+)
 from workbench.control.flight_mode import REASON
 from workbench.control.mode import FlightMode, Reason, Request
 from workbench.diagram.kept_samples import read_samples
@@ -74,6 +80,10 @@ class Earlier:
 class Session:
     """Builds a scenario's diagram and flies it.
 
+    Attributes:
+        exchange: how the exchange went with a program that ran the law, see `Program.report`.
+        records: what that recorded, see `Program.records`.
+
     Args:
         scenario: what to fly; the default one hovers.
         settings: parameter values that override those of the scenario's gains.
@@ -106,6 +116,9 @@ class Session:
         self.world: World = self._first.world
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
         self._injecting: Injecting | None = None
+        self._runs_programs = False
+        self.exchange: Mapping[str, float] = {}
+        self.records: Mapping[str, bytes] = {}
         self.reset()
         obstacles = self._bench.obstacles
         if obstacles and (near := obstacles.nearest(self._live.root)):
@@ -343,6 +356,24 @@ class Session:
                 values[row.name] = self.get(row.name)
         return values
 
+    @contextmanager
+    def programs(self) -> Iterator[None]:
+        """Let laws that are programs of their own fly meanwhile; they end behind it.
+
+        Without it such a law refuses to fly: no two flights of it are equal.
+        """
+        self._runs_programs = True
+        try:
+            yield
+        finally:
+            self._runs_programs = False
+            self._end_program()
+
+    @property
+    def program(self) -> Program | None:
+        """What runs the law, where it is a program of its own that runs."""
+        return self._bench.computer.program
+
     def tick(self, duration: float) -> None:
         """Fly on for a time [s]; what does not make a whole physics step is owed to the next tick.
 
@@ -351,6 +382,8 @@ class Session:
         """
         if not isinstance(duration, Real) or not 0.0 <= duration < math.inf:
             raise WorkbenchError(f"cannot fly on for {duration!r:.60} s: give it a positive time")
+        if self._runs_programs:
+            self._live.start_program()
         step = self.scenario.rates.physics_step
         self._due += duration
         target = math.floor(self._due / step + 1e-6)
@@ -475,6 +508,8 @@ class Session:
 
     def _use(self, built: BuiltFlight) -> None:
         """Fly what was built from now on."""
+        if built is not self._flown_with:
+            self._end_program()
         self._flown_with = built
         self.controller: Controller = built.controller
         self._table = parameter_table(built.controller)
@@ -523,6 +558,12 @@ class Session:
         self._live = live
         self._begin_telemetry()
         self._tell_limits()
+
+    def _end_program(self) -> None:
+        """End the program that runs the law, and keep what it has to say of the flight."""
+        if program := self._bench.computer.program:
+            self.exchange, self.records = program.report(), program.records()
+            self._bench.computer.end_program()
 
     def _begin_telemetry(self) -> None:
         if self._bridge and self._bench.telemetry:

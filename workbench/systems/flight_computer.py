@@ -1,6 +1,8 @@
 """The sampled controller as one LeafSystem, with the law compiled."""
 
+import weakref
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -10,7 +12,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import WorkbenchError
 from workbench.common.own_file import own_errors
-from workbench.control.controller import Controller
+from workbench.control.controller import Controller, Program
 from workbench.control.flight_law import (
     ALL_PARTS,
     BODY,
@@ -110,6 +112,8 @@ class FlightComputer(LeafSystem):
         super().__init__()
         n = len(vehicle.rotors)
         self._controller = controller
+        self._program: Program | None = None
+        self._run: Callable[..., Any]
         self.run_law(interpreted=False)
         self._vehicle = vehicle
         self._period = period
@@ -140,6 +144,34 @@ class FlightComputer(LeafSystem):
         return self._controller
 
     @property
+    def program(self) -> Program | None:
+        """What runs the law, where it is a program of its own that was started."""
+        return self._program
+
+    def start_program(self, context: Context) -> None:
+        """Start the program that runs the law, if there is one and it does not run yet.
+
+        Raises:
+            WorkbenchError: if it cannot be started.
+        """
+        law = self._controller
+        if law.program is None or self._program:
+            return
+        payload = Payload(*context.get_numeric_parameter(PAYLOAD).CopyToVector())
+        known = known_vehicle(law_constants(self._vehicle, payload))
+        with own_errors(law.file, "program"):
+            self._program = law.program(known, self._period)
+        weakref.finalize(self, self._program.close)  # for whom nobody ends it
+        self._run = interpreted_update(replace(law, update=self._program.update))
+
+    def end_program(self) -> None:
+        """End the program that runs the law, if there is one."""
+        if self._program:
+            self._program.close()
+        self._program = None
+        self.run_law(interpreted=True)
+
+    @property
     def interpreted(self) -> bool:
         """Whether Python runs the law."""
         return not isinstance(self._run, Compiled)
@@ -151,7 +183,9 @@ class FlightComputer(LeafSystem):
         is interpreted in any case.
         """
         law = self._controller
-        self._run: Callable[..., Any] = compiled_update(law)
+        if self._program:
+            return
+        self._run = compiled_update(law)
         if interpreted or not law.compiles:
             self._run = interpreted_update(law)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import not_repeatable
 from workbench.design.linear.operating_point import Triple
 from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_metrics
 from workbench.design.step_response import HOVER
@@ -209,6 +210,9 @@ class Tuner:
         velocity: Triple = HOVER,
     ) -> None:
         self._scenario = at_own_period(scenario or Scenario())
+        law = flown_controller(self._scenario)
+        if law.program:
+            raise not_repeatable(law.name)
         if self._scenario.vehicle.variation != Variation():
             raise WorkbenchError(
                 "tuning varies the vehicle on its own: leave the variation out, or say how far it "

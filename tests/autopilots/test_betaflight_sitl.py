@@ -1,0 +1,349 @@
+"""Betaflight as a controller: the firmware itself, and a stand-in where what is ours is looked at.
+
+All stand in one file, as they share ports: files are dealt out to processes as a whole.
+"""
+
+import contextlib
+import logging
+import math
+import os
+import signal
+import socket
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.autopilots import betaflight
+from workbench.autopilots.betaflight import Betaflight
+from workbench.autopilots.betaflight_build import betaflight_program
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.common.own_file import record
+from workbench.control.controller import load_controller
+from workbench.control.flight_law import known_body, known_vehicle, law_constants
+from workbench.control.guidance import Guidance, Measured, Reference, Setpoint
+from workbench.controllers import betaflight_sitl
+from workbench.design.compare import chosen_controllers
+from workbench.design.judge.margins import loop_margins
+from workbench.design.linear.study import LinearStudy
+from workbench.design.step_response import EDGE, step_scenario
+from workbench.design.tune.tuner import Tuner
+from workbench.gains.gains import rule_gains
+from workbench.live.flight import LiveFlight
+from workbench.live.messages import Phase
+from workbench.plant.loading import load_vehicle
+from workbench.scenario.scenario import Scenario, Start, VehicleConfig
+from workbench.session.session import Session
+
+HERE = Path(__file__).resolve().parent
+MODEL = str(HERE.parent / "drones/five_inch_quad.urdf.xacro")
+FIRMWARE, LAW = "betaflight-sitl", "betaflight"
+COUNTED = 0.001
+"""Time that the firmware's control loop counts for a packet [s]."""
+
+
+def scenario(controller=FIRMWARE, **more):
+    return Scenario(controller=controller, vehicle=VehicleConfig(model=MODEL), **more)
+
+
+@pytest.fixture
+def fake(tmp_path, monkeypatch):
+    """Let a stand-in fly in place of the firmware."""
+    program = tmp_path / "fake"
+    program.write_text(f"#!{sys.executable}\n" + (HERE / "fake_betaflight.py").read_text())
+    program.chmod(0o755)
+    monkeypatch.setattr(betaflight_sitl, "betaflight_program", lambda: program)
+    return program
+
+
+@pytest.fixture
+def real():
+    """Let the firmware itself fly, where it can be built."""
+    try:
+        return betaflight_program()
+    except WorkbenchError as error:
+        pytest.skip(str(error))
+
+
+def hovering(session, duration):
+    session.go_to([0.0, 0.0, 1.5])
+    session.tick(duration)
+
+
+def gone(pid):
+    """Wait until a process has ended."""
+    while True:
+        try:
+            os.kill(pid, 0)
+            if "Z" in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]:
+                return True
+        except (ProcessLookupError, FileNotFoundError):
+            return True
+        time.sleep(0.01)
+
+
+def test_it_flies_in_lockstep_counts_what_is_lost_and_ends(fake, monkeypatch, caplog):
+    caplog.set_level(logging.INFO, "workbench")
+    monkeypatch.setenv("FAKE_LOSES", "100")
+    session = Session(scenario(start=Start(position=[0.0, 0.0, 1.5])))
+    with session.programs():
+        hovering(session, 0.5)
+        pid, folder = session.program.pid, session.program._firmware.folder
+        session.set("p_roll", 61.0)
+        session.set("gyro_lpf2_static_hz", 333.0)
+        session.tick(0.5)
+        assert session.program.gains["p_roll"] == 61
+        assert session.program.gains["gyro_lpf2_static_hz"] == 333
+    assert "read back by MSP: p_roll 61, gyro_lpf2_static_hz 333" in caplog.text
+    assert session.exchange["packets"] == 1024
+    assert 10 <= session.exchange["lost"] <= 11  # it hears packets before the flight as well
+    assert np.linalg.norm(session.state()[4:7] - [0.0, 0.0, 1.5]) < 0.1
+    assert gone(pid) and not folder.exists()
+    with pytest.raises(WorkbenchError, match="a program of its own"):
+        session.tick(0.1)
+
+
+def test_what_dies_or_falls_silent_ends_the_flight_in_a_sentence(fake, case):
+    for how, said in ((signal.SIGKILL, "killed by signal 9"), (signal.SIGSTOP, "not answered for")):
+        with case(how):
+            session = Session(scenario(start=Start(position=[0.0, 0.0, 1.5])))
+            with session.programs():
+                hovering(session, 0.1)
+                pid = session.program.pid
+                os.kill(pid, how)
+                with pytest.raises(FlightBrokenError, match=said):
+                    session.tick(60.0)
+                assert session.time < 1.0
+            assert gone(pid)
+
+
+def test_ports_that_are_taken_are_named(fake, case):
+    kinds = {betaflight.MOTORS: socket.SOCK_DGRAM, betaflight.STATE: socket.SOCK_DGRAM}
+    kinds |= {betaflight.RECEIVER: socket.SOCK_DGRAM, betaflight.CONSOLE: socket.SOCK_STREAM}
+    for port, kind in kinds.items():
+        with case(port), socket.socket(socket.AF_INET, kind) as taken:
+            taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            taken.bind(("127.0.0.1", port))
+            if kind == socket.SOCK_STREAM:
+                taken.listen()
+            session = Session(scenario())
+            with session.programs(), pytest.raises(WorkbenchError, match=f"port {port} is taken"):
+                session.tick(0.1)
+
+
+def test_it_ends_with_its_caller_however_that_ends(fake):
+    code = f"""
+        from workbench.autopilots.betaflight import Betaflight
+        from pathlib import Path
+        firmware = Betaflight(Path({str(fake)!r}), {{}})
+        print(firmware.pid, flush=True)
+        input()
+    """
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as caller:
+        pid = int(caller.stdout.readline())
+        caller.kill()
+    assert gone(pid)
+
+
+def test_a_setting_that_it_refuses_is_named(fake):
+    with pytest.raises(WorkbenchError, match="refuses 'set nonsense = 1'"):
+        Betaflight(fake, {"nonsense": 1})
+
+
+def test_what_wants_equal_flights_is_refused_in_a_sentence(fake, case):
+    hover = Session(scenario(LAW, start=Start(position=[0.0, 0.0, 1.5])))
+    hover.run_law(interpreted=True)
+    hover.tick(0.1)
+    refused = "betaflight-sitl is a program of its own, which has no linear model"
+    for what, act in {
+        "margins": lambda: loop_margins(LinearStudy(scenario()).sampled(), "force"),
+        "tuned": lambda: Tuner(scenario()),
+        "compared": lambda: chosen_controllers([LAW, FIRMWARE]),
+        "takes over": lambda: hover.fly_controller(FIRMWARE),
+        "no program": lambda: Session(scenario()).tick(0.1),
+        "scheduled": lambda: load_controller(f"{FIRMWARE}@speed=0,4"),
+    }.items():
+        with case(what), pytest.raises(WorkbenchError, match="a program of its own") as error:
+            act()
+        if what in ("margins", "no program"):
+            assert refused in str(error.value)
+
+
+def test_a_vehicle_or_period_that_it_cannot_fly_is_refused(fake, case):
+    rotors = known_vehicle(law_constants(load_vehicle(MODEL))).rotors
+    for what, given, said in (
+        ("three", rotors[:3], "four rotors in X"),
+        ("alike", tuple(r._replace(m_z=0.01) for r in rotors), "diagonal turn alike"),
+    ):
+        with case(what), pytest.raises(WorkbenchError, match=said):
+            betaflight_sitl.motors(given)
+    slow = scenario()
+    slow.rates.control_period = 1 / 256
+    with pytest.raises(WorkbenchError, match="control_period"):
+        session = Session(slow)
+        with session.programs():
+            session.tick(0.1)
+
+
+@pytest.mark.slow
+def test_the_firmware_hovers_takes_gains_records_and_dies(real, tmp_path):
+    session = Session(scenario(start=Start(position=[0.0, 0.0, 1.5])))
+    with session.programs():
+        hovering(session, 5.0)
+        session.set("p_roll", 60.0)
+        session.set("d_max_pitch", 50.0)
+        session.tick(5.0)
+        gains = session.program.gains
+        assert gains["p_roll"] == 60 and gains["d_max_pitch"] == 50 and gains["i_roll"] == 80
+        blackbox = session.program.records()[".bfl"]
+        recording = session.recording()
+        os.kill(session.program.pid, signal.SIGKILL)
+        with pytest.raises(FlightBrokenError, match="killed by signal 9"):
+            session.tick(60.0)
+    assert np.linalg.norm(recording.p_WB - [0.0, 0.0, 1.5], axis=1).max() < 0.2
+    assert recording.tilt.max() < math.radians(2.0)
+    assert blackbox.startswith(b"H Product:Blackbox flight data recorder")
+    assert b"H rollPID:" in blackbox
+    orangebox = pytest.importorskip("orangebox", reason="no reader of blackboxes is installed")
+    file = tmp_path / "flight.bfl"
+    file.write_bytes(blackbox)
+    frames = [frame.data for frame in orangebox.Parser.load(str(file)).frames()]
+    assert len(frames) > 9000
+
+
+@pytest.mark.slow
+def test_a_live_flight_takes_gains_and_says_when_it_is_killed(real, latest_pid):
+    start = Start(position=[0.0, 0.0, 1.5])
+    with LiveFlight(scenario(start=start), {}) as flight:
+        flight.wait()
+        flight.set_all({"p_roll": 60.0}).result()
+        while "read back by MSP: p_roll 60" not in " ".join((view := flight.latest()).remarks):
+            assert view.phase is Phase.FLYING, view.said
+            time.sleep(0.05)
+        os.kill(latest_pid(real), signal.SIGKILL)
+        while (view := flight.latest()).phase is Phase.FLYING:
+            time.sleep(0.05)
+        assert view.phase is Phase.BROKEN and "killed by signal 9" in view.said
+
+
+@pytest.fixture
+def latest_pid():
+    """Return a function to the process that runs a program."""
+
+    def find(program):
+        for link in Path("/proc").glob("[0-9]*/exe"):
+            with contextlib.suppress(OSError):
+                if link.readlink() == program:
+                    return int(link.parent.name)
+        raise AssertionError(f"no process runs {program}")
+
+    return find
+
+
+def rise_time(time, signal):
+    """Return from a tenth to nine tenths of the first peak, between samples on a line [s]."""
+    peak = np.argmax(np.abs(signal))
+    share = np.maximum.accumulate(signal[: peak + 1] / signal[peak])
+    early, late = np.interp([0.1, 0.9], share, time[: peak + 1])
+    return late - early
+
+
+@pytest.mark.slow
+def test_the_firmware_turns_as_its_law_predicts(real, case):
+    """A step of velocity to the left is one of the roll angle, and so of the rate.
+
+    In rate mode without feed-forward, which goes with the time at which sticks come.
+    """
+    for settings in (
+        {},
+        {"p_roll": 90.0, "d_roll": 60.0, "d_max_roll": 0.0},
+        {"acro": 1.0, "f_roll": 0.0},
+    ):
+        found = {}
+        for law in (LAW, FIRMWARE):
+            flown = Session(step_scenario("y", 2.0, 1.0, scenario(law)), settings)
+            flown.run_law(interpreted=True)
+            with flown.programs():
+                flown.run()
+            after = flown.recording().between(EDGE, np.inf)
+            rates = after.w_WB[:, 0]
+            found[law] = rise_time(after.time, rates), np.abs(rates).max()
+        print(settings, found)
+        with case(settings):
+            assert found[FIRMWARE] == pytest.approx(found[LAW], rel=0.1)
+
+
+@pytest.mark.slow
+def test_its_motors_answer_a_recorded_flight_as_the_law_does(real, case):
+    """Open loop: motion and sticks of a flight of the law, to the law and to the firmware.
+
+    Both count the same time between packets, and the stick of yaw is a whole number of them. What
+    yaw's feed-forward makes of a step is left out: it goes with the time at which sticks come.
+    """
+    vehicle = load_vehicle(MODEL)
+    constants = law_constants(vehicle)
+    known, body = known_vehicle(constants), known_body(constants)
+    rotors, _ = betaflight_sitl.motors(known.rotors)
+    effects = np.array([[each.force, each.m_x, each.m_y, each.m_z] for each in rotors]).T
+
+    def signals(wrench, full):
+        thrusts = np.maximum(np.linalg.solve(effects, np.array(wrench, float)), 0.0)
+        return np.sqrt(thrusts / rotors[0].motor_constant) / full
+
+    laws = [load_controller(LAW), load_controller(FIRMWARE)]
+    zero = (0.0, 0.0, 0.0)
+    for axis, amplitude in (("y", 2.0), ("yaw", math.radians(13.4))):
+        flown = Session(step_scenario(axis, amplitude, 1.0, scenario(LAW)), {"f_yaw": 0.0})
+        flown.run_law(interpreted=True)
+        flown.run()
+        told = flown.recording()
+        program = laws[1].program(known, COUNTED)
+        updates = [laws[0].update, program.update]
+        gains, memories = [], []
+        for law in laws:
+            names = {row.name: row.default for row in law.parameters}
+            values = names | dict(rule_gains(vehicle, law)) | {"f_yaw": 0.0}
+            fields = [*names, *law.designed]
+            gains.append(record("Gains", fields)(*law.gains(values, known, COUNTED)))
+            memories.append(record("Memory", [x.name for x in law.memory])(*law.initial_memory))
+        found = []
+        with contextlib.closing(program):
+            # the firmware wants some packets until its throttle is where the stick is
+            for count, row in enumerate([*[0] * 256, *range(len(told.time))]):
+                measured = Measured(
+                    *(tuple(x[row]) for x in (told.p_WB, told.v_WB)),
+                    zero,
+                    *(tuple(x[row]) for x in (told.q_WB, told.w_WB)),
+                    zero,
+                    (0.0, *zero),
+                    elapsed=(8 * COUNTED if count % 8 == 0 else 0.0,),
+                )
+                guidance = Guidance(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, *zero)
+                asked = Setpoint(Reference(*told.reference[row]), guidance, zero)
+                made = []
+                for k, law in enumerate(laws):
+                    probes = [*law.closed, *[0.0] * len(law.points)]
+                    wrench, memory = updates[k](
+                        measured, asked, gains[k], body, memories[k], COUNTED, probes
+                    )
+                    memories[k] = type(memories[k])(*memory)
+                    made.append(signals(wrench, gains[0].motor_speed))
+                found.append(made)
+        law, firmware = np.array(found)[256:].transpose(1, 0, 2)
+        # sticks act in the packet after the one with which they come, or in the same
+        apart = np.minimum(np.abs(firmware[1:] - law[1:]), np.abs(firmware[1:] - law[:-1]))
+        print(axis, program.report(), apart.max(), np.quantile(apart, 0.99), np.ptp(law))
+        with case(axis):
+            assert np.ptp(law) > 0.03
+            assert np.quantile(apart, 0.99) < 0.01
+            # on a busy machine a step of the sticks comes some packets late
+            assert apart.max() < 0.05

@@ -1,0 +1,489 @@
+"""Betaflight's SITL as a component: one packet of motion in, one of motors out.
+
+The firmware is a program of this machine that this class owns: it starts it in a folder of its own,
+configures it, arms it, exchanges packets with it, and ends it.
+
+    UDP 9003  to it     time, rates p q r [rad/s] (FRD), minus the specific force [m/s²] (FLU),
+                        attitude w x y z (FRD in NED), velocity, place, pressure
+    UDP 9004  to it     time, 16 channels of the receiver [us]
+    UDP 9001  from it   its motors M1 .. M16 [us], once for each packet of motion
+    TCP 5761  both      MSP and the command line
+
+Its clock is the machine's, as all packets carry one time; its control loop runs once for each
+packet of motion, as it is built with SIMULATOR_GYROPID_SYNC. See docs/betaflight-sitl.md for what
+that leaves undetermined. Source: Betaflight 4.6, src/platform/SIMULATOR/sitl.c.
+"""
+
+import contextlib
+import logging
+import math
+import shutil
+import socket
+import struct
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import wait
+from pathlib import Path
+
+from workbench.autopilots import msp
+from workbench.common.cache import PROGRESS_LOGGER
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.ipc.child_process import ChildProcess
+
+HOST = "127.0.0.1"
+MOTORS, STATE, RECEIVER, CONSOLE = 9001, 9003, 9004, 5761
+"""Ports, see above."""
+MOTION, CHANNELS, OUTPUT = struct.Struct("<d3d3d4d3d3dd"), struct.Struct("<d16H"), 68
+"""Packets; of the motors', the size."""
+LEAST, MOST = 1000.0, 2000.0
+"""Of a channel, and of a motor [us]."""
+REPLY = 0.05
+"""Time in which a packet of motion is answered; else the motors are held [s]."""
+GAP = 0.4
+"""After so long without a packet the next one only sets the firmware's time [s]; it says 0.5."""
+SILENCE = 2.0
+"""So long without any answer, it does not live [s]."""
+BOOT, STARTS = 3.0, 5
+"""Time in which its control loop begins to run after a start [s], and so many starts at most."""
+READY, ANSWER = 30.0, 10.0
+"""Time until it can be armed, which its barometer's calibration takes, and for an answer [s]."""
+ARMED = 1
+"""Bit of the mode flags."""
+SETTERS = {
+    msp.PID: msp.SET_PID,
+    msp.PID_ADVANCED: msp.SET_PID_ADVANCED,
+    msp.FILTER_CONFIG: msp.SET_FILTER_CONFIG,
+}
+GAINS = {
+    f"{name}_{axis}": (msp.PID, "B", 3 * row + column)
+    for row, axis in enumerate(("roll", "pitch", "yaw"))
+    for column, name in enumerate("pid")
+} | {
+    "angle_p_gain": (msp.PID, "B", 9),
+    "angle_limit": (msp.PID_ADVANCED, "B", 17),
+    "anti_gravity_gain": (msp.PID_ADVANCED, "<H", 21),
+    "throttle_boost": (msp.PID_ADVANCED, "B", 30),
+    "f_roll": (msp.PID_ADVANCED, "<H", 32),
+    "f_pitch": (msp.PID_ADVANCED, "<H", 34),
+    "f_yaw": (msp.PID_ADVANCED, "<H", 36),
+    "d_max_roll": (msp.PID_ADVANCED, "B", 39),
+    "d_max_pitch": (msp.PID_ADVANCED, "B", 40),
+    "d_max_yaw": (msp.PID_ADVANCED, "B", 41),
+    "d_max_gain": (msp.PID_ADVANCED, "B", 42),
+    "d_max_advance": (msp.PID_ADVANCED, "B", 43),
+    "iterm_relax_cutoff": (msp.PID_ADVANCED, "B", 46),
+    "thrust_linear": (msp.PID_ADVANCED, "B", 56),
+    "tpa_rate": (msp.PID_ADVANCED, "B", 58),
+    "tpa_breakpoint": (msp.PID_ADVANCED, "<H", 59),
+    "yaw_lowpass_hz": (msp.FILTER_CONFIG, "<H", 3),
+    "gyro_lpf2_static_hz": (msp.FILTER_CONFIG, "<H", 22),
+    "dterm_lpf2_static_hz": (msp.FILTER_CONFIG, "<H", 26),
+    "gyro_lpf1_dyn_min_hz": (msp.FILTER_CONFIG, "<H", 29),
+    "gyro_lpf1_dyn_max_hz": (msp.FILTER_CONFIG, "<H", 31),
+    "dterm_lpf1_dyn_min_hz": (msp.FILTER_CONFIG, "<H", 33),
+    "dterm_lpf1_dyn_max_hz": (msp.FILTER_CONFIG, "<H", 35),
+}
+"""Where each gain stands in an answer of MSP: the command, its size, and its place."""
+REASONS = {
+    0: "no gyro",
+    1: "failsafe",
+    2: "no receiver",
+    3: "bad receiver",
+    4: "box failsafe",
+    5: "runaway take-off",
+    6: "crash",
+    7: "throttle not low",
+    8: "angle",
+    9: "boot grace time",
+    10: "no prearm",
+    11: "load",
+    12: "calibrating",
+    13: "command line",
+    23: "accelerometer not calibrated",
+    28: "arm switch on at start",
+}
+"""Why it does not arm, by bit of its arming flags."""
+
+
+@dataclass(frozen=True)
+class Sticks:
+    """Channels of a receiver: roll right, pitch nose down, yaw right and throttle up [us].
+
+    And whether roll and pitch are angles, or rates.
+    """
+
+    roll: float = 1500.0
+    pitch: float = 1500.0
+    throttle: float = LEAST
+    yaw: float = 1500.0
+    angle: bool = True
+
+
+def motion_packet(
+    rates: Sequence[float], force: Sequence[float], attitude: Sequence[float]
+) -> bytes:
+    """Return a packet of motion.
+
+    Args:
+        rates: about forward, left, up (3) [rad/s].
+        force: specific force along these (3) [m/s²].
+        attitude: of forward, left, up in east, north, up (4), w x y z.
+    """
+    p, q, r = rates
+    w, x, y, z = attitude
+    half = math.sqrt(0.5)  # north, west, up is east, north, up turned by -90 degrees about up
+    turned = (half * (w + z), half * (x + y), half * (x - y), half * (w - z))
+    numbers = (p, -q, -r, -force[0], -force[1], -force[2], *turned)
+    return MOTION.pack(0.0, *numbers, *(0.0,) * 6, 101325.0)
+
+
+LEVEL = motion_packet((0.0, 0.0, 0.0), (0.0, 0.0, 9.80665), (1.0, 0.0, 0.0, 0.0))
+
+
+class Betaflight:
+    """Owns a Betaflight SITL.
+
+    Attributes:
+        folder: its working folder: settings, log, and blackbox.
+        pid: of its process.
+        steps: packets of motion that were sent since it was armed.
+        lost: those that had no answer in time.
+        motors: what it asked of M1 .. M4 last, 0 .. 1.
+
+    Args:
+        binary: see `betaflight_build`.
+        settings: of its command line, by name.
+
+    Raises:
+        WorkbenchError: if its ports are taken, or it does not start.
+    """
+
+    def __init__(self, binary: Path, settings: Mapping[str, object]) -> None:
+        self._binary, self._tell = binary, logging.getLogger(PROGRESS_LOGGER).info
+        self.steps = self.lost = 0
+        self.motors = (0.0, 0.0, 0.0, 0.0)
+        self._sticks, self._switch = Sticks(), LEAST
+        self._sent = self._heard = -math.inf
+        self._console: socket.socket | None = None
+        self._answers = msp.Answers()
+        self._read_back: dict[int, bytes] = {}
+        self._asked: set[int] = set()
+        with contextlib.ExitStack() as opened:
+            self._output = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            check_ports(self._output)
+            self._input = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            self.folder = Path(tempfile.mkdtemp(prefix="betaflight-"))
+            opened.callback(shutil.rmtree, self.folder, ignore_errors=True)
+            self._keeper = ChildProcess("workbench.autopilots.keeper", "Betaflight")
+            opened.callback(self._keeper.end, 2.0)
+            opened.callback(self._keeper.release)
+            opened.callback(self._hang_up)
+            self._tell("Betaflight: configures it")
+            self._start()
+            self._configure(settings)
+            self._tell("Betaflight: starts it")
+            self._start()
+            self._opened = opened.pop_all()
+
+    def close(self) -> None:
+        """End it, and remove its folder."""
+        self._opened.close()
+
+    def arm(self) -> None:
+        """Arm it, with what it remembers of a flight before forgotten.
+
+        Raises:
+            WorkbenchError: if it does not arm; it says why.
+        """
+        self._sticks, self._switch = Sticks(), LEAST
+        self._wait(self._settled, "confirms its gains")
+        self._wait(lambda: not self._status()[0], "disarms")
+        self._wait(lambda: not self._status()[1], "is ready to arm", self._why_not)
+        self._switch = MOST
+        self._wait(lambda: self._status()[0], "arms", self._why_not)
+
+    def step(self, motion: bytes, sticks: Sticks) -> tuple[float, ...]:
+        """Return what it asks of M1 .. M4 at a packet of motion, 0 .. 1.
+
+        Where it does not answer in time, the motors are held and the step is counted as lost.
+
+        Raises:
+            FlightBrokenError: if it has ended, or does not answer any more.
+        """
+        self._sticks = sticks
+        if self._asked and wait([self._connected()], 0.0):
+            self._hear()
+        now = time.monotonic()
+        if now > self._sent + GAP:  # the packet sets its time alone, and has no answer
+            self._send(motion)
+            self._heard = now
+        self._drain()
+        self._send(motion)
+        self.steps += 1
+        self._output.settimeout(REPLY)
+        try:
+            self._read(self._output.recv(2 * OUTPUT))
+        except TimeoutError:
+            self.lost += 1
+            self._check()
+            if time.monotonic() > self._heard + SILENCE:
+                raise FlightBrokenError(
+                    f"Betaflight has not answered for {SILENCE:g} s: fly again to start it anew"
+                ) from None
+        return self.motors
+
+    def blackbox(self) -> bytes:
+        """Return what it has recorded, which disarming ends; nothing where it has ended itself."""
+        with contextlib.suppress(WorkbenchError, OSError):
+            self._sticks, self._switch = Sticks(), LEAST
+            self._wait(lambda: not self._status()[0], "disarms")
+        found = sorted(self.folder.glob("LOG*"))
+        return b"".join(file.read_bytes() for file in found)
+
+    def set_gains(self, values: Mapping[str, float]) -> None:
+        """Order gains by name, rounded to whole numbers; `gains` has them once it confirms them."""
+        console = self._connected()
+        for command, setter in SETTERS.items():
+            payload = bytearray(self._read_back[command])
+            for name, value in values.items():
+                place = GAINS[name]
+                if place[0] == command:
+                    struct.pack_into(place[1], payload, place[2], round(value))
+            if payload != self._read_back[command]:
+                console.sendall(msp.request(setter, bytes(payload)) + msp.request(command))
+                self._asked.add(command)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether it has confirmed all gains that were ordered."""
+        return not self._asked
+
+    @property
+    def gains(self) -> dict[str, int]:
+        """What it said last, by MSP, that its gains are."""
+        return {
+            name: struct.unpack_from(size, self._read_back[command], place)[0]
+            for name, (command, size, place) in GAINS.items()
+        }
+
+    def ask(self, command: int, payload: bytes = b"", limit: float = ANSWER) -> bytes:
+        """Return the answer to an MSP request.
+
+        Raises:
+            WorkbenchError: if it is refused, or none comes.
+        """
+        console = self._connected()
+        console.sendall(msp.request(command, payload))
+        end = time.monotonic() + limit
+        while time.monotonic() < end:
+            self._keep_alive()
+            if wait([console], 0.001) and (found := self._hear().get(command)) is not None:
+                return found
+        raise WorkbenchError(f"Betaflight does not answer the MSP command {command}")
+
+    # starting and ending
+
+    def _start(self) -> None:
+        """Start the program, and wait until its control loop runs and its console answers.
+
+        One start in ten or so ends with a scheduler that never comes to the control loop; the
+        program is started again then.
+        """
+        printed = self.folder / "betaflight.log"
+        for _ in range(STARTS):
+            self._keeper.connection.send(([str(self._binary)], str(self.folder), str(printed)))
+            self.pid = self._keeper.connection.recv()
+            # Sticks that come before its receiver's start are never heard: it sets them up at the
+            # first packet, and then sets them back.
+            self._listens = False
+            end = time.monotonic() + BOOT
+            while time.monotonic() < end:
+                self._check()
+                with contextlib.suppress(OSError, WorkbenchError):
+                    runs = self._cycle(end - time.monotonic()) > 0
+                    self._listens = True
+                    if runs:
+                        self._read_back = {command: self.ask(command) for command in SETTERS}
+                        self._asked.clear()
+                        return
+                time.sleep(0.05)
+            self._tell("Betaflight: its control loop does not run; starts it again")
+            self._keeper.connection.send(None)
+            self._ended()
+        raise WorkbenchError(
+            f"Betaflight's control loop did not run in {STARTS} starts of {BOOT:g} s: the machine "
+            "may be too busy; end what else computes, and fly again"
+        )
+
+    def _cycle(self, limit: float) -> int:
+        """Return the period of its control loop as it says it [us], 0 where it does not run."""
+        self._connected()
+        (found,) = struct.unpack_from("<H", self.ask(msp.STATUS, limit=limit))
+        return int(found)
+
+    def _check(self) -> None:
+        """Refuse to go on with a program that has ended."""
+        if self._keeper.connection.poll():
+            try:
+                code = self._keeper.connection.recv()
+            except (EOFError, OSError):
+                raise FlightBrokenError(f"Betaflight ended: {self._keeper.cause()}") from None
+            how = f"was killed by signal {-code}" if code < 0 else f"ended with {code}"
+            raise FlightBrokenError(f"Betaflight {how}: fly again to start it anew")
+
+    def _ended(self) -> int:
+        """Wait until it ends; return its exit code."""
+        if not self._keeper.connection.poll(ANSWER):
+            raise WorkbenchError(f"Betaflight does not end within {ANSWER:g} s")
+        self._hang_up()
+        return int(self._keeper.connection.recv())
+
+    def _configure(self, settings: Mapping[str, object]) -> None:
+        """Write settings by its command line, which then ends it."""
+        lines = [f"set {name} = {value}" for name, value in settings.items()]
+        lines = ["aux 0 0 0 1700 2100 0 0", "aux 1 1 1 1700 2100 0 0", *lines]
+        console = self._connected()
+        time.sleep(0.15)  # it takes a # for the command line's after a pause alone
+        console.sendall(b"#")
+        self._prompt(console)
+        for line in lines:
+            console.sendall(line.encode() + b"\n")
+            said = self._prompt(console)
+            if "ERROR" in said:
+                raise WorkbenchError(f"Betaflight refuses '{line}': {' '.join(said.split())}")
+        console.sendall(b"save\n")
+        if code := self._ended():
+            raise WorkbenchError(f"Betaflight ended with {code} when its settings were saved")
+
+    def _prompt(self, console: socket.socket) -> str:
+        """Return what its command line says up to its prompt."""
+        said, end = b"", time.monotonic() + ANSWER
+        while time.monotonic() < end:
+            self._keep_alive()
+            if wait([console], 0.001):
+                said += _received(console)
+                if said.endswith(b"# "):
+                    return said.decode(errors="replace")
+        raise WorkbenchError("Betaflight's command line does not answer")
+
+    def _hang_up(self) -> None:
+        if self._console:
+            self._console.close()
+        self._console = None
+
+    def _connected(self) -> socket.socket:
+        if self._console is None:
+            self._console = socket.create_connection((HOST, CONSOLE), 1.0)
+            self._answers = msp.Answers()
+        return self._console
+
+    def _settled(self) -> bool:
+        """Return whether no answer about gains is due any more."""
+        self._keep_alive()
+        if wait([self._connected()], 0.001):
+            self._hear()
+        return not self._asked
+
+    def _hear(self) -> dict[int, bytes]:
+        """Return what it answers now, by command, and note the gains that it confirms."""
+        heard = {}
+        for command, payload in self._answers.take(_received(self._connected())):
+            if payload is None:
+                raise WorkbenchError(f"Betaflight refuses the MSP command {command}")
+            heard[command] = payload
+            if command in self._asked:
+                self._asked.remove(command)
+                self._read_back[command] = payload
+        return heard
+
+    # what it does meanwhile
+
+    def _keep_alive(self) -> None:
+        """Send it a drone at rest, as it wants packets while it waits."""
+        if self._listens:
+            self._send(LEVEL)
+            self._drain()
+
+    def _send(self, motion: bytes) -> None:
+        s = self._sticks
+        mode, low = MOST if s.angle else LEAST, (LEAST,) * 10
+        numbers = (s.roll, s.pitch, s.throttle, s.yaw, self._switch, mode, *low)
+        channels = (round(min(max(x, LEAST), MOST)) for x in numbers)
+        self._input.sendto(CHANNELS.pack(0.0, *channels), (HOST, RECEIVER))
+        self._input.sendto(motion, (HOST, STATE))
+        self._sent = time.monotonic()
+
+    def _drain(self) -> None:
+        """Take what comes too late, or was not waited for."""
+        self._output.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                self._read(self._output.recv(2 * OUTPUT))
+
+    def _read(self, packet: bytes) -> None:
+        if len(packet) != OUTPUT:
+            return
+        self._heard = time.monotonic()
+        found = struct.unpack_from("<4f", packet, 4)
+        if all(map(math.isfinite, found)):
+            self.motors = tuple(min(max((x - LEAST) / (MOST - LEAST), 0.0), 1.0) for x in found)
+
+    def _status(self) -> tuple[bool, int]:
+        """Return whether it is armed, and its arming flags."""
+        found = self.ask(msp.STATUS)
+        more = found[15] & 15
+        (flags,) = struct.unpack_from("<I", found, 17 + more)
+        return bool(struct.unpack_from("<I", found, 6)[0] & ARMED), flags
+
+    def _why_not(self) -> str:
+        flags = self._status()[1]
+        found = [REASONS.get(bit, f"bit {bit}") for bit in range(32) if flags >> bit & 1]
+        return ", ".join(found) or "it says no reason"
+
+    def _wait(
+        self, done: Callable[[], bool], what: str, why: Callable[[], str] = lambda: ""
+    ) -> None:
+        self._tell(f"Betaflight: waits until it {what}")
+        end = time.monotonic() + READY
+        while not done():
+            time.sleep(0.002)  # MSP is not all that it has to do
+            self._check()
+            if time.monotonic() > end:
+                reason = why()
+                raise WorkbenchError(
+                    f"Betaflight does not get to where it {what} within {READY:g} s"
+                    + (f": {reason}" if reason else "")
+                )
+
+
+def check_ports(output: socket.socket) -> None:
+    """Bind the socket of the motors, and refuse ports that somebody has.
+
+    Raises:
+        WorkbenchError: naming the port.
+    """
+    taken = (
+        "another Betaflight SITL, or a flight with one, still runs: end it, or close that flight"
+    )
+    for port in (STATE, RECEIVER):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("0.0.0.0", port))
+            except OSError:
+                raise WorkbenchError(f"UDP port {port} is taken: {taken}") from None
+    with contextlib.suppress(OSError):
+        socket.create_connection((HOST, CONSOLE), 1.0).close()
+        raise WorkbenchError(f"TCP port {CONSOLE} is taken: {taken}")
+    try:
+        output.bind((HOST, MOTORS))
+    except OSError:
+        raise WorkbenchError(f"UDP port {MOTORS} is taken: {taken}") from None
+
+
+def _received(console: socket.socket) -> bytes:
+    found = console.recv(4096)
+    if not found:
+        raise WorkbenchError("Betaflight closed its console")
+    return found
