@@ -586,9 +586,11 @@ def whitening(rest: list[np.ndarray], order: int) -> Whitening:
     filters, deviations = [], []
     many = sum(len(each) for each in rest)
     for channel in range(rest[0].shape[1]):
+        # an offset is the model's to explain: a filter that took it in would take it out
+        mean = sum(float(each[:, channel].sum()) for each in rest) / many
         lags = np.zeros(order + 1)
         for each in rest:
-            x = each[:, channel]
+            x = each[:, channel] - mean
             lags += correlate(x, x, "full", "fft")[len(x) - 1 : len(x) + order]
         lags[0] = lags[0] * (1.0 + 1e-9) + 1e-30
         made = solve_toeplitz(lags[:-1], lags[1:])
