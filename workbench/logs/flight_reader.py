@@ -23,7 +23,7 @@ from workbench.logs.record import LogRecord, read_log
 
 KNOWN = (
     "a log of the workbench (.mcap), PX4's .ulg, ArduPilot's .bin, Betaflight's .bbl or .bfl, a "
-    "Crazyflie's usd log, a CSV of NanoBench, or any CSV with a mapping file"
+    "Crazyflie's usd log, a CSV of NanoBench, the states of `workbench fly --csv`, or any CSV with a mapping file"
 )
 BESIDE = ".mapping.yaml"
 """Ending of a mapping file that lies beside a CSV and need not be named."""
@@ -52,8 +52,6 @@ def read_flight(
         return flight_record(read_log(path, progress))
     if head.startswith(nanobench.HEAD):
         return nanobench.read_nanobench(path)
-    if head.startswith(states_csv.HEAD):
-        return states_csv.read_states(path)
     if head.startswith(crazyflie_usd.MAGIC):
         return crazyflie_usd.read_usd(path)
     for reader in (ulog, dataflash, blackbox):
@@ -64,6 +62,8 @@ def read_flight(
     beside = path.with_name(stem(path) + BESIDE)
     if beside.is_file():
         return read_csv(path, beside)
+    if head.startswith(states_csv.HEAD):
+        return states_csv.read_states(path)
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".tsv")):
         raise WorkbenchError(
             f"{path}: is a CSV file of somebody's own: name its columns in a file, --mapping FILE"

@@ -7,6 +7,7 @@ that what `identify` reads was made by nothing of its own.
 import dataclasses
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
