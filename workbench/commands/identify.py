@@ -32,8 +32,8 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "identify",
-        "Find a vehicle's thrust, lag, inertia and drag in logs of its flights, with intervals of "
-        "95 %, and write them beside its description.",
+        "Find a vehicle's thrust, lag, inertia and drag in logs of its flights, each with its "
+        "interval, and write a file of rotors and body for it.",
         "workbench identify flight.csv --model dh_drone --sidecar flown.rotors.yaml",
         run,
     )

@@ -23,7 +23,7 @@ from workbench.logs.record import LogRecord, read_log
 
 KNOWN = (
     "a log of the workbench (.mcap), PX4's .ulg, ArduPilot's .bin, Betaflight's .bbl or .bfl, a "
-    "Crazyflie's usd log, a CSV of NanoBench, the states of `workbench fly --csv`, or any CSV with a mapping file"
+    "Crazyflie's usd log, a CSV of NanoBench, or any CSV with a mapping file"
 )
 BESIDE = ".mapping.yaml"
 """Ending of a mapping file that lies beside a CSV and need not be named."""

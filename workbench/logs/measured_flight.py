@@ -124,8 +124,8 @@ def _commands(record: FlightRecord, rotors: int, order: Sequence[int]) -> tuple[
             return [names[number - 1] for number in order], kind
         if found:
             raise WorkbenchError(
-                f"{record.source}: has commands of {len(found)} motors, and the model has "
-                f"{rotors} rotors: name the model that flew, with --model"
+                f"{record.source}: has the commands of {len(found)} of the model's "
+                f"{rotors} motors: name the model that flew, with --model"
             )
     hint = (
         "; of a simulated flight take the CSV that `workbench fly --csv FILE` writes"

@@ -20,7 +20,8 @@ def draw_identified(report: Report, path: Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.0, 8.5), layout="constrained")
-    upper, lower = (figure.add_subfigure(place) for place in figure.add_gridspec(2, 1))
+    grid = figure.add_gridspec(2, 1)
+    upper, lower = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
     left, right = upper.subplots(1, 2, width_ratios=(3, 2))
     _draw_intervals(left, report)
     _draw_whiteness(right, report)
