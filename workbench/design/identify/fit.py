@@ -14,7 +14,7 @@ white errors of prediction are what keeps that from bending the result (Ljung, s
 The rest is Gauss and Newton's method with derivatives by differences, from the best of a grid of
 lags (Eschmann, Albani and Loianno, "Data-Driven System Identification of Quadrotors Subject to
 Motor Delays", arXiv:2404.07837, section IV). Deviations are those of the information matrix with
-blocks of two seconds left out one by one (the sandwich of Huber and White, as a jackknife), so that
+blocks of three seconds left out one by one (the sandwich of Huber and White, as a jackknife), so that
 errors which are coloured, or larger in one manoeuvre than in another, count as they are.
 """
 
@@ -41,13 +41,13 @@ FINEST = 2.1e-3
 """Longest step of the model [s]."""
 RATE = 250.0
 """Most rows a second; samples that come faster are averaged, of log and model alike."""
-MEMORY = 0.8
+MEMORY = 1.5
 """Of the whitening filter [s]."""
 MOST_SHARE = 0.1
 """Of the rows that it may have as its order."""
 SHORTEST_FILTER = 1e-3
 """Delay below which a gyro's filter is no more than a delay [s]."""
-BLOCK = 2.0
+BLOCK = 3.0
 """In which errors may hang together [s]."""
 SLOW = 3.0
 """Up to which velocity counts for drag [Hz]."""
@@ -59,6 +59,9 @@ STARTED = ("thrust", "curve_0", "curve_1", "curve_2", "inertia_x", "inertia_y", 
 """What is found for each of them before the search begins."""
 WORKERS = 2
 ROUNDS = 12
+GRID = 0.03
+"""Share of the model's step by which its times may be off, beside what the data show: a deviation
+of lag and delays."""
 REFITS = 4
 """Rounds after which the whitening filters stay as they are."""
 HALVINGS = 6
@@ -543,6 +546,13 @@ class Fitter:
         errors, rows, places = self._whitened(rest, slopes, filters)
         information, _ = self._information(values, errors, rows)
         covariance, count = self._jackknife(errors, rows, places, information)
+        off = GRID * max(piece.period for piece in self._pieces)
+        for place, name in enumerate(self._names):
+            if name in ("delay", "gyro_delay"):
+                covariance[place, place] += off**2
+            elif name == "lag":
+                lag = math.exp(values[place]) * self._vehicle.rotor_lag
+                covariance[place, place] += (off / lag) ** 2
         return Fit(
             names=self._names,
             values=values,
