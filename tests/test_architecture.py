@@ -37,6 +37,7 @@ MAY_IMPORT = {
     "design": "common ipc plant dynamics estimation control scenario gains systems diagram session",
     "logs": "common ipc plant link estimation gateways control scenario systems session",
     "logs/flight_film": "design",
+    "logs/measured_flight": "design",
     "logs/plots": "design",
     "logs/plots_response": "design",
     "logs/sensor_samples": "diagram",

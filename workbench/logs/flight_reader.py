@@ -7,7 +7,14 @@ from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_record import FlightRecord
 from workbench.logs.imported import log_of
 from workbench.logs.mcap_writer import MAGIC as MCAP
-from workbench.logs.readers import blackbox, crazyflie_usd, dataflash, nanobench, ulog
+from workbench.logs.readers import (
+    blackbox,
+    crazyflie_usd,
+    dataflash,
+    nanobench,
+    states_csv,
+    ulog,
+)
 from workbench.logs.readers.limited_reader import read_limited
 from workbench.logs.readers.mapped_csv import read_csv
 from workbench.logs.readers.own_log import flight_record
@@ -40,7 +47,7 @@ def read_flight(
     """
     if mapping is not None:
         return read_csv(path, mapping)
-    head = read_head(path, len(nanobench.HEAD))
+    head = read_head(path, max(len(nanobench.HEAD), len(states_csv.HEAD)))
     if head.startswith(MCAP) or path.suffix == ".mcap":
         return flight_record(read_log(path, progress))
     if head.startswith(nanobench.HEAD):
@@ -55,6 +62,8 @@ def read_flight(
     beside = path.with_name(stem(path) + BESIDE)
     if beside.is_file():
         return read_csv(path, beside)
+    if head.startswith(states_csv.HEAD):
+        return states_csv.read_states(path)
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".tsv")):
         raise WorkbenchError(
             f"{path}: is a CSV file of somebody's own: name its columns in a file, --mapping FILE"

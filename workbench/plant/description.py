@@ -10,6 +10,7 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.plant.battery import BatteryPack
 from workbench.plant.battery_reader import is_battery_plugin, read_battery
+from workbench.plant.body_reader import with_stated_body
 from workbench.plant.drawable import with_drawable_meshes
 from workbench.plant.formats.mjcf import read_mjcf
 from workbench.plant.formats.model_folder import description_file
@@ -96,6 +97,7 @@ def read_description(
     found = tuple(_lifting(path, rotor, remarks) for rotor in read)
     model = one_body(model, base_link, {rotor.joint for rotor in found}, remarks)
     model = repair_inertias(model, remarks)
+    model = with_stated_body(model, base_link, Path(rotors) if rotors else None, remarks)
     battery = read_battery(model, Path(rotors) if rotors else None, remarks)
     sensors = read_sensors(model, base_link, remarks)
     _note_plugins(model, remarks)

@@ -1,0 +1,89 @@
+"""What identify writes is what any command flies with."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.identify.plan import Limits, excitation, usual_limits
+from workbench.design.identify.quantities import with_quantities
+from workbench.design.identify.result import Row
+from workbench.design.identify.sidecar import sidecar_text
+from workbench.plant.loading import load_vehicle
+from workbench.plant.rotor_sources.sidecar_file import load_identified
+from workbench.scenario.scenario import load_scenario, save_scenario
+
+DRONES = Path(__file__).parents[2] / "drones"
+FOUND = {
+    "lag": 0.1,
+    "thrust": -0.05,
+    "inertia_x": 0.2,
+    "inertia_z": -0.1,
+    "center_x": 0.03,
+    "turn": 0.02,
+    "spin_up": 0.1,
+    "drag": 0.3,
+    "climb_drag": 0.1,
+}
+ROW = Row("rotor_lag", "s", 0.02, 0.018, 0.022, 0.0167, "well", "")
+
+
+def test_the_sidecar_flies_as_what_was_identified(tmp_path: Path) -> None:
+    for name in ("crazyflie.urdf", "hexacopter.urdf.xacro", "tilted_quad.urdf.xacro"):
+        vehicle = load_vehicle(DRONES / name)
+        found = with_quantities(vehicle, FOUND)
+        file = tmp_path / "found.rotors.yaml"
+        file.write_text(sidecar_text(found, [ROW], [Path("a.csv")]), encoding="utf-8")
+        read = load_vehicle(DRONES / name, rotors=file)
+        assert read.mass == pytest.approx(found.mass, rel=1e-9), name
+        np.testing.assert_allclose(read.inertia, found.inertia, rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(read.p_BoBcm_B, found.p_BoBcm_B, rtol=1e-9, atol=1e-12)
+        for one, other in zip(read.rotors, found.rotors, strict=True):
+            for field in ("motor_constant", "time_constant_up", "inertia", "inflow_coefficient"):
+                assert getattr(one, field) == pytest.approx(getattr(other, field), rel=1e-5), field
+            np.testing.assert_allclose(one.p_BR, other.p_BR, atol=1e-8)
+            assert one.direction == other.direction
+        assert load_identified(file)[0].high == 0.022
+
+
+def test_a_body_that_cannot_be_is_refused_with_its_line(tmp_path: Path) -> None:
+    vehicle = load_vehicle(DRONES / "crazyflie.urdf")
+    text = sidecar_text(vehicle, [ROW], [Path("a.csv")])
+    mass = f"mass: {vehicle.mass}"
+    for good, bad, said in (
+        (mass, "mass: -1.0", "positive number of kg"),
+        (mass, f"{mass}\n  weight: 3", "weight"),
+        ("center_of_mass: [", "center_of_mass: [1.0, ", "three numbers"),
+        ("inertia: [", "inertia: [-", "of no body"),
+    ):
+        assert good in text
+        file = tmp_path / "bad.rotors.yaml"
+        file.write_text(text.replace(good, bad, 1), encoding="utf-8")
+        with pytest.raises(WorkbenchError, match=said):
+            load_vehicle(DRONES / "crazyflie.urdf", rotors=file)
+
+
+def test_the_plan_is_a_scenario_that_moves_every_axis(tmp_path: Path) -> None:
+    vehicle = load_vehicle(DRONES / "crazyflie.urdf")
+    limits = usual_limits(vehicle)
+    plan = excitation(vehicle, str(DRONES / "crazyflie.urdf"), limits, 60.0)
+    save_scenario(plan, tmp_path / "plan.yaml")
+    script = load_scenario(tmp_path / "plan.yaml").script
+    asked = np.array([[*(each.velocity or ()), each.yaw_rate or 0.0] for each in script])
+    most = (limits.speed, limits.speed, limits.climb, limits.yaw_rate)
+    np.testing.assert_allclose(np.abs(asked).max(axis=0), most)
+    held = np.diff([*(each.at for each in script), plan.duration])
+    # doublets go back to where they began, but for their times' rounding
+    assert (np.abs(held @ asked) < 0.5 * np.array(most)).all()
+    assert (asked[-1] == 0.0).all()
+    for bad in (
+        dataclasses.replace(limits, speed=0.0),
+        dataclasses.replace(limits, climb=float("nan")),
+        Limits(1.0, 1.0, 50.0),
+    ):
+        with pytest.raises(WorkbenchError, match="largest"):
+            excitation(vehicle, "x", bad, 60.0)
+    with pytest.raises(WorkbenchError, match="minute"):
+        excitation(vehicle, "x", limits, 3.0)

@@ -1,0 +1,77 @@
+"""Weights and cut propellers by name, from commands alone."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.identify.trim import EXPONENT, trim
+from workbench.plant.loading import load_vehicle
+from workbench.plant.rotors import allocation_matrix
+
+DRONES = Path(__file__).parents[2] / "drones"
+FLIGHTS = Path(__file__).parents[4] / "shared" / "flights" / "given" / "crazypad"
+ON_M3 = ("add_weight_W1", "add_weight_W3", "cut_propeller", "weight_on_string", "tape")
+
+
+def hover(thrusts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and commands of ten seconds in the air at thrusts (n), on the ground around."""
+    rng = np.random.default_rng(1)
+    time = np.arange(0.0, 14.0, 0.01)
+    flies = (time > 1.0) & (time < 13.0)
+    share = (thrusts / thrusts.sum()) ** (1.0 / EXPONENT)
+    commands = share * (1.0 + 0.05 * rng.normal(size=(len(time), 1)))
+    return time, commands * flies[:, None]
+
+
+def test_a_rotor_that_carries_more_is_named() -> None:
+    """Thrusts that balance a weight are those of the drone with another centre of mass."""
+    vehicle = load_vehicle(DRONES / "crazyflie.urdf")
+    third = vehicle.rotors[2]
+    weight = 0.06 * np.array(third.p_BR)
+    heavy = allocation_matrix(vehicle.rotors, weight)[:, 0]
+    even = np.ones(4)
+    cut = np.array([1.2, 0.85, 1.25, 0.85])
+    for name, thrusts, found in (
+        ("normal", even, []),
+        ("weight", heavy, ["m3"]),
+        ("cut", cut, ["m3"]),
+    ):
+        rows = trim(vehicle, *hover(thrusts))
+        assert [row.name for row in rows if row.finding] == found, name
+
+
+def test_it_refuses_what_it_cannot_tell() -> None:
+    vehicle = load_vehicle(DRONES / "crazyflie.urdf")
+    time, commands = hover(np.ones(4))
+    with pytest.raises(WorkbenchError, match="are the least"):
+        trim(vehicle, time[:400], commands[:400])
+    three = dataclasses.replace(vehicle, rotors=vehicle.rotors[:3])
+    with pytest.raises(WorkbenchError, match="across"):
+        trim(three, time, commands[:, :3])
+
+
+@pytest.mark.skipif(not FLIGHTS.is_dir(), reason="the real flights are not here")
+def test_real_damages_are_found_in_nine_of_eleven_logs() -> None:
+    from workbench.logs.flight_reader import read_flight
+    from workbench.logs.measured_flight import motor_commands
+
+    vehicle = load_vehicle(DRONES / "crazyflie.urdf")
+    right = 0
+    for path in sorted(path for path in FLIGHTS.rglob("E?_log*") if path.is_file()):
+        record = read_flight(path)
+        try:
+            time, commands, _ = motor_commands(record, 4)
+        except WorkbenchError:  # the one log without motors, of a normal flight: nothing is found
+            rows = []
+        else:
+            rows = trim(vehicle, time, commands)
+        found = [row.name for row in rows if row.finding]
+        damaged = any(name in str(path) for name in ON_M3)
+        print(path.parent.name, path.name, found)
+        if not damaged:
+            assert found == [], path
+        right += found == (["m3"] if damaged else [])
+    assert right >= 9

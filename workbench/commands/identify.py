@@ -1,0 +1,255 @@
+"""`workbench identify`: from logs of flights to the vehicle that flew them, with intervals."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    LOG_HELP,
+    MODEL_HELP,
+    add_command,
+    add_description_options,
+    add_json_option,
+    add_mapping_option,
+    add_rotors_option,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.progress import progress_bar
+from workbench.commands.stopping import stop_on_interrupt
+from workbench.common.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    from workbench.design.identify.report import Report
+    from workbench.design.identify.trim import RotorTrim
+    from workbench.logs.flight_record import FlightRecord
+    from workbench.plant.vehicle import Vehicle
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "identify",
+        "Find a vehicle's thrust, lag, inertia and drag in logs of its flights, each with its "
+        "interval, and write a file of rotors and body for it.",
+        "workbench identify flight.csv --model dh_drone --sidecar flown.rotors.yaml",
+        run,
+    )
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help=LOG_HELP)
+    parser.add_argument(
+        "--model",
+        required=True,
+        metavar="NAME|PATH",
+        help=f"{MODEL_HELP}: geometry and mass are taken from it",
+    )
+    add_description_options(parser)
+    add_rotors_option(parser)
+    parser.add_argument(
+        "--mass", type=float, metavar="KG", help="as weighed (default: the description's)"
+    )
+    parser.add_argument(
+        "--order",
+        type=_numbers,
+        default=[],
+        metavar="N,N,..",
+        help="for each rotor of the description the number of its motor in the log, from 1 "
+        "(default: the same order)",
+    )
+    for name, what in (("accel", "accelerometer"), ("gyro", "gyro")):
+        parser.add_argument(
+            f"--{name}-lowpass",
+            type=float,
+            metavar="HZ",
+            help=f"cut-off of the {what}'s low-pass of second order, 0 for none (default: the "
+            "firmware's where it is known)",
+        )
+    parser.add_argument(
+        "--sidecar",
+        type=Path,
+        metavar="FILE",
+        help="where to write rotors and body for --rotors (default: DIR/MODEL.rotors.yaml)",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("out"),
+        metavar="DIR",
+        help="folder for sidecar and picture (default: out)",
+    )
+    parser.add_argument("--no-plots", action="store_true", help="write the sidecar only")
+    add_mapping_option(parser)
+    add_json_option(parser)
+
+
+def _numbers(text: str) -> list[int]:
+    """Return whole numbers of a text `1,2,3`."""
+    try:
+        return [int(each) for each in text.split(",")]
+    except ValueError:
+        raise WorkbenchError(
+            f"'{text}' is no order of motors: write their numbers, as 1,2,3,4"
+        ) from None
+
+
+def run(args: argparse.Namespace) -> int:
+    """Identify, print, and write sidecar and picture."""
+    from workbench.logs.flight_reader import read_flight
+    from workbench.logs.measured_flight import has_imu
+
+    vehicle = _vehicle(args)
+    records = []
+    for path in args.logs:
+        with progress_bar(f"reading {path.name}") as progress:
+            records.append(read_flight(path, args.mapping, progress))
+    blind = [record for record in records if not has_imu(record)]
+    if blind:
+        return _tell_trims(args, vehicle, records)
+    trims = _trims(vehicle, records, args.order)
+    report = _identified(args, vehicle, records)
+    with Outputs() as outputs:
+        sidecar = args.sidecar or args.output / f"{vehicle.name}.rotors.yaml"
+        outputs.add(sidecar).write_text(report.sidecar, encoding="utf-8")
+        if not args.no_plots:
+            from workbench.design.identify.plots_identified import draw_identified
+
+            say("drawing")
+            draw_identified(report, outputs.add(args.output / f"{vehicle.name}-identified.png"))
+    if args.json:
+        print_json(report.as_dictionary() | {"trim": trims, "files": outputs.files})
+    else:
+        _print(report)
+        _print_findings(trims)
+    say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def _vehicle(args: argparse.Namespace) -> "Vehicle":
+    import dataclasses
+    import math
+
+    from workbench.common.resources import find_file, find_model
+    from workbench.plant.loading import load_vehicle
+
+    if args.mass is not None and not 0.0 < args.mass < math.inf:
+        raise WorkbenchError(f"the mass is {args.mass:g} kg: give a positive number")
+    rotors = find_file(args.rotors) if args.rotors else ""
+    vehicle = load_vehicle(find_model(args.model), dict(args.arg), dict(args.package), rotors)
+    return dataclasses.replace(vehicle, mass=args.mass) if args.mass else vehicle
+
+
+def _identified(
+    args: argparse.Namespace, vehicle: "Vehicle", records: "list[FlightRecord]"
+) -> "Report":
+    from workbench.design.identify.report import make_report
+    from workbench.logs.measured_flight import measured_flight
+
+    flights = [
+        measured_flight(
+            record, len(vehicle.rotors), args.order, args.accel_lowpass, args.gyro_lowpass
+        )
+        for record in records
+    ]
+    with (
+        stop_on_interrupt(keeps="the best so far") as stopped,
+        progress_bar("identifying") as progress,
+    ):
+        return make_report(vehicle, flights, args.logs, progress, stopped)
+
+
+def _trims(
+    vehicle: "Vehicle", records: "list[FlightRecord]", order: list[int]
+) -> "list[RotorTrim]":
+    """Return what rotors do in the hover of the first log, nothing where it cannot be told."""
+    from workbench.design.identify.flight import SPEED
+    from workbench.design.identify.trim import EXPONENT, trim
+    from workbench.logs.measured_flight import motor_commands
+
+    time, commands, kind = motor_commands(records[0], len(vehicle.rotors), order)
+    try:
+        return trim(vehicle, time, commands, 2.0 if kind == SPEED else EXPONENT)
+    except WorkbenchError as reason:
+        say(f"nothing is said of single rotors: {reason}")
+        return []
+
+
+def _tell_trims(args: argparse.Namespace, vehicle: "Vehicle", records: "list[FlightRecord]") -> int:
+    """Tell of rotors alone, where the logs have no IMU."""
+    from workbench.design.identify.flight import SPEED
+    from workbench.design.identify.trim import EXPONENT, trim
+    from workbench.logs.measured_flight import motor_commands
+
+    told = []
+    for record in records:
+        time, commands, kind = motor_commands(record, len(vehicle.rotors), args.order)
+        try:
+            rows = trim(vehicle, time, commands, 2.0 if kind == SPEED else EXPONENT)
+        except WorkbenchError as error:
+            raise WorkbenchError(f"{record.source}: {error}") from None
+        told.append((record, rows))
+    reason = "the log has no gyro and accelerometer: rotors' shares in hover are all it can tell"
+    if args.json:
+        print_json(
+            [
+                {"log": record.source, "refused": {"all else": reason}, "trim": rows}
+                for record, rows in told
+            ]
+        )
+        return ExitCode.DONE
+    say(reason)
+    for record, rows in told:
+        print(record.name)
+        _print_trim(rows)
+        _print_findings(rows)
+    return ExitCode.DONE
+
+
+def _print_trim(rows: "list[RotorTrim]") -> None:
+    print_table(
+        [
+            ("  rotor", "thrust over mean", "over that across", "pair over others"),
+            *(
+                (
+                    f"  {row.name}",
+                    f"{row.share:.2f}",
+                    f"{row.over_opposite:.2f}",
+                    f"{row.pair_over_others:.2f}",
+                )
+                for row in rows
+            ),
+        ]
+    )
+
+
+def _print_findings(rows: "list[RotorTrim]") -> None:
+    findings = [row for row in rows if row.finding]
+    for row in findings:
+        print(f"  {row.name}: {row.finding}")
+    if rows and not findings:
+        print("  no rotor stands out")
+
+
+def _print(report: "Report") -> None:
+    """Print the table, and what is to be known of it."""
+    print(f"{report.vehicle.name}, {report.seconds:.0f} s of free flight, intervals of 95 %")
+    print_table(
+        [
+            ("", "value", "from", "to", "described", "unit", ""),
+            *(
+                (
+                    row.name,
+                    f"{row.value:.4g}",
+                    f"{row.low:.4g}",
+                    f"{row.high:.4g}",
+                    "-" if row.described is None else f"{row.described:.4g}",
+                    row.unit,
+                    row.verdict if row.verdict == "well" else f"{row.verdict}: fly {row.flight}",
+                )
+                for row in report.rows
+            ),
+        ],
+        left=(0, 5, 6),
+    )
+    for sentence in report.sentences:
+        print(sentence)

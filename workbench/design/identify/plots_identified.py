@@ -1,0 +1,85 @@
+"""The picture of an identification: intervals, a stretch of flight, what errors hang together."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from workbench.design.identify.fit import make_piece, model_rows
+from workbench.design.identify.report import Report
+from workbench.design.identify.search import SHORTEST
+
+TINY = 1e-7
+"""What is described and smaller is nothing to compare with."""
+STRETCH = 6.0
+"""That is drawn of the liveliest run [s]."""
+
+
+def draw_identified(report: Report, path: Path) -> None:
+    """Draw it into a file."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 8.5), layout="constrained")
+    grid = figure.add_gridspec(2, 1)
+    upper, lower = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
+    left, right = upper.subplots(1, 2, width_ratios=(3, 2))
+    _draw_intervals(left, report)
+    _draw_whiteness(right, report)
+    _draw_flight(lower.subplots(2, 1, sharex=True), report)
+    figure.savefig(path, dpi=120)
+
+
+def _draw_intervals(axes, report: Report) -> None:  # type: ignore[no-untyped-def]
+    known = [(row, row.described) for row in report.rows if row.described]
+    rows = [row for row, described in known if abs(described) > TINY]
+    shares = [
+        [each / described for each in (row.value, row.low, row.high)]
+        for row, described in known
+        if abs(described) > TINY
+    ]
+    for place, (value, low, high) in enumerate(reversed(shares)):
+        axes.plot([low, high], [place, place], color="C0", linewidth=3, alpha=0.5)
+        axes.plot(value, place, "o", color="C0")
+    axes.axvline(1.0, color="black", linewidth=0.8)
+    axes.set_yticks(range(len(rows)), [row.name for row in reversed(rows)])
+    axes.set_xlabel("over what is described, with intervals of 95 %")
+    ends = [high for _, _, high in shares]
+    axes.set_xlim(0.0, min(4.0, max([2.0, *(1.1 * end for end in ends)])))
+
+
+def _draw_whiteness(axes, report: Report) -> None:  # type: ignore[no-untyped-def]
+    fit = report.found.fit
+    lags = np.arange(1, report.correlations.shape[1] + 1) / report.correlations.shape[1]
+    for name, line in zip(fit.channels, report.correlations, strict=True):
+        axes.plot(lags, line, linewidth=0.8, label=name)
+    bound = 1.96 / math.sqrt(len(fit.innovations))
+    axes.axhspan(-bound, bound, color="0.85", zorder=0)
+    axes.set_xlabel("lag [s]")
+    axes.set_ylabel("autocorrelation of errors of prediction")
+    axes.legend(fontsize="small")
+
+
+def _draw_flight(rows, report: Report) -> None:  # type: ignore[no-untyped-def]
+    found = report.found
+    runs = [run for flight in found.flights for run in flight.pieces(SHORTEST)]
+    run = max(runs, key=lambda each: float(np.std(each.force[:, 2])))
+    many = min(len(run.time), round((STRETCH + 1.0) * run.rate))
+    begin = max(0, (len(run.time) - many) // 2)
+    run = run.cut(slice(begin, begin + many))
+    piece = make_piece(run, 1.0 if run.voltage is None else float(np.mean(run.voltage)))
+    model = model_rows(found.vehicle, found.fit.named, piece)
+    time = run.time[0] + np.arange(len(model)) * piece.period * piece.every * piece.block
+    skip = time > time[0] + 0.5
+    force, turn = rows
+    force.plot(time[skip], piece.force[skip, 2], color="0.6", label="measured")
+    force.plot(time[skip], model[skip, 5], color="C0", label="model")
+    force.set_ylabel("specific force along z [m/s²]")
+    force.legend(loc="upper right", fontsize="small")
+    axis = int(np.argmax(np.std(piece.turn, axis=0)))
+    period = piece.period * piece.every * piece.block
+    size = max(1, round(0.03 / period))
+    shape = np.ones(size) / size
+    turn.plot(time[skip], np.convolve(piece.turn[:, axis], shape, "same")[skip], color="0.6")
+    turn.plot(time[skip], np.convolve(model[:, axis], shape, "same")[skip], color="C0")
+    turn.set_ylabel(f"angular acceleration\nabout {'xyz'[axis]} [rad/s²], mean of 30 ms")
+    turn.set_xlabel("time [s]")

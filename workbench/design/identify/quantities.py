@@ -1,0 +1,151 @@
+"""What is looked for, and the vehicle that has it."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.identify.flight import SHARE, Flight
+from workbench.plant.vehicle import Vehicle
+
+DRAG_STEP = 0.01
+"""By which drag is moved for a derivative [1/s]."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that is looked for.
+
+    Attributes:
+        name: its own.
+        start: where the search begins.
+        step: by which it is moved for a derivative.
+        prior: standard deviation of what is known of it before, infinite for nothing.
+        needs: channels that tell of it: "force" (along z), "level" (force across), "turn".
+    """
+
+    name: str
+    start: float
+    step: float
+    prior: float
+    needs: str
+
+
+def looked_for(flight: Flight, vehicle: Vehicle) -> list[Quantity]:
+    """Return what a log can be asked for.
+
+    Factors are logarithms, so that they stay positive. The bias of the accelerometer along z is
+    known to 0.1 m/s², as it hardly differs from thrust in a hover.
+    """
+    free = math.inf
+    gyro = Quantity("gyro_delay", 0.003, 0.0005, 0.01, "turn")
+    if flight.gyro_lowpass:
+        known = math.sqrt(2.0) / (2.0 * math.pi * flight.gyro_lowpass)
+        gyro = Quantity("gyro_delay", known, 0.0005, 0.5 * known, "turn")
+    found = [
+        Quantity("lag", 0.0, 0.01, 1.5, "force"),
+        Quantity("delay", 0.0, 0.0005, 0.03, "force"),
+    ]
+    if flight.kind == SHARE:
+        found += [
+            Quantity("curve_0", 0.0, 0.002, 0.3, "force"),
+            Quantity("curve_1", 0.2, 0.002, 3.0, "force"),
+            Quantity("curve_2", 0.8, 0.002, 3.0, "force"),
+        ]
+        if flight.voltage is not None:
+            found.append(Quantity("voltage", 1.0, 0.01, 0.5, "force"))
+    else:
+        found.append(Quantity("thrust", 0.0, 0.002, free, "force"))
+    found += [
+        gyro,
+        Quantity("inertia_x", 0.0, 0.01, 2.0, "turn"),
+        Quantity("inertia_y", 0.0, 0.01, 2.0, "turn"),
+        Quantity("inertia_z", 0.0, 0.01, 2.0, "turn"),
+        Quantity("spin_up", spin_up(vehicle), 0.01, free, "turn"),
+        Quantity("center_x", 0.0, 1e-3, free, "turn"),
+        Quantity("center_y", 0.0, 1e-3, free, "turn"),
+        Quantity("turn", 0.0, 1e-3, free, "turn"),
+        Quantity("drag", 0.0, DRAG_STEP, free, "level"),
+        Quantity("climb_drag", 0.0, DRAG_STEP, free, "climb"),
+        Quantity("bias_x", 0.0, 0.01, free, "level"),
+        Quantity("bias_y", 0.0, 0.01, free, "level"),
+        Quantity("bias_z", 0.0, 0.01, 0.1, "force"),
+    ]
+    return found
+
+
+def with_quantities(vehicle: Vehicle, values: dict[str, float]) -> Vehicle:
+    """Return the vehicle that has what was found; what is not named stays as it is.
+
+    Args:
+        vehicle: as it is described.
+        values: by name, see `looked_for`.
+    """
+    get = values.get
+    thrust = math.exp(get("thrust", 0.0))
+    lag = math.exp(get("lag", 0.0))
+    turn = get("turn", 0.0)
+    root = np.exp([0.5 * get(f"inertia_{axis}", 0.0) for axis in "xyz"])
+    x, y, z = vehicle.p_BoBcm_B
+    half = 0.5 * vehicle.span
+    center = (x + half * get("center_x", 0.0), y + half * get("center_y", 0.0), z)
+    speeds = float(np.sum(vehicle.hover_speeds)) / math.sqrt(thrust)
+    pull = vehicle.mass / speeds
+    hover = speeds / len(vehicle.rotors)
+    rotors = [
+        dataclasses.replace(
+            rotor,
+            motor_constant=rotor.motor_constant * thrust * (1.0 + rotor.direction * turn),
+            linear_motor_constant=rotor.linear_motor_constant
+            * thrust
+            * (1.0 + rotor.direction * turn),
+            time_constant_up=rotor.time_constant_up * lag,
+            time_constant_down=rotor.time_constant_down * lag,
+            inertia=values["spin_up"]
+            * rotor.moment_constant
+            * rotor.motor_constant
+            * thrust
+            * hover
+            if "spin_up" in values
+            else rotor.inertia,
+            rotor_drag_coefficient=pull * values["drag"]
+            if "drag" in values
+            else rotor.rotor_drag_coefficient,
+            inflow_coefficient=pull * values["climb_drag"]
+            if "climb_drag" in values
+            else rotor.inflow_coefficient,
+        )
+        for rotor in vehicle.rotors
+    ]
+    return dataclasses.replace(
+        vehicle,
+        p_BoBcm_B=center,
+        I_BBcm_B=tuple(map(tuple, vehicle.inertia * np.outer(root, root))),
+        rotors=tuple(rotors),
+    )
+
+
+def spin_up(vehicle: Vehicle) -> float:
+    """Return a rotor's angular momentum in hover over its drag torque [s]: how spinning up weighs.
+
+    For a thrust that goes with the squared speed, and the mean of all rotors.
+    """
+    hover = float(np.mean(vehicle.hover_speeds))
+    shares = [
+        rotor.inertia / (rotor.moment_constant * rotor.motor_constant * hover)
+        for rotor in vehicle.rotors
+    ]
+    return float(np.mean(shares))
+
+
+def level_drag(vehicle: Vehicle) -> float:
+    """Return the deceleration by the rotors over level speed in hover [1/s]."""
+    pulls = [each.rotor_drag_coefficient for each in vehicle.rotors]
+    return float(pulls @ vehicle.hover_speeds) / vehicle.mass
+
+
+def climb_drag(vehicle: Vehicle) -> float:
+    """Return the thrust that rotors lose over climb rate and mass in hover [1/s]."""
+    losses = [each.inflow_coefficient for each in vehicle.rotors]
+    return float(losses @ vehicle.hover_speeds) / vehicle.mass

@@ -1,0 +1,168 @@
+"""A flight record as identification takes it: free flight on one even grid, motors by rotor."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.identify.flight import SHARE, SPEED, Flight, free_flight, held_on_grid
+from workbench.logs.flight_record import FlightRecord, Signal
+
+GYRO = tuple(f"imu.angular_velocity.{axis}" for axis in "xyz")
+FORCE = tuple(f"imu.linear_acceleration.{axis}" for axis in "xyz")
+FILTERS = {"Crazyflie": (30.0, 80.0)}
+"""Cut-offs of accelerometer and gyro in firmwares whose logs hold filtered samples [Hz]: that of a
+Crazyflie has two low-passes of second order (sensors_bmi088_bmp388.c)."""
+BRIDGE = 2.5
+"""Samples that may be missing in a row."""
+_MOTIONS = (
+    (("velocity_data.v_x", "velocity_data.v_y", "velocity_data.v_z"), "attitude"),
+    (("estimate.v_x", "estimate.v_y", "estimate.v_z"), "estimate"),
+)
+"""Velocities in W, and whose quaternion turns them into B, the best first."""
+
+
+def measured_flight(
+    record: FlightRecord,
+    rotors: int,
+    order: Sequence[int] = (),
+    force_lowpass: float | None = None,
+    gyro_lowpass: float | None = None,
+) -> Flight:
+    """Return what of a log tells of its vehicle.
+
+    Args:
+        record: of the log.
+        rotors: how many the vehicle has.
+        order: for each rotor of the description the number of its motor in the log, from 1; the
+            log's own order without it.
+        force_lowpass: cut-off of the accelerometer's filter [Hz], 0 for none; that of the firmware
+            where it is not given, see `FILTERS`. So the gyro's.
+        gyro_lowpass: see there.
+
+    Raises:
+        WorkbenchError: where the log has no gyro, accelerometer or commands, or no flight.
+    """
+    names, kind = _commands(record, rotors, order)
+    usual = FILTERS.get(record.firmware, (0.0, 0.0))
+    for what, needed in (("a gyro", GYRO), ("an accelerometer", FORCE)):
+        if not record.has(needed):
+            raise WorkbenchError(
+                f"{record.source}: has no signals of {what} ({needed[0]}): nothing can be "
+                "identified from it; log the IMU, as fast as the flight controller can"
+            )
+    clock = _slowest([record[GYRO[0]], record[FORCE[0]]])
+    period = float(np.median(np.diff(clock.time)))
+    sources = [record[name] for name in (*GYRO, *FORCE, *names)]
+    begin = max(each.time[0] for each in sources)
+    end = min(each.time[-1] for each in sources)
+    if end - begin < 1.0:
+        raise WorkbenchError(f"{record.source}: IMU and motors share {end - begin:.2g} s: fly more")
+    grid = np.arange(begin, end, period)
+    gyro, gyro_known = _at(record, GYRO, grid, period)
+    force, force_known = _at(record, FORCE, grid, period)
+    commands = np.column_stack(
+        [held_on_grid(record[name].time, record[name].values, grid) for name in names]
+    )
+    velocity, velocity_known = _velocity(record, grid)
+    voltage = None
+    if kind == SHARE and "battery.voltage" in record:
+        battery = record["battery.voltage"]
+        voltage = np.interp(grid, battery.time, battery.values)
+    flight = Flight(
+        time=grid,
+        commands=commands,
+        gyro=gyro,
+        force=force,
+        velocity=velocity,
+        voltage=voltage,
+        kind=kind,
+        good=gyro_known & force_known & velocity_known,
+        command_rate=record[names[0]].rate,
+        force_lowpass=usual[0] if force_lowpass is None else force_lowpass,
+        gyro_lowpass=usual[1] if gyro_lowpass is None else gyro_lowpass,
+        name=record.name,
+    )
+    return free_flight(flight)
+
+
+def motor_commands(
+    record: FlightRecord, rotors: int, order: Sequence[int] = ()
+) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return times (N) [s] and commands (N, n) of motors, by rotor, and what they are.
+
+    Arguments and errors are those of `measured_flight`.
+    """
+    names, kind = _commands(record, rotors, order)
+    time = record[names[0]].time
+    columns = [held_on_grid(record[name].time, record[name].values, time) for name in names]
+    return time, np.column_stack(columns), kind
+
+
+def has_imu(record: FlightRecord) -> bool:
+    """Return whether a log has gyro and accelerometer."""
+    return record.has((*GYRO, *FORCE))
+
+
+def _commands(record: FlightRecord, rotors: int, order: Sequence[int]) -> tuple[list[str], str]:
+    """Return the names of the motors' commands, by rotor, and what they are."""
+    for pattern, kind in (
+        (r"rotors\.speed_command\.(\d+)", SPEED),
+        (r"motors\.command_(\d+)", SHARE),
+    ):
+        found = [(int(m[1]), name) for name in record.names() if (m := re.fullmatch(pattern, name))]
+        if len(found) >= rotors:
+            names = [name for _, name in sorted(found)]
+            if not order:
+                return names[:rotors], kind
+            if sorted(order) != list(range(1, rotors + 1)):
+                raise WorkbenchError(
+                    f"the order of motors is {','.join(map(str, order))}: give each of 1 .. "
+                    f"{rotors} once, as {','.join(map(str, range(1, rotors + 1)))}"
+                )
+            return [names[number - 1] for number in order], kind
+        if found:
+            raise WorkbenchError(
+                f"{record.source}: has the commands of {len(found)} of the model's "
+                f"{rotors} motors: name the model that flew, with --model"
+            )
+    hint = (
+        "; of a simulated flight take the CSV that `workbench fly --csv FILE` writes"
+        if "rotors.speed.0" in record
+        else ": log the motors' outputs"
+    )
+    raise WorkbenchError(f"{record.source}: says nothing of what the motors were told{hint}")
+
+
+def _slowest(signals: Sequence[Signal]) -> Signal:
+    return min(signals, key=lambda each: each.rate)
+
+
+def _at(
+    record: FlightRecord, names: Sequence[str], grid: np.ndarray, period: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return signals on a grid (N, k), and where all of them are known (N)."""
+    found = [record[name].at(grid, BRIDGE * period) for name in names]
+    values = np.column_stack([np.nan_to_num(each) for each, _ in found])
+    return values, np.all([known for _, known in found], axis=0)
+
+
+def _velocity(record: FlightRecord, grid: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
+    """Return the velocity in B (N, 3), and where it is known (N); None where the log has none."""
+    for names, whose in _MOTIONS:
+        turn = [f"{whose}.q_{part}" for part in "wxyz"]
+        if record.has((*names, *turn)):
+            longest = 0.1
+            v_W, known = _at(record, names, grid, longest)
+            q, turned = _at(record, turn, grid, longest)
+            q /= np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-9)
+            return _into_body(q, v_W), known & turned
+    return None, np.ones(len(grid), dtype=bool)
+
+
+def _into_body(q: np.ndarray, v_W: np.ndarray) -> np.ndarray:
+    """Return vectors of W (N, 3) in B, for quaternions w, x, y, z (N, 4) of B in W."""
+    w, u = q[:, :1], -q[:, 1:]
+    across = 2.0 * np.cross(u, v_W)
+    return v_W + w * across + np.cross(u, across)
