@@ -14,8 +14,8 @@ white errors of prediction are what keeps that from bending the result (Ljung, s
 The rest is Gauss and Newton's method with derivatives by differences, from the best of a grid of
 lags (Eschmann, Albani and Loianno, "Data-Driven System Identification of Quadrotors Subject to
 Motor Delays", arXiv:2404.07837, section IV). Deviations are those of the information matrix with
-blocks of three seconds left out one by one (the sandwich of Huber and White, as a jackknife), so that
-errors which are coloured, or larger in one manoeuvre than in another, count as they are.
+blocks of three seconds left out one by one (the sandwich of Huber and White, as a jackknife), so
+that errors which are coloured, or larger in one manoeuvre than in another, count as they are.
 """
 
 import math
