@@ -55,6 +55,8 @@ MOVES = 0.3
 """An axis whose setpoint moves less than this tells of no lag [m]."""
 LAGS = np.arange(0.0, 1.2, 0.01)
 """Among which that of a flight is looked for [s]."""
+PERIOD = 1 / 128
+"""Between updates of a law that states none [s]."""
 PHYSICS = 1 / 500
 """No longer is a step of physics [s]."""
 
@@ -321,10 +323,9 @@ def _nothing(motion: Motion, samples: np.ndarray, ahead: int) -> Errors:
 
 def _late(motion: Motion, samples: np.ndarray, ahead: int) -> Errors:
     late = resampled(motion.setpoint, motion.period, motion.time - LAG)
-    slope = np.gradient(late, motion.period, axis=0)
     places = samples[:, None] + np.arange(ahead + 1)
     position = motion.p[samples][:, None] + late[places] - late[samples][:, None]
-    velocity = motion.v[samples][:, None] + slope[places] - slope[samples][:, None]
+    velocity = np.full_like(position, np.nan)  # it jumps
     return _errors(motion, samples, LATE, position, velocity, None)
 
 
@@ -372,3 +373,71 @@ def _driven(
         v = v + period * a
     return position, velocity, attitude
 
+
+@dataclass(frozen=True)
+class MethodSummary:
+    """A method's errors at the end of the horizon: RMS over all windows.
+
+    Attributes:
+        method: see above.
+        position: [m].
+        velocity: [m/s].
+        attitude: [rad]; NaN where it predicts none.
+    """
+
+    method: str
+    position: float
+    velocity: float
+    attitude: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """How well flights were predicted.
+
+    Attributes:
+        flights: how many.
+        windows: starts of all of them.
+        horizon: how far ahead the errors are [s].
+        methods: a row each.
+        whole: median over flights of the closed loop's RMSE over all of a flight [m].
+        whole_late: likewise, of the setpoint, late [m].
+        lag_difference: median over level axes of the model's lag less that of the flight [s].
+    """
+
+    flights: int
+    windows: int
+    horizon: float
+    methods: tuple[MethodSummary, ...]
+    whole: float
+    whole_late: float
+    lag_difference: float
+
+
+def summarized(predictions: Sequence[Prediction]) -> Summary:
+    """Return how well flights, of which there is one at least, were predicted."""
+    rows = []
+    for errors in zip(*(each.errors for each in predictions), strict=True):
+        last = [
+            np.concatenate([getattr(each, field)[:, -1] for each in errors])
+            for field in ("position", "velocity", "attitude")
+        ]
+        rows.append(MethodSummary(errors[0].method, *map(rms, last)))
+    whole = [each.whole for each in predictions]
+    pairs = [pair for each in whole for pair in zip(each.lags, each.real_lags, strict=True)]
+    differences = [ours - real for ours, real in pairs if math.isfinite(ours - real)]
+    return Summary(
+        flights=len(predictions),
+        windows=sum(len(each.starts) for each in predictions),
+        horizon=float(predictions[0].errors[0].ahead[-1]),
+        methods=tuple(rows),
+        whole=float(np.median([each.rmse for each in whole])),
+        whole_late=float(np.median([each.late_rmse for each in whole])),
+        lag_difference=float(np.median(differences)) if differences else math.nan,
+    )
+
+
+def rms(values: np.ndarray) -> float:
+    """Return the root of the mean square of what is a number; NaN where nothing is."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else math.nan
