@@ -175,6 +175,7 @@ def _parser() -> argparse.ArgumentParser:
         sweep,
         tokens,
         tune,
+        what_if,
     )
 
     parser = Parser(
@@ -215,6 +216,7 @@ def _parser() -> argparse.ArgumentParser:
         export,
         estimate,
         predict,
+        what_if,
         params,
         gains,
         controllers,

@@ -188,7 +188,7 @@ def _motions(
         for number, path in enumerate(paths):
             flight = read_flight(path, args.mapping)
             law = args.controller or FLOWN.get(str(flight.parameters.get("controller")), DEFAULT)
-            found.append((law, motion_of(flight, len(vehicle.rotors))))
+            found.append((law, motion_of(flight, vehicle)))
             progress((number + 1) / len(paths))
     return found
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from workbench.design.plots import PALETTE, label, styled
 from workbench.design.predict.prediction import CLOSED, METHODS, Prediction, rms, summarized
+from workbench.design.predict.what_if import WhatIf
 
 _COLORS = dict(zip(METHODS, PALETTE.series, strict=False))
 _FIELDS = (("position", "m", 1.0), ("velocity", "m/s", 1.0), ("attitude", "deg", 180.0 / np.pi))
@@ -61,3 +62,28 @@ def _whole(axes: Axes, predictions: Sequence[Prediction]) -> None:
     axes.set_xlabel("setpoint, late [m]")
     axes.set_xlim(0.0, most)
     axes.set_ylim(0.0, most)
+
+
+@styled
+def plot_what_if(found: WhatIf, title: str) -> Figure:
+    """Return a flight, the one that would have been with its band, and the disturbance."""
+    figure = Figure(figsize=(12.5, 8.0), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    panels = figure.subplots(3, 3, sharex=True)
+    places = (4, 5, 6, 10, 11, 12)
+    names = (("x", "m"), ("y", "m"), ("z", "m"), ("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s"))
+    for index, (axes, (name, unit)) in enumerate(zip(panels[:2].ravel(), names, strict=True)):
+        logged, other = found.logged[:, places[index]], found.other[:, places[index]]
+        low, high = found.low[:, index], found.high[:, index]
+        axes.fill_between(found.time, low, high, color=PALETTE.ours, alpha=0.2, lw=0, label="band")
+        axes.plot(found.time, logged, color=PALETTE.command, lw=1.2, label="log")
+        axes.plot(found.time, other, color=PALETTE.ours, lw=1.0, label="other")
+        label(axes, name, f"[{unit}]")
+    for index, axis in enumerate("xyz"):
+        axes = panels[2][index]
+        axes.plot(found.time, found.disturbance[:, index], color=PALETTE.mean, lw=0.8)
+        label(axes, f"disturbance, force {axis}", "[N]")
+        axes.set_xlabel("time [s]")
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=3)
+    return figure

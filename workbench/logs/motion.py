@@ -7,9 +7,12 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.design.predict.motion import Motion
 from workbench.logs.flight_record import FlightRecord
+from workbench.plant.vehicle import Vehicle
 
-PERIOD = 0.01
-"""Of the grid [s]."""
+PERIOD, FINE = 0.01, 0.005
+"""Of the grid of what was sampled at 100 Hz or so, and at twice that [s]."""
+FAST = 150.0
+"""Rate of positions from which on the grid is fine [Hz]."""
 BRIDGE = math.inf
 """Longest gap that is interpolated across [s]."""
 GAP = 0.2
@@ -23,17 +26,22 @@ NEEDED = (
 )
 
 
-def motion_of(flight: FlightRecord, rotors: int) -> Motion:
+def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
     """Return a flight's motion, from its begin to where the on-board data end.
 
     Args:
         flight: with position, attitude, setpoint and motor commands.
-        rotors: of the vehicle.
+        vehicle: that flew.
 
     Raises:
         WorkbenchError: if a signal is missing, or too much of one.
     """
+    rotors = len(vehicle.rotors)
     commands = tuple(f"motors.command_{i + 1}" for i in range(rotors))
+    speeds = tuple(f"rotors.speed.{i}" for i in range(rotors))
+    full = np.ones(rotors)
+    if not flight.has(commands) and flight.has(speeds):
+        commands, full = speeds, np.array([each.max_rot_velocity for each in vehicle.rotors])
     missing = [name for name in (*NEEDED, *commands) if name not in flight]
     if missing:
         raise WorkbenchError(
@@ -53,10 +61,11 @@ def motion_of(flight: FlightRecord, rotors: int) -> Motion:
     names += known if flight.has(known) else ()
     names += wanted if flight.has(wanted) else ()
     names += ("battery.voltage",) if "battery.voltage" in flight else ()
-    grid = flight.resample(names, PERIOD, BRIDGE)
+    period = FINE if flight[NEEDED[4]].rate > FAST else PERIOD
+    grid = flight.resample(names, period, BRIDGE)
     if len(grid.time) < 2:
         raise WorkbenchError(f"{flight.source}: its signals have no time in common")
-    measured = flight.resample(names, PERIOD, GAP).whole
+    measured = flight.resample(names, period, GAP).whole
 
     def columns(*wanted: str) -> np.ndarray:
         return np.column_stack([grid[name] for name in wanted])
@@ -69,7 +78,7 @@ def motion_of(flight: FlightRecord, rotors: int) -> Motion:
     estimate = flight.has(known)
     return Motion(
         name=flight.name,
-        period=PERIOD,
+        period=period,
         q=q,
         p=p,
         v=v,
@@ -82,7 +91,7 @@ def motion_of(flight: FlightRecord, rotors: int) -> Motion:
         if flight.has(wanted)
         else np.repeat(nothing[:, None], 3, axis=1),
         thrust_setpoint=columns(wanted[3])[:, 0] if flight.has(wanted) else nothing,
-        commands=columns(*commands),
+        commands=columns(*commands) / full,
         voltage=columns("battery.voltage")[:, 0] if "battery.voltage" in flight else nothing,
         measured=measured,
     )

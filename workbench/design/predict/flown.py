@@ -50,6 +50,9 @@ and the rotation from B to where B is taken to be (3) [rad]."""
 PUSH = 9
 """Numbers of a disturbance: force in W (3), force in B (3) [N], and moment in B (3) [N·m]."""
 
+POSITION_GAIN = 2.0
+"""At which an estimate's error of position fades [1/s]."""
+
 
 class Observer(NamedTuple):
     """How the estimate's error goes on, see above.
@@ -75,6 +78,7 @@ class Craft(NamedTuple):
         body: see `rigid_body.RigidBody` (16).
         rotors: a row each (n, 26).
         steps: of physics in a control period, and their length [s].
+        wind: velocity of the air in W [m/s].
     """
 
     gains: np.ndarray
@@ -83,6 +87,7 @@ class Craft(NamedTuple):
     body: np.ndarray
     rotors: np.ndarray
     steps: tuple[int, float]
+    wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def period(self) -> float:
@@ -162,6 +167,8 @@ def step_error(error, velocity, observer, dt):  # type: ignore[no-untyped-def]
         error[6 + i] -= dt * tilt * error[3 + i]
         error[3 + i] += dt * slope
     error[5] -= dt * gain * error[5]
+    for i in range(3):
+        error[i] -= dt * POSITION_GAIN * error[i]
 
 
 @register_jitable
@@ -196,7 +203,7 @@ def fly_period(state, last, speeds, before, commands, shares, push, pressure, cr
             speeds,
             asked,
             shares,
-            (0.0, 0.0, 0.0),
+            craft.wind,
             whole,
             pressure,
             FULL,

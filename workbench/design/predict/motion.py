@@ -7,6 +7,8 @@ from scipy.spatial.transform import Rotation
 
 AIRBORNE = 0.3
 """Above its height at the start a drone flies [m]."""
+TURNING = 0.05
+"""Mean command above which the rotors turn."""
 MARGIN = 0.2
 """Not counted after the take-off, and before the landing [s]."""
 
@@ -58,6 +60,8 @@ class Motion(NamedTuple):
     @property
     def airborne(self) -> tuple[int, int]:
         """From which sample to before which one it flies; none where it never does."""
+        if self.commands[0].mean() > TURNING:  # the log begins in flight
+            return 0, len(self.p) - 1
         high = np.nonzero(self.p[:, 2] > self.p[0, 2] + AIRBORNE)[0]
         if len(high) == 0:
             return 0, 0

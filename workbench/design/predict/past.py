@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 from workbench.control.controller import Controller
 from workbench.control.crazyflie_power import CURVE, FULL, SMALL
 from workbench.design.predict.flown import ERROR, FOLLOW, PUSH, Craft, estimate_of
-from workbench.design.predict.motion import Motion, resampled, rotation
+from workbench.design.predict.motion import TURNING, Motion, resampled, rotation
 from workbench.dynamics.vehicle_step import rotor_rows
 from workbench.plant.drag import drag_rates
 from workbench.plant.gravity import GRAVITY
@@ -35,8 +35,6 @@ RECENT = 0.1
 """Likewise of the velocity at which the air makes its moment [s]."""
 FOLLOWS = 0.1
 """Time in which integrals follow what the log says was asked for [s]."""
-TURNING = 0.05
-"""Mean command above which the rotors turn."""
 ASKED = (
     ("asked_x", "i_velocity_y", "velCtlPid_vyKi", -1.0),
     ("asked_y", "i_velocity_x", "velCtlPid_vxKi", -1.0),
@@ -119,7 +117,8 @@ def thrusts(motion: Motion, vehicle: Vehicle) -> np.ndarray:
 def lagged(values: np.ndarray, motion: Motion, vehicle: Vehicle) -> np.ndarray:
     """Return values (m, n) behind the rotors' lag."""
     share = 1.0 - math.exp(-motion.period / vehicle.rotor_lag)
-    return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0))
+    start = (1.0 - share) * values[:1]  # steady before the log begins
+    return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0, zi=start)[0])
 
 
 def air_rates(vehicle: Vehicle) -> np.ndarray:
@@ -243,7 +242,9 @@ class Past:
             return memory
         held = np.zeros((len(samples), 3))
         if effects.moment:
-            held = self._held(mean_before(self.v_B, samples + 1, round(RECENT / 0.01)))
+            held = self._held(
+                mean_before(self.v_B, samples + 1, round(RECENT / self._motion.period))
+            )
         for axis, column in zip(INNER, held.T, strict=True):
             memory[:, names.index(f"i_rate_{axis}")] = column
             memory[:, names.index(f"i_attitude_{axis}")] = 0.0
