@@ -210,7 +210,9 @@ def _print(found: "WhatIf", rows: list[dict[str, float | str]]) -> None:
     table += [
         (
             str(row["signal"]),
-            *(f"{row[key]:.4f}" for key in ("rms", "largest", "band")),
+            f"{row['rms']:.4f}",
+            f"{row['largest']:.4f}",
+            f"{row['band']:.4f}",
             str(row["unit"]),
         )
         for row in rows

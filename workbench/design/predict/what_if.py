@@ -187,7 +187,7 @@ class _Begun(NamedTuple):
     Attributes:
         law: which one.
         memory: (k).
-        count: of updates before.
+        updates: done before.
         speeds: of the rotors (n).
         references: (K, 8).
         voltages: (K).
@@ -195,7 +195,7 @@ class _Begun(NamedTuple):
 
     law: Law
     memory: np.ndarray
-    count: float
+    updates: float
     speeds: np.ndarray
     references: np.ndarray
     voltages: np.ndarray
@@ -251,7 +251,7 @@ def _follow(
         course.targets,
         begun.speeds,
         begun.memory,
-        begun.count,
+        begun.updates,
         course.errors,
         begun.references,
         begun.voltages,
@@ -273,7 +273,7 @@ def _refly(
             course.targets[0],
             begun.speeds,
             begun.memory,
-            begun.count,
+            begun.updates,
             course.errors,
             begun.references,
             begun.voltages,
@@ -293,7 +293,8 @@ def _drawn(
     drawn = random.standard_normal(7)
     factors = Uncertainty._make([*np.exp(drawn[:5] * uncertainty[:5]).tolist(), 0.0])
     wind = (uncertainty.wind * float(drawn[5]), uncertainty.wind * float(drawn[6]), 0.0)
-    rows = tuple(tuple(factors.inertia * each for each in row) for row in vehicle.I_BBcm_B)
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (factors.inertia * vehicle.inertia).tolist()
+    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     rotors = tuple(
         dataclasses.replace(
             rotor,

@@ -96,7 +96,8 @@ def _points(record: LogRecord, time: np.ndarray) -> np.ndarray | None:
         return None
     actions = sorted((*script, *(each.action for each in record.done)), key=lambda each: each.at)
     flown = [each for each in actions if each.flies]
-    if not flown or any(each.go_to is None for each in flown) or not len(time):
+    if not flown or not len(time) or any(each.go_to is None for each in flown):
         return None
-    points = np.vstack([record.states[0, 4:7], *(each.go_to for each in flown)])
+    goals = [each.go_to for each in flown if each.go_to is not None]
+    points = np.vstack([record.states[0, 4:7], *map(np.array, goals)])
     return points[np.searchsorted([each.at for each in flown], time, side="right")]
