@@ -35,6 +35,8 @@ RECENT = 0.1
 """Likewise of the velocity at which the air makes its moment [s]."""
 FOLLOWS = 0.1
 """Time in which integrals follow what the log says was asked for [s]."""
+EXPONENT = 1.68
+"""Of the thrust over a Crazyflie's command, measured on NanoBench's flights."""
 ASKED = (
     ("asked_x", "i_velocity_y", "velCtlPid_vyKi", -1.0),
     ("asked_y", "i_velocity_x", "velCtlPid_vxKi", -1.0),
@@ -114,6 +116,18 @@ def thrusts(motion: Motion, vehicle: Vehicle) -> np.ndarray:
     return np.asarray(commands**2 * largest)
 
 
+def driven_thrust(motion: Motion, vehicle: Vehicle) -> np.ndarray:
+    """Return what the total thrust goes with at the logged commands (m), but for its scale.
+
+    That of a Crazyflie goes with commands^1.68 times voltage within half a second: the firmware's
+    curve is steeper in the voltage, but that is sampled at 10 Hz and sags with the command.
+    """
+    if vehicle.mass < SMALL and np.isfinite(motion.voltage).all():
+        commands = np.clip(motion.commands, 0.0, 1.0)
+        return np.asarray((commands**EXPONENT * motion.voltage[:, None]).sum(axis=1))
+    return np.asarray(thrusts(motion, vehicle).sum(axis=1))
+
+
 def lagged(values: np.ndarray, motion: Motion, vehicle: Vehicle) -> np.ndarray:
     """Return values (m, n) behind the rotors' lag."""
     share = 1.0 - math.exp(-motion.period / vehicle.rotor_lag)
@@ -175,14 +189,14 @@ class Past:
         times = motion.period * samples[:, None] + period * np.arange(updates)
         return references(motion, times.ravel()).reshape(len(samples), updates, 8)
 
-    def lift(self, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the share of thrust (N), and the level force in B (N, 2) [N], before samples."""
+    def lift(self, samples: np.ndarray, thrust: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the share of a thrust (m), and the level force in B (N, 2) [N], before samples."""
         vehicle, before = self._vehicle, round(BEFORE / self._motion.period)
         # a sample earlier: the last difference of velocities reaches one ahead
         force, v_B = (mean_before(each, samples - 1, before) for each in (self.force, self.v_B))
         force = vehicle.mass * (force + air_rates(vehicle) * v_B)
-        thrust = mean_before(self.thrust, samples - 1, before).sum(axis=1)
-        return force[:, 2] / np.maximum(thrust, 1e-3 * vehicle.mass), force[:, :2]
+        given = mean_before(thrust[:, None], samples - 1, before)[:, 0]
+        return force[:, 2] / np.maximum(given, 1e-3 * vehicle.mass), force[:, :2]
 
     def start(self, samples: np.ndarray, effects: Effects = ALL) -> Start:
         """Return what predictions from samples (N) start from."""
@@ -191,7 +205,7 @@ class Past:
         n, many = len(vehicle.rotors), len(samples)
         share, level = np.ones(many), np.zeros((many, 2))
         if effects.thrust:
-            share, level = self.lift(samples)
+            share, level = self.lift(samples, self.thrust.sum(axis=1))
         pushes = np.zeros((many, 1, PUSH))
         pushes[:, 0, 3:5] = level
         constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])

@@ -27,7 +27,7 @@ from workbench.design.predict.flown import (
     make_craft,
 )
 from workbench.design.predict.motion import Motion, resampled, rotation
-from workbench.design.predict.past import ALL, Effects, Past, air_rates
+from workbench.design.predict.past import ALL, Effects, Past, air_rates, driven_thrust, lagged
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
 
@@ -351,11 +351,13 @@ def _driven(
 
     The translation alone: thrust behind the rotors' lag, rotors' drag, and level force of before.
     """
-    (share, level), period = past.lift(samples), motion.period
+    period = motion.period
+    thrust = lagged(driven_thrust(motion, vehicle)[:, None], motion, vehicle)[:, 0]
+    share, level = past.lift(samples, thrust)
     many, steps = attitude.shape[:2]
     turn = rotation(attitude.reshape(-1, 4)).as_matrix().reshape(many, steps, 3, 3)
     places = samples[:, None] + np.arange(steps)
-    lift = share[:, None] * past.thrust.sum(axis=1)[places] / vehicle.mass
+    lift = share[:, None] * thrust[places] / vehicle.mass
     level = np.column_stack([level, np.zeros(many)]) / vehicle.mass
     rates = air_rates(vehicle)
     position, velocity = np.empty((many, steps, 3)), np.empty((many, steps, 3))
