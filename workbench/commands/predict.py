@@ -217,10 +217,17 @@ def print_summary(summary: "Summary") -> None:
         f"{summary.flights} flights, {summary.windows} predictions, RMS errors "
         f"{summary.horizon:g} s ahead"
     )
-    rows = [("", "position [m]", "velocity [m/s]", "attitude [deg]")]
+    rows: list[tuple[str, ...]] = [("", "position [m]", "velocity [m/s]", "attitude [deg]")]
     for row in summary.methods:
-        angle = f"{math.degrees(row.attitude):.2f}" if math.isfinite(row.attitude) else "-"
-        rows.append((row.method, f"{row.position:.4f}", f"{row.velocity:.4f}", angle))
+        numbers = (
+            f"{value:.{digits}f}" if math.isfinite(value) else "-"
+            for value, digits in (
+                (row.position, 4),
+                (row.velocity, 4),
+                (math.degrees(row.attitude), 2),
+            )
+        )
+        rows.append((row.method, *numbers))
     print_table(rows)
     print(
         f"whole flights from setpoints: {summary.whole:.3f} m RMSE (median), the setpoint, late "

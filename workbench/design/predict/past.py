@@ -98,8 +98,9 @@ ALL = Effects()
 def mean_before(values: np.ndarray, samples: np.ndarray, length: int) -> np.ndarray:
     """Return means (N, k) of values (m, k) over samples before each of N."""
     sums = np.vstack([np.zeros(values.shape[1]), np.cumsum(values, axis=0)])
-    first = np.maximum(samples - length, 0)
-    return np.asarray((sums[samples] - sums[first]) / (samples - first)[:, None])
+    last = np.clip(samples, 1, len(values))
+    first = np.maximum(last - length, 0)
+    return np.asarray((sums[last] - sums[first]) / (last - first)[:, None])
 
 
 def thrusts(motion: Motion, vehicle: Vehicle) -> np.ndarray:
@@ -196,7 +197,9 @@ class Past:
         force, v_B = (mean_before(each, samples - 1, before) for each in (self.force, self.v_B))
         force = vehicle.mass * (force + air_rates(vehicle) * v_B)
         given = mean_before(thrust[:, None], samples - 1, before)[:, 0]
-        return force[:, 2] / np.maximum(given, 1e-3 * vehicle.mass), force[:, :2]
+        share = force[:, 2] / np.maximum(given, 1e-3 * vehicle.mass)
+        told = samples > before  # else there is no past to go by
+        return np.where(told, share, 1.0), np.where(told[:, None], force[:, :2], 0.0)
 
     def start(self, samples: np.ndarray, effects: Effects = ALL) -> Start:
         """Return what predictions from samples (N) start from."""
