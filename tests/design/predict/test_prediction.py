@@ -9,7 +9,7 @@ import pytest
 
 from workbench.commands.cli import main
 from workbench.control.controller import load_controller
-from workbench.design.predict.past import lagged, mean_before
+from workbench.design.predict.past import ALL, lagged, mean_before
 from workbench.design.predict.prediction import CLOSED, GIVEN, METHODS, Predictor, lag, summarized
 from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import Scenario, VehicleConfig
@@ -99,3 +99,19 @@ def test_the_drone_of_these_flights_is_that_of_the_crazyflie_but_for_the_air():
     )
     assert ours.mass == plain.mass and ours.rotor_lag == plain.rotor_lag
     assert ours.hover_speeds == pytest.approx(plain.hover_speeds)
+
+
+def test_inner_integrals_hold_the_moment_of_the_air(simulate):
+    """A Crazyflie whose rotors' drag acts above its centre of mass, at up to 1 m/s."""
+    config = VehicleConfig(model=str(DRONES / "nanobench.urdf"))
+    flown = simulate(Scenario(controller="crazyflie", vehicle=config), duration=3.5)
+    controller = load_controller("crazyflie")
+    gains = dict(flight_gains(flown.vehicle, controller=controller))
+    errors = []
+    for moment in (True, False):
+        effects = ALL._replace(moment=moment, thrust=False)  # the motion's commands are made up
+        predictor = Predictor(flown.vehicle, controller, gains, controller.period, effects=effects)
+        errors.append(summarized([predictor.predict(flown.motion)]).methods[0])
+    held, not_held = errors
+    assert held.attitude < 0.6 * not_held.attitude
+    assert held.position < 0.02

@@ -179,6 +179,11 @@ class Past:
         self._listen = listen
 
     @property
+    def estimated(self) -> bool:
+        """Whether the flight computer knew another motion than the true one."""
+        return not np.array_equal(self._motion.q_known, self._motion.q)
+
+    @property
     def full_voltage(self) -> float:
         """Voltage that the law takes for the full one [V]; 1 where it knows of none."""
         return self._gains.get("vbat", 1.0)

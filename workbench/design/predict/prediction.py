@@ -57,6 +57,8 @@ LAGS = np.arange(0.0, 1.2, 0.01)
 """Among which that of a flight is looked for [s]."""
 PERIOD = 1 / 128
 """Between updates of a law that states none [s]."""
+TRUE = Observer(drag=0.0)
+"""Of a flight computer that knows its motion."""
 PHYSICS = 1 / 500
 """No longer is a step of physics [s]."""
 
@@ -198,7 +200,7 @@ class Predictor:
                 start.memory,
                 start.counts,
                 start.errors,
-                self.observer if self.effects.tilt else self.observer._replace(drag=0.0),
+                self.observer if self.effects.tilt and past.estimated else TRUE,
                 references,
                 start.voltages,
                 start.shares,
