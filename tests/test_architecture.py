@@ -41,6 +41,7 @@ MAY_IMPORT = {
     "logs/plots": "design",
     "logs/plots_response": "design",
     "logs/sensor_samples": "diagram",
+    "logs/motion": "design",
     "live": "common ipc plant link estimation control scenario gains systems session logs",
     "analysis": "common ipc control scenario session design live",
     "gui": "common ipc plant link control scenario gains systems session design logs live analysis",

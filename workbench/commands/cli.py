@@ -169,6 +169,7 @@ def _parser() -> argparse.ArgumentParser:
         params,
         pin,
         plot,
+        predict,
         regress,
         replay,
         reproduce,
@@ -177,6 +178,7 @@ def _parser() -> argparse.ArgumentParser:
         sweep,
         tokens,
         tune,
+        what_if,
     )
 
     parser = Parser(
@@ -219,6 +221,8 @@ def _parser() -> argparse.ArgumentParser:
         export,
         estimate,
         excite,
+        predict,
+        what_if,
         params,
         gains,
         controllers,

@@ -64,13 +64,40 @@ def _flown(record: LogRecord) -> FlightRecord:
         for axis, values in zip("xyz", in_world(back, states[:, 7:10]).T, strict=True):
             name = f"attitude.w_{axis}"
             signals[name] = make_signal(name, "rad/s", time, values, end=end, delay=0.0)
+    points = _points(record, time)
+    if points is not None:
+        for axis, values in zip("xyz", points.T, strict=True):
+            name = f"setpoint.{axis}"
+            signals[name] = make_signal(name, "m", time, values, end=end, delay=0.0)
     return FlightRecord(
         name=record.path.stem,
         source=record.path,
         format=FORMAT,
         firmware=f"workbench {record.versions.get('workbench', '')}".strip(),
-        parameters={"vehicle": record.vehicle, **record.values},
+        parameters={
+            "vehicle": record.vehicle,
+            **({"controller": record.controller["name"]} if "name" in record.controller else {}),
+            **record.values,
+        },
         remarks=tuple(filter(None, (record.remark,))),
         signals=signals,
         end=end,
     )
+
+
+def _points(record: LogRecord, time: np.ndarray) -> np.ndarray | None:
+    """Return the points that a pilot went to (n, 3); None where he flew in another way, too.
+
+    Until the first one it is the place of the start, which the mode holds.
+    """
+    try:
+        script = record.scenario().script
+    except WorkbenchError:
+        return None
+    actions = sorted((*script, *(each.action for each in record.done)), key=lambda each: each.at)
+    flown = [each for each in actions if each.flies]
+    if not flown or not len(time) or any(each.go_to is None for each in flown):
+        return None
+    goals = [each.go_to for each in flown if each.go_to is not None]
+    points = np.vstack([record.states[0, 4:7], *map(np.array, goals)])
+    return points[np.searchsorted([each.at for each in flown], time, side="right")]

@@ -1,0 +1,70 @@
+"""Flights again: with their own law they are the log, with another one what the diagram flies."""
+
+import numpy as np
+import pytest
+
+from workbench.control.controller import load_controller
+from workbench.design.predict.motion import resampled
+from workbench.design.predict.what_if import Law, Uncertainty, what_if
+from workbench.gains.gains import flight_gains
+from workbench.plant.variation import Variation
+from workbench.scenario.scenario import Scenario
+
+PERIOD, STEPS = 1 / 128, 8
+SOFTER = {"kp_position_xy": 1.5, "kp_velocity_x": 1.2, "kp_velocity_y": 1.2}
+NOTHING = Uncertainty(*[0.0] * len(Uncertainty._fields))
+
+
+def laws(vehicle, changed):
+    controller = load_controller("pd")
+    own = dict(flight_gains(vehicle, controller=controller))
+    return Law(controller, own), Law(controller, own | changed)
+
+
+def test_the_own_law_returns_the_log_and_a_push_is_found(simulate):
+    push = (0.4, -0.3, 0.2)
+    flown = simulate(Scenario(), push=push)
+    own, _ = laws(flown.vehicle, {})
+    found = what_if(flown.motion, flown.vehicle, own, own, PERIOD, STEPS, NOTHING, draws=2)
+    assert np.abs(found.again - found.logged)[:, 4:7].max() < 1e-3
+    assert np.abs(found.other - found.logged)[:, 4:7].max() < 1e-3
+    assert np.all(found.high - found.low >= 2e-3 - 1e-9)
+    pushed = (found.time > 1.6) & (found.time < 1.9)
+    before = (found.time > 1.2) & (found.time < 1.4)
+    told = (found.disturbance[pushed] - found.disturbance[before].mean(axis=0))[:, :3]
+    assert told.mean(axis=0) == pytest.approx(push, abs=0.02)
+
+
+def test_other_gains_make_the_flight_that_the_diagram_makes(simulate):
+    wind = {"wind_x": 1.5, "wind_y": -1.0}
+    flown, truth = simulate(Scenario(), wind), simulate(Scenario(), {**wind, **SOFTER})
+    own, other = laws(flown.vehicle, SOFTER)
+    found = what_if(flown.motion, flown.vehicle, own, other, PERIOD, STEPS, NOTHING, draws=2)
+    real = resampled(truth.states[:, 4:7], flown.motion.period, found.time)
+    changed = np.abs(real - found.logged[:, 4:7]).max()
+    assert changed > 0.1
+    assert np.abs(found.other[:, 4:7] - real).max() < 0.05 * changed
+
+
+@pytest.mark.slow
+def test_the_truth_lies_in_the_band_nine_times_of_ten_and_not_always(simulate):
+    """Twelve flights in gusts and wind, of vehicles out of those that the band counts with."""
+    random = np.random.default_rng(7)
+    uncertainty = Uncertainty(thrust=0.0, drag=0.0)  # the diagram varies neither
+    inside = []
+    for seed in range(12):
+        mass, inertia, lag = np.exp(random.standard_normal(3) * uncertainty[:3]).tolist()
+        scenario = Scenario()
+        scenario.vehicle.variation = Variation(mass=mass, inertia=inertia, rotor_lag=lag)
+        scenario.sensors.seed = seed
+        wind_x, wind_y = (uncertainty.wind * random.standard_normal(2)).tolist()
+        hidden = {"turbulence": 1.0, "wind_x": wind_x, "wind_y": wind_y}
+        flown = simulate(scenario, hidden)
+        truth = simulate(scenario, {**hidden, **SOFTER})
+        own, other = laws(flown.vehicle, SOFTER)
+        found = what_if(flown.motion, flown.vehicle, own, other, PERIOD, STEPS, uncertainty)
+        real = resampled(truth.states[:, 4:7], flown.motion.period, found.time)
+        settled = found.time > 0.5  # nothing differs before
+        within = (real >= found.low[:, :3]) & (real <= found.high[:, :3])
+        inside.append(within[settled].mean())
+    assert 0.90 <= np.mean(inside) <= 0.98

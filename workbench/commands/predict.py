@@ -1,0 +1,284 @@
+"""`workbench predict`: how well a model predicts flights that were flown."""
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.commands import ExitCode
+from workbench.commands.options import (
+    LOG_HELP,
+    MODEL_HELP,
+    add_command,
+    add_description_options,
+    add_json_option,
+    add_mapping_option,
+    add_output_options,
+    add_rotors_option,
+)
+from workbench.commands.outputs import Outputs
+from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.progress import progress_bar
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import SHIPPED
+from workbench.scenario.parameters import split_setting
+
+if TYPE_CHECKING:
+    from workbench.design.predict.motion import Motion
+    from workbench.design.predict.prediction import Prediction, Predictor, Summary
+    from workbench.plant.vehicle import Vehicle
+
+FLOWN = {"PID": "crazyflie", "Mellinger": "mellinger"}
+"""Laws of a Crazyflie's controllers, as its logs tell them."""
+DEFAULT = "crazyflie"
+ENDINGS = (".csv", ".csv.gz", ".mcap", ".ulg", ".bin", ".BIN", ".bbl", ".bfl")
+"""Of logs that a folder is looked through for."""
+EFFECTS = ("thrust", "memory", "moment", "estimate", "tilt")
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "predict",
+        "Predict flown flights from many of their instants on, with a model and a law that fly "
+        "from the logged setpoints, and say how far that is off, beside what costs nothing.",
+        "workbench predict flights/ --model my_quad.urdf --horizon 0.5",
+        run,
+    )
+    parser.add_argument(
+        "logs", nargs="+", type=Path, metavar="LOG", help=f"{LOG_HELP}; or a folder of these"
+    )
+    parser.add_argument(
+        "--model", required=True, metavar="NAME|PATH", help=f"the drone: {MODEL_HELP}"
+    )
+    add_description_options(parser)
+    add_rotors_option(parser)
+    parser.add_argument(
+        "--controller",
+        metavar="NAME|FILE",
+        default="",
+        help=f"control law that flew: {', '.join(SHIPPED)}, or a .py file of your own, which runs "
+        f"(default: what the log says, or {DEFAULT})",
+    )
+    parser.add_argument("--gains", metavar="FILE", default="", help="gain file (YAML) of the law")
+    parser.add_argument(
+        "--set",
+        action="append",
+        type=split_setting,
+        default=[],
+        metavar="NAME=VALUE",
+        help="value of one of the law's gains; may be repeated",
+    )
+    parser.add_argument(
+        "--horizon", type=float, default=0.5, metavar="S", help="how far ahead (default: 0.5 s)"
+    )
+    parser.add_argument(
+        "--every", type=float, default=0.1, metavar="S", help="between two starts (default: 0.1 s)"
+    )
+    parser.add_argument(
+        "--without",
+        action="append",
+        default=[],
+        metavar="EFFECT",
+        help="what of the past is left out, to see what it is worth: thrust (its scale and level "
+        "force), memory (of the law), moment (of the air, held by the law), estimate (its error at "
+        "the start), tilt (that it goes on to take drag for tilt); may be repeated",
+    )
+    add_mapping_option(parser)
+    add_output_options(parser)
+    add_json_option(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read the flights, predict them, print and draw the errors."""
+    from workbench.common.resources import find_file, find_model
+
+    if not (0.02 <= args.horizon <= 60.0 and 0.01 <= args.every <= 60.0):
+        raise WorkbenchError("--horizon and --every are seconds, from 0.02 and 0.01 up to 60")
+    for name in args.without:
+        if name not in EFFECTS:
+            raise unknown_name("effect", name, EFFECTS)
+    find_model(args.model)
+    for name in filter(None, (args.rotors, args.gains)):
+        find_file(name)
+    paths = found_logs(args.logs)
+    with Outputs() as outputs:
+        table = outputs.add(args.output / "predict.csv")
+        picture = None if args.no_plots else outputs.add(args.output / "predict.png")
+        vehicle = read_vehicle(args)
+        motions = _motions(paths, args, vehicle)
+        predictors = {law: predictor(vehicle, law, args) for law, _ in motions}
+        predictions = _predicted(predictors, motions, args)
+        from workbench.design.predict.prediction import summarized
+
+        summary = summarized(predictions)
+        _write(predictions, table)
+        if picture:
+            from workbench.design.plots import write_png
+            from workbench.design.plots_predict import plot_predictions
+
+            title = f"{vehicle.name}: {summary.flights} flights, {summary.windows} predictions"
+            write_png(plot_predictions(predictions, title), picture)
+    if args.json:
+        print_json(_said(args, predictions, summary) | {"files": outputs.files})
+    else:
+        print_summary(summary)
+    say_written(outputs.files)
+    return ExitCode.DONE
+
+
+def found_logs(paths: Sequence[Path]) -> list[Path]:
+    """Return logs, and those in folders.
+
+    Raises:
+        WorkbenchError: if a folder has none.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if not path.is_dir():
+            found.append(path)
+            continue
+        inside = sorted(p for p in path.iterdir() if p.name.endswith(ENDINGS))
+        inside = [p for p in inside if p.name != "index.csv"]
+        if not inside:
+            raise WorkbenchError(f"{path}: no logs in this folder: name logs, or where they are")
+        found += inside
+    return found
+
+
+def read_vehicle(args: argparse.Namespace) -> "Vehicle":
+    """Return the vehicle that the command line names."""
+    from workbench.plant.loading import make_vehicle
+    from workbench.scenario.configured import read_configured, tell_remarks
+    from workbench.scenario.scenario import VehicleConfig
+
+    config = VehicleConfig(
+        model=args.model, args=dict(args.arg), packages=dict(args.package), rotors=args.rotors
+    )
+    description = read_configured(config)
+    vehicle = make_vehicle(description)
+    tell_remarks(description, vehicle)
+    return vehicle
+
+
+def predictor(vehicle: "Vehicle", law: str, args: argparse.Namespace) -> "Predictor":
+    """Return what predicts with a law."""
+    from workbench.control.controller import load_controller
+    from workbench.design.predict.past import ALL
+    from workbench.design.predict.prediction import PERIOD, Predictor
+    from workbench.gains.gains import flight_gains
+
+    controller = load_controller(law)
+    gains = flight_gains(vehicle, args.gains, dict(args.set), controller)
+    effects = ALL._replace(**dict.fromkeys(args.without, False))
+    return Predictor(vehicle, controller, dict(gains), controller.period or PERIOD, None, effects)
+
+
+def _motions(
+    paths: Sequence[Path], args: argparse.Namespace, vehicle: "Vehicle"
+) -> list[tuple[str, "Motion"]]:
+    """Return the flights, and which law each of them flies."""
+    from workbench.logs.flight_reader import read_flight
+    from workbench.logs.motion import motion_of
+
+    found = []
+    with progress_bar("reading logs") as progress:
+        for number, path in enumerate(paths):
+            flight = read_flight(path, args.mapping)
+            law = args.controller or FLOWN.get(str(flight.parameters.get("controller")), DEFAULT)
+            found.append((law, motion_of(flight, vehicle)))
+            progress((number + 1) / len(paths))
+    return found
+
+
+def _predicted(
+    predictors: dict[str, "Predictor"],
+    motions: list[tuple[str, "Motion"]],
+    args: argparse.Namespace,
+) -> "list[Prediction]":
+    from workbench.design.predict.prediction import predict_flights
+
+    with progress_bar("predicting") as progress:
+        found = predict_flights(predictors, motions, args.horizon, args.every, progress)
+    flown = {each.flight for each in found}
+    short = [motion.name for _, motion in motions if motion.name not in flown]
+    if short:
+        say(f"not in the air for as long as a prediction, and left out: {', '.join(short)}")
+    if not found:
+        raise WorkbenchError("none of these flights is in the air for as long as a prediction")
+    return found
+
+
+def print_summary(summary: "Summary") -> None:
+    """Print errors of the methods, and of whole flights."""
+    print(
+        f"{summary.flights} flights, {summary.windows} predictions, RMS errors "
+        f"{summary.horizon:g} s ahead"
+    )
+    rows: list[tuple[str, ...]] = [("", "position [m]", "velocity [m/s]", "attitude [deg]")]
+    for row in summary.methods:
+        numbers = (
+            f"{value:.{digits}f}" if math.isfinite(value) else "-"
+            for value, digits in (
+                (row.position, 4),
+                (row.velocity, 4),
+                (math.degrees(row.attitude), 2),
+            )
+        )
+        rows.append((row.method, *numbers))
+    print_table(rows)
+    print(
+        f"whole flights from setpoints: {summary.whole:.3f} m RMSE (median), the setpoint, late "
+        f"{summary.whole_late:.3f} m; lag {1000.0 * summary.lag_difference:+.0f} ms"
+    )
+
+
+def _said(
+    args: argparse.Namespace, predictions: "list[Prediction]", summary: "Summary"
+) -> dict[str, Any]:
+    from workbench.design.predict.prediction import rms
+
+    flights = [
+        {
+            "flight": each.flight,
+            "windows": len(each.starts),
+            "whole": {
+                "rmse": each.whole.rmse,
+                "late_rmse": each.whole.late_rmse,
+                "lags": each.whole.lags,
+                "real_lags": each.whole.real_lags,
+            },
+            "methods": {
+                errors.method: {
+                    "ahead": errors.ahead.tolist(),
+                    "position": [rms(column) for column in errors.position.T],
+                    "velocity": [rms(column) for column in errors.velocity.T],
+                    "attitude": [rms(column) for column in errors.attitude.T],
+                }
+                for errors in each.errors
+            },
+        }
+        for each in predictions
+    ]
+    return {"model": args.model, "without": args.without, "summary": summary, "flights": flights}
+
+
+def _write(predictions: "list[Prediction]", path: Path) -> None:
+    """Write a row a prediction: flight, start, and errors of each method at the horizon."""
+    import csv
+
+    methods = [errors.method for errors in predictions[0].errors]
+    fields = ("position [m]", "velocity [m/s]", "attitude [rad]")
+    lines = [["flight", "start [s]", *(f"{m}: {f}" for m in methods for f in fields)]]
+    for each in predictions:
+        for number, start in enumerate(each.starts):
+            errors = [
+                f"{values[number, -1]:.6g}"
+                for method in each.errors
+                for values in (method.position, method.velocity, method.attitude)
+            ]
+            lines.append([each.flight, f"{start:.3f}", *errors])
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows(lines)

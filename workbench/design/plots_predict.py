@@ -1,0 +1,89 @@
+"""Pictures of predictions: errors over the horizon, and flights from setpoints beside the real."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from workbench.design.plots import PALETTE, label, styled
+from workbench.design.predict.prediction import CLOSED, METHODS, Prediction, rms, summarized
+from workbench.design.predict.what_if import WhatIf
+
+_COLORS = dict(zip(METHODS, PALETTE.series, strict=False))
+_FIELDS = (("position", "m", 1.0), ("velocity", "m/s", 1.0), ("attitude", "deg", 180.0 / np.pi))
+
+
+@styled
+def plot_predictions(predictions: Sequence[Prediction], title: str) -> Figure:
+    """Return errors over the horizon, a panel a quantity, and whole flights' errors.
+
+    Lines are RMS over all windows; the band is from the first to the ninth tenth of the flights.
+    """
+    figure = Figure(figsize=(12.5, 7.0), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    panels = figure.subplots(2, 2).ravel()
+    for axes, (field, unit, factor) in zip(panels, _FIELDS, strict=False):
+        for errors in zip(*(each.errors for each in predictions), strict=True):
+            values = [getattr(each, field) for each in errors]
+            if not np.isfinite(np.concatenate(values)).any():
+                continue
+            method, ahead = errors[0].method, errors[0].ahead
+            line = [factor * rms(column) for column in np.concatenate(values).T]
+            axes.plot(ahead, line, color=_COLORS[method], lw=1.4, label=method)
+            if method == CLOSED:
+                flights = factor * np.array([[rms(c) for c in each.T] for each in values])
+                low, high = np.quantile(flights, (0.1, 0.9), axis=0)
+                axes.fill_between(ahead, low, high, color=_COLORS[method], alpha=0.15, lw=0)
+        label(axes, f"{field} error", f"[{unit}]")
+        axes.set_xlabel("ahead [s]")
+        _limit(axes, predictions, field, factor)
+    _whole(panels[3], predictions)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=len(labels))
+    return figure
+
+
+def _limit(axes: Axes, predictions: Sequence[Prediction], field: str, factor: float) -> None:
+    """Let what is far off leave the picture, so that the others can be told apart."""
+    last = [factor * getattr(row, field) for row in summarized(predictions).methods]
+    known = sorted(value for value in last if np.isfinite(value))
+    axes.set_ylim(0.0, 1.3 * known[len(known) // 2])
+
+
+def _whole(axes: Axes, predictions: Sequence[Prediction]) -> None:
+    """Draw the error of each whole flight over that of the setpoint, late."""
+    ours = np.array([each.whole.rmse for each in predictions])
+    late = np.array([each.whole.late_rmse for each in predictions])
+    most = 1.05 * float(max(ours.max(), late.max()))
+    axes.plot([0.0, most], [0.0, most], color=PALETTE.command, lw=0.8)
+    axes.plot(late, ours, "o", ms=4, color=PALETTE.ours)
+    label(axes, "whole flights: closed loop", "[m]")
+    axes.set_xlabel("setpoint, late [m]")
+    axes.set_xlim(0.0, most)
+    axes.set_ylim(0.0, most)
+
+
+@styled
+def plot_what_if(found: WhatIf, title: str) -> Figure:
+    """Return a flight, the one that would have been with its band, and the disturbance."""
+    figure = Figure(figsize=(12.5, 8.0), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    panels = figure.subplots(3, 3, sharex=True)
+    places = (4, 5, 6, 10, 11, 12)
+    names = (("x", "m"), ("y", "m"), ("z", "m"), ("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s"))
+    for index, (axes, (name, unit)) in enumerate(zip(panels[:2].ravel(), names, strict=True)):
+        logged, other = found.logged[:, places[index]], found.other[:, places[index]]
+        low, high = found.low[:, index], found.high[:, index]
+        axes.fill_between(found.time, low, high, color=PALETTE.ours, alpha=0.2, lw=0, label="band")
+        axes.plot(found.time, logged, color=PALETTE.command, lw=1.2, label="log")
+        axes.plot(found.time, other, color=PALETTE.ours, lw=1.0, label="other")
+        label(axes, name, f"[{unit}]")
+    for index, axis in enumerate("xyz"):
+        axes = panels[2][index]
+        axes.plot(found.time, found.disturbance[:, index], color=PALETTE.mean, lw=0.8)
+        label(axes, f"disturbance, force {axis}", "[N]")
+        axes.set_xlabel("time [s]")
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=3)
+    return figure

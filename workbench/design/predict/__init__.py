@@ -1,0 +1,1 @@
+"""How well a model predicts a flown flight, and how that would have gone with other gains."""

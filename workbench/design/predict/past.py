@@ -1,0 +1,338 @@
+"""What a log tells before an instant, from which a prediction starts: nothing here looks ahead.
+
+- The share of thrust that the rotors give, and the level force in B (tilt between the measured axes
+  and those of the thrust), from accelerations and commands just before.
+- The estimate's error, see `flown.ERROR`: its constant part is the mean since the take-off, a few
+  seconds at most.
+- The law's memory. The law runs along the log on what the flight computer knew; where the log has
+  the attitude and the thrust that were asked for, the integrals behind these follow them. Integrals
+  of inner loops cannot be told so: gyro samples of 100 Hz alias. They begin where the model holds
+  the moment that the air makes at the velocity of the start.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.signal import lfilter
+
+from workbench.control.controller import Controller
+from workbench.control.crazyflie_power import CURVE, FULL, SMALL
+from workbench.design.predict.flown import ERROR, FOLLOW, PUSH, Craft, estimate_of
+from workbench.design.predict.motion import TURNING, Motion, resampled, rotation
+from workbench.dynamics.vehicle_step import rotor_rows
+from workbench.plant.drag import drag_rates
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.vehicle import Vehicle
+
+BEFORE = 0.7
+"""Of the log before a start that thrust and level force are taken from [s]."""
+CONSTANT = 3.0
+"""Likewise of the estimate's constant error [s]."""
+RECENT = 0.1
+"""Likewise of the velocity at which the air makes its moment [s]."""
+FOLLOWS = 0.1
+"""Time in which integrals follow what the log says was asked for [s]."""
+EXPONENT = 1.68
+"""Of the thrust over a Crazyflie's command, measured on NanoBench's flights."""
+ASKED = (
+    ("asked_x", "i_velocity_y", "velCtlPid_vyKi", -1.0),
+    ("asked_y", "i_velocity_x", "velCtlPid_vxKi", -1.0),
+    ("asked_z", "", "", 1.0),
+    ("thrust", "i_velocity_z", "velCtlPid_vzKi", 1000.0),
+)
+"""Of `crazyflie`: what it asked for, the integral behind it, its gain, and what it is multiplied
+with, in the order of `_told`."""
+INNER = ("x", "y", "z")
+
+
+class Start(NamedTuple):
+    """Where N predictions of a flight start; see `flown.make_fly` for what is not told.
+
+    Attributes:
+        samples: of the motion (N).
+        states: (N, 13).
+        speeds: (N, n).
+        memory: (N, k).
+        counts: (N).
+        errors: (N, 11).
+        voltages: (N).
+        shares: (N, n).
+        pushes: (N, 1, 9).
+    """
+
+    samples: np.ndarray
+    states: np.ndarray
+    speeds: np.ndarray
+    memory: np.ndarray
+    counts: np.ndarray
+    errors: np.ndarray
+    voltages: np.ndarray
+    shares: np.ndarray
+    pushes: np.ndarray
+
+
+class Effects(NamedTuple):
+    """Which of what the past tells is used; a table of ablations leaves out one after the other.
+
+    Attributes:
+        thrust: scale and level force of the moments before.
+        memory: of the law, along the log; else as at rest.
+        moment: of the air, held by the inner integrals.
+        estimate: its error at the start.
+        tilt: that it goes on to take drag for tilt.
+    """
+
+    thrust: bool = True
+    memory: bool = True
+    moment: bool = True
+    estimate: bool = True
+    tilt: bool = True
+
+
+ALL = Effects()
+
+
+def mean_before(values: np.ndarray, samples: np.ndarray, length: int) -> np.ndarray:
+    """Return means (N, k) of values (m, k) over samples before each of N."""
+    sums = np.vstack([np.zeros(values.shape[1]), np.cumsum(values, axis=0)])
+    last = np.clip(samples, 1, len(values))
+    first = np.maximum(last - length, 0)
+    return np.asarray((sums[last] - sums[first]) / (last - first)[:, None])
+
+
+def thrusts(motion: Motion, vehicle: Vehicle) -> np.ndarray:
+    """Return the thrust that each rotor reaches at its commands (m, n) [N].
+
+    Commands of a Crazyflie are shares of its voltage, and its thrust is on the firmware's curve;
+    those of others are shares of the largest speed.
+    """
+    commands = np.clip(motion.commands, 0.0, 1.0)
+    if vehicle.mass < SMALL and np.isfinite(motion.voltage).all():
+        volts = motion.voltage[:, None] * commands
+        return np.asarray(np.maximum(np.polynomial.polynomial.polyval(volts, CURVE), 0.0))
+    largest = np.array([rotor.max_thrust for rotor in vehicle.rotors])
+    return np.asarray(commands**2 * largest)
+
+
+def driven_thrust(motion: Motion, vehicle: Vehicle) -> np.ndarray:
+    """Return what the total thrust goes with at the logged commands (m), but for its scale.
+
+    That of a Crazyflie goes with commands^1.68 times voltage within half a second: the firmware's
+    curve is steeper in the voltage, but that is sampled at 10 Hz and sags with the command.
+    """
+    if vehicle.mass < SMALL and np.isfinite(motion.voltage).all():
+        commands = np.clip(motion.commands, 0.0, 1.0)
+        return np.asarray((commands**EXPONENT * motion.voltage[:, None]).sum(axis=1))
+    return np.asarray(thrusts(motion, vehicle).sum(axis=1))
+
+
+def lagged(values: np.ndarray, motion: Motion, vehicle: Vehicle) -> np.ndarray:
+    """Return values (m, n) behind the rotors' lag."""
+    share = 1.0 - math.exp(-motion.period / vehicle.rotor_lag)
+    start = (1.0 - share) * values[:1]  # steady before the log begins
+    return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0, zi=start)[0])
+
+
+def air_rates(vehicle: Vehicle) -> np.ndarray:
+    """Return how fast the air brakes a vehicle in hover along B's axes, over speed (3) [1/s]."""
+    across = drag_rates(vehicle).across
+    inflow = np.array([rotor.inflow_coefficient for rotor in vehicle.rotors])
+    return np.array([across, across, float(inflow @ vehicle.hover_speeds) / vehicle.mass])
+
+
+class Past:
+    """What a flight's log tells before its instants.
+
+    Args:
+        motion: the flight.
+        vehicle: as the law knows it, and as it flies.
+        controller: the law.
+        gains: of all its parameters, by name.
+        craft: of these.
+        listen: see `flown.Functions`.
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        vehicle: Vehicle,
+        controller: Controller,
+        gains: dict[str, float],
+        craft: Craft,
+        listen: Callable[..., Any],
+    ) -> None:
+        self._motion, self._vehicle, self._controller = motion, vehicle, controller
+        self._gains, self._craft = gains, craft
+        attitude = rotation(motion.q)
+        self.force = attitude.inv().apply(
+            np.gradient(motion.v, motion.period, axis=0) + [0.0, 0.0, GRAVITY]
+        )
+        """Specific force in B (m, 3) [m/s²]."""
+        self.v_B = attitude.inv().apply(motion.v)
+        self.thrust = lagged(thrusts(motion, vehicle), motion, vehicle)
+        self._error = (attitude.inv() * rotation(motion.q_known)).as_rotvec()
+        turning = np.nonzero(motion.commands.mean(axis=1) > TURNING)[0]
+        self._first = int(turning[0]) if len(turning) else 0
+        self._listen = listen
+
+    @property
+    def estimated(self) -> bool:
+        """Whether the flight computer knew another motion than the true one."""
+        return not np.array_equal(self._motion.q_known, self._motion.q)
+
+    @property
+    def full_voltage(self) -> float:
+        """Voltage that the law takes for the full one [V]; 1 where it knows of none."""
+        return self._gains.get("vbat", 1.0)
+
+    def references(self, samples: np.ndarray, duration: float) -> np.ndarray:
+        """Return what the law is asked for from samples (N) on (N, K, 8)."""
+        motion, period = self._motion, self._craft.period
+        updates = round(duration / period)
+        times = motion.period * samples[:, None] + period * np.arange(updates)
+        return references(motion, times.ravel()).reshape(len(samples), updates, 8)
+
+    def lift(self, samples: np.ndarray, thrust: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the share of a thrust (m), and the level force in B (N, 2) [N], before samples."""
+        vehicle, before = self._vehicle, round(BEFORE / self._motion.period)
+        # a sample earlier: the last difference of velocities reaches one ahead
+        force, v_B = (mean_before(each, samples - 1, before) for each in (self.force, self.v_B))
+        force = vehicle.mass * (force + air_rates(vehicle) * v_B)
+        given = mean_before(thrust[:, None], samples - 1, before)[:, 0]
+        share = force[:, 2] / np.maximum(given, 1e-3 * vehicle.mass)
+        told = samples > before  # else there is no past to go by
+        return np.where(told, share, 1.0), np.where(told[:, None], force[:, :2], 0.0)
+
+    def start(self, samples: np.ndarray, effects: Effects = ALL) -> Start:
+        """Return what predictions from samples (N) start from."""
+        motion, vehicle = self._motion, self._vehicle
+        attitude = rotation(motion.q[samples])
+        n, many = len(vehicle.rotors), len(samples)
+        share, level = np.ones(many), np.zeros((many, 2))
+        if effects.thrust:
+            share, level = self.lift(samples, self.thrust.sum(axis=1))
+        pushes = np.zeros((many, 1, PUSH))
+        pushes[:, 0, 3:5] = level
+        constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])
+        counts = np.floor(motion.period * (samples - self._first) / self._craft.period)
+        voltage = motion.voltage[samples]
+        return Start(
+            samples=samples,
+            states=np.column_stack(
+                [
+                    motion.q[samples],
+                    motion.p[samples],
+                    attitude.apply(motion.w[samples]),
+                    motion.v[samples],
+                ]
+            ),
+            speeds=np.sqrt(self.thrust[samples] / constants),
+            memory=self._memory(samples, counts, effects),
+            counts=counts,
+            errors=self._errors(samples, effects),
+            voltages=np.where(np.isfinite(voltage), voltage / self.full_voltage, 1.0),
+            shares=np.repeat(np.clip(share, 0.5, 2.0)[:, None], n, axis=1),
+            pushes=pushes,
+        )
+
+    def _errors(self, samples: np.ndarray, effects: Effects) -> np.ndarray:
+        """Return the estimate's errors at samples (N, 11)."""
+        motion = self._motion
+        found = np.zeros((len(samples), ERROR))
+        if not effects.estimate:
+            return found
+        constant = mean_before(self._error, samples + 1, round(CONSTANT / motion.period))
+        tilt = rotation(motion.q[samples]).apply(self._error[samples] - constant)
+        found[:, 0:3] = (motion.p_known - motion.p)[samples]
+        found[:, 3:6] = (motion.v_known - motion.v)[samples]
+        found[:, 6] = GRAVITY * tilt[:, 1] * effects.tilt
+        found[:, 7] = -GRAVITY * tilt[:, 0] * effects.tilt
+        found[:, 8:11] = constant
+        return found
+
+    def _memory(self, samples: np.ndarray, counts: np.ndarray, effects: Effects) -> np.ndarray:
+        """Return what the law remembers at samples (N, k)."""
+        names = [state.name for state in self._controller.memory]
+        if not effects.memory or not names:
+            return np.tile(np.array(self._controller.initial_memory, float), (len(samples), 1))
+        place = np.clip(counts.astype(int) - 1, 0, len(self._remembered) - 1)
+        memory = self._remembered[place].copy()
+        if "i_rate_x" not in names:
+            return memory
+        held = np.zeros((len(samples), 3))
+        if effects.moment:
+            held = self._held(
+                mean_before(self.v_B, samples + 1, round(RECENT / self._motion.period))
+            )
+        for axis, column in zip(INNER, held.T, strict=True):
+            memory[:, names.index(f"i_rate_{axis}")] = column
+            memory[:, names.index(f"i_attitude_{axis}")] = 0.0
+        return memory
+
+    def _held(self, v_B: np.ndarray) -> np.ndarray:
+        """Return integrals of `crazyflie`'s rates (N, 3) [deg] that hold the air's moment."""
+        gains, vehicle = self._gains, self._vehicle
+        rows = rotor_rows(vehicle.rotors, self._craft.period)
+        pull = rows[:, 6] * vehicle.hover_speeds
+        heights = rows[:, 2] - vehicle.p_BoBcm_B[2]
+        arm = float(pull @ heights)  # moment about the centre of mass over level velocity [N·s]
+        unit = gains["thrust_max"] / FULL * 0.5 * np.abs(rows[:, 0:2]).sum(axis=0)
+        roll = -arm * v_B[:, 1] / (unit[1] * gains["pid_rate_roll_ki"])
+        pitch = -arm * v_B[:, 0] / (unit[0] * gains["pid_rate_pitch_ki"])
+        return np.column_stack([np.clip(roll, -33.3, 33.3), np.clip(pitch, -33.3, 33.3), 0 * roll])
+
+    @cached_property
+    def _remembered(self) -> np.ndarray:
+        """Return what the law remembers along the log, from the first turn of a rotor on."""
+        motion, period = self._motion, self._craft.period
+        begin = motion.period * self._first
+        time = np.arange(begin, motion.time[-1], period)
+
+        def at(values: np.ndarray) -> np.ndarray:
+            return resampled(values, motion.period, time)
+
+        q = at(motion.q_known)
+        q /= np.linalg.norm(q, axis=1)[:, None]
+        w = rotation(q).apply(at(motion.w))
+        measured = np.column_stack([q, at(motion.p_known), w, at(motion.v_known)])
+        voltage = at(motion.voltage[:, None])[:, 0] / self.full_voltage
+        told, places = self._told(at)
+        first = np.array(self._controller.initial_memory, dtype=float)
+        return np.asarray(
+            self._listen(
+                measured,
+                references(motion, time),
+                np.where(np.isfinite(voltage), voltage, 1.0),
+                told,
+                places,
+                first,
+                estimate_of(period),
+                self._craft,
+            )
+        )
+
+    def _told(self, at: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Return what the log tells of the law's memory (K, r), and where it stands (r, 4)."""
+        motion, names = self._motion, [state.name for state in self._controller.memory]
+        wanted = np.degrees(motion.attitude_setpoint) * [1.0, -1.0, 1.0]
+        log = at(np.column_stack([wanted, FULL * motion.thrust_setpoint]))
+        if not {row[0] for row in ASKED} <= {*names} or "i_rate_x" not in names:
+            return log[:, :0], np.empty((0, 4))
+        share = self._craft.period / FOLLOWS
+        places = []
+        for asked, integral, gain, times in ASKED:
+            factor = times * self._gains.get(gain, 0.0)
+            behind = names.index(integral) if factor else -1
+            places.append((names.index(asked), behind, factor or 1.0, share))
+        return log, np.array(places, dtype=float)
+
+
+def references(motion: Motion, time: np.ndarray) -> np.ndarray:
+    """Return what the law is asked for at times (K, 8), see `guidance.Reference`."""
+    found = np.zeros((len(time), 8))
+    found[:, 4:7] = resampled(motion.setpoint, motion.period, time)
+    found[:, FOLLOW] = 1.0
+    return found

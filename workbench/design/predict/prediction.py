@@ -1,0 +1,447 @@
+"""Predictions from many instants of a log on, how far they are off, and what they must beat.
+
+Methods, each from the same instants:
+
+- `closed loop`: the law flies the vehicle from setpoints, see `flown`; it knows nothing of what was
+  commanded to the motors later.
+- `rates fade`: under the logged motor commands, with the attitude of rates that fade within 0.1 s.
+- `attitude given`: likewise, with the logged attitude, see `BLEND`: the translation alone is
+  predicted.
+- `nothing changes`: velocity and attitude stay as they are.
+- `setpoint, late`: the position moves as the setpoint did a lag earlier.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from workbench.control.controller import Controller
+from workbench.design.predict.flown import (
+    Craft,
+    Observer,
+    compiled_flights,
+    estimate_of,
+    make_craft,
+)
+from workbench.design.predict.motion import Motion, resampled, rotation
+from workbench.design.predict.past import ALL, Effects, Past, air_rates, driven_thrust, lagged
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.vehicle import Vehicle
+
+CLOSED, FADING, GIVEN, NOTHING, LATE = METHODS = (
+    "closed loop",
+    "rates fade",
+    "attitude given",
+    "nothing changes",
+    "setpoint, late",
+)
+LAG = 0.53
+"""By which a setpoint is late: the median of NanoBench's PID flights [s]."""
+FADES = 0.1
+"""Time constant of a body rate that fades [s]."""
+BLEND = 0.3
+"""Of the way from the measured attitude to the flight computer's lies the one that is given: the
+errors of the two are of about one size, and independent."""
+EVERY = 0.1
+"""Between two starts [s]."""
+HORIZON = 0.5
+"""How far ahead [s]."""
+SETTLED = 1.0
+"""In the air before the first start: the past that a prediction goes by [s]."""
+MOVES = 0.3
+"""An axis whose setpoint moves less than this tells of no lag [m]."""
+LAGS = np.arange(0.0, 1.2, 0.01)
+"""Among which that of a flight is looked for [s]."""
+PERIOD = 1 / 128
+"""Between updates of a law that states none [s]."""
+TRUE = Observer(drag=0.0)
+"""Of a flight computer that knows its motion."""
+PHYSICS = 1 / 500
+"""No longer is a step of physics [s]."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How far a method was off, over the horizon.
+
+    Attributes:
+        method: see above.
+        ahead: times from the start on (h) [s].
+        position: distance of each of N predictions (N, h) [m].
+        velocity: likewise (N, h) [m/s].
+        attitude: angle of the rotation between the two (N, h) [rad]; NaN where not predicted.
+    """
+
+    method: str
+    ahead: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    attitude: np.ndarray
+
+
+@dataclass(frozen=True)
+class WholeFlight:
+    """A flight from its first instant in the air on, closed loop from setpoints.
+
+    Attributes:
+        flight: its name.
+        time: from the start of the log on (k) [s].
+        real: position (k, 3) [m].
+        flown: that of the model (k, 3) [m].
+        rmse: of the position [m].
+        late_rmse: of the setpoint, late [m].
+        lags: from setpoint to position of the level axes that move, of the model [s].
+        real_lags: likewise, of the flight [s].
+    """
+
+    flight: str
+    time: np.ndarray
+    real: np.ndarray
+    flown: np.ndarray
+    rmse: float
+    late_rmse: float
+    lags: tuple[float, ...]
+    real_lags: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a model predicts of one flight.
+
+    Attributes:
+        flight: its name.
+        starts: instants that were predicted from (N) [s].
+        errors: of each method.
+        whole: of the closed loop over all of the flight.
+    """
+
+    flight: str
+    starts: np.ndarray
+    errors: tuple[Errors, ...]
+    whole: WholeFlight
+
+
+class Predictor:
+    """A vehicle and a law that flights are predicted with.
+
+    Args:
+        vehicle: as the law knows it, and as it flies.
+        controller: the law.
+        gains: of all its parameters, by name.
+        period: between its updates [s].
+        observer: how the estimate's error goes on.
+        effects: what of the past is used.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        controller: Controller,
+        gains: dict[str, float],
+        period: float,
+        observer: Observer | None = None,
+        effects: Effects = ALL,
+    ) -> None:
+        self.vehicle, self.controller, self.gains = vehicle, controller, gains
+        self.observer, self.effects = observer or Observer(), effects
+        steps = math.ceil(period / PHYSICS - 1e-9)
+        self.craft: Craft = make_craft(vehicle, controller, gains, period, steps)
+        self._functions = compiled_flights(controller)
+
+    def predict(
+        self, motion: Motion, horizon: float = HORIZON, every: float = EVERY
+    ) -> Prediction | None:
+        """Return predictions of a flight, None where it is in the air for less than one.
+
+        Args:
+            motion: the flight.
+            horizon: how far ahead [s].
+            every: between two starts [s].
+        """
+        first, last = motion.airborne
+        ahead = round(horizon / motion.period)
+        settled = first + round(SETTLED / motion.period)
+        samples = np.arange(settled, last - ahead, max(1, round(every / motion.period)))
+        samples = samples[motion.measured[samples[:, None] + np.arange(ahead + 1)].all(axis=1)]
+        if len(samples) == 0:
+            return None
+        past = self._past(motion)
+        found = [self._closed(motion, past, samples, ahead)]
+        blended = motion._replace(q=blend(motion))
+        for method, known, turned in (
+            (FADING, past, _fading(motion, samples, ahead)),
+            (GIVEN, self._past(blended), _given(blended, samples, ahead)),
+        ):
+            flown = _driven(motion, known, self.vehicle, samples, turned)
+            found.append(_errors(motion, samples, method, *flown))
+        found += [_nothing(motion, samples, ahead), _late(motion, samples, ahead)]
+        return Prediction(
+            motion.name,
+            motion.time[samples],
+            tuple(found),
+            self._whole(motion, past, first, last),
+        )
+
+    def _past(self, motion: Motion) -> Past:
+        listen = self._functions.listen
+        return Past(motion, self.vehicle, self.controller, self.gains, self.craft, listen)
+
+    def _fly(self, past: Past, samples: np.ndarray, duration: float, keep: float) -> np.ndarray:
+        """Return states (N, h, 13) of closed loops from samples on, `keep` [s] apart or less."""
+        start, craft = past.start(samples, self.effects), self.craft
+        references = past.references(samples, duration)
+        return np.asarray(
+            self._functions.fly(
+                start.states,
+                start.speeds,
+                start.memory,
+                start.counts,
+                start.errors,
+                self.observer if self.effects.tilt and past.estimated else TRUE,
+                references,
+                start.voltages,
+                start.shares,
+                start.pushes,
+                0.0,
+                estimate_of(craft.period),
+                craft,
+                max(1, math.floor(keep / craft.period + 1e-9)),
+            )
+        )
+
+    def _closed(self, motion: Motion, past: Past, samples: np.ndarray, ahead: int) -> Errors:
+        duration, period = ahead * motion.period, self.craft.period
+        states = self._fly(past, samples, duration + period, period)
+        flown = period * np.arange(states.shape[1])
+        times = motion.period * np.arange(ahead + 1)
+        place = np.minimum((times / period).astype(int), len(flown) - 2)
+        share = ((times - flown[place]) / period)[:, None]
+        at = states[:, place] + share * (states[:, place + 1] - states[:, place])
+        return _errors(motion, samples, CLOSED, at[:, :, 4:7], at[:, :, 10:13], at[:, :, 0:4])
+
+    def _whole(self, motion: Motion, past: Past, first: int, last: int) -> WholeFlight:
+        start = np.array([first])
+        keep = max(1, math.floor(motion.period / self.craft.period + 1e-9))
+        step = keep * self.craft.period
+        states = self._fly(past, start, motion.period * (last - first), step)[0]
+        time = motion.period * first + step * np.arange(len(states))
+        real = resampled(motion.p, motion.period, time)
+        asked = resampled(motion.setpoint, motion.period, time)
+        late = resampled(motion.setpoint, motion.period, time - LAG)
+        flown = states[:, 4:7]
+        moves = [axis for axis in (0, 1) if np.ptp(asked[:, axis]) > MOVES]
+        return WholeFlight(
+            motion.name,
+            time,
+            real,
+            flown,
+            _rmse(flown - real),
+            _rmse(late - real),
+            tuple(lag(time, asked[:, axis], flown[:, axis]) for axis in moves),
+            tuple(lag(time, asked[:, axis], real[:, axis]) for axis in moves),
+        )
+
+
+def predict_flights(
+    predictors: dict[str, Predictor],
+    motions: Sequence[tuple[str, Motion]],
+    horizon: float = HORIZON,
+    every: float = EVERY,
+    progress: Callable[[float], None] | None = None,
+) -> list[Prediction]:
+    """Return predictions of flights, each by the predictor of its name."""
+    found = []
+    for number, (name, motion) in enumerate(motions):
+        prediction = predictors[name].predict(motion, horizon, every)
+        if prediction:
+            found.append(prediction)
+        if progress:
+            progress((number + 1) / len(motions))
+    return found
+
+
+def blend(motion: Motion) -> np.ndarray:
+    """Return attitudes (m, 4) between the measured ones and the flight computer's, see `BLEND`."""
+    attitude = rotation(motion.q)
+    between = (attitude.inv() * rotation(motion.q_known)).as_rotvec()
+    q = (attitude * Rotation.from_rotvec(BLEND * between)).as_quat()[:, [3, 0, 1, 2]]
+    return np.asarray(q)
+
+
+def lag(time: np.ndarray, setpoint: np.ndarray, position: np.ndarray) -> float:
+    """Return by how much a position (k) is late [s], by least squares with a gain and an offset."""
+    found = []
+    known = time > time[0] + LAGS[-1]
+    if known.sum() < 3:
+        return math.nan
+    for late in LAGS:
+        past = np.interp(time - late, time, setpoint)[known]
+        columns = np.column_stack([past, np.ones(len(past))])
+        rest = position[known] - columns @ np.linalg.lstsq(columns, position[known], rcond=None)[0]
+        found.append((float(rest @ rest), float(late)))
+    return min(found)[1]
+
+
+def _rmse(errors: np.ndarray) -> float:
+    """Return the root of the mean squared length of errors (k, 3)."""
+    return float(np.sqrt(np.mean(np.sum(errors**2, axis=1))))
+
+
+def _errors(
+    motion: Motion,
+    samples: np.ndarray,
+    method: str,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    attitude: np.ndarray | None,
+) -> Errors:
+    """Return the errors of predictions (N, h, 3), (N, h, 3) and (N, h, 4)."""
+    many, steps = position.shape[:2]
+    places = samples[:, None] + np.arange(steps)
+    angle = np.full((many, steps), np.nan)
+    if attitude is not None:
+        real = rotation(motion.q[places].reshape(-1, 4))
+        turned = rotation(np.broadcast_to(attitude, (many, steps, 4)).reshape(-1, 4))
+        angle = (real.inv() * turned).magnitude().reshape(many, steps)
+    return Errors(
+        method,
+        motion.period * np.arange(steps),
+        np.linalg.norm(position - motion.p[places], axis=2),
+        np.linalg.norm(velocity - motion.v[places], axis=2),
+        angle,
+    )
+
+
+def _nothing(motion: Motion, samples: np.ndarray, ahead: int) -> Errors:
+    times = motion.period * np.arange(ahead + 1)[:, None]
+    velocity = np.repeat(motion.v[samples][:, None], ahead + 1, axis=1)
+    position = motion.p[samples][:, None] + times * velocity
+    attitude = np.repeat(motion.q[samples][:, None], ahead + 1, axis=1)
+    return _errors(motion, samples, NOTHING, position, velocity, attitude)
+
+
+def _late(motion: Motion, samples: np.ndarray, ahead: int) -> Errors:
+    late = resampled(motion.setpoint, motion.period, motion.time - LAG)
+    places = samples[:, None] + np.arange(ahead + 1)
+    position = motion.p[samples][:, None] + late[places] - late[samples][:, None]
+    velocity = np.full_like(position, np.nan)  # it jumps
+    return _errors(motion, samples, LATE, position, velocity, None)
+
+
+def _given(motion: Motion, samples: np.ndarray, ahead: int) -> np.ndarray:
+    """Return the logged attitudes (N, h, 4)."""
+    return motion.q[samples[:, None] + np.arange(ahead + 1)]
+
+
+def _fading(motion: Motion, samples: np.ndarray, ahead: int) -> np.ndarray:
+    """Return attitudes (N, h, 4) whose rates fade from those at the start."""
+    times = motion.period * np.arange(ahead + 1)
+    angles = FADES * (1.0 - np.exp(-times / FADES))[:, None]
+    turned = motion.w[samples][:, None] * angles
+    start = rotation(np.repeat(motion.q[samples], ahead + 1, axis=0))
+    q = (start * Rotation.from_rotvec(turned.reshape(-1, 3))).as_quat()[:, [3, 0, 1, 2]]
+    return np.asarray(q.reshape(len(samples), ahead + 1, 4))
+
+
+def _driven(
+    motion: Motion, past: Past, vehicle: Vehicle, samples: np.ndarray, attitude: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return positions, velocities and attitudes under the logged commands and some attitudes.
+
+    The translation alone: thrust behind the rotors' lag, rotors' drag, and level force of before.
+    """
+    period = motion.period
+    thrust = lagged(driven_thrust(motion, vehicle)[:, None], motion, vehicle)[:, 0]
+    share, level = past.lift(samples, thrust)
+    many, steps = attitude.shape[:2]
+    turn = rotation(attitude.reshape(-1, 4)).as_matrix().reshape(many, steps, 3, 3)
+    places = samples[:, None] + np.arange(steps)
+    lift = share[:, None] * thrust[places] / vehicle.mass
+    level = np.column_stack([level, np.zeros(many)]) / vehicle.mass
+    rates = air_rates(vehicle)
+    position, velocity = np.empty((many, steps, 3)), np.empty((many, steps, 3))
+    p, v = motion.p[samples].copy(), motion.v[samples].copy()
+    for step in range(steps):
+        position[:, step], velocity[:, step] = p, v
+        R = turn[:, step]
+        if step + 1 < steps:
+            R = 0.5 * (R + turn[:, step + 1])
+        v_B = np.einsum("nji,nj->ni", R, v)
+        force = level - rates * v_B
+        force[:, 2] += lift[:, step]
+        a = np.einsum("nij,nj->ni", R, force) - [0.0, 0.0, GRAVITY]
+        p = p + period * (v + 0.5 * period * a)
+        v = v + period * a
+    return position, velocity, attitude
+
+
+@dataclass(frozen=True)
+class MethodSummary:
+    """A method's errors at the end of the horizon: RMS over all windows.
+
+    Attributes:
+        method: see above.
+        position: [m].
+        velocity: [m/s].
+        attitude: [rad]; NaN where it predicts none.
+    """
+
+    method: str
+    position: float
+    velocity: float
+    attitude: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """How well flights were predicted.
+
+    Attributes:
+        flights: how many.
+        windows: starts of all of them.
+        horizon: how far ahead the errors are [s].
+        methods: a row each.
+        whole: median over flights of the closed loop's RMSE over all of a flight [m].
+        whole_late: likewise, of the setpoint, late [m].
+        lag_difference: median over level axes of the model's lag less that of the flight [s].
+    """
+
+    flights: int
+    windows: int
+    horizon: float
+    methods: tuple[MethodSummary, ...]
+    whole: float
+    whole_late: float
+    lag_difference: float
+
+
+def summarized(predictions: Sequence[Prediction]) -> Summary:
+    """Return how well flights, of which there is one at least, were predicted."""
+    rows = []
+    for errors in zip(*(each.errors for each in predictions), strict=True):
+        last = [
+            np.concatenate([getattr(each, field)[:, -1] for each in errors])
+            for field in ("position", "velocity", "attitude")
+        ]
+        rows.append(MethodSummary(errors[0].method, *map(rms, last)))
+    whole = [each.whole for each in predictions]
+    pairs = [pair for each in whole for pair in zip(each.lags, each.real_lags, strict=True)]
+    differences = [ours - real for ours, real in pairs if math.isfinite(ours - real)]
+    return Summary(
+        flights=len(predictions),
+        windows=sum(len(each.starts) for each in predictions),
+        horizon=float(predictions[0].errors[0].ahead[-1]),
+        methods=tuple(rows),
+        whole=float(np.median([each.rmse for each in whole])),
+        whole_late=float(np.median([each.late_rmse for each in whole])),
+        lag_difference=float(np.median(differences)) if differences else math.nan,
+    )
+
+
+def rms(values: np.ndarray) -> float:
+    """Return the root of the mean square of what is a number; NaN where nothing is."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else math.nan
