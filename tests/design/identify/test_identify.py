@@ -104,7 +104,7 @@ def test_intervals_hold_what_flew_and_errors_are_small() -> None:
         assert np.median(sizes["inertia_z"]) < (0.08 if kind == "8 kg" else 0.05), kind
     shares = {name: float(np.mean(held)) for name, held in inside.items()}
     print(shares)
-    # 0.93 to 0.97 each are wanted. In 115 runs lag, delay, thrust, centre y, turn and climb drag had
+    # 0.93 to 0.97 each are wanted. In 115 runs lag, delay, thrust, centre y, turn, climb drag had
     # them, inertias, centre x, spin-up and drag 0.88 to 0.92, all together 0.93: known limits
     assert 0.91 <= np.mean(list(shares.values())) <= 0.975, shares
     assert min(shares.values()) >= 0.80, shares
