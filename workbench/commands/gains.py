@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.commands import ExitCode, gains_exchange
+from workbench.commands import ExitCode, gains_exchange, gains_translate
 from workbench.commands.options import (
     add_command,
     add_controller_option,
@@ -101,12 +101,14 @@ def add_parser(commands: Any) -> None:
     add_controller_option(restore, "file")
     add_json_option(restore)
     gains_exchange.add_parsers(actions)
+    gains_translate.add_parser(actions)
 
 
 def _ask(args: argparse.Namespace) -> int:
     """Say what there is, as no command was given."""
     raise WorkbenchError(
-        "say what to do: workbench gains show, diff, save, history, restore, import or export"
+        "say what to do: workbench gains show, diff, save, history, restore, import, export or "
+        "translate"
     )
 
 

@@ -11,7 +11,6 @@ from workbench.commands.options import (
     add_command,
     add_json_option,
     add_vehicle_options,
-    flown_with,
     with_vehicle,
 )
 from workbench.commands.printing import print_json, print_table, say, say_written

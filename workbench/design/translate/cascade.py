@@ -54,6 +54,11 @@ class Turn:
         """Angular acceleration per integral of the angle, c_1 [1/s³]."""
         return self.rate * self.angle_integral + self.rate_integral * self.angle
 
+    def less(self, drag: float) -> "Turn":
+        """Return the same loop, of which drag has damped the rate already by so much [1/s]."""
+        rate = self.rate - drag
+        return replace(self, rate=rate, angle=self.angle * self.rate / rate) if rate else self
+
     def without_angle_rate(self) -> "Turn":
         """Return the same loop without the derivative of the angle, exactly."""
         more = 1.0 + self.angle_rate
@@ -99,6 +104,11 @@ class Move:
     speed_integral: float = 0.0
     slope: float = 0.0
     ahead: float = 0.0
+
+    def less(self, drag: float) -> "Move":
+        """Return the same loop, of which drag has damped the speed already by so much [1/s]."""
+        speed = self.speed - drag
+        return replace(self, speed=speed, place=self.place * self.speed / speed) if speed else self
 
     @property
     def pull(self) -> float:

@@ -27,6 +27,7 @@ class Row:
         scale: see above.
         factor: name of a parameter that multiplies it, "" for none.
         divisor: name of one that divides it.
+        near: why it acts a little otherwise than the part says, a clause.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Row:
     scale: float = 1.0
     factor: str = ""
     divisor: str = ""
+    near: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ class Form:
         rows: its gains.
         filters: parameters that are 0 where its filters are off.
         remarks: what its structure has that no gain carries, sentences.
+        hover: parameter of the thrust in hover, which it remembers as `thrust`; "" for none.
         takes_drag: whether it takes back what the rotors' drag damps the yaw rate by.
         exact: whether its loops follow from these gains.
     """
@@ -52,6 +55,7 @@ class Form:
     rows: tuple[Row, ...]
     filters: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    hover: str = ""
     takes_drag: bool = False
     exact: bool = True
 
@@ -65,7 +69,10 @@ def _both(names: str, axes: str, parts: str) -> tuple[Row, ...]:
     )
 
 
-_DRAG = "what drag of still air takes is given back, which other laws do not do"
+_DRAG = (
+    "what drag of still air takes is given back; laws that do not have so much less gain on the "
+    "velocity and the yaw rate instead"
+)
 PD = Form(
     (
         *_both("kp_position_xy", "x y", "place"),
@@ -83,13 +90,9 @@ PID = Form(
     (
         *_both("kp_position_xy", "x y", "place"),
         Row("kp_position_z", "z", "place"),
-        *_both(
-            "kp_velocity_xy ki_velocity_xy kd_velocity_xy", "x y", "speed speed_integral slope"
-        ),
+        *_both("kp_velocity_xy ki_velocity_xy kd_velocity_xy", "x y", "speed speed_integral slope"),
         *_both("kp_velocity_z ki_velocity_z kd_velocity_z", "z", "speed speed_integral slope"),
-        *_both(
-            "kp_tilt kp_rate ki_rate kd_rate", "roll pitch", "angle rate rate_integral slope"
-        ),
+        *_both("kp_tilt kp_rate ki_rate kd_rate", "roll pitch", "angle rate rate_integral slope"),
         *_both("kp_yaw_rate ki_yaw_rate", "yaw", "rate rate_integral"),
     ),
     remarks=(_DRAG, "its angular acceleration is filtered with 10 ms"),
@@ -136,6 +139,7 @@ PX4 = Form(
         ),
         *(Row(f"MC_{axis.upper()}RATE_FF", axis, "ahead") for axis in TURNS),
     ),
+    hover="MPC_THR_HOVER",
     filters=("IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF", "MC_YAW_TQ_CUTOFF"),
     remarks=(
         "low-passes of the gyro, of its slope and of the yaw torque turn the phase besides",
@@ -148,13 +152,19 @@ CRAZYFLIE = Form(
         *(Row(f"posCtlPid_{axis}Kp", axis, "place") for axis in MOVES),
         *(Row(f"posCtlPid_{axis}Ki", axis, "place_integral") for axis in MOVES),
         *(
-            Row(f"velCtlPid_v{axis}{name}", axis, part, 1.0 if axis == "z" else GRAVITY / DEGREES)
+            Row(
+                f"velCtlPid_v{axis}{name}",
+                axis,
+                part,
+                1.0 if axis == "z" else GRAVITY / DEGREES,
+                near=near,
+            )
             for axis in MOVES
-            for name, part in (
-                ("Kp", "speed"),
-                ("Ki", "speed_integral"),
-                ("Kd", "slope"),
-                ("KFF", "ahead"),
+            for name, part, near in (
+                ("Kp", "speed", ""),
+                ("Ki", "speed_integral", ""),
+                ("Kd", "slope", "a low-pass of 20 Hz stands before it"),
+                ("KFF", "ahead", ""),
             )
         ),
         *(
@@ -173,10 +183,8 @@ CRAZYFLIE = Form(
             )
         ),
     ),
-    remarks=(
-        "integrals are clamped in degrees and metres, before their gains",
-        "the slope of a velocity passes a low-pass of 20 Hz",
-    ),
+    hover="posCtlPid_thrustBase",
+    remarks=("integrals are clamped in degrees and metres, before their gains",),
 )
 MELLINGER = Form(
     (

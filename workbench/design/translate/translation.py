@@ -9,10 +9,10 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
-from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.design.linear.study import LinearStudy
 from workbench.design.translate.cascade import Meaning, Move, Turn
 from workbench.design.translate.forms import MOVES, TURNS, Form, Row, form_of
+from workbench.plant.drag import drag_rates
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.scenario.parameters import parameter_table
 
@@ -44,18 +44,35 @@ class Translated:
 
 
 @dataclass(frozen=True)
+class Lost:
+    """What of an axis the new law has no gain for, a clause."""
+
+    axis: str
+    said: str
+
+
+@dataclass(frozen=True)
 class Translation:
     """Gains of a law that mean what those of another one do.
 
     Attributes:
         gains: rows of the new law's own gains.
         values: all values of the new law.
+        lost: what of the old gains is not in the new ones.
         remarks: what of either structure no gain carries, sentences.
+        exact: whether loops follow from gains in both laws.
     """
 
     gains: tuple[Translated, ...]
     values: dict[str, float]
+    lost: tuple[Lost, ...]
     remarks: tuple[str, ...]
+    exact: bool
+
+    def lost_in(self, channel: str) -> tuple[str, ...]:
+        """Return what a loop around an axis, or of z, lacks; with the velocity outside of it."""
+        axes = {channel, {"roll": "y", "pitch": "x"}.get(channel, channel)}
+        return tuple(each.said for each in self.lost if each.axis in axes)
 
 
 def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]:
@@ -78,14 +95,13 @@ def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]
     loops = {loop.name: loop for loop in law.loops}
     points = []
     for axis in TURNS:
-        inner = next(
-            loops[name] for name in (f"{axis}_rate", axis, "heading") if name in loops
-        )
+        inner = next(loops[name] for name in (f"{axis}_rate", axis, "heading") if name in loops)
         points.append(inner.point("actuator"))
     points.append(loops["velocity_z"].point("error"))
     wrench = study.wrench_by(points, plain)
     inertia = np.diagonal(frame.inertia_T)
-    found = {axis: float(wrench[1 + k, k] / inertia[k]) for k, axis in enumerate(TURNS)}
+    # the Crazyflie counts pitch the other way round, and its law sees to that
+    found = {axis: abs(float(wrench[1 + k, k] / inertia[k])) for k, axis in enumerate(TURNS)}
     climb = float(wrench[0, 3]) / study.vehicle.mass
     speeds = [row for row in form_of(law).rows if row.axis == "z" and row.part == "speed"]
     number = values[speeds[0].name] * _by_parameters(speeds[0], values)
@@ -96,7 +112,7 @@ def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]
 
 
 def meaning(
-    form: Form, values: Mapping[str, float], by: Mapping[str, float], yaw_drag: float
+    form: Form, values: Mapping[str, float], by: Mapping[str, float], drag: Mapping[str, float]
 ) -> Meaning:
     """Return what a law's gains mean.
 
@@ -104,7 +120,7 @@ def meaning(
         form: of the law.
         values: of its parameters.
         by: effects by axis, see `effects`.
-        yaw_drag: of the vehicle, by which the rotors' drag damps the yaw rate [1/s].
+        drag: of the vehicle, by which it damps velocities and the yaw rate, by axis [1/s].
     """
     found: dict[str, dict[str, float]] = {axis: {} for axis in (*MOVES, *TURNS)}
     for row in form.rows:
@@ -112,9 +128,10 @@ def meaning(
         found[row.axis][row.part] = physical
     moves = {axis: _move(found[axis]) for axis in MOVES}
     turns = {axis: _turn(found[axis]) for axis in TURNS}
+    parts: dict[str, Any] = {**moves, **turns}
     if form.takes_drag:
-        turns["yaw"] = dataclasses.replace(turns["yaw"], rate=turns["yaw"].rate - yaw_drag)
-    return Meaning(**moves, **turns)
+        parts |= {axis: parts[axis].less(drag[axis]) for axis in drag}
+    return Meaning(**parts)
 
 
 def numbers(
@@ -122,8 +139,8 @@ def numbers(
     meant: Meaning,
     present: Mapping[str, float],
     by: Mapping[str, float],
-    yaw_drag: float,
-) -> tuple[tuple[Translated, ...], tuple[str, ...]]:
+    drag: Mapping[str, float],
+) -> tuple[tuple[Translated, ...], tuple[Lost, ...]]:
     """Return a law's gains that mean something, and what it has no gain for.
 
     Args:
@@ -131,16 +148,15 @@ def numbers(
         meant: what they shall mean.
         present: values of all its parameters; those that are no gains stay.
         by: effects by axis of this law.
-        yaw_drag: see `meaning`.
+        drag: see `meaning`.
     """
     form = form_of(law)
     parts = {axis: {row.part for row in form.rows if row.axis == axis} for axis in _axes(form)}
     wanted: dict[str, list[tuple[str, float]]] = {}
-    lost: list[str] = []
+    lost: list[Lost] = []
     folded = {axis: _folded(axis, getattr(meant, axis), parts[axis], lost) for axis in parts}
     if form.takes_drag:
-        yaw = folded["yaw"]
-        folded["yaw"] = dataclasses.replace(yaw, rate=yaw.rate + yaw_drag)
+        folded |= {axis: folded[axis].less(-drag[axis]) for axis in drag if axis in folded}
     for row in form.rows:
         unit = row.scale * _by_parameters(dataclasses.replace(row, scale=1.0), present)
         unit *= _effect(row, by)
@@ -156,12 +172,18 @@ def numbers(
         if max(each) - min(each) > ALIKE * max(abs(value), NONE):
             wishes = " and ".join(f"{v:.4g} for {axis}" for axis, v in of_axes)
             said = f"the mean of {wishes}, which share it here"
+            lost += [Lost(axis, f"shares {name} with another axis") for axis, _ in of_axes]
         limited = min(parameter.maximum, max(parameter.minimum, value))
         if limited != value:
             way = "largest" if limited < value else "least"
             said = f"{value:.4g} is wanted, and {limited:g} is the {way} allowed"
+            lost += [Lost(axis, f"{name} is at its limit") for axis, _ in of_axes]
         elif value == 0.0 and present[name] != 0.0:
             said = "exact: 0, as the other law has no such part"
+        near = [(row.axis, row.near) for row in form.rows if row.name == name and row.near]
+        if near and limited:
+            said = near[0][1]
+            lost += [Lost(axis, f"{name}: {said}") for axis, said in near]
         gains.append(Translated(name, parameter.unit, limited, said))
     return tuple(gains), tuple(lost)
 
@@ -184,32 +206,56 @@ def translate(
         WorkbenchError: if it is not known what gains of one of them mean.
     """
     forms = form_of(old.controller), form_of(new.controller)
-    drag = _yaw_drag(old)
+    drag = _drag(old)
     meant = meaning(forms[0], values, effects(old, values), drag)
+    hover = forms[1].hover
+    if hover:
+        places = [state.name for state in new.controller.memory]
+        thrust = new.trim(gains=present).memory[places.index("thrust")]
+        present = {**present, hover: float(thrust)}
     gains, lost = numbers(new.controller, meant, present, effects(new, present), drag)
+    if hover:
+        row = parameter_table(new.controller).find(hover)
+        gains = (*gains, Translated(hover, row.unit, present[hover], "at which it hovers"))
     shared = {
         row.name: values[row.name]
         for row in parameter_table(new.controller)
         if row.name in values and row.name not in {gain.name for gain in gains}
     }
-    remarks = [
-        *lost,
-        *(
-            f"{study.controller.name}: {said}"
-            for study, form in zip((old, new), forms, strict=True)
-            for said in form.remarks
-        ),
+    integrals = {row.name for row in forms[1].rows if row.part.endswith("_integral")}
+    gone = [g.name for g in gains if g.name in integrals and not g.value and present[g.name]]
+    remarks = []
+    if gone:
+        remarks.append(
+            f"{', '.join(gone)} are 0: wind, and a centre of mass that is off, leave an error; "
+            f"`workbench tune --controller {new.controller.name}` goes on from a gain file"
+        )
+    heading = [row.name for row in forms[1].rows if row.axis == "yaw" and row.part == "angle"]
+    if any(gain.name in heading and not gain.value for gain in gains):
+        remarks.append(f"{heading[0]} is 0: nothing brings a heading back")
+    remarks += [
+        f"{study.controller.name}: {said}"
+        for study, form in zip((old, new), forms, strict=True)
+        for said in form.remarks
     ]
+    lost += tuple(
+        Lost(row.axis, f"{row.name}: {row.near}")
+        for row in forms[0].rows
+        if row.near and values[row.name]
+    )
     return Translation(
         gains,
         {**present, **shared, **{gain.name: gain.value for gain in gains}},
+        lost,
         tuple(dict.fromkeys(remarks)),
+        exact=all(form.exact for form in forms),
     )
 
 
-def _yaw_drag(study: LinearStudy) -> float:
-    """Return what laws that know it take the rotors' drag to damp the yaw rate by [1/s]."""
-    return float(known_vehicle(law_constants(study.vehicle)).yaw_drag)
+def _drag(study: LinearStudy) -> dict[str, float]:
+    """Return what laws that know it take drag to damp velocities and the yaw rate by [1/s]."""
+    rates = drag_rates(study.vehicle)
+    return {"x": rates.across, "y": rates.across, "yaw": rates.yaw}
 
 
 def _axes(form: Form) -> tuple[str, ...]:
@@ -249,7 +295,7 @@ def _move(parts: Mapping[str, float]) -> Move:
     return Move(**plain)
 
 
-def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[str]) -> Any:
+def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) -> Any:
     """Return gains as a law with some parts can have them; add to `lost` what is left out."""
     found: Any = meant
     if isinstance(found, Turn):
@@ -259,27 +305,25 @@ def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[str]) -> 
         if not stiff and "angle_integral" not in parts and found.angle_integral:
             double = found.rate_integral * found.angle_integral
             found = found.without_angle_integral()
-            lost.append(
-                f"{axis}: the integral of the angle is folded into that of the rate"
-                + (f"; a double integral of {double:.3g} 1/s⁴ is lost" if double else "")
-            )
+            if double:
+                said = f"a double integral of {double:.3g} 1/s⁴, of its angle and its rate, is lost"
+                lost.append(Lost(axis, said))
         if stiff and "rate_integral" not in parts and found.rate_integral:
-            stays = "" if "stiffness_integral" in parts else ", and an offset stays"
-            lost.append(
-                f"{axis}: the integral of the rate, {found.rate_integral:.3g} 1/s², becomes "
-                f"stiffness{stays}"
-            )
+            said = f"the integral of the rate, {found.rate_integral:.3g} 1/s², becomes stiffness"
+            if "stiffness_integral" not in parts:
+                lost.append(Lost(axis, f"{said}, and an offset stays"))
         known = parts | ({"angle", "rate_integral"} if stiff else set())
         known |= {"angle_integral"} if "stiffness_integral" in parts else set()
     else:
         pulls = "pull" in parts
+        if pulls and found.speed_integral:
+            said = f"the integral of the speed, {found.speed_integral:.3g} 1/s², becomes pull"
+            lost.append(Lost(axis, f"{said} to a held place; there is none while the pilot steers"))
         known = parts | ({"place", "speed_integral"} if pulls else set())
         known |= {"place_integral"} if "pull_integral" in parts else set()
     for field in dataclasses.fields(found):
         value = getattr(found, field.name)
         if field.name not in known and abs(value) > NONE:
-            lost.append(
-                f"{axis}: there is no {field.name.replace('_', ' ')}: {value:.3g} is left out"
-            )
+            said = f"there is no {field.name.replace('_', ' ')}: {value:.3g} is left out"
+            lost.append(Lost(axis, said))
     return found
-

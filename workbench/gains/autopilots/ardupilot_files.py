@@ -13,7 +13,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gains.autopilots.numbers import number_in, shortest
 from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, lines_of
 
-LINE = re.compile(r"[ \t]*([A-Za-z]\w{0,31})(?:[ \t]*,[ \t]*|[ \t]+)([^\s,#@]+)[ \t]*(?:[#@].*)?")
+LINE = re.compile(r"[ \t]*([A-Z]\w{0,31})(?:[ \t]*,[ \t]*|[ \t]+)([^\s,#@]+)[ \t]*(?:[#@].*)?")
 SI = re.compile(r"PSC_(NE|D)_(POS|VEL|ACC)_|PSC_JERK_(NE|D)$|ATC_ACC_[RPY]_MAX$|ATC_RATE_WPY_MAX$")
 """Names since 4.7."""
 OLD = re.compile(r"PSC_(POS|VEL|ACC)(XY|Z)_|PSC_JERK_(XY|Z)$|ATC_ACCEL_[RPY]_MAX$|ATC_SLEW_YAW$")

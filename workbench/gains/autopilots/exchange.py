@@ -11,11 +11,11 @@ from workbench.gains.autopilots import versions
 from workbench.gains.autopilots.firmware import (
     CRAZYFLIE,
     Firmware,
-    firmware_of,
     read_parameter_file,
     same,
     unsafe,
 )
+from workbench.gains.autopilots.numbers import tidy
 from workbench.gains.autopilots.parameter_file import ParameterFile, joined
 from workbench.scenario.parameters import parameter_table
 
@@ -99,7 +99,7 @@ def import_gains(
         name: math.nan if entry.value is None else entry.value
         for name, entry in file.counted.items()
     }
-    by_law = found.to_law(numbers, version)
+    by_law = found.to_law({name: tidy(value) for name, value in numbers.items()}, version)
     rows = {row.name: row for row in found.rows(law)}
     table = parameter_table(law)
     values, wrong = {}, {}
@@ -123,7 +123,8 @@ def import_gains(
         sorted(
             name
             for name in file.counted
-            if found.families.match(name) and not set(found.to_law({name: 0.0}, version)) & set(rows)
+            if found.families.match(name)
+            and not set(found.to_law({name: 0.0}, version)) & set(rows)
         )
     )
     return Imported(file, found, version, law, values, wrong, others, tuple(remarks))
@@ -200,9 +201,7 @@ def _law_in(firmware: Firmware, file: ParameterFile) -> str:
     return firmware.laws[0]
 
 
-def _renamed(
-    firmware: Firmware, values: Mapping[str, float], version: str
-) -> tuple[str, ...]:
+def _renamed(firmware: Firmware, values: Mapping[str, float], version: str) -> tuple[str, ...]:
     """Return what to say of names of former versions."""
     known = {firmware.law_name(name): value for name, value in values.items()}
     renamed = versions.with_new_names(known, firmware.renames)[1]

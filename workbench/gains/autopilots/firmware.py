@@ -125,7 +125,9 @@ BETAFLIGHT = Firmware(
     betaflight_files.written_value,
     betaflight_files.new_file,
     (),
-    re.compile(r"[pidfs]_(max_|min_)?(roll|pitch|yaw)|.*(dterm|gyro_lpf|tpa_|iterm|anti_gravity).*"),
+    re.compile(
+        r"[pidfs]_(max_|min_)?(roll|pitch|yaw)|.*(dterm|gyro_lpf|tpa_|iterm|anti_gravity).*"
+    ),
     steps=True,
 )
 CRAZYFLIE = Firmware(

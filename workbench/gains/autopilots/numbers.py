@@ -41,3 +41,8 @@ def shortest(value: float) -> str:
 def long_single(value: float) -> str:
     """Return a number in single precision as QGroundControl writes it, with all its digits."""
     return f"{single(value):.18g}"
+
+
+def tidy(value: float) -> float:
+    """Return a number of single precision as it was typed: 0.15 for 0.150000005960464478."""
+    return float(shortest(value)) if math.isfinite(value) and single(value) == value else value

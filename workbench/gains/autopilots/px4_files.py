@@ -15,7 +15,9 @@ from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, line
 INT32, REAL32 = "6", "9"
 """MAV_PARAM_TYPE of the two types that PX4 has."""
 PARAMS = re.compile(r"[ \t]*(\d+)[ \t]+(\d+)[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\d+)[ \t]*")
-SCRIPT = re.compile(r"[ \t]*param[ \t]+set(?:-default)?(?:[ \t]+-[a-z])*[ \t]+(\w+)[ \t]+([^\s#;]+)")
+SCRIPT = re.compile(
+    r"[ \t]*param[ \t]+set(?:-default)?(?:[ \t]+-[a-z])*[ \t]+(\w+)[ \t]+([^\s#;]+)"
+)
 _VERSION = re.compile(r"#[ \t]*(?:Version|PX4 Version)[ \t]*:[ \t]*v?(\S+)")
 AUTOPILOT = "1"
 WHOLE = ("MC_AIRMODE", "MPC_ACC_DECOUPLE")
@@ -61,9 +63,7 @@ def read_params(path: Path, text: str) -> ParameterFile:
             f"has parameters of {len(scopes)} components: those of component "
             f"{own[0].split()[1]} of vehicle {own[0].split()[0]} count"
         )
-    return ParameterFile(
-        path, text, tuple(entries), version, own[0] if own else "", tuple(remarks)
-    )
+    return ParameterFile(path, text, tuple(entries), version, own[0] if own else "", tuple(remarks))
 
 
 def read_script(path: Path, text: str) -> ParameterFile:
