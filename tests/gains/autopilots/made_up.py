@@ -91,9 +91,8 @@ def _param(names, gains, rng):
 def _cli(names, gains, rng):
     lines = ["# Betaflight / SITL (SITL) 4.6.0 Jan  1 2026 / 00:00:00 (abc) MSP API: 1.47", ""]
     lines += ["batch start", "", "feature -GPS", "# master"]
-    lines += [
-        f"set {name} = {rng.choice(['OFF', 'AUTO', '3,4'])}" for name in names if name not in gains
-    ]
+    words = ("OFF", "AUTO", "3,4")
+    lines += [f"set {name} = {rng.choice(words)}" for name in names if name not in gains]
     profiles = rng.randint(0, 2)
     for profile in range(profiles):  # the last one is the one that counts
         lines += [f"profile {profile}", ""]

@@ -18,6 +18,8 @@ SHARED = Path(__file__).parents[3] / "../shared/flights/given"
 GIVEN = SHARED / "ardupilot/params_gpl3"
 LOG = SHARED / "px4_ulog/sample.ulg"
 SEED = 20260923
+PIECES = (b"", b"\0", b"\xff", b"nan", b"-", b"1e999", b"\r", b"[" * 50, b"&a *a", b"#", b"0x")
+"""What stands in damaged files."""
 
 
 def single(value: float) -> bytes:
@@ -141,9 +143,7 @@ def test_parameters_of_a_px4_log_come_back(tmp_path):
     assert len(given) > 400
     lines = ["# Onboard parameters for Vehicle 1"]
     for name, (value, kind) in given.items():
-        lines.append(
-            f"1\t1\t{name}\t{value:.18g}\t{kind}" if kind == 9 else f"1\t1\t{name}\t{value}\t6"
-        )
+        lines.append(f"1\t1\t{name}\t{value:.18g}\t{kind}")
     path = put(tmp_path / "log.params", "\n".join(lines) + "\n")
     found = import_gains(path)
     law, firmware = found.law, found.firmware
@@ -169,22 +169,7 @@ def test_1000_damaged_files_end_in_a_sentence(tmp_path, case):
         data = bytearray(text_of(firmware, gains_of(firmware, law, rng), rng).encode())
         for _ in range(rng.randint(1, 30)):
             at = rng.randrange(len(data) or 1)
-            piece = rng.choice(
-                [
-                    b"",
-                    b"\0",
-                    b"\xff",
-                    b"nan",
-                    b"-",
-                    b"1e999",
-                    b"\r",
-                    b"[" * 50,
-                    b"&a *a",
-                    b"#",
-                    b"0x",
-                ]
-            )
-            data[at : at + rng.choice([0, 1, 7, 90])] = piece
+            data[at : at + rng.choice([0, 1, 7, 90])] = rng.choice(PIECES)
         path.write_bytes(data)
         with case(firmware.name, number):
             try:
@@ -220,6 +205,7 @@ def test_what_must_not_fly_is_named(tmp_path, case):
 
 
 def test_files_that_are_none_are_refused(tmp_path, case):
+    px4 = load_controller("px4")
     for text, words, said in (
         ("", {}, "is no file of parameters of px4, ardupilot"),
         ("hello\nworld\n", {}, "is no file of parameters"),
@@ -230,7 +216,7 @@ def test_files_that_are_none_are_refused(tmp_path, case):
         ("pid_rate.roll_kp: 1\n" + "[" * 99, {}, "deep"),
         (
             "set p_roll = 45\n",
-            {"firmware": "betaflight", "law": load_controller("px4")},
+            {"firmware": "betaflight", "law": px4},
             "translate",
         ),
         ("1\t1\tMC_ROLL_P\t6.5\t9\n", {"profile": 1}, "--profile is of Betaflight's files"),
@@ -244,9 +230,8 @@ def test_the_autopilots_own_component_counts(tmp_path):
     found = import_gains(put(tmp_path / "x.params", text))
     assert found.values == {"MC_ROLL_P": 6.5}
     assert "3 components" in found.remarks[0]
-    made = export_gains(
-        {**everything(found), "MC_ROLL_P": 7.0}, found.law, found.firmware, "", found
-    )
+    values = {**everything(found), "MC_ROLL_P": 7.0}
+    made = export_gains(values, found.law, found.firmware, "", found)
     assert made.text == text.replace("6.5", "7")
 
 
@@ -279,9 +264,7 @@ def test_px4s_velocity_gains_of_before_1_11_are_scaled(tmp_path):
 
 
 def test_betaflights_d_of_before_4_6_is_the_peak(tmp_path, case):
-    head = (
-        "# Betaflight / STM32F405 (S405) 4.5.1 Jul 27 2024 / 05:00:00 (77d01ba3b) MSP API: 1.46\n"
-    )
+    head = "# Betaflight / STM32F405 (S405) 4.5.1 Jul 27 2024 (77d01ba3b) MSP API: 1.46\n"
     for lines, d, d_max in (
         ("set d_roll = 45\nset d_min_roll = 32\n", 32.0, 45.0),
         ("set d_roll = 45\nset d_min_roll = 0\n", 45.0, 0.0),
@@ -304,7 +287,6 @@ def test_the_profile_of_betaflight_that_is_in_use_counts(tmp_path):
     assert import_gains(path).values["p_roll"] == 40.0
     second = import_gains(path, profile=1)
     assert second.values["p_roll"] == 50.0
-    made = export_gains(
-        {**everything(second), "p_roll": 60.0}, second.law, second.firmware, "", second
-    )
+    values = {**everything(second), "p_roll": 60.0}
+    made = export_gains(values, second.law, second.firmware, "", second)
     assert made.text == text.replace("= 50", "= 60")

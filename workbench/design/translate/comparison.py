@@ -91,12 +91,12 @@ def gains_alone(
     Arguments are those of `differences`.
     """
     period = min(study.scenario.rates.control_period for study in (old, new))
-    studies = [_at_period(study, period) for study in (old, new)]
-    gains = [
-        {**each, **dict.fromkeys(form_of(study.controller).filters, 0.0)}
-        for study, each in zip(studies, (values, others), strict=True)
-    ]
-    return differences(*studies, *gains)
+    return differences(
+        _at_period(old, period),
+        _at_period(new, period),
+        {**values, **dict.fromkeys(form_of(old.controller).filters, 0.0)},
+        {**others, **dict.fromkeys(form_of(new.controller).filters, 0.0)},
+    )
 
 
 def _at_period(study: LinearStudy, period: float) -> LinearStudy:

@@ -1,8 +1,8 @@
 """Betaflight's command line: what `diff` and `dump` print, and what is typed there.
 
-`set NAME = VALUE` is for the profile that a line `profile N` above it chose, or for all; a dump ends
-by choosing again the profile that was in use, and that one counts. A `diff` has what differs from
-the defaults of its own version, in whole numbers.
+`set NAME = VALUE` is for the profile that a line `profile N` above it chose, or for all; a dump
+ends by choosing again the profile that was in use, and that one counts. A `diff` has what differs
+from the defaults of its own version, in whole numbers.
 """
 
 import re
