@@ -37,7 +37,7 @@ def number(value: float, rng: random.Random) -> str:
     """Return a number as somebody may have typed it."""
     if value.is_integer():
         return rng.choice([str(int(value)), f"{value:.1f}", f"{value:.6f}"])
-    return rng.choice([repr(value), f"{value:.9e}", f"{value:.12g}"])
+    return rng.choice([repr(value), f"{value:.17e}", f"{value:.17g}"])
 
 
 def text_of(firmware: Firmware, gains: dict[str, float], rng: random.Random) -> str:

@@ -213,7 +213,7 @@ def test_files_that_are_none_are_refused(tmp_path, case):
         ("BATT_CAPACITY,5000\n", {}, "sets none of the"),
         ("ATC_ANG_RLL_P,4.5\nATC_ANG_RLL_P\n", {}, "x:2: is no line of parameters"),
         ("MC_ROLL_P: [1\n", {"firmware": "crazyflie"}, "is neither YAML nor JSON"),
-        ("pid_rate.roll_kp: 1\n" + "[" * 99, {}, "deep"),
+        ("pid_rate.roll_kp: " + "[" * 99 + "]" * 99, {}, "deep"),
         (
             "set p_roll = 45\n",
             {"firmware": "betaflight", "law": px4},

@@ -12,11 +12,12 @@ from pathlib import Path
 from workbench.common.errors import WorkbenchError
 from workbench.gains.autopilots.numbers import number_in, shortest
 from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, lines_of
+from workbench.gains.autopilots.versions import ARDUPILOT
 
 LINE = re.compile(r"[ \t]*([A-Z]\w{0,31})(?:[ \t]*,[ \t]*|[ \t]+)([^\s,#@]+)[ \t]*(?:[#@].*)?")
-SI = re.compile(r"PSC_(NE|D)_(POS|VEL|ACC)_|PSC_JERK_(NE|D)$|ATC_ACC_[RPY]_MAX$|ATC_RATE_WPY_MAX$")
+SI = {each.new for each in ARDUPILOT}
 """Names since 4.7."""
-OLD = re.compile(r"PSC_(POS|VEL|ACC)(XY|Z)_|PSC_JERK_(XY|Z)$|ATC_ACCEL_[RPY]_MAX$|ATC_SLEW_YAW$")
+OLD = {each.old for each in ARDUPILOT}
 """Names up to 4.6."""
 
 
@@ -44,7 +45,7 @@ def read_param(path: Path, text: str) -> ParameterFile:
         name, value = match.groups()
         entries.append(Entry(name, number_in(value), value, start + match.start(2), number))
     names = {each.name for each in entries}
-    new, old = any(map(SI.match, names)), any(map(OLD.match, names))
+    new, old = not names.isdisjoint(SI), not names.isdisjoint(OLD)
     if new and old:
         remarks.append("has names of 4.6 and of 4.7: each is read as its own version has it")
     version = "4.7" if new else "4.6" if old else ""

@@ -24,8 +24,8 @@ from workbench.gains.autopilots.numbers import single
 from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, joined, lines_of
 from workbench.gains.autopilots.parameter_file import read_text as read_file_text
 
-_BENCH = re.compile(r"thrust_max|vbat|SIM_GZ_EC_(MIN|MAX)")
-"""Parameters of laws that stand for the bench's motors: no vehicle has them."""
+_BENCH = re.compile(r"thrust_max|vbat|SIM_GZ_EC_(MIN|MAX)|motor_speed|outer_.*|acro|airmode")
+"""Parameters of laws that are the bench's own, its motors and its outer loops: no vehicle has them."""
 _COMMON = {row.name for row in COMMON}
 
 

@@ -3,11 +3,14 @@
 import math
 import re
 import struct
+from decimal import Decimal
 
 _DECIMAL = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.I)
 _HEX = re.compile(r"0[xX][0-9a-fA-F]+")
 _LONGEST = 60
 """Characters of a number; a longer text is none."""
+_LEAST, _MOST = 1e-6, 1e9
+"""Between these, numbers are written without an exponent."""
 _SINGLE_DIGITS = 9
 """So many tell every number of single precision from its neighbours."""
 
@@ -34,8 +37,13 @@ def shortest(value: float) -> str:
     for digits in range(1, _SINGLE_DIGITS):
         text = f"{value:.{digits}g}"
         if single(float(text)) == single(value):
-            return text
-    return f"{single(value):.{_SINGLE_DIGITS}g}"
+            return _plain(text)
+    return _plain(f"{single(value):.{_SINGLE_DIGITS}g}")
+
+
+def _plain(text: str) -> str:
+    """Return a number without an exponent, where that is no longer than people read."""
+    return f"{Decimal(text):f}" if _LEAST <= abs(float(text)) < _MOST else text
 
 
 def long_single(value: float) -> str:

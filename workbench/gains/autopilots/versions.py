@@ -52,6 +52,10 @@ def _psc() -> Iterable[Rename]:
         yield Rename(f"ATC_ACCEL_{axis}_MAX", f"ATC_ACC_{axis}_MAX", 0.01, since)
     yield Rename("ATC_SLEW_YAW", "ATC_RATE_WPY_MAX", 0.01, since)
     yield Rename("ANGLE_MAX", "ATC_ANGLE_MAX", 0.01, since)
+    for old, new in (("SPEED", "SPD"), ("ACCEL", "ACC")):
+        yield Rename(f"WPNAV_{old}", f"WP_{new}", 0.01, since)
+    for old, new in (("SPEED_UP", "SPD_UP"), ("SPEED_DN", "SPD_DN"), ("ACCEL_Z", "ACC_Z")):
+        yield Rename(f"WPNAV_{old}", f"WP_{new}", 0.01, since)
 
 
 ARDUPILOT = tuple(_psc())
