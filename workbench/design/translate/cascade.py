@@ -21,6 +21,8 @@ so laws that have other parts than these can have the same loop.
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Turn:
@@ -58,6 +60,34 @@ class Turn:
         """Return the same loop, of which drag has damped the rate already by so much [1/s]."""
         rate = self.rate - drag
         return replace(self, rate=rate, angle=self.angle * self.rate / rate) if rate else self
+
+    def of_rate(self) -> "Turn":
+        """Return the same loop with its slope of ω alone, of one with that of ω_sp - ω.
+
+        Of the loop with the error's slope, c1 is larger by slope angle.
+        """
+        rate = self.rate + self.slope * self.angle
+        if rate <= 0.0:
+            return self
+        root = self.stiffness**2 - 4.0 * rate * self.stiffness_integral
+        angle = (self.stiffness + math.sqrt(max(0.0, root))) / (2.0 * rate)
+        integral = self.stiffness - rate * angle
+        return replace(self, angle=angle, rate=rate, rate_integral=integral)
+
+    def of_error(self) -> "Turn | None":
+        """Return the same loop with the slope of ω_sp - ω, of one with that of ω; None for none.
+
+        It is (s + angle) (slope s² + rate s + rate_integral) / s, so angle is a root of the loop.
+        """
+        c = (self.slope, self.rate, self.stiffness, self.stiffness_integral)
+        roots = np.roots(c)
+        angles = [-float(x.real) for x in roots if abs(x.imag) < 1e-9 * abs(x) and x.real < 0.0]
+        if not angles:
+            return None if self.angle else self
+        angle = min(angles, key=lambda each: abs(each - self.angle))
+        rate = self.rate - self.slope * angle
+        integral = self.stiffness - rate * angle
+        return replace(self, angle=angle, rate=rate, rate_integral=max(0.0, integral))
 
     def without_angle_rate(self) -> "Turn":
         """Return the same loop without the derivative of the angle, exactly."""

@@ -28,6 +28,7 @@ class Row:
         factor: name of a parameter that multiplies it, "" for none.
         divisor: name of one that divides it.
         near: why it acts a little otherwise than the part says, a clause.
+        never_zero: why it cannot be 0, a clause; it then stays as it is.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Row:
     factor: str = ""
     divisor: str = ""
     near: str = ""
+    never_zero: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,17 +49,24 @@ class Form:
         rows: its gains.
         filters: parameters that are 0 where its filters are off.
         remarks: what its structure has that no gain carries, sentences.
-        hover: parameter of the thrust in hover, which it remembers as `thrust`; "" for none.
+        hover: parameter of the thrust in hover, and the name under which it remembers its thrust;
+            empty for none.
         takes_drag: whether it takes back what the rotors' drag damps the yaw rate by.
         exact: whether its loops follow from these gains.
+        slope_of_error: whether `slope` acts on that of the rate's error, not of the rate.
+        climbs_by_acceleration: whether its climb asks a loop of its own for an acceleration.
+        off: parameters that are 0 in a translation: modes in which gains mean something else.
     """
 
     rows: tuple[Row, ...]
     filters: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-    hover: str = ""
+    hover: tuple[str, ...] = ()
     takes_drag: bool = False
     exact: bool = True
+    slope_of_error: bool = False
+    climbs_by_acceleration: bool = False
+    off: tuple[str, ...] = ()
 
 
 def _both(names: str, axes: str, parts: str) -> tuple[Row, ...]:
@@ -139,7 +148,7 @@ PX4 = Form(
         ),
         *(Row(f"MC_{axis.upper()}RATE_FF", axis, "ahead") for axis in TURNS),
     ),
-    hover="MPC_THR_HOVER",
+    hover=("MPC_THR_HOVER", "thrust"),
     filters=("IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF", "MC_YAW_TQ_CUTOFF"),
     remarks=(
         "low-passes of the gyro, of its slope and of the yaw torque turn the phase besides",
@@ -183,7 +192,7 @@ CRAZYFLIE = Form(
             )
         ),
     ),
-    hover="posCtlPid_thrustBase",
+    hover=("posCtlPid_thrustBase", "thrust"),
     remarks=("integrals are clamped in degrees and metres, before their gains",),
 )
 MELLINGER = Form(
@@ -214,6 +223,102 @@ MELLINGER = Form(
         "kR_z and ki_m_z see no error while nobody turns the heading, and stay as they are",
     ),
 )
+_INNER = "a loop of the acceleration stands inside it, PSC_D_ACC"
+_SLOPE = "it differentiates the velocity, where others have the estimated acceleration"
+_SQUARE_ROOT = "0 would leave the square root of the error, not nothing"
+_SHORT = dict(zip(TURNS, ("RLL", "PIT", "YAW"), strict=True))
+ARDUPILOT = Form(
+    (
+        *_both("PSC_NE_POS_P PSC_NE_VEL_P PSC_NE_VEL_I", "x y", "place speed speed_integral"),
+        *(Row("PSC_NE_VEL_D", axis, "slope", near=_SLOPE) for axis in MOVES[:2]),
+        *(
+            Row(f"PSC_D_{name}", "z", part, near=_INNER)
+            for name, part in (
+                ("POS_P", "place"),
+                ("VEL_P", "speed"),
+                ("VEL_I", "speed_integral"),
+                ("VEL_D", "slope"),
+            )
+        ),
+        *(
+            Row(f"ATC_ANG_{_SHORT[axis]}_P", axis, "angle", never_zero=_SQUARE_ROOT)
+            for axis in TURNS
+        ),
+        *(
+            Row(f"ATC_RAT_{_SHORT[axis]}_{name}", axis, part)
+            for axis in TURNS
+            for name, part in (
+                ("P", "rate"),
+                ("I", "rate_integral"),
+                ("D", "slope"),
+                ("FF", "ahead"),
+            )
+        ),
+    ),
+    filters=(
+        "INS_GYRO_FILTER",
+        "ATC_RATE_FF_ENAB",
+        "PSC_NE_VEL_FLTE",
+        "PSC_NE_VEL_FLTD",
+        "PSC_D_VEL_FLTE",
+        "PSC_D_VEL_FLTD",
+        "PSC_D_ACC_FLTT",
+        "PSC_D_ACC_FLTE",
+        "PSC_D_ACC_FLTD",
+        *(f"ATC_RAT_{each}_{low}" for each in _SHORT.values() for low in ("FLTT", "FLTE", "FLTD")),
+    ),
+    hover=("MOT_THST_HOVER", "throttle"),
+    remarks=(
+        "low-passes of the gyro, of the rate asked for, of errors and of their slopes turn the "
+        "phase besides, and the target of the attitude is shaped",
+        "D acts on the error of the rate: a step of what is asked for kicks it",
+        "square roots of errors, ATC_ACC and WP_ACC, make large errors softer",
+        "gains of the throttle, PSC_D_ACC, follow from the vehicle, not from the other law",
+    ),
+    slope_of_error=True,
+    climbs_by_acceleration=True,
+)
+_P, _I, _D = (scale * DEGREES / 1000.0 for scale in (0.032029, 0.244381, 0.000529))
+"""Motor fraction per rad/s of a gain of 1, of its integral, and of its slope."""
+BETAFLIGHT = Form(
+    (
+        *_both(
+            "outer_p_position outer_p_velocity outer_i_velocity",
+            "x y",
+            "place speed speed_integral",
+        ),
+        *_both("outer_p_height outer_p_climb outer_i_climb", "z", "place speed speed_integral"),
+        *(
+            Row("angle_p_gain", axis, "angle", 0.1, near="a low-pass PT3 of 50 Hz stands behind it")
+            for axis in TURNS[:2]
+        ),
+        *(Row(f"p_{axis}", axis, "rate", _P) for axis in TURNS),
+        *(
+            Row(f"i_{axis}", axis, "rate_integral", (2.5 if axis == "yaw" else 1.0) * _I)
+            for axis in TURNS
+        ),
+        *(Row(f"d_{axis}", axis, "slope", _D) for axis in TURNS),
+    ),
+    filters=(
+        "gyro_lpf1_dyn_min_hz",
+        "gyro_lpf1_dyn_max_hz",
+        "gyro_lpf2_static_hz",
+        "dterm_lpf1_dyn_min_hz",
+        "dterm_lpf1_dyn_max_hz",
+        "dterm_lpf2_static_hz",
+        "yaw_lowpass_hz",
+        "throttle_boost",
+        "tpa_rate",
+        "anti_gravity_gain",
+    ),
+    hover=("outer_hover", "throttle"),
+    remarks=(
+        "low-passes of gyro and D turn the phase besides",
+        "d_max, TPA, anti-gravity, I-term relax and thrust_linear change gains as it flies",
+        "gains are whole numbers in the firmware: an export rounds them",
+    ),
+    off=("acro",),
+)
 FORMS = {
     "pd": PD,
     "pid": PID,
@@ -222,6 +327,8 @@ FORMS = {
     "px4": PX4,
     "crazyflie": CRAZYFLIE,
     "mellinger": MELLINGER,
+    "ardupilot": ARDUPILOT,
+    "betaflight": BETAFLIGHT,
 }
 
 

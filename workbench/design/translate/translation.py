@@ -91,7 +91,8 @@ def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]
     """
     law = study.controller
     frame = thrust_frame(study.vehicle)
-    plain = {**values, "spin_up_feedforward": 0.0}
+    form = form_of(law)
+    plain = {**values, **dict.fromkeys(form.filters, 0.0), "spin_up_feedforward": 0.0}
     loops = {loop.name: loop for loop in law.loops}
     points = []
     for axis in TURNS:
@@ -102,13 +103,21 @@ def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]
     inertia = np.diagonal(frame.inertia_T)
     # the Crazyflie counts pitch the other way round, and its law sees to that
     found = {axis: abs(float(wrench[1 + k, k] / inertia[k])) for k, axis in enumerate(TURNS)}
-    climb = float(wrench[0, 3]) / study.vehicle.mass
-    speeds = [row for row in form_of(law).rows if row.axis == "z" and row.part == "speed"]
-    number = values[speeds[0].name] * _by_parameters(speeds[0], values)
-    if number == 0.0:
-        raise WorkbenchError(f"{speeds[0].name} is 0: without it nothing holds the height")
-    found["z"] = climb / number
-    return found
+    if form.climbs_by_acceleration:
+        return {**found, "z": 1.0}
+    # by two gains, as an integral may act in the same update
+    name, unit = next((r.name, _by_parameters(r, values)) for r in form.rows if _is_climb(r))
+    row = parameter_table(law).find(name)
+    other = max(row.minimum, 0.5 * values[name])
+    if other == values[name]:
+        raise WorkbenchError(f"{name} is {other:g}, its least: no gain of the climb is to be had")
+    less = study.wrench_by(points[3:], {**plain, name: other})
+    climb = float(wrench[0, 3] - less[0, 0]) / study.vehicle.mass
+    return {**found, "z": climb / ((values[name] - other) * unit)}
+
+
+def _is_climb(row: Row) -> bool:
+    return row.axis == "z" and row.part == "speed"
 
 
 def meaning(
@@ -128,6 +137,8 @@ def meaning(
         found[row.axis][row.part] = physical
     moves = {axis: _move(found[axis]) for axis in MOVES}
     turns = {axis: _turn(found[axis]) for axis in TURNS}
+    if form.slope_of_error:
+        turns = {axis: turn.of_rate() for axis, turn in turns.items()}
     parts: dict[str, Any] = {**moves, **turns}
     if form.takes_drag:
         parts |= {axis: parts[axis].less(drag[axis]) for axis in drag}
@@ -157,6 +168,13 @@ def numbers(
     folded = {axis: _folded(axis, getattr(meant, axis), parts[axis], lost) for axis in parts}
     if form.takes_drag:
         folded |= {axis: folded[axis].less(-drag[axis]) for axis in drag if axis in folded}
+    if form.slope_of_error:
+        for axis in TURNS:
+            found = folded[axis].of_error()
+            if found is None:
+                lost.append(Lost(axis, "no gains with D on the error make this loop"))
+            else:
+                folded[axis] = found
     for row in form.rows:
         unit = row.scale * _by_parameters(dataclasses.replace(row, scale=1.0), present)
         unit *= _effect(row, by)
@@ -180,6 +198,10 @@ def numbers(
             lost += [Lost(axis, f"{name} is at its limit") for axis, _ in of_axes]
         elif value == 0.0 and present[name] != 0.0:
             said = "exact: 0, as the other law has no such part"
+        held = [row for row in form.rows if row.name == name and row.never_zero]
+        if held and limited == 0.0:
+            limited, said = present[name], f"stays: {held[0].never_zero}"
+            lost += [Lost(row.axis, f"{name} stays as it is") for row in held]
         near = [(row.axis, row.near) for row in form.rows if row.name == name and row.near]
         if near and limited:
             said = near[0][1]
@@ -208,15 +230,22 @@ def translate(
     forms = form_of(old.controller), form_of(new.controller)
     drag = _drag(old)
     meant = meaning(forms[0], values, effects(old, values), drag)
+    for study, form, each in zip((old, new), forms, (values, present), strict=True):
+        for name in form.off:
+            if each[name]:
+                raise WorkbenchError(
+                    f"{study.controller.name} flies with {name}, in which its gains mean something "
+                    f"else: set it to 0"
+                )
     hover = forms[1].hover
     if hover:
         places = [state.name for state in new.controller.memory]
-        thrust = new.trim(gains=present).memory[places.index("thrust")]
-        present = {**present, hover: float(thrust)}
+        thrust = new.trim(gains=present).memory[places.index(hover[1])]
+        present = {**present, hover[0]: float(thrust)}
     gains, lost = numbers(new.controller, meant, present, effects(new, present), drag)
     if hover:
-        row = parameter_table(new.controller).find(hover)
-        gains = (*gains, Translated(hover, row.unit, present[hover], "at which it hovers"))
+        row = parameter_table(new.controller).find(hover[0])
+        gains = (*gains, Translated(row.name, row.unit, present[row.name], "at which it hovers"))
     shared = {
         row.name: values[row.name]
         for row in parameter_table(new.controller)
@@ -238,6 +267,9 @@ def translate(
         for study, form in zip((old, new), forms, strict=True)
         for said in form.remarks
     ]
+    if forms[0].slope_of_error != forms[1].slope_of_error:
+        said = "D acts on the error of the rate in one law, and on the rate in the other"
+        lost += tuple(Lost(axis, said) for axis in TURNS if getattr(meant, axis).slope)
     lost += tuple(
         Lost(row.axis, f"{row.name}: {row.near}")
         for row in forms[0].rows

@@ -25,7 +25,7 @@ from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, join
 from workbench.gains.autopilots.parameter_file import read_text as read_file_text
 
 _BENCH = re.compile(r"thrust_max|vbat|SIM_GZ_EC_(MIN|MAX)|motor_speed|outer_.*|acro|airmode")
-"""Parameters of laws that are the bench's own, its motors and its outer loops: no vehicle has them."""
+"""Parameters of laws that are the bench's own, its motors and outer loops: no vehicle has them."""
 _COMMON = {row.name for row in COMMON}
 
 
