@@ -102,11 +102,8 @@ def _import(args: argparse.Namespace) -> int:
         "vehicle": vehicle.name,
     }
     written: list[Path] = []
-    if args.json and found.unsafe:
-        _print(args, about, changes, margins, remarks, found, written)
     if found.unsafe:
-        if not args.json:
-            _print(args, about, changes, margins, remarks, found, written)
+        _print(args, about, changes, margins, remarks, found, written)
         wrong = [f"{found.firmware.file_name(n)} {why}" for n, why in found.unsafe.items()]
         raise WorkbenchError(f"{args.file}: {joined(wrong, 4)}; nothing is taken over")
     if args.save:
@@ -139,7 +136,7 @@ def _export(args: argparse.Namespace) -> int:
     made = export_gains(values, law, firmware, args.version, present)
     before = {row.name: row.default for row in firmware.rows(law)}
     if present:
-        before = {name: value for name, value in present.values.items()}
+        before = dict(present.values)
     gains = {name: values[name] for name in before}
     changes = diff_gains(before, gains, values, law)
     margins = _margins(args, scenario, {**values, **before}, values)
@@ -150,12 +147,10 @@ def _export(args: argparse.Namespace) -> int:
         "controller": law.name,
         "vehicle": vehicle.name,
     }
-    written = []
     _print(args, about, changes, margins, made.remarks, present, written=None)
     if not args.preview:
         write_atomically(args.file, encoded(made.text))
-        written.append(args.file)
-        say_written(written)
+        say_written([args.file])
     return ExitCode.DONE
 
 

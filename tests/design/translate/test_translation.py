@@ -1,4 +1,4 @@
-"""Gains of one law as those of another: loops by linear models, units by the reference's formulas."""
+"""Gains of one law as those of another: loops by linear models, units by closed forms."""
 
 import math
 from functools import cache
@@ -18,7 +18,7 @@ from workbench.scenario.scenario import Scenario, VehicleConfig
 DRONES = Path(__file__).parents[2] / "drones"
 QUAD, CRAZYFLIE = str(DRONES / "five_inch_quad.urdf.xacro"), str(DRONES / "crazyflie.urdf")
 LIMIT = 0.01
-LOSSLESS = 60
+LOSSLESS = 130
 """Loops of all pairs of which nothing is lost, at least."""
 
 
@@ -33,23 +33,34 @@ def without_slopes(law: str, values: dict[str, float]) -> dict[str, float]:
     return values | {row.name: 0.0 for row in rows if row.part == "slope"}
 
 
-def test_loops_are_the_same_where_nothing_is_lost(case):
-    """|L2 / L1 - 1| at the plant's input, up to the crossover, for each pair and loop."""
+def held_together(case, pairs) -> int:
+    """Hold loops of two laws together wherever nothing is lost; return how many.
+
+    The measure is |L2 / L1 - 1| at the plant's input, from a thirtieth of the crossover up to it.
+    """
     told = 0
-    for old in FORMS:
-        for new in FORMS:
-            if old == new:
-                continue
-            one, other = study(old), study(new)
-            for values in (dict(one.gains), without_slopes(old, dict(one.gains))):
-                found = translate(one, other, values, dict(other.gains))
-                for each in gains_alone(one, other, values, found.values):
-                    if found.exact and not found.lost_in(each.channel):
-                        with case(old, new, each):
-                            told += 1
-                            assert each.largest < LIMIT
-                            assert each.other == pytest.approx(each.crossover, rel=LIMIT)
-    assert told >= LOSSLESS
+    for old, new in pairs:
+        one, other = study(old), study(new)
+        for values in (dict(one.gains), without_slopes(old, dict(one.gains))):
+            found = translate(one, other, values, dict(other.gains))
+            for each in gains_alone(one, other, values, found.values):
+                if found.exact and not found.lost_in(each.channel):
+                    with case(old, new, each):
+                        told += 1
+                        assert each.largest < LIMIT
+                        assert each.other == pytest.approx(each.crossover, rel=LIMIT)
+    return told
+
+
+def test_loops_are_the_same_where_nothing_is_lost(case):
+    pairs = (("pd", "px4"), ("pid", "px4"), ("px4", "crazyflie"), ("ardupilot", "px4"))
+    assert held_together(case, pairs) >= 18
+
+
+@pytest.mark.slow
+def test_loops_of_all_pairs_are_the_same_where_nothing_is_lost(case):
+    pairs = [(old, new) for old in FORMS for new in FORMS if old != new]
+    assert held_together(case, pairs) >= LOSSLESS
 
 
 def test_gains_come_back(case):
@@ -106,7 +117,7 @@ def _of_ardupilot(hover: float):
 
 
 def test_a_crazyflies_unit_makes_what_the_reference_says():
-    """2 (arm / √2) thrust_max / 65535 for roll, and 1000 · 4 thrust_max / 65535 / m for climbing."""
+    """2 (arm / √2) thrust_max / 65535 for roll, 4000 thrust_max / 65535 / m for climbing."""
     found = study("crazyflie", CRAZYFLIE)
     vehicle, gains = found.vehicle, dict(found.gains)
     rotor = vehicle.rotors[0]
