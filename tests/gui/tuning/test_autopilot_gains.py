@@ -48,7 +48,8 @@ def test_an_import_shows_what_it_does_to_margins_before_anything_flies(
     path.write_bytes(PARAMS.format("0.12").encode())
     with qtbot.waitSignal(screen.profiles.diff_changed):
         screen.profiles.load_autopilot(path)
-    assert list(bar.diff.ticks) == ["MC_ROLLRATE_P"]
+    (tick,) = bar.diff.ticks.values()
+    assert tick.text() == "MC_ROLLRATE_P"
     assert bar.diff.ticks["MC_ROLLRATE_P"].accessibleName().endswith("0.15 becomes 0.12 s/rad")
     assert "px4 1.16" in bar.diff.said.text()
     assert screen.diff_margins.isVisible()
