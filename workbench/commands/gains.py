@@ -107,8 +107,8 @@ def add_parser(commands: Any) -> None:
 def _ask(args: argparse.Namespace) -> int:
     """Say what there is, as no command was given."""
     raise WorkbenchError(
-        "say what to do: workbench gains show, diff, save, history, restore, import, export or "
-        "translate"
+        "say what to do: workbench gains show, diff, save, history or restore, and with "
+        "autopilots import, export or translate"
     )
 
 
