@@ -18,7 +18,7 @@ from workbench.scenario.scenario import Scenario, VehicleConfig
 DRONES = Path(__file__).parents[2] / "drones"
 QUAD, CRAZYFLIE = str(DRONES / "five_inch_quad.urdf.xacro"), str(DRONES / "crazyflie.urdf")
 LIMIT = 0.01
-LOSSLESS = 130
+QUICK, LOSSLESS = 35, 130
 """Loops of all pairs of which nothing is lost, at least."""
 
 
@@ -53,8 +53,16 @@ def held_together(case, pairs) -> int:
 
 
 def test_loops_are_the_same_where_nothing_is_lost(case):
-    pairs = (("pd", "px4"), ("pid", "px4"), ("px4", "crazyflie"), ("ardupilot", "px4"))
-    assert held_together(case, pairs) >= 18
+    pairs = (
+        ("pd", "px4"),
+        ("pid", "px4"),
+        ("px4", "crazyflie"),
+        ("ardupilot", "px4"),
+        ("pid", "betaflight"),
+        ("px4", "betaflight"),
+        ("mellinger", "crazyflie"),
+    )
+    assert held_together(case, pairs) >= QUICK
 
 
 @pytest.mark.slow

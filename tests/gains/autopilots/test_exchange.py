@@ -257,6 +257,11 @@ def test_ardupilots_names_of_before_4_7_are_scaled(tmp_path, case):
             assert new not in fresh.text
 
 
+def test_numbers_of_ardupilot_may_be_hexadecimal(tmp_path):
+    found = import_gains(put(tmp_path / "x.param", "ANGLE_MAX 0xBB8\n"))
+    assert found.values == {"ATC_ANGLE_MAX": 30.0}
+
+
 def test_px4s_velocity_gains_of_before_1_11_are_scaled(tmp_path):
     found = import_gains(put(tmp_path / "x.params", "1\t1\tMPC_XY_VEL_P\t0.09\t9\n"))
     assert found.values == {"MPC_XY_VEL_P_ACC": pytest.approx(1.8)}
@@ -281,7 +286,7 @@ def test_betaflights_d_of_before_4_6_is_the_peak(tmp_path, case):
 def test_the_profile_of_betaflight_that_is_in_use_counts(tmp_path):
     text = (
         "# Betaflight / SITL (SITL) 4.6.0 x (y) MSP API: 1.47\nset gyro_lpf1_static_hz = 0\n"
-        "profile 0\nset p_roll = 40\nprofile 1\nset p_roll = 50\nprofile 0\nsave\n"
+        "profile 0\nset p_roll = 40\nprofile 1\nset p_roll = 50\nprofile 0\nrateprofile 0\nsave\n"
     )
     path = put(tmp_path / "x.txt", text)
     assert import_gains(path).values["p_roll"] == 40.0
