@@ -66,6 +66,8 @@ def test_300_files_of_each_format_come_back_to_the_byte(tmp_path, case):
                 changed = [pair for pair in zip(*lines, strict=True) if pair[0] != pair[1]]
                 assert len(changed) == (single(values[name]) != single(other))
                 assert made.text.count("\r") == before.decode().count("\r")
+                if number % 10:  # every file is written once, and some a second time
+                    continue
                 path.write_bytes(encoded(made.text))
                 again = import_gains(path, firmware.name, law=law).values
                 assert {n: single(v) for n, v in again.items()} == {

@@ -18,7 +18,6 @@ from workbench.gains.autopilots.parameter_file import Entry, ParameterFile
 
 VERSION_KEYS = ("firmware", "firmware_version")
 VALUE_KEYS = ("stored_value", "value")
-MOST_CHARACTERS = 1_000_000
 
 
 def read_parameters(path: Path, text: str) -> ParameterFile:
@@ -27,8 +26,6 @@ def read_parameters(path: Path, text: str) -> ParameterFile:
     Raises:
         WorkbenchError: if it is neither.
     """
-    if len(text) > MOST_CHARACTERS:
-        raise WorkbenchError(f"{path}: is too long: a Crazyflie has some hundred parameters")
     try:
         refuse_bombs(path, text)
         root = yaml.compose(text, Loader=FastLoader)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from workbench.common.plain_files import read_plain
 
-MOST_BYTES = 4_000_000
+MOST_BYTES = 1_000_000
 ENCODING, ERRORS = "utf-8", "surrogateescape"
 """Bytes that are no UTF-8 come through as they are."""
 _LINE_END = re.compile(r"\r\n|\r|\n")
