@@ -1,11 +1,11 @@
-"""`workbench gains`: show, compare, save and restore gain files."""
+"""`workbench gains`: show, compare, save and restore gain files, and exchange with autopilots."""
 
 import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.commands import ExitCode
+from workbench.commands import ExitCode, gains_exchange, gains_translate
 from workbench.commands.options import (
     add_command,
     add_controller_option,
@@ -100,11 +100,16 @@ def add_parser(commands: Any) -> None:
     restore.add_argument("state", type=int, metavar="N", help="as `workbench gains history` has it")
     add_controller_option(restore, "file")
     add_json_option(restore)
+    gains_exchange.add_parsers(actions)
+    gains_translate.add_parser(actions)
 
 
 def _ask(args: argparse.Namespace) -> int:
     """Say what there is, as no command was given."""
-    raise WorkbenchError("say what to do: workbench gains show, diff, save, history or restore")
+    raise WorkbenchError(
+        "say what to do: workbench gains show, diff, save, history or restore, and with "
+        "autopilots import, export or translate"
+    )
 
 
 def _show(args: argparse.Namespace) -> int:

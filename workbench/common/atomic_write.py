@@ -7,15 +7,15 @@ from pathlib import Path
 from workbench.common.errors import WorkbenchError
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write a text file; whatever fails, a file that was there stays as it was.
+def write_atomically(path: Path, text: str | bytes) -> None:
+    """Write a file; whatever fails, a file that was there stays as it was.
 
     The text goes to a file beside it, which then takes its name. Of a symbolic link the target is
     replaced, and a file's permissions are kept.
 
     Args:
         path: the file.
-        text: its new content.
+        text: its new content; of a text the bytes in UTF-8.
 
     Raises:
         WorkbenchError: if it cannot be written.
@@ -24,8 +24,8 @@ def write_atomically(path: Path, text: str) -> None:
     try:
         target = path.resolve()
         partial = target.with_name(f".{uuid.uuid4().hex}.part")
-        with partial.open("x", encoding="utf-8") as stream:
-            stream.write(text)
+        with partial.open("xb") as stream:
+            stream.write(text if isinstance(text, bytes) else text.encode("utf-8"))
             stream.flush()
             os.fsync(stream.fileno())
         if target.exists():

@@ -70,7 +70,7 @@ def read_yaml(path: Path, loader: Any = FastLoader) -> YamlFile:
         raise WorkbenchError(f"{path}: cannot be read: {error}") from error
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     try:
-        _refuse_bombs(path, text)
+        refuse_bombs(path, text)
         node = yaml.compose(text, Loader=loader)
         data = yaml.load(text, Loader=loader)
     except yaml.MarkedYAMLError as error:
@@ -88,7 +88,7 @@ def read_yaml(path: Path, loader: Any = FastLoader) -> YamlFile:
     return YamlFile(path, text, data, lines)
 
 
-def _refuse_bombs(path: Path, text: str) -> None:
+def refuse_bombs(path: Path, text: str) -> None:
     """Refuse what would take endless time or memory: aliases of aliases, and deep nests."""
     depth = 0
     for token in yaml.scan(text, Loader=FastLoader):

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydrake.autodiffutils import InitializeAutoDiff
@@ -673,6 +673,22 @@ class LinearStudy:
         return plant_input_model(
             self._derivatives, model, self.scenario.rates, self._rate, self._delays, estimator
         ).lean(REMOVABLE)
+
+    def wrench_by(
+        self, points: Sequence[str], gains: Mapping[str, float] | None = None
+    ) -> np.ndarray:
+        """Return the wrench that an update in hover commands per injection at loop points (4, P).
+
+        Args:
+            points: names of them.
+            gains: parameter values by name that differ from the scenario's.
+        """
+        model, _ = self._sampled(HOVER, gains)
+        by_commands, _ = self._derivatives.allocation_at(model.trim.commands)
+        count = by_commands.shape[1]
+        newest = [model.state_names.index(f"command_{k + 1}") for k in range(count)]
+        found: np.ndarray = by_commands @ model.B(points)[newest]
+        return found
 
     def continuous(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None

@@ -110,6 +110,8 @@ def gain_label(row: Parameter) -> GainLabel:
         return replace(gain_label(replace(row, name=name)), where=f"at {where}")
     if name in _LABELS and row.group in ("", _LABELS[name].group):
         return _LABELS[name]
+    if is_gain(row) and name != name.lower():  # a firmware's, under which it is known
+        return GainLabel(row.group or GAIN_GROUPS[0], name)
     symbol, _, words = name.partition("_")
     if is_gain(row) and words and symbol in _SYMBOLS:
         words = words.replace("_", " ").capitalize()

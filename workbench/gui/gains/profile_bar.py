@@ -41,6 +41,7 @@ TALLEST = 240
 LONGEST_NAME = 20
 """Of a profile; the rest of it stands in the tool tip."""
 FILTER = "Gain files (*.yaml *.yml)"
+AUTOPILOTS = "Parameters of autopilots (*.params *.param *.parm *.txt *.yaml *.json);;All files (*)"
 COMPACT = """
 ProfileBar > QToolButton { min-height: 18px; padding: 3px 5px; }
 ProfileBar > QToolButton:focus, ProfileBar > QToolButton:checked { padding: 2px 4px; }
@@ -54,6 +55,9 @@ MENU = (
     "",
     "copy",
     "paste",
+    "",
+    "import",
+    "export",
     "",
     "schedule",
     "",
@@ -141,7 +145,8 @@ class ProfileDiffView(QFrame):
     def _count(self) -> None:
         """Say how many are ticked."""
         ticked = sum(tick.isChecked() for tick in self.ticks.values())
-        self.fly.setText(f"&Fly {ticked} ticked")
+        writes = self._profiles.diff is not None and self._profiles.diff.target is not None
+        self.fly.setText(f"{'&Write' if writes else '&Fly'} {ticked} ticked")
         self.fly.setEnabled(ticked > 0)
         self.none.setText("&Tick none" if ticked else "&Tick all")
 
@@ -227,6 +232,18 @@ PROFILE_ACTIONS: tuple[ProfileAction, ...] = (
     ProfileAction("save", "&Save...", "Ctrl+S", "Write what flies to a gain file."),
     ProfileAction(
         "copy", "&Copy YAML", "Ctrl+Shift+C", "Copy what flies as the text of a gain file."
+    ),
+    ProfileAction(
+        "import",
+        "&Import from autopilot...",
+        "Ctrl+Shift+I",
+        "Choose lines of an autopilot's file of parameters; none flies before.",
+    ),
+    ProfileAction(
+        "export",
+        "&Export to autopilot...",
+        "Ctrl+Shift+E",
+        "Write what flies to an autopilot's file, line by line; all else in it stays.",
     ),
     ProfileAction(
         "schedule",
@@ -349,6 +366,8 @@ class ProfileBar(QWidget):
             "copy": self._copy,
             "paste": self._paste,
             "schedule": self._schedule,
+            "import": self._import,
+            "export": self._export,
         }
 
     def _schedule(self) -> None:
@@ -367,6 +386,17 @@ class ProfileBar(QWidget):
 
     def _load(self) -> None:
         ask_to_load(self, self._profiles.load)
+
+    def _import(self) -> None:
+        dialog = QFileDialog(self, "Import gains from an autopilot's file", "", AUTOPILOTS)
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        show_file_dialog(dialog, lambda path: self._profiles.load_autopilot(Path(path)))
+
+    def _export(self) -> None:
+        dialog = QFileDialog(self, "Export gains to an autopilot's file", "", AUTOPILOTS)
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # all but the gains stays
+        show_file_dialog(dialog, lambda path: self._profiles.export(Path(path)))
 
     def _save(self) -> None:
         ask_to_save(self, self._write)

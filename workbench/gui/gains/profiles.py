@@ -10,9 +10,13 @@ from pathlib import Path
 import yaml
 from PyQt6.QtCore import QObject, pyqtSignal
 
+from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.control.schedule import split_label
+from workbench.gains.autopilots.exchange import export_gains, import_gains
+from workbench.gains.autopilots.firmware import FIRMWARES, firmware_of, same
+from workbench.gains.autopilots.parameter_file import encoded
 from workbench.gains.difference import GainChange, diff_gains
 from workbench.gains.profiles import GainFile, flown_by, load_gains, save_gains
 from workbench.gui.answers import Answers
@@ -39,12 +43,23 @@ class ProfileDiff:
         origin: where its values come from, and what of it cannot be taken over.
         values: all that the flight can have of it.
         changes: those that differ from the present.
+        target: an autopilot's file that is to have them, as it has the first of each pair; None
+            where the flight is.
     """
 
     name: str
     origin: str
     values: Values
     changes: tuple[GainChange, ...]
+    target: Path | None = None
+
+    def before(self, flown: Values) -> dict[str, float]:
+        """Return what flies, or what the file has, beside all other values that fly."""
+        return {**flown, **{each.name: each.a for each in self.changes}}
+
+    def after(self, flown: Values) -> dict[str, float]:
+        """Return what it would be."""
+        return {**flown, **{each.name: each.b for each in self.changes}}
 
 
 class GainProfiles(QObject):
@@ -96,6 +111,17 @@ class GainProfiles(QObject):
         """Compare with what a gain file has; where it has sets of gains, they are scheduled."""
         self._read(path.stem, partial(_with_schedule, path, self._law))
 
+    def load_autopilot(self, path: Path) -> None:
+        """Compare with what an autopilot's file of parameters has."""
+        self._read(path.name, partial(_of_autopilot, path, self._law))
+
+    def export(self, path: Path) -> None:
+        """Compare what flies with an autopilot's file, or, of a new one, with its defaults."""
+        law, flown = self._law, self._editor.flown
+        self._answers.expect(
+            self._errands.run(partial(_compare_export, path, law, flown)), done=self._offer
+        )
+
     def load_own(self) -> None:
         """Compare with the model's own gains; with those of the start where it brings none."""
         if self._vehicle is None:
@@ -119,6 +145,9 @@ class GainProfiles(QObject):
             return
         diff, taken = self.diff, set(names)
         self.dismiss()
+        if diff.target is not None:
+            self._write(diff, taken)
+            return
         self._set_name(diff.name, diff.values)
         self._editor.adopt({n: v for n, v in diff.values.items() if n in taken}, diff.name)
 
@@ -212,6 +241,22 @@ class GainProfiles(QObject):
         self._set_name(name, diff.values)
         self._notices.inform(f"Nothing differs: the flight has the gains of {name} already.")
 
+    def _offer(self, diff: ProfileDiff) -> None:
+        """Show what an autopilot's file would have."""
+        if diff.changes:
+            self.diff = diff
+            self.diff_changed.emit(diff)
+        else:
+            self._write(diff, set())
+
+    def _write(self, diff: ProfileDiff, taken: set[str]) -> None:
+        """Write those gains to an autopilot's file that were taken."""
+        assert diff.target is not None
+        left = {each.name: each.a for each in diff.changes if each.name not in taken}
+        write = partial(_export, diff.target, self._law, {**diff.values, **left})
+        said = f"Wrote {len(taken)} gains to {diff.target}; all else in it is as it was."
+        self._answers.expect(self._errands.run(write), done=lambda _: self._notices.inform(said))
+
     def _save(self, path: Path, values: Values, saved: Callable[[], object] = lambda: None) -> None:
         origin = f"tuned in flight, from {self.name}"
         law = self._law
@@ -234,6 +279,59 @@ def _with_schedule(path: Path, law: Controller) -> GainFile:
     file, _ = split_label(law.reference)
     wanted = load_controller(flown_by(file, str(path)))
     return load_gains(path, wanted if wanted.schedule else law)
+
+
+def _of_autopilot(path: Path, law: Controller) -> GainFile:
+    """Return the gains of an autopilot's file for the law that flies; unsafe ones are left out.
+
+    Raises:
+        WorkbenchError: if it is none, or one of another law.
+    """
+    found = import_gains(path)
+    if law.unscheduled not in found.firmware.laws:
+        raise WorkbenchError(
+            f"{path.name} has gains of {found.firmware.name}, and {law.name} flies: choose File > "
+            f"Controller > {found.law.name} first"
+        )
+    found = import_gains(path, found.firmware.name, law=law)
+    file = found.firmware.file_name
+    unsafe = [f"{file(name)} {why} and is left out" for name, why in found.unsafe.items()]
+    said = [f"{found.firmware.name} {found.version}", *unsafe, *found.remarks]
+    return GainFile("", "; ".join(said), found.values, controller=law.name)
+
+
+def _compare_export(path: Path, law: Controller, flown: Values) -> ProfileDiff:
+    """Return what an autopilot's file would have of the gains that fly.
+
+    Raises:
+        WorkbenchError: if the law that flies is no autopilot's, or the file is another's.
+    """
+    firmware = firmware_of(law)
+    if firmware is None:
+        laws = ", ".join(name for each in FIRMWARES for name in each.laws)
+        raise WorkbenchError(
+            f"{law.name} is no autopilot's law: `workbench gains translate {law.unscheduled} --to "
+            f"px4` makes gains for one; export from {laws}"
+        )
+    present = import_gains(path, firmware.name, law=law) if path.exists() else None
+    made = export_gains(flown, law, firmware, present=present)
+    rows = firmware.rows(law)
+    has = present.values if present else {row.name: row.default for row in rows}
+    values = {name: flown[name] for name in has}
+    changes = tuple(
+        each for each in diff_gains(has, values, flown, law) if not same(each.a, each.b)
+    )
+    said = [f"what {firmware.name} {'has there' if present else 'has by default'}, and what flies"]
+    return ProfileDiff(path.name, "; ".join([*said, *made.remarks]), flown, changes, path)
+
+
+def _export(path: Path, law: Controller, values: Values) -> None:
+    """Write gains to an autopilot's file."""
+    firmware = firmware_of(law)
+    assert firmware is not None
+    present = import_gains(path, firmware.name, law=law) if path.exists() else None
+    made = export_gains(values, law, firmware, present=present)
+    write_atomically(path, encoded(made.text))
 
 
 def compare_profile(

@@ -16,7 +16,7 @@ from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.gui.gains.profile_bar import ProfileBar, ask_to_save
-from workbench.gui.gains.profiles import GainProfiles
+from workbench.gui.gains.profiles import GainProfiles, ProfileDiff
 from workbench.gui.page import scrolled
 from workbench.gui.screen import Screen
 from workbench.gui.single_shot import single_shot
@@ -323,8 +323,14 @@ class TuningScreen(Screen):
         ):
             self.tabs.addTab(card, name)
         self.panel = GainPanel(workspace, self.gains)
+        self.diff_judgement = Judgement(analysis, self)
+        self.diff_margins = MarginsCard(workspace, self.diff_judgement, self.limits)
+        self.diff_margins.hide()
+        self.profiles.diff_changed.connect(self._judge_diff)
         self.arrangement = Arrangement(
-            _stacked(ProfileBar(workspace, self.gains, self.profiles), self.panel),
+            _stacked(
+                ProfileBar(workspace, self.gains, self.profiles), self.diff_margins, self.panel
+            ),
             scrolled(_stacked(self.excitation, self.response)),
             self.margins,
             self.tabs,
@@ -337,10 +343,19 @@ class TuningScreen(Screen):
         self._connect()
         self._plan(self.excitation.choice)
 
+    def _judge_diff(self, diff: ProfileDiff | None) -> None:
+        """Show what a loaded profile does to the margins, while it waits for a choice."""
+        self.diff_judgement.set_seen(diff is not None)
+        self.diff_margins.setVisible(diff is not None)
+        if diff is not None:
+            flown = self.gains.flown
+            self.diff_judgement.follow(diff.after(flown), diff.before(flown))
+
     def begin(self, view: LiveView) -> None:
         """Forget the flight before."""
         self.gains.begin(view)
         self.judgement.clear()
+        self.diff_judgement.clear()
         self._predictor.forget()
         self.excitation.begin()
         self.response.begin(view)

@@ -1,0 +1,1 @@
+"""Gains of one law from those of another, by what they mean for the vehicle."""

@@ -1,0 +1,352 @@
+"""Which gain of a law means what: a row for each, see `cascade`.
+
+A row's physical gain is number times scale, times the effect of the law's own unit of torque or
+climb on the vehicle, where it asks for those, see `translation.effects`.
+"""
+
+import math
+from dataclasses import dataclass
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller
+from workbench.plant.gravity import GRAVITY
+
+DEGREES = 180.0 / math.pi
+TURNS = ("roll", "pitch", "yaw")
+MOVES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One gain.
+
+    Attributes:
+        name: of the parameter.
+        axis: that it acts about or along.
+        part: attribute of `Turn` or `Move`.
+        scale: see above.
+        factor: name of a parameter that multiplies it, "" for none.
+        divisor: name of one that divides it.
+        near: why it acts a little otherwise than the part says, a clause.
+        never_zero: why it cannot be 0, a clause; it then stays as it is.
+    """
+
+    name: str
+    axis: str
+    part: str
+    scale: float = 1.0
+    factor: str = ""
+    divisor: str = ""
+    near: str = ""
+    never_zero: str = ""
+
+
+@dataclass(frozen=True)
+class Form:
+    """The gains of a law, and what they do not tell of it.
+
+    Attributes:
+        rows: its gains.
+        filters: parameters that are 0 where its filters are off.
+        remarks: what its structure has that no gain carries, sentences.
+        hover: parameter of the thrust in hover, and the name under which it remembers its thrust;
+            empty for none.
+        takes_drag: whether it takes back what the rotors' drag damps the yaw rate by.
+        exact: whether its loops follow from these gains.
+        slope_of_error: whether `slope` acts on that of the rate's error, not of the rate.
+        climbs_by_acceleration: whether its climb asks a loop of its own for an acceleration.
+        off: parameters that are 0 in a translation: modes in which gains mean something else.
+    """
+
+    rows: tuple[Row, ...]
+    filters: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    hover: tuple[str, ...] = ()
+    takes_drag: bool = False
+    exact: bool = True
+    slope_of_error: bool = False
+    climbs_by_acceleration: bool = False
+    off: tuple[str, ...] = ()
+
+
+def _both(names: str, axes: str, parts: str) -> tuple[Row, ...]:
+    """Return rows of gains that several axes share."""
+    return tuple(
+        Row(name, axis, part)
+        for name, part in zip(names.split(), parts.split(), strict=True)
+        for axis in axes.split()
+    )
+
+
+_DRAG = (
+    "what drag of still air takes is given back; laws that do not have so much less gain on the "
+    "velocity and the yaw rate instead"
+)
+PD = Form(
+    (
+        *_both("kp_position_xy", "x y", "place"),
+        Row("kp_position_z", "z", "place"),
+        *(Row(f"kp_velocity_{axis}", axis, "speed") for axis in MOVES),
+        *(Row(f"kd_velocity_{axis}", axis, "slope") for axis in MOVES),
+        *(Row(f"kp_{axis}", axis, "stiffness") for axis in TURNS[:2]),
+        *(Row(f"kd_{axis}", axis, "rate") for axis in TURNS[:2]),
+        Row("kp_yaw_rate", "yaw", "rate"),
+    ),
+    remarks=(_DRAG,),
+    takes_drag=True,
+)
+PID = Form(
+    (
+        *_both("kp_position_xy", "x y", "place"),
+        Row("kp_position_z", "z", "place"),
+        *_both("kp_velocity_xy ki_velocity_xy kd_velocity_xy", "x y", "speed speed_integral slope"),
+        *_both("kp_velocity_z ki_velocity_z kd_velocity_z", "z", "speed speed_integral slope"),
+        *_both("kp_tilt kp_rate ki_rate kd_rate", "roll pitch", "angle rate rate_integral slope"),
+        *_both("kp_yaw_rate ki_yaw_rate", "yaw", "rate rate_integral"),
+    ),
+    remarks=(_DRAG, "its angular acceleration is filtered with 10 ms"),
+    takes_drag=True,
+)
+GEOMETRIC = Form(
+    (
+        *_both("k_position_xy k_velocity_xy", "x y", "pull speed"),
+        *_both("k_position_z k_velocity_z", "z", "pull speed"),
+        *_both("k_attitude_xy k_rate_xy", "roll pitch", "stiffness rate"),
+        *_both("k_attitude_z k_rate_z", "yaw", "stiffness rate"),
+    ),
+    remarks=(_DRAG,),
+    takes_drag=True,
+)
+INDI = Form(
+    (
+        *_both("kp_position_xy kp_velocity_xy", "x y", "place speed"),
+        *_both("kp_position_z kp_velocity_z", "z", "place speed"),
+        *_both("kp_tilt kd_tilt", "roll pitch", "stiffness rate"),
+        Row("kp_yaw_rate", "yaw", "rate"),
+    ),
+    remarks=(
+        "it measures accelerations and closes a loop around them, which its gains do not tell: the "
+        "same gains make another loop in a law without it",
+    ),
+    exact=False,
+)
+PX4 = Form(
+    (
+        *_both("MPC_XY_P", "x y", "place"),
+        Row("MPC_Z_P", "z", "place"),
+        *(
+            Row(f"MPC_{name}_VEL_{letter}_ACC", axis, part)
+            for name, axes in (("XY", "xy"), ("Z", "z"))
+            for axis in axes
+            for letter, part in zip("PID", ("speed", "speed_integral", "slope"), strict=True)
+        ),
+        *(Row(f"MC_{axis.upper()}_P", axis, "angle") for axis in TURNS),
+        *(
+            Row(f"MC_{axis.upper()}RATE_{letter}", axis, part, 1.0, f"MC_{axis.upper()}RATE_K")
+            for axis in TURNS
+            for letter, part in zip("PID", ("rate", "rate_integral", "slope"), strict=True)
+        ),
+        *(Row(f"MC_{axis.upper()}RATE_FF", axis, "ahead") for axis in TURNS),
+    ),
+    hover=("MPC_THR_HOVER", "thrust"),
+    filters=("IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF", "MC_YAW_TQ_CUTOFF"),
+    remarks=(
+        "low-passes of the gyro, of its slope and of the yaw torque turn the phase besides",
+        "the integral of a rate stops to grow at large errors and limits, in its own units",
+        "with THR_MDL_FAC other than the rotors' curve gains change with the thrust",
+    ),
+)
+CRAZYFLIE = Form(
+    (
+        *(Row(f"posCtlPid_{axis}Kp", axis, "place") for axis in MOVES),
+        *(Row(f"posCtlPid_{axis}Ki", axis, "place_integral") for axis in MOVES),
+        *(
+            Row(
+                f"velCtlPid_v{axis}{name}",
+                axis,
+                part,
+                1.0 if axis == "z" else GRAVITY / DEGREES,
+                near=near,
+            )
+            for axis in MOVES
+            for name, part, near in (
+                ("Kp", "speed", ""),
+                ("Ki", "speed_integral", ""),
+                ("Kd", "slope", "a low-pass of 20 Hz stands before it"),
+                ("KFF", "ahead", ""),
+            )
+        ),
+        *(
+            Row(f"pid_attitude_{axis}_{name}", axis, part)
+            for axis in TURNS
+            for name, part in (("kp", "angle"), ("ki", "angle_integral"), ("kd", "angle_rate"))
+        ),
+        *(
+            Row(f"pid_rate_{axis}_{name}", axis, part, DEGREES)
+            for axis in TURNS
+            for name, part in (
+                ("kp", "rate"),
+                ("ki", "rate_integral"),
+                ("kd", "slope"),
+                ("kff", "ahead"),
+            )
+        ),
+    ),
+    hover=("posCtlPid_thrustBase", "thrust"),
+    remarks=("integrals are clamped in degrees and metres, before their gains",),
+)
+MELLINGER = Form(
+    (
+        *(
+            Row(f"ctrlMel_{name}_xy", axis, part, divisor="ctrlMel_mass")
+            for axis in "xy"
+            for name, part in (("kp", "pull"), ("kd", "speed"), ("ki", "pull_integral"))
+        ),
+        *(
+            Row(f"ctrlMel_{name}_z", "z", part)
+            for name, part in (("kp", "pull"), ("kd", "speed"), ("ki", "pull_integral"))
+        ),
+        *(
+            Row(f"ctrlMel_{name}", axis, part, scale)
+            for axis in TURNS[:2]
+            for name, part, scale in (
+                ("kR_xy", "stiffness", 2.0),
+                ("kw_xy", "rate", 1.0),
+                ("ki_m_xy", "stiffness_integral", 2.0),
+                ("kd_omega_rp", "slope", 1.0),
+            )
+        ),
+        Row("ctrlMel_kw_z", "yaw", "rate"),
+    ),
+    remarks=(
+        "the error of attitude is twice the sine of the angle: with large ones it is softer",
+        "kR_z and ki_m_z see no error while nobody turns the heading, and stay as they are",
+    ),
+)
+_INNER = "a loop of the acceleration stands inside it, PSC_D_ACC"
+_SLOPE = "it differentiates the velocity, where others have the estimated acceleration"
+_SQUARE_ROOT = "0 would leave the square root of the error, not nothing"
+_SHORT = dict(zip(TURNS, ("RLL", "PIT", "YAW"), strict=True))
+ARDUPILOT = Form(
+    (
+        *_both("PSC_NE_POS_P PSC_NE_VEL_P PSC_NE_VEL_I", "x y", "place speed speed_integral"),
+        *(Row("PSC_NE_VEL_D", axis, "slope", near=_SLOPE) for axis in MOVES[:2]),
+        *(
+            Row(f"PSC_D_{name}", "z", part, near=_INNER)
+            for name, part in (
+                ("POS_P", "place"),
+                ("VEL_P", "speed"),
+                ("VEL_I", "speed_integral"),
+                ("VEL_D", "slope"),
+            )
+        ),
+        *(
+            Row(f"ATC_ANG_{_SHORT[axis]}_P", axis, "angle", never_zero=_SQUARE_ROOT)
+            for axis in TURNS
+        ),
+        *(
+            Row(f"ATC_RAT_{_SHORT[axis]}_{name}", axis, part)
+            for axis in TURNS
+            for name, part in (
+                ("P", "rate"),
+                ("I", "rate_integral"),
+                ("D", "slope"),
+                ("FF", "ahead"),
+            )
+        ),
+    ),
+    filters=(
+        "INS_GYRO_FILTER",
+        "ATC_RATE_FF_ENAB",
+        "PSC_NE_VEL_FLTE",
+        "PSC_NE_VEL_FLTD",
+        "PSC_D_VEL_FLTE",
+        "PSC_D_VEL_FLTD",
+        "PSC_D_ACC_FLTT",
+        "PSC_D_ACC_FLTE",
+        "PSC_D_ACC_FLTD",
+        *(f"ATC_RAT_{each}_{low}" for each in _SHORT.values() for low in ("FLTT", "FLTE", "FLTD")),
+    ),
+    hover=("MOT_THST_HOVER", "throttle"),
+    remarks=(
+        "low-passes of the gyro, of the rate asked for, of errors and of their slopes turn the "
+        "phase besides, and the target of the attitude is shaped",
+        "D acts on the error of the rate: a step of what is asked for kicks it",
+        "square roots of errors, ATC_ACC and WP_ACC, make large errors softer",
+        "gains of the throttle, PSC_D_ACC, follow from the vehicle, not from the other law",
+    ),
+    slope_of_error=True,
+    climbs_by_acceleration=True,
+)
+_P, _I, _D = (scale * DEGREES / 1000.0 for scale in (0.032029, 0.244381, 0.000529))
+"""Motor fraction per rad/s of a gain of 1, of its integral, and of its slope."""
+BETAFLIGHT = Form(
+    (
+        *_both(
+            "outer_p_position outer_p_velocity outer_i_velocity",
+            "x y",
+            "place speed speed_integral",
+        ),
+        *_both("outer_p_height outer_p_climb outer_i_climb", "z", "place speed speed_integral"),
+        *(
+            Row("angle_p_gain", axis, "angle", 0.1, near="a low-pass PT3 of 50 Hz stands behind it")
+            for axis in TURNS[:2]
+        ),
+        *(Row(f"p_{axis}", axis, "rate", _P) for axis in TURNS),
+        *(
+            Row(f"i_{axis}", axis, "rate_integral", (2.5 if axis == "yaw" else 1.0) * _I)
+            for axis in TURNS
+        ),
+        *(Row(f"d_{axis}", axis, "slope", _D) for axis in TURNS),
+    ),
+    filters=(
+        "gyro_lpf1_dyn_min_hz",
+        "gyro_lpf1_dyn_max_hz",
+        "gyro_lpf2_static_hz",
+        "dterm_lpf1_dyn_min_hz",
+        "dterm_lpf1_dyn_max_hz",
+        "dterm_lpf2_static_hz",
+        "yaw_lowpass_hz",
+        "throttle_boost",
+        "tpa_rate",
+        "anti_gravity_gain",
+    ),
+    hover=("outer_hover", "throttle"),
+    remarks=(
+        "low-passes of gyro and D turn the phase besides",
+        "d_max, TPA, anti-gravity, I-term relax and thrust_linear change gains as it flies",
+        "gains are whole numbers in the firmware: an export rounds them",
+    ),
+    off=("acro",),
+)
+FORMS = {
+    "pd": PD,
+    "pid": PID,
+    "geometric": GEOMETRIC,
+    "indi": INDI,
+    "px4": PX4,
+    "crazyflie": CRAZYFLIE,
+    "mellinger": MELLINGER,
+    "ardupilot": ARDUPILOT,
+    "betaflight": BETAFLIGHT,
+}
+
+
+def form_of(law: Controller) -> Form:
+    """Return what a law's gains mean.
+
+    Raises:
+        WorkbenchError: if that is not known.
+    """
+    if law.schedule:
+        raise WorkbenchError("scheduled gains are not translated: name the law without its @")
+    if law.unscheduled == "lqi":
+        raise WorkbenchError(
+            "lqi has weights, from which its gains follow by a Riccati equation: there is nothing "
+            "to translate them from or to"
+        )
+    if law.unscheduled not in FORMS or not law.shipped:
+        raise WorkbenchError(
+            f"what the gains of {law.name} mean is not known: translated are {', '.join(FORMS)}"
+        )
+    return FORMS[law.unscheduled]

@@ -1,0 +1,361 @@
+"""Gains of one law as those of another, with what of it is not exact."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller
+from workbench.design.linear.study import LinearStudy
+from workbench.design.translate.cascade import Meaning, Move, Turn
+from workbench.design.translate.forms import MOVES, TURNS, Form, Row, form_of
+from workbench.plant.drag import drag_rates
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.scenario.parameters import parameter_table
+
+OF_EFFORT = frozenset(
+    ("rate", "rate_integral", "slope", "ahead", "stiffness", "stiffness_integral")
+)
+"""Parts of a turn that ask for torque; of a climb all but the place's ask for thrust."""
+ALIKE = 5e-3
+"""Two axes that want numbers this near share one without a word."""
+EXACT = "exact"
+NONE = 1e-12
+
+
+@dataclass(frozen=True)
+class Translated:
+    """One gain of the new law.
+
+    Attributes:
+        name: of the parameter.
+        unit: of it.
+        value: new.
+        said: "exact", or why it is not, a clause.
+    """
+
+    name: str
+    unit: str
+    value: float
+    said: str
+
+
+@dataclass(frozen=True)
+class Lost:
+    """What of an axis the new law has no gain for, a clause."""
+
+    axis: str
+    said: str
+
+
+@dataclass(frozen=True)
+class Translation:
+    """Gains of a law that mean what those of another one do.
+
+    Attributes:
+        gains: rows of the new law's own gains.
+        values: all values of the new law.
+        lost: what of the old gains is not in the new ones.
+        remarks: what of either structure no gain carries, sentences.
+        exact: whether loops follow from gains in both laws.
+    """
+
+    gains: tuple[Translated, ...]
+    values: dict[str, float]
+    lost: tuple[Lost, ...]
+    remarks: tuple[str, ...]
+    exact: bool
+
+    def lost_in(self, channel: str) -> tuple[str, ...]:
+        """Return what a loop around an axis, or of z, lacks; with the velocity outside of it."""
+        axes = {channel, {"roll": "y", "pitch": "x"}.get(channel, channel)}
+        return tuple(each.said for each in self.lost if each.axis in axes)
+
+
+def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]:
+    """Return what one unit of what a law asks for makes of a vehicle, by axis.
+
+    Taken is the derivative of the law's own update in hover, by injections at its loop points: so
+    its allocation, its thrust curve and the vehicle's, and the inertia are all in it.
+
+    Args:
+        study: of the vehicle with the law.
+        values: of the law's parameters.
+
+    Returns:
+        Angular acceleration per unit of torque about roll, pitch and yaw [rad/s²], and of z the
+        acceleration per unit of what the velocity's error asks for [m/s²].
+    """
+    law = study.controller
+    frame = thrust_frame(study.vehicle)
+    form = form_of(law)
+    plain = {**values, **dict.fromkeys(form.filters, 0.0), "spin_up_feedforward": 0.0}
+    loops = {loop.name: loop for loop in law.loops}
+    points = []
+    for axis in TURNS:
+        inner = next(loops[name] for name in (f"{axis}_rate", axis, "heading") if name in loops)
+        points.append(inner.point("actuator"))
+    points.append(loops["velocity_z"].point("error"))
+    wrench = study.wrench_by(points, plain)
+    inertia = np.diagonal(frame.inertia_T)
+    # the Crazyflie counts pitch the other way round, and its law sees to that
+    found = {axis: abs(float(wrench[1 + k, k] / inertia[k])) for k, axis in enumerate(TURNS)}
+    if form.climbs_by_acceleration:
+        return {**found, "z": 1.0}
+    # by two gains, as an integral may act in the same update
+    name, unit = next((r.name, _by_parameters(r, values)) for r in form.rows if _is_climb(r))
+    row = parameter_table(law).find(name)
+    other = max(row.minimum, 0.5 * values[name])
+    if other == values[name]:
+        raise WorkbenchError(f"{name} is {other:g}, its least: no gain of the climb is to be had")
+    less = study.wrench_by(points[3:], {**plain, name: other})
+    climb = float(wrench[0, 3] - less[0, 0]) / study.vehicle.mass
+    return {**found, "z": climb / ((values[name] - other) * unit)}
+
+
+def _is_climb(row: Row) -> bool:
+    return row.axis == "z" and row.part == "speed"
+
+
+def meaning(
+    form: Form, values: Mapping[str, float], by: Mapping[str, float], drag: Mapping[str, float]
+) -> Meaning:
+    """Return what a law's gains mean.
+
+    Args:
+        form: of the law.
+        values: of its parameters.
+        by: effects by axis, see `effects`.
+        drag: of the vehicle, by which it damps velocities and the yaw rate, by axis [1/s].
+    """
+    found: dict[str, dict[str, float]] = {axis: {} for axis in (*MOVES, *TURNS)}
+    for row in form.rows:
+        physical = values[row.name] * _by_parameters(row, values) * _effect(row, by)
+        found[row.axis][row.part] = physical
+    moves = {axis: _move(found[axis]) for axis in MOVES}
+    turns = {axis: _turn(found[axis]) for axis in TURNS}
+    if form.slope_of_error:
+        turns = {axis: turn.of_rate() for axis, turn in turns.items()}
+    parts: dict[str, Any] = {**moves, **turns}
+    if form.takes_drag:
+        parts |= {axis: parts[axis].less(drag[axis]) for axis in drag}
+    return Meaning(**parts)
+
+
+def numbers(
+    law: Controller,
+    meant: Meaning,
+    present: Mapping[str, float],
+    by: Mapping[str, float],
+    drag: Mapping[str, float],
+) -> tuple[tuple[Translated, ...], tuple[Lost, ...]]:
+    """Return a law's gains that mean something, and what it has no gain for.
+
+    Args:
+        law: whose gains are wanted.
+        meant: what they shall mean.
+        present: values of all its parameters; those that are no gains stay.
+        by: effects by axis of this law.
+        drag: see `meaning`.
+    """
+    form = form_of(law)
+    parts = {axis: {row.part for row in form.rows if row.axis == axis} for axis in _axes(form)}
+    wanted: dict[str, list[tuple[str, float]]] = {}
+    lost: list[Lost] = []
+    folded = {axis: _folded(axis, getattr(meant, axis), parts[axis], lost) for axis in parts}
+    if form.takes_drag:
+        folded |= {axis: folded[axis].less(-drag[axis]) for axis in drag if axis in folded}
+    if form.slope_of_error:
+        for axis in TURNS:
+            found = folded[axis].of_error()
+            if found is None:
+                lost.append(Lost(axis, "no gains with D on the error make this loop"))
+            else:
+                folded[axis] = found
+    for row in form.rows:
+        unit = row.scale * _by_parameters(dataclasses.replace(row, scale=1.0), present)
+        unit *= _effect(row, by)
+        physical = getattr(folded[row.axis], row.part)
+        wanted.setdefault(row.name, []).append((row.axis, physical / unit))
+    table = parameter_table(law)
+    gains = []
+    for name, of_axes in wanted.items():
+        parameter = table.find(name)
+        each = [value for _, value in of_axes]
+        value = sum(each) / len(each)
+        said = EXACT
+        if max(each) - min(each) > ALIKE * max(abs(value), NONE):
+            wishes = " and ".join(f"{v:.4g} for {axis}" for axis, v in of_axes)
+            said = f"the mean of {wishes}, which share it here"
+            lost += [Lost(axis, f"shares {name} with another axis") for axis, _ in of_axes]
+        limited = min(parameter.maximum, max(parameter.minimum, value))
+        if limited != value:
+            way = "largest" if limited < value else "least"
+            said = f"{value:.4g} is wanted, and {limited:g} is the {way} allowed"
+            lost += [Lost(axis, f"{name} is at its limit") for axis, _ in of_axes]
+        elif value == 0.0 and present[name] != 0.0:
+            said = "exact: 0, as the other law has no such part"
+        held = [row for row in form.rows if row.name == name and row.never_zero]
+        if held and limited == 0.0:
+            limited, said = present[name], f"stays: {held[0].never_zero}"
+            lost += [Lost(row.axis, f"{name} stays as it is") for row in held]
+        near = [(row.axis, row.near) for row in form.rows if row.name == name and row.near]
+        if near and limited:
+            said = near[0][1]
+            lost += [Lost(axis, f"{name}: {said}") for axis, said in near]
+        gains.append(Translated(name, parameter.unit, limited, said))
+    return tuple(gains), tuple(lost)
+
+
+def translate(
+    old: LinearStudy,
+    new: LinearStudy,
+    values: Mapping[str, float],
+    present: Mapping[str, float],
+) -> Translation:
+    """Return gains of another law that mean what those of a law do.
+
+    Args:
+        old: of the vehicle with the law that there are gains of.
+        new: of the same vehicle with the other law.
+        values: of all parameters of the first.
+        present: of all parameters of the second, for what is no gain.
+
+    Raises:
+        WorkbenchError: if it is not known what gains of one of them mean.
+    """
+    forms = form_of(old.controller), form_of(new.controller)
+    drag = _drag(old)
+    meant = meaning(forms[0], values, effects(old, values), drag)
+    for study, form, each in zip((old, new), forms, (values, present), strict=True):
+        for name in form.off:
+            if each[name]:
+                raise WorkbenchError(
+                    f"{study.controller.name} flies with {name}, in which its gains mean something "
+                    f"else: set it to 0"
+                )
+    hover = forms[1].hover
+    if hover:
+        places = [state.name for state in new.controller.memory]
+        thrust = new.trim(gains=present).memory[places.index(hover[1])]
+        present = {**present, hover[0]: float(thrust)}
+    gains, lost = numbers(new.controller, meant, present, effects(new, present), drag)
+    if hover:
+        row = parameter_table(new.controller).find(hover[0])
+        gains = (*gains, Translated(row.name, row.unit, present[row.name], "at which it hovers"))
+    shared = {
+        row.name: values[row.name]
+        for row in parameter_table(new.controller)
+        if row.name in values and row.name not in {gain.name for gain in gains}
+    }
+    integrals = {row.name for row in forms[1].rows if row.part.endswith("_integral")}
+    gone = [g.name for g in gains if g.name in integrals and not g.value and present[g.name]]
+    remarks = []
+    if gone:
+        remarks.append(
+            f"{', '.join(gone)} are 0: wind, and a centre of mass that is off, leave an error; "
+            f"`workbench tune --controller {new.controller.name}` goes on from a gain file"
+        )
+    heading = [row.name for row in forms[1].rows if row.axis == "yaw" and row.part == "angle"]
+    if any(gain.name in heading and not gain.value for gain in gains):
+        remarks.append(f"{heading[0]} is 0: nothing brings a heading back")
+    remarks += [
+        f"{study.controller.name}: {said}"
+        for study, form in zip((old, new), forms, strict=True)
+        for said in form.remarks
+    ]
+    if forms[0].slope_of_error != forms[1].slope_of_error:
+        said = "D acts on the error of the rate in one law, and on the rate in the other"
+        lost += tuple(Lost(axis, said) for axis in TURNS if getattr(meant, axis).slope)
+    lost += tuple(
+        Lost(row.axis, f"{row.name}: {row.near}")
+        for row in forms[0].rows
+        if row.near and values[row.name]
+    )
+    return Translation(
+        gains,
+        {**present, **shared, **{gain.name: gain.value for gain in gains}},
+        lost,
+        tuple(dict.fromkeys(remarks)),
+        exact=all(form.exact for form in forms),
+    )
+
+
+def _drag(study: LinearStudy) -> dict[str, float]:
+    """Return what laws that know it take drag to damp velocities and the yaw rate by [1/s]."""
+    rates = drag_rates(study.vehicle)
+    return {"x": rates.across, "y": rates.across, "yaw": rates.yaw}
+
+
+def _axes(form: Form) -> tuple[str, ...]:
+    return tuple(axis for axis in (*MOVES, *TURNS) if any(row.axis == axis for row in form.rows))
+
+
+def _by_parameters(row: Row, values: Mapping[str, float]) -> float:
+    """Return what other parameters make of a gain, and its scale."""
+    factor = values[row.factor] if row.factor else 1.0
+    divisor = values[row.divisor] if row.divisor else 1.0
+    return row.scale * factor / divisor
+
+
+def _effect(row: Row, by: Mapping[str, float]) -> float:
+    if row.axis in TURNS:
+        return by[row.axis] if row.part in OF_EFFORT else 1.0
+    return by["z"] if row.axis == "z" and not row.part.startswith("place") else 1.0
+
+
+def _turn(parts: Mapping[str, float]) -> Turn:
+    """Return a turn, also of a law that states what it is stiff by."""
+    plain: Any = {name: value for name, value in parts.items() if not name.startswith("stiff")}
+    rate = parts.get("rate", 0.0)
+    if rate > 0.0 and "stiffness" in parts:
+        plain["angle"] = parts["stiffness"] / rate
+        plain["angle_integral"] = parts.get("stiffness_integral", 0.0) / rate
+    return Turn(**plain)
+
+
+def _move(parts: Mapping[str, float]) -> Move:
+    """Return a move, also of a law that states what it pulls by."""
+    plain: Any = {name: value for name, value in parts.items() if not name.startswith("pull")}
+    speed = parts.get("speed", 0.0)
+    if speed > 0.0 and "pull" in parts:
+        plain["place"] = parts["pull"] / speed
+        plain["place_integral"] = parts.get("pull_integral", 0.0) / speed
+    return Move(**plain)
+
+
+def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) -> Any:
+    """Return gains as a law with some parts can have them; add to `lost` what is left out."""
+    found: Any = meant
+    if isinstance(found, Turn):
+        stiff = "stiffness" in parts
+        if "angle_rate" not in parts:
+            found = found.without_angle_rate()
+        if not stiff and "angle_integral" not in parts and found.angle_integral:
+            double = found.rate_integral * found.angle_integral
+            found = found.without_angle_integral()
+            if double:
+                said = f"a double integral of {double:.3g} 1/s⁴, of its angle and its rate, is lost"
+                lost.append(Lost(axis, said))
+        if stiff and "rate_integral" not in parts and found.rate_integral:
+            said = f"the integral of the rate, {found.rate_integral:.3g} 1/s², becomes stiffness"
+            if "stiffness_integral" not in parts:
+                lost.append(Lost(axis, f"{said}, and an offset stays"))
+        known = parts | ({"angle", "rate_integral"} if stiff else set())
+        known |= {"angle_integral"} if "stiffness_integral" in parts else set()
+    else:
+        pulls = "pull" in parts
+        if pulls and found.speed_integral:
+            said = f"the integral of the speed, {found.speed_integral:.3g} 1/s², becomes pull"
+            lost.append(Lost(axis, f"{said} to a held place; there is none while the pilot steers"))
+        known = parts | ({"place", "speed_integral"} if pulls else set())
+        known |= {"place_integral"} if "pull_integral" in parts else set()
+    for field in dataclasses.fields(found):
+        value = getattr(found, field.name)
+        if field.name not in known and abs(value) > NONE:
+            said = f"there is no {field.name.replace('_', ' ')}: {value:.3g} is left out"
+            lost.append(Lost(axis, said))
+    return found

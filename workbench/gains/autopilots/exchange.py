@@ -1,0 +1,237 @@
+"""Gains out of an autopilot's file, and into it."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller, load_controller
+from workbench.gains.autopilots import versions
+from workbench.gains.autopilots.firmware import (
+    CRAZYFLIE,
+    Firmware,
+    read_parameter_file,
+    same,
+    unsafe,
+)
+from workbench.gains.autopilots.numbers import tidy
+from workbench.gains.autopilots.parameter_file import ParameterFile, joined
+from workbench.scenario.parameters import parameter_table
+
+_SELECTED = "stabilizer.controller"
+_LAW_OF = {1.0: "crazyflie", 2.0: "mellinger"}
+"""What the Crazyflie's choice of a controller means."""
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an autopilot's file says of a law's gains.
+
+    Attributes:
+        file: as it was read.
+        firmware: whose.
+        version: of the firmware, as it was taken.
+        law: whose gains they are.
+        values: that can fly, by the law's names, in its units.
+        unsafe: why a value cannot, by its name in the law, a clause.
+        not_flown: names of flight control in the file that the law does not have.
+        remarks: sentences.
+    """
+
+    file: ParameterFile
+    firmware: Firmware
+    version: str
+    law: Controller
+    values: dict[str, float]
+    unsafe: dict[str, str]
+    not_flown: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A file of parameters as it is to be written.
+
+    Attributes:
+        text: of the file.
+        written: values by the firmware's names, of those whose text changed.
+        absent: the law's gains that the file lacks, by the firmware's names.
+        remarks: sentences.
+    """
+
+    text: str
+    written: dict[str, float]
+    absent: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+
+def import_gains(
+    path: Path,
+    firmware: str = "",
+    version: str = "",
+    profile: int | None = None,
+    law: Controller | None = None,
+) -> Imported:
+    """Read the gains of a firmware's law from its file.
+
+    Args:
+        path: the file.
+        firmware: its name; without it the text tells.
+        version: of the firmware; without it what the file says, else the law's own.
+        profile: of Betaflight's file, which one counts.
+        law: whose gains are wanted; without one the firmware's.
+
+    Raises:
+        WorkbenchError: if it is no such file, or has no gain of the law.
+    """
+    found, file = read_parameter_file(path, firmware, profile)
+    law = law or load_controller(_law_in(found, file))
+    if law.unscheduled not in found.laws:
+        raise WorkbenchError(
+            f"{path}: has parameters of {found.name}, and {law.name} is none of its laws: leave "
+            f"--controller out, or say {' or '.join(found.laws)}; `workbench gains translate` "
+            "makes gains of one law from those of another"
+        )
+    version = version or file.version or found.version
+    remarks = list(file.remarks)
+    numbers = {
+        name: math.nan if entry.value is None else entry.value
+        for name, entry in file.counted.items()
+    }
+    by_law = found.to_law({name: tidy(value) for name, value in numbers.items()}, version)
+    rows = {row.name: row for row in found.rows(law)}
+    table = parameter_table(law)
+    values, wrong = {}, {}
+    for name in rows:
+        if name not in by_law:
+            continue
+        said = unsafe(table.find(name), by_law[name])
+        if said:
+            wrong[name] = said
+        else:
+            values[name] = by_law[name]
+    if not values and not wrong:
+        raise WorkbenchError(
+            f"{path}: sets none of the {len(rows)} gains of {law.name}, as "
+            f"{joined([found.file_name(name) for name in rows], 3)}"
+        )
+    remarks += _renamed(found, numbers, version)
+    if found.steps and "begins at the defaults" in " ".join(remarks):
+        values = {name: row.default for name, row in rows.items() if name not in wrong} | values
+    others = tuple(
+        sorted(
+            name
+            for name in file.counted
+            if found.families.match(name)
+            and not set(found.to_law({name: 0.0}, version)) & set(rows)
+        )
+    )
+    return Imported(file, found, version, law, values, wrong, others, tuple(remarks))
+
+
+def export_gains(
+    values: Mapping[str, float],
+    law: Controller,
+    firmware: Firmware,
+    version: str = "",
+    present: Imported | None = None,
+) -> Exported:
+    """Return a firmware's file with a law's gains.
+
+    Args:
+        values: by the law's names, at least all that the firmware has.
+        law: whose.
+        firmware: that is to fly them.
+        version: of it; without one that of the file that is there, else the law's own.
+        present: the file that is there, in which nothing but gains changes; None for a new one.
+
+    Raises:
+        WorkbenchError: if the law is none of the firmware's, or a value must not fly.
+    """
+    if law.unscheduled not in firmware.laws:
+        raise WorkbenchError(
+            f"{law.name} is no law of {firmware.name}: its gains mean something else there; "
+            f"`workbench gains translate {law.unscheduled} --to {firmware.laws[0]}` makes the "
+            "others"
+        )
+    if law.schedule:
+        raise WorkbenchError(f"{firmware.name} has no scheduled gains: export one set of them")
+    version = version or (present.version if present else "") or firmware.version
+    table = parameter_table(law)
+    gains = {row.name: values[row.name] for row in firmware.rows(law)}
+    for name, value in gains.items():
+        said = unsafe(table.find(name), value)
+        if said:
+            raise WorkbenchError(f"{firmware.file_name(name)} {said}; nothing is exported")
+    remarks = _rounded(firmware, gains)
+    wanted = firmware.to_file(gains, version)
+    if present is None:
+        return Exported(firmware.new(wanted, version), wanted, (), remarks)
+    file = present.file
+    entries = file.counted
+    now = firmware.to_file(present.values, version)
+    changed = {
+        name: value
+        for name, value in wanted.items()
+        if name in entries and not (name in now and _equal(firmware, now[name], value))
+    }
+    texts = {name: firmware.written(entries[name], value) for name, value in changed.items()}
+    defaults = firmware.to_file({row.name: row.default for row in firmware.rows(law)}, version)
+    absent = tuple(name for name in wanted if name not in entries)
+    told = [name for name in absent if not _equal(firmware, wanted[name], defaults[name])]
+    if told:
+        remarks = (
+            *remarks,
+            f"{file.path} does not have {joined(told)}, whose values are not the firmware's "
+            "defaults: export them to a file of their own, and load both",
+        )
+    return Exported(file.replaced(texts), changed, absent, remarks)
+
+
+def _law_in(firmware: Firmware, file: ParameterFile) -> str:
+    """Return the law that a file is for."""
+    entries = file.counted
+    if firmware is CRAZYFLIE:
+        chosen = entries.get(_SELECTED)
+        if chosen and chosen.value in _LAW_OF:
+            return _LAW_OF[chosen.value]
+        mellinger = sum(name.startswith("ctrlMel.") for name in entries)
+        return "mellinger" if mellinger > len(entries) / 2 else firmware.laws[0]
+    return firmware.laws[0]
+
+
+def _renamed(firmware: Firmware, values: Mapping[str, float], version: str) -> tuple[str, ...]:
+    """Return what to say of names of former versions."""
+    known = {firmware.law_name(name): value for name, value in values.items()}
+    renamed = versions.with_new_names(known, firmware.renames)[1]
+    scaled = [
+        f"{each.old} is {each.new} times {1.0 / each.factor:g}"
+        for each in renamed.values()
+        if each.factor != 1.0
+    ]
+    said = []
+    if renamed:
+        since = ".".join(map(str, next(iter(renamed.values())).since))
+        said.append(f"{len(renamed)} names are those of before {since}: {joined(list(renamed))}")
+    if scaled:
+        said.append(f"of them are scaled: {joined(scaled)}")
+    if any(f"d_min_{axis}" in values for axis in versions.AXES):
+        said.append("d and d_min of before 4.6 are read as d_max and d")
+    return tuple(said)
+
+
+def _rounded(firmware: Firmware, gains: Mapping[str, float]) -> tuple[str, ...]:
+    """Return what to say of gains that a firmware keeps as whole numbers."""
+    if not firmware.steps:
+        return ()
+    lost = [
+        f"{name} {value:.4g} to {round(value)}"
+        for name, value in gains.items()
+        if not value.is_integer()
+    ]
+    return (f"rounded, as {firmware.name} keeps whole numbers: {joined(lost)}",) if lost else ()
+
+
+def _equal(firmware: Firmware, a: float, b: float) -> bool:
+    return round(a) == round(b) if firmware.steps else same(a, b)

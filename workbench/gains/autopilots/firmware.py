@@ -1,0 +1,231 @@
+"""Firmwares whose files of parameters are read and written, and how their names meet a law's.
+
+A law's parameters are the firmware's own, with _ for the Crazyflie's dot. What the laws have beside
+them, the limits of every law and the motors of the bench, stands in no file.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.common.errors import WorkbenchError, find_row
+from workbench.common.parameter import Parameter
+from workbench.control.controller import COMMON, Controller
+from workbench.gains.autopilots import (
+    ardupilot_files,
+    betaflight_files,
+    crazyflie_files,
+    px4_files,
+    versions,
+)
+from workbench.gains.autopilots.numbers import single
+from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, joined, lines_of
+from workbench.gains.autopilots.parameter_file import read_text as read_file_text
+
+_BENCH = re.compile(r"thrust_max|vbat|SIM_GZ_EC_(MIN|MAX)|motor_speed|outer_.*|acro|airmode")
+"""Parameters of laws that are the bench's own, its motors and outer loops: no vehicle has them."""
+_COMMON = {row.name for row in COMMON}
+
+
+@dataclass(frozen=True)
+class Firmware:
+    """A firmware, and its files.
+
+    Attributes:
+        name: as --for has it.
+        version: that the laws here are of.
+        laws: controllers that are its laws, the usual one first.
+        suffix: of a new file.
+        written: makes the text of a value from an entry and a number.
+        new: makes the text of a new file from values and version.
+        renames: names and scales of former versions.
+        families: matches names that belong to its flight control, flown here or not.
+        steps: whether all its gains are whole numbers.
+    """
+
+    name: str
+    version: str
+    laws: tuple[str, ...]
+    suffix: str
+    written: Callable[[Entry, float], str]
+    new: Callable[[Mapping[str, float], str], str]
+    renames: tuple[versions.Rename, ...]
+    families: re.Pattern[str]
+    steps: bool = False
+
+    def law_name(self, name: str) -> str:
+        """Return the law's name of a parameter."""
+        return name.replace(".", "_", 1) if self.name == "crazyflie" else name
+
+    def file_name(self, name: str) -> str:
+        """Return the firmware's name of a law's parameter."""
+        if self.name != "crazyflie":
+            return name
+        match = _GROUP.match(name)
+        return f"{match[1]}.{match[2]}" if match else name
+
+    def rows(self, law: Controller) -> tuple[Parameter, ...]:
+        """Return those of a law's parameters that the firmware has."""
+        return tuple(
+            row
+            for row in law.parameters
+            if row.name not in _COMMON and not _BENCH.fullmatch(row.name)
+        )
+
+    def to_law(self, values: Mapping[str, float], version: str) -> dict[str, float]:
+        """Return a file's values by the law's names, in its scales.
+
+        Args:
+            values: by the names of the file.
+            version: of the file; "" for the law's own.
+        """
+        known = {self.law_name(name): value for name, value in values.items()}
+        if self.name == "betaflight" and versions.numbers_of(version) < versions.PEAK_BEFORE:
+            known = versions.d_of_today(known)
+        return versions.with_new_names(known, self.renames)[0]
+
+    def to_file(self, values: Mapping[str, float], version: str) -> dict[str, float]:
+        """Return a law's values by the names, and in the scales, of a version."""
+        numbers = versions.numbers_of(version)
+        found = dict(values)
+        if self.name == "betaflight" and numbers < versions.PEAK_BEFORE:
+            found = versions.d_of_before(found)
+        found = versions.with_old_names(found, self.renames, numbers)
+        return {self.file_name(name): value for name, value in found.items()}
+
+
+_GROUP = re.compile(r"(pid_rate|pid_attitude|velCtlPid|posCtlPid|ctrlMel)_(.+)")
+PX4 = Firmware(
+    "px4",
+    "1.16",
+    ("px4",),
+    ".params",
+    px4_files.written_value,
+    px4_files.new_file,
+    versions.PX4,
+    re.compile(r"MC_|MPC_|THR_MDL|IMU_D?GYRO_"),
+)
+ARDUPILOT = Firmware(
+    "ardupilot",
+    "4.7",
+    ("ardupilot",),
+    ".param",
+    ardupilot_files.written_value,
+    ardupilot_files.new_file,
+    versions.ARDUPILOT,
+    re.compile(r"ATC_|PSC_|MOT_|INS_GYRO_FILTER|ANGLE_MAX"),
+)
+BETAFLIGHT = Firmware(
+    "betaflight",
+    "4.6.0",
+    ("betaflight",),
+    ".txt",
+    betaflight_files.written_value,
+    betaflight_files.new_file,
+    (),
+    re.compile(
+        r"[pidfs]_(max_|min_)?(roll|pitch|yaw)|.*(dterm|gyro_lpf|tpa_|iterm|anti_gravity).*"
+    ),
+    steps=True,
+)
+CRAZYFLIE = Firmware(
+    "crazyflie",
+    "2025.12",
+    ("crazyflie", "mellinger"),
+    ".yaml",
+    crazyflie_files.written_value,
+    crazyflie_files.new_file,
+    (),
+    re.compile(r"(pid_rate|pid_attitude|velCtlPid|posCtlPid|ctrlMel)\."),
+)
+FIRMWARES = (PX4, ARDUPILOT, BETAFLIGHT, CRAZYFLIE)
+_CRAZYFLIE_LINE = re.compile(r"[ \t{,]*[\"']?[A-Za-z]\w*\.\w+[\"']?[ \t]*:.*")
+_MOST_LINES = 5000
+"""So many lines tell a file's format."""
+
+
+def find_firmware(name: str) -> Firmware:
+    """Return a firmware by name.
+
+    Raises:
+        WorkbenchError: if there is none.
+    """
+    return find_row("firmware", name, FIRMWARES)
+
+
+def firmware_of(law: Controller) -> Firmware | None:
+    """Return the firmware whose law a controller is; None where it is of none."""
+    return next((each for each in FIRMWARES if law.unscheduled in each.laws), None)
+
+
+def read_parameter_file(
+    path: Path, firmware: str = "", profile: int | None = None
+) -> tuple[Firmware, ParameterFile]:
+    """Read an autopilot's file of parameters.
+
+    Args:
+        path: the file.
+        firmware: its name; without it the text tells.
+        profile: of Betaflight's file, which one counts.
+
+    Raises:
+        WorkbenchError: if it is none, naming the line.
+    """
+    text = read_file_text(path)
+    counts = _matching_lines(text)
+    chosen = find_firmware(firmware) if firmware else max(FIRMWARES, key=lambda f: counts[f.name])
+    if profile is not None and chosen is not BETAFLIGHT:
+        raise WorkbenchError("--profile is of Betaflight's files: leave it out")
+    if not firmware and not any(counts.values()):
+        raise WorkbenchError(
+            f"{path}: is no file of parameters of {joined([f.name for f in FIRMWARES])}: expected "
+            "lines as '1 1 MC_ROLL_P 6.5 9', 'ATC_ANG_RLL_P,4.5', 'set p_roll = 45' or "
+            "'pid_rate.roll_kp: 250'"
+        )
+    if chosen is ARDUPILOT:
+        return chosen, ardupilot_files.read_param(path, text)
+    if chosen is BETAFLIGHT:
+        return chosen, betaflight_files.read_cli(path, text, profile)
+    if chosen is CRAZYFLIE:
+        return chosen, crazyflie_files.read_parameters(path, text)
+    scripted = counts["script"] and not counts["params"]
+    read = px4_files.read_script if scripted else px4_files.read_params
+    return chosen, read(path, text)
+
+
+def _matching_lines(text: str) -> dict[str, int]:
+    """Return how many lines of a text look like each firmware's."""
+    counts = dict.fromkeys([*(each.name for each in FIRMWARES), "script", "params"], 0)
+    for number, _, line in lines_of(text):
+        if number > _MOST_LINES:
+            break
+        counts["params"] += px4_files.PARAMS.fullmatch(line) is not None
+        counts["script"] += px4_files.SCRIPT.match(line) is not None
+        counts["betaflight"] += betaflight_files.SET.fullmatch(line) is not None
+        counts["ardupilot"] += ardupilot_files.LINE.fullmatch(line.lstrip("\ufeff")) is not None
+        counts["crazyflie"] += _CRAZYFLIE_LINE.match(line) is not None
+    counts["px4"] = counts["params"] + counts["script"]
+    return counts
+
+
+def unsafe(row: Parameter, value: float | None) -> str:
+    """Return why a value must not fly, as a clause; "" where it may."""
+    if value is None or math.isnan(value):
+        return "is no number"
+    if math.isinf(value):
+        return "is infinite"
+    if value < 0.0 <= row.minimum:
+        return "is negative: the sign would turn its part of the loop round"
+    if not row.minimum <= value <= row.maximum:
+        unit = "" if row.unit == "1" else f" {row.unit}"
+        return f"is out of range: keep it within {row.minimum:g} .. {row.maximum:g}{unit}"
+    if row.whole and not value.is_integer():
+        return "is not a whole number"
+    return ""
+
+
+def same(a: float, b: float) -> bool:
+    """Return whether a firmware, which keeps single precision, takes two numbers for one."""
+    return a == b or single(a) == single(b)
