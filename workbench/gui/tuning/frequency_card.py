@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QStackedWidget, QWidget
+from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from workbench.control.controller import CUTS
 from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.page import scrolled
 from workbench.gui.tuning.bode_plots import FOUR, BodePlots, GangPlots
-from workbench.gui.tuning.card import Card, Sentence
+from workbench.gui.tuning.card import SPACING, Card, Sentence
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
 from workbench.gui.tuning.drawn_loop import (
     MEASURED,
@@ -105,14 +105,21 @@ class FrequencyCard(Card):
         row = QHBoxLayout()
         for part in (self.views, self.loops, self.cuts):
             row.addWidget(part)
-        row.addWidget(self.measuring.button)
         self.progress = Sentence()
         row.addWidget(self.progress, 1)
+        told = QHBoxLayout()
+        told.addWidget(self.reading, 1)
+        told.addWidget(self.measuring.button)
         self.body.addLayout(row)
-        self.body.addWidget(self.legend)
-        self.body.addWidget(self._stack, 1)
-        self.body.addWidget(self.reading)
-        self.body.addWidget(self.shaping)
+        parts = QWidget()  # scrolled where the window is low: plots and sliders need 400 px
+        box = QVBoxLayout(parts)
+        box.setContentsMargins(0, 0, 0, 0)
+        box.setSpacing(SPACING)
+        box.addWidget(self.legend)
+        box.addWidget(self._stack, 1)
+        box.addLayout(told)
+        box.addWidget(self.shaping)
+        self.body.addWidget(scrolled(parts), 1)
         self.views.currentIndexChanged.connect(lambda _: self._turn_to_view())
         self.loops.activated.connect(lambda _: self.choose_loop(self.loops.currentData()))
         self.cuts.activated.connect(lambda _: self._choose())

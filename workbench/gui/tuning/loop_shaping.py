@@ -180,15 +180,11 @@ class LoopShaping(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(6)
         grid.setVerticalSpacing(2)
-        for column, each in enumerate((self.bandwidth, self.phase)):
-            grid.addWidget(each.name, 0, 3 * column)
-            grid.addWidget(each.slider, 0, 3 * column + 1)
-            grid.addWidget(each.number, 0, 3 * column + 2)
-        grid.addWidget(self.factor.name, 1, 0)
-        grid.addWidget(self.factor.slider, 1, 1)
-        grid.addWidget(self.factor.number, 1, 2)
+        for line, each in enumerate((self.bandwidth, self.phase, self.factor)):
+            grid.addWidget(each.name, line, 0)
+            grid.addWidget(each.slider, line, 1)
+            grid.addWidget(each.number, line, 2)
         grid.setColumnStretch(1, 1)
-        grid.setColumnStretch(4, 1)
 
     def _connect(self, each: ShapeSlider, shape: object) -> None:
         slider = each.slider
