@@ -14,7 +14,7 @@ with warnings.catch_warnings():
 
 AXES, BUTTONS = 6, 15
 LEFT_X, LEFT_Y, RIGHT_X, RIGHT_Y = 0, 1, 2, 3
-A, B, BACK = 0, 1, 4
+A, B, BACK, START = 0, 1, 4, 6
 
 
 class VirtualPad:
@@ -101,3 +101,22 @@ def test_without_sdl_what_to_install_is_said(monkeypatch):
     assert pads.missing == INSTALL
     assert pads.read() is None
     pads.close()
+
+
+def test_the_second_pad_flies_when_told_and_not_because_the_first_is_gone(pads):
+    first, second = VirtualPad(), VirtualPad()
+    pads.read()
+    one, two = pads.readings
+    assert pads.flying == one.number
+    second.move(RIGHT_X, 32767)
+    pads.read()
+    assert pads.read().sticks == NEUTRAL
+    pads.fly(two.number)
+    assert pads.read().sticks.right == Stick(1.0, 0.0)
+    second.press(START)
+    pads.read()
+    assert not any(each.asks for each in pads.readings if each.number == one.number)
+    second.unplug()
+    assert pads.read() is None
+    assert len(pads.readings) == 1
+    first.unplug()

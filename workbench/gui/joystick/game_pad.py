@@ -5,18 +5,20 @@ SDL is the extra `gamepad`; without it there is no pad, and `GamePads.missing` s
 
 import importlib
 import warnings
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import Enum
 from types import ModuleType
 from typing import Any
 
-from workbench.gui.joystick.piloting import Stick, Sticks, within_circle
+from workbench.gui.joystick.pad_mapping import AXES, PadMapping, Raw
+from workbench.gui.joystick.piloting import Sticks
 
 INSTALL = "Game pads need PySDL2: pip install PySDL2 pysdl2-dll, then start again."
 FULL = 32767.0
 """Of an axis."""
-CREEP = 0.08
-"""A resting stick of a pad is seldom quite in the middle: up to here it is taken as being there."""
+START = "SDL_CONTROLLER_BUTTON_START"
+"""By which a pad takes over from another one."""
 
 
 class PadButton(Enum):
@@ -51,26 +53,52 @@ class PadReading:
         name: of the pad.
         sticks: where they are.
         pressed: buttons that have gone down since the last reading.
+        number: SDL's, of this pad while it is plugged in.
+        guid: of its kind; its mapping is kept under that.
+        raw: its axes, -1 .. 1.
+        asks: whether its button Start has gone down: it wants to fly.
     """
 
     name: str
     sticks: Sticks
     pressed: tuple[PadButton, ...]
+    number: int = -1
+    guid: str = ""
+    raw: Raw = (0.0,) * len(AXES)
+    asks: bool = False
+
+
+@dataclass
+class _OpenPad:
+    """A pad that is plugged in; `down` has the buttons that are held, by SDL's names."""
+
+    handle: Any
+    name: str
+    guid: str
+    down: frozenset[str] = field(default_factory=frozenset)
 
 
 class GamePads:
-    """The first game pad that is plugged in.
+    """The game pads that are plugged in, one of which flies.
+
+    The first one flies. Another one takes over when it is told to, never because one is unplugged.
+
+    Args:
+        mapping: returns what the axes of a pad move, by its GUID.
 
     Attributes:
         missing: what to install, "" where game pads can be read.
+        readings: of all pads, as they were at the last look.
+        flying: number of the pad that flies, None while none does.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, mapping: Callable[[str], PadMapping] = lambda guid: PadMapping()) -> None:
         self.missing = ""
+        self.readings: tuple[PadReading, ...] = ()
+        self.flying: int | None = None
+        self._mapping = mapping
         self._sdl: Any = None
-        self._pad: Any = None
-        self._name = ""
-        self._down: frozenset[PadButton] = frozenset()
+        self._pads: dict[int, _OpenPad] = {}
 
     def open(self) -> None:
         """Begin to look for pads."""
@@ -91,62 +119,70 @@ class GamePads:
         self._sdl = sdl
 
     def read(self) -> PadReading | None:
-        """Return how the pad is, None while none is plugged in."""
+        """Look at all pads, and return how the one is that flies, None while none does."""
         sdl = self._sdl
         if sdl is None:
             return None
         sdl.SDL_GameControllerUpdate()
         sdl.SDL_FlushEvents(sdl.SDL_FIRSTEVENT, sdl.SDL_LASTEVENT)
-        if self._pad is not None and not sdl.SDL_GameControllerGetAttached(self._pad):
-            self._let_go()
-        if self._pad is None and not self._find():
-            return None
-        down = frozenset(button for button in PadButton if self._is_down(button))
-        pressed = tuple(button for button in PadButton if button in down - self._down)
-        self._down = down
-        return PadReading(self._name, self._sticks(), pressed)
+        for number, pad in tuple(self._pads.items()):
+            if not sdl.SDL_GameControllerGetAttached(pad.handle):
+                self._let_go(number)
+        self._find()
+        self.readings = tuple(self._look(number, pad) for number, pad in self._pads.items())
+        return next((each for each in self.readings if each.number == self.flying), None)
+
+    def fly(self, number: int) -> None:
+        """Let a pad fly from now on, as of the next reading."""
+        if number in self._pads:
+            self.flying = number
 
     def close(self) -> None:
         """Let go of everything."""
         if self._sdl is not None:
-            self._let_go()
+            for number in tuple(self._pads):
+                self._let_go(number)
             self._sdl.SDL_QuitSubSystem(self._sdl.SDL_INIT_GAMECONTROLLER)
             self._sdl = None
+            self.readings = ()
 
-    def _find(self) -> bool:
-        """Open the first pad that SDL knows how to read, if there is one."""
-        sdl = self._sdl
+    def _find(self) -> None:
+        """Open the pads that have been plugged in; the first of them flies, if it is alone."""
+        sdl, were_none = self._sdl, not self._pads
         for index in range(sdl.SDL_NumJoysticks()):
-            if sdl.SDL_IsGameController(index):
-                pad = sdl.SDL_GameControllerOpen(index)
-                if pad:
-                    self._pad = pad
-                    name = sdl.SDL_GameControllerName(pad) or b"game pad"
-                    self._name = name.decode(errors="replace")
-                    # What is held while it is plugged in is not pressed.
-                    self._down = frozenset(each for each in PadButton if self._is_down(each))
-                    return True
-        return False
+            number = sdl.SDL_JoystickGetDeviceInstanceID(index)
+            if number in self._pads or not sdl.SDL_IsGameController(index):
+                continue
+            handle = sdl.SDL_GameControllerOpen(index)
+            if handle:
+                name = sdl.SDL_GameControllerName(handle) or b"game pad"
+                guid = bytes(sdl.SDL_JoystickGetDeviceGUID(index).data).hex()
+                pad = _OpenPad(handle, name.decode(errors="replace"), guid)
+                pad.down = self._down(pad)  # what is held while it is plugged in is not pressed
+                self._pads[number] = pad
+        if were_none and self._pads:
+            self.flying = next(iter(self._pads))
 
-    def _let_go(self) -> None:
-        if self._pad is not None:
-            self._sdl.SDL_GameControllerClose(self._pad)
-        self._pad, self._name, self._down = None, "", frozenset()
+    def _let_go(self, number: int) -> None:
+        self._sdl.SDL_GameControllerClose(self._pads.pop(number).handle)
+        if number == self.flying:
+            self.flying = None
 
-    def _is_down(self, button: PadButton) -> bool:
-        number = getattr(self._sdl, button.value[2])
-        return bool(self._sdl.SDL_GameControllerGetButton(self._pad, number))
+    def _look(self, number: int, pad: _OpenPad) -> PadReading:
+        sdl, down = self._sdl, self._down(pad)
+        new, pad.down = down - pad.down, down
+        raw = tuple(
+            max(-1.0, sdl.SDL_GameControllerGetAxis(pad.handle, axis) / FULL)
+            for axis in range(len(AXES))
+        )
+        pressed = tuple(button for button in PadButton if button.value[2] in new)
+        sticks = self._mapping(pad.guid).sticks(raw)
+        return PadReading(pad.name, sticks, pressed, number, pad.guid, raw, START in new)
 
-    def _sticks(self) -> Sticks:
-        sdl = self._sdl
-        left = self._stick(sdl.SDL_CONTROLLER_AXIS_LEFTX, sdl.SDL_CONTROLLER_AXIS_LEFTY)
-        right = self._stick(sdl.SDL_CONTROLLER_AXIS_RIGHTX, sdl.SDL_CONTROLLER_AXIS_RIGHTY)
-        return Sticks(left, right)
-
-    def _stick(self, across: int, along: int) -> Stick:
-        x = self._sdl.SDL_GameControllerGetAxis(self._pad, across) / FULL
-        y = -self._sdl.SDL_GameControllerGetAxis(self._pad, along) / FULL  # down is positive there
-        return within_circle(x, y) if max(abs(x), abs(y)) > CREEP else Stick()
+    def _down(self, pad: _OpenPad) -> frozenset[str]:
+        names = (*(button.value[2] for button in PadButton), START)
+        pressed = self._sdl.SDL_GameControllerGetButton
+        return frozenset(each for each in names if pressed(pad.handle, getattr(self._sdl, each)))
 
 
 def _load() -> ModuleType:

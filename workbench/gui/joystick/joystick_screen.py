@@ -21,6 +21,7 @@ from workbench.control.mode import FlightMode
 from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadButton
 from workbench.gui.joystick.keyboard_sticks import KeyWatcher
+from workbench.gui.joystick.pad_dialog import PadDialog
 from workbench.gui.joystick.pilot import ON_THE_GROUND, Device, Pilot
 from workbench.gui.joystick.piloting import (
     MIDDLE,
@@ -73,6 +74,8 @@ READY = "Ready: move a stick to fly, let go to stop and hold."
 TAKING_OFF = "Taking off: the sticks count once it hovers."
 MODE_HELP = "Forward is where the nose points."
 KEYS_HELP = "Keys: W A S D and the arrows, held down; not while a field or a slider has the focus."
+TAKES_OVER = "Start on it, with its sticks let go, takes over"
+NO_PAD_FLIES = f"The game pad that flew is gone, another one waits: {TAKES_OVER}."
 NO_PAD = "Game pad: none is plugged in; it is found as soon as it is."
 
 
@@ -680,18 +683,24 @@ def _show(label: QLabel, text: str) -> None:
         label.setText(text)
 
 
-def say_pad(missing: str, name: str) -> str:
-    """Return a line on the game pad.
+def say_pad(missing: str, name: str, waiting: int = 0, refused: str = "") -> str:
+    """Return a line on the game pads.
 
     Args:
         missing: why there can be none, "" else.
-        name: of the pad, "" without one.
+        name: of the pad that flies, "" without one.
+        waiting: how many others are plugged in.
+        refused: why one of them does not fly though it wanted to.
     """
     if missing:
         return missing
+    if refused:
+        return refused
     if not name:
-        return NO_PAD
+        return NO_PAD_FLIES if waiting else NO_PAD
     buttons = ", ".join(f"{each.place}: {each.words}" for each in PadButton)
+    if waiting:
+        return f"{name} flies, {waiting} waits: {TAKES_OVER}. {buttons}."
     return f"Game pad: {name}. {buttons}."
 
 
@@ -726,6 +735,9 @@ class JoystickScreen(Screen):
         self.handling = HandlingPanel(preferences, look, self)
         self._pad_line = dressed(QLabel("", self), "muted")
         self._pad_line.setWordWrap(True)
+        self.pads_button = dressed(QPushButton("Game pads…", self), "quiet compact")
+        self.pads_button.setToolTip("What the axes of each pad move, and which pad flies.")
+        self.pads_button.clicked.connect(self._map_pads)
         self._keys = KeyWatcher(
             self, self._press, self._let_go_key, self.pilot.keyboard.release_all
         )
@@ -782,6 +794,11 @@ class JoystickScreen(Screen):
             self.pilot.listen_to_pads(True)
         return super().event(event)
 
+    def _map_pads(self) -> None:
+        """Open the page of the pads; the window is behind it meanwhile, so that none flies."""
+        self.release()
+        PadDialog(self.pilot, self.workspace.look, self).show()  # not modal: STOP stays at hand
+
     def _press(self, key: object) -> None:
         self.pilot.keyboard.press(key)  # type: ignore[arg-type]
         self.pilot.look()
@@ -800,7 +817,9 @@ class JoystickScreen(Screen):
             pad.show_dead_band(pilot.handling.curve.dead_band)
         self.handling.curve.show_curve(pilot.handling.curve)
         self.handling.curve.show_sticks(pilot.sticks)
-        self._pad_line.setText(say_pad(pilot.pads.missing, pilot.pad_name))
+        said = say_pad(pilot.pads.missing, pilot.pad_name, pilot.pads_waiting, pilot.hand_over)
+        self._pad_line.setText(said)
+        self.pads_button.setEnabled(bool(pilot.pads.readings))
         self.state_bar.show_view(self.workspace.flight.view)
 
     def _lay_out(self) -> None:
@@ -833,7 +852,10 @@ class JoystickScreen(Screen):
         hints.setSpacing(2)
         hints.addWidget(dressed(QLabel(KEYS_HELP, self), "muted"))
         hints.addWidget(self._pad_line)
-        grid.addLayout(hints, 3, 0, 1, 2)
+        foot = QHBoxLayout()
+        foot.addLayout(hints, 1)
+        foot.addWidget(self.pads_button)
+        grid.addLayout(foot, 3, 0, 1, 2)
         grid.setRowStretch(1, 1)
         grid.setColumnStretch(0, 3)
         grid.setColumnStretch(1, 2)

@@ -8,8 +8,9 @@ from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.joystick.game_pad import GamePads
+from workbench.gui.joystick.game_pad import GamePads, PadReading
 from workbench.gui.joystick.keyboard_sticks import KeyboardSticks
+from workbench.gui.joystick.pad_mapping import PadMapping, keep_mapping, read_mapping
 from workbench.gui.joystick.piloting import (
     NEUTRAL,
     NOTHING,
@@ -35,6 +36,7 @@ ON_THE_GROUND = "On the ground: take off first."
 LANDING = "Landing: the sticks count again after the next take-off."
 FIGURE_EIGHT = "The scenario flies its figure of eight: sticks have no say."
 CENTRE = "Let go of the sticks first: they were held while they did not count."
+CENTRE_PAD = "let go of its sticks first"
 
 Velocity = tuple[float, float, float]
 Send = Callable[[Velocity, float], None]
@@ -177,7 +179,9 @@ class Pilot(QObject):
         barred: why they do not count, "" if they do.
         device: what moves them.
         keyboard: keys that are held.
-        pad_name: of the game pad, "" without one.
+        pad_name: of the game pad that flies, "" without one.
+        pads_waiting: how many are plugged in besides.
+        hand_over: why a pad that wanted to fly does not, "" where none was refused.
         limits: of the flight.
         handling: how strongly sticks are felt.
     """
@@ -190,7 +194,9 @@ class Pilot(QObject):
     ) -> None:
         super().__init__(parent)
         self._flight, self._preferences = flight, preferences
-        self.keyboard, self.pads = KeyboardSticks(), GamePads()
+        self.keyboard, self.pads = KeyboardSticks(), GamePads(self.mapping)
+        self.pads_waiting, self.hand_over = 0, ""
+        self._mappings: dict[str, PadMapping] = {}
         self.sticks, self.wish, self.barred = NEUTRAL, NOTHING, ""
         self.device, self.pad_name, self.limits = Device.NONE, "", FlightLimits()
         self.handling = read_handling(preferences)
@@ -255,6 +261,29 @@ class Pilot(QObject):
         self._courier.stop()
         self.look()
 
+    def mapping(self, guid: str) -> PadMapping:
+        """Return what the axes of a pad move."""
+        if guid not in self._mappings:
+            self._mappings[guid] = read_mapping(self._preferences.store, guid)
+        return self._mappings[guid]
+
+    def map_pad(self, guid: str, mapping: PadMapping) -> None:
+        """Let the axes of a pad move something else, and keep that; sticks must be centred then."""
+        self._mappings[guid] = mapping
+        keep_mapping(self._preferences.store, guid, mapping)
+        self._gate.close()
+
+    def hand_to(self, number: int) -> None:
+        """Let another pad fly, if its sticks are centred."""
+        for each in self.pads.readings:
+            if each.number == number and number != self.pads.flying:
+                centred = each.sticks.are_neutral
+                self.hand_over = "" if centred else f"{each.name} cannot take over: {CENTRE_PAD}."
+                if centred:
+                    self.pads.fly(number)
+                    self._gate.close()
+                self.changed.emit()
+
     def give_back(self) -> None:
         """Let clients ask for control again."""
         self.release()
@@ -280,10 +309,11 @@ class Pilot(QObject):
     def _read(self, passed: float) -> tuple[Sticks, Device]:
         """Return where the sticks are after a time [s], and what moves them."""
         reading = self.pads.read()
-        name = reading.name if reading else ""
-        if name != self.pad_name:
-            self.pad_name = name
-            self.changed.emit()
+        if self._listens_to_pads:
+            for each in self.pads.readings:
+                if each.asks:
+                    self.hand_to(each.number)
+        self._name_pads(reading)
         keys = self.keyboard.advance(passed)
         if self._mouse:
             left, right = self._mouse.get("left", keys.left), self._mouse.get("right", keys.right)
@@ -296,6 +326,14 @@ class Pilot(QObject):
             if not reading.sticks.are_neutral:
                 return reading.sticks, Device.PAD
         return NEUTRAL, Device.NONE
+
+    def _name_pads(self, reading: PadReading | None) -> None:
+        """Take note of which pad flies, and how many wait."""
+        name = reading.name if reading else ""
+        waiting = sum(each.number != self.pads.flying for each in self.pads.readings)
+        if (name, waiting) != (self.pad_name, self.pads_waiting):
+            self.pad_name, self.pads_waiting, self.hand_over = name, waiting, ""
+            self.changed.emit()
 
     def _request(self, what: str) -> None:
         self._flight.order(lambda live: live.request(what))
