@@ -69,7 +69,7 @@ def test_a_file_of_ones_own_flies_where_it_is_named(run, refused, tmp_path, out)
 
 def test_wherever_a_flight_takes_a_controller_it_takes_an_estimator():
     commands = _parser()._subparsers._group_actions[0].choices
-    # they fly what a file says: a spec, or a log with the estimate of its own flight computer; a plan
+    # they fly what a file says: a spec, or a log with the estimate of its flight computer; a plan
     # is written for the controller alone
     of_files = {"regress", "predict", "what-if", "excite"}
     for name, command in commands.items():
