@@ -107,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
     law = flown_controller(scenario)
     tuner = Tuner(
         scenario,
-        _wishes(args, law),
+        _wishes(args, law, scenario.vehicle.rotors),
         settings=dict(args.set),
         separate=args.separate,
         evaluations=args.evaluations,
@@ -138,18 +138,31 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.INTERRUPTED if found.stopped else ExitCode.NOT_AS_DEMANDED
 
 
-def _wishes(args: argparse.Namespace, law: "Controller") -> "Wishes":
-    """Return the wishes of file and command line; the latter count where both say something."""
+def _wishes(args: argparse.Namespace, law: "Controller", rotors: str) -> "Wishes":
+    """Return the wishes of file and command line; the latter count where both say something.
+
+    By how much the vehicle may differ is what the wishes say, or else what was identified.
+    """
     import dataclasses
 
     from workbench.common.resources import find_file
+    from workbench.design.tune.case import Robustness, identified_robustness
     from workbench.design.tune.wish import merged, parse_wish
     from workbench.design.tune.wish_file import Wishes, load_wishes
 
     wishes = load_wishes(find_file(str(args.wishes)), law) if args.wishes else Wishes()
     said = [wish for text in args.wish for wish in parse_wish(text, law=law)]
+    robustness = wishes.robustness
+    if rotors and robustness == Robustness():
+        robustness = identified_robustness(find_file(rotors)) or robustness
+    if robustness != wishes.robustness:
+        say(
+            f"by the intervals in {rotors} the mass may differ by {robustness.mass:.1%}, inertia "
+            f"by {robustness.inertia:.1%}, rotor lag by {robustness.rotor_lag:.1%}"
+        )
     return dataclasses.replace(
         wishes,
+        robustness=robustness,
         wishes=tuple(merged([*wishes.wishes, *said])),
         defaults=wishes.defaults and not args.no_defaults,
     )

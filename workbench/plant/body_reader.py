@@ -8,6 +8,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.inertia_repair import repair_inertias
 from workbench.plant.model import Inertial, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.sidecar_file import find_sidecar, load_body
@@ -58,4 +59,4 @@ def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks
         dataclasses.replace(link, inertial=whole if link.name == base_link else None)
         for link in model.links
     )
-    return dataclasses.replace(model, links=links)
+    return repair_inertias(dataclasses.replace(model, links=links), remarks)

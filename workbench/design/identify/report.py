@@ -22,7 +22,7 @@ from workbench.design.identify.result import (
     whiteness,
 )
 from workbench.design.identify.search import SHORTEST, Found, identify
-from workbench.design.identify.sidecar import sidecar_text
+from workbench.design.identify.sidecar import sidecar_text, yaw_scale
 from workbench.plant.vehicle import Vehicle
 
 HELD_BACK = 0.2
@@ -65,6 +65,11 @@ class Report:
                 f"inertias hold for a mass of {self.vehicle.mass:.4g} kg and the described arms: "
                 "they go with both, and that about z with the described moment constant"
             )
+            if (scale := yaw_scale(self.vehicle)) < 1.0:
+                said.append(
+                    "no body has more about z than about x and y together: the sidecar has "
+                    f"{scale:.3g} times the moment constant, and all that turns about z"
+                )
         said.append(
             f"noise: gyro {self.noise[0]:.2g} rad/s/√Hz, accelerometer {self.noise[1]:.2g} m/s²/√Hz"
         )

@@ -2,8 +2,19 @@
 
 import itertools
 from dataclasses import dataclass
+from pathlib import Path
 
+from workbench.plant.rotor_sources.sidecar_file import IdentifiedRow, load_identified
 from workbench.plant.variation import Variation
+
+SHARES = {
+    "mass": ("thrust_to_weight", "motor_constant"),
+    "inertia": ("inertia_x", "inertia_y", "inertia_z"),
+    "rotor_lag": ("lag_with_delay",),
+}
+"""What was identified that says by how much each of a vehicle's numbers may differ."""
+LARGEST = 0.9
+"""Share by which one may differ at most."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +57,32 @@ class Case:
 
 
 NOMINAL = Case()
+
+
+def identified_robustness(sidecar: Path) -> Robustness | None:
+    """Return the robustness that intervals of 95 % ask for; None where none were identified.
+
+    A log gives thrust over mass, so the mass differs as that does; of three inertias the one that
+    is known least counts. What was not identified keeps its default.
+
+    Args:
+        sidecar: rotors (YAML), as `workbench identify` writes them.
+
+    Raises:
+        WorkbenchError: with file and line, for what is unknown or of another type.
+    """
+    rows = {row.name: row for row in load_identified(sidecar)}
+    shares = {
+        name: min(max(_share(rows[each]) for each in known), LARGEST)
+        for name, names in SHARES.items()
+        if (known := [each for each in names if each in rows and rows[each].value > 0.0])
+    }
+    return Robustness(**shares) if shares else None
+
+
+def _share(row: IdentifiedRow) -> float:
+    """Return how far an interval reaches from its value, as a share of it."""
+    return max(row.high - row.value, row.value - row.low) / row.value
 
 
 def corners(robustness: Robustness) -> list[Case]:
