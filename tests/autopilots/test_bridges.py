@@ -7,9 +7,11 @@ its own on height and attitude, and answers. None of this was flown against the 
 import contextlib
 import json
 import math
+import shlex
 import socket
 import struct
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -50,8 +52,12 @@ class Px4Double(threading.Thread):
         self.start()
 
     def run(self):
-        with socket.create_connection(self.address) as link:
-            self.talk(link)
+        while True:  # as PX4 does, until somebody listens
+            with contextlib.suppress(ConnectionRefusedError):
+                with socket.create_connection(self.address) as link:
+                    self.talk(link)
+                return
+            threading.Event().wait(0.01)
 
     def talk(self, link):
         codec = mavlink.MAVLink(None, srcSystem=1)
@@ -378,6 +384,24 @@ class Waiting(threading.Thread):
                     count += 1
                     continue
                 threading.Event().wait(0.01)
+
+
+def test_the_commands_of_the_page_fly(capsys):
+    page = (Path(__file__).parents[2] / "docs/sitl.md").read_text(encoding="utf-8")
+    lines = [line for line in page.splitlines() if line.startswith("workbench sitl ")]
+    hover = share(flight(1024.0))
+    assert len(lines) == 2
+    for line, kind in zip(lines, (socket.SOCK_STREAM, socket.SOCK_DGRAM), strict=True):
+        port = free_port(kind)
+        if kind == socket.SOCK_STREAM:
+            Px4Double(("127.0.0.1", port), hover)
+        else:
+            Waiting(port).start()
+        given = ["--fast", "--json", "--duration", "0.4", "--port", str(port)]
+        assert main([*shlex.split(line)[1:], *given]) == 0
+        out, err = capsys.readouterr()
+        assert json.loads(out)["duration"] == pytest.approx(0.4, abs=0.01)
+        assert "is connected" in err and "has armed" in err
 
 
 def test_a_drone_that_is_no_quad_x_wants_an_order():

@@ -6,6 +6,7 @@ Source: ArduPilot, libraries/SITL/SIM_JSON.cpp and examples/JSON/readme.md.
 """
 
 import json
+import os
 import select
 import socket
 import struct
@@ -48,8 +49,8 @@ class ArduPilot:
         except OSError as error:
             self._socket.close()
             raise WorkbenchError(
-                f"cannot listen at {host}:{port}: {error.strerror}; end what has that port, or "
-                "give another one, as --port 9012"
+                f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}; "
+                "end what has that port, or give another one, as --port 9012"
             ) from None
         self.armed = False
         self._asked: tuple[tuple[str, int], int, tuple[int, ...]] | None = None

@@ -6,6 +6,7 @@ PX4-Autopilot, src/modules/simulation/simulator_mavlink.
 """
 
 import math
+import os
 import select
 import socket
 import time
@@ -57,8 +58,8 @@ class Px4:
             self._server = socket.create_server((host, port))
         except OSError as error:
             raise WorkbenchError(
-                f"cannot listen at {host}:{port}: {error.strerror}; end what has that port, or "
-                "give another one, as --port 4561"
+                f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}; "
+                "end what has that port, or give another one, as --port 4561"
             ) from None
         self._server.setblocking(False)
         self.armed = False
