@@ -84,9 +84,10 @@ class ArduPilot:
         self._asked = None
         end = time.monotonic() + self._patience
         while self._asked is None:
-            if not select.select([self._socket], [], [], max(0.0, end - time.monotonic()))[0]:
+            left = end - time.monotonic()  # it may go on asking for the same frame
+            if left < 0.0 or not select.select([self._socket], [], [], left)[0]:
                 raise FlightBrokenError(
-                    f"ArduPilot has sent no packet for {self._patience:g} s at {motion.time:.3f} "
+                    f"ArduPilot has sent no new packet for {self._patience:g} s at {motion.time:.3f} "
                     "s: see its console, and start both again"
                 )
             self._read()

@@ -196,6 +196,8 @@ class Px4:
                 self._note(message, now)
             if self._heard_us == now:
                 return True
+            if time.monotonic() > end:  # it may go on talking of other things
+                break
         return False
 
     def _note(self, message: Any, now: int) -> None:
