@@ -87,8 +87,8 @@ class ArduPilot:
             left = end - time.monotonic()  # it may go on asking for the same frame
             if left < 0.0 or not select.select([self._socket], [], [], left)[0]:
                 raise FlightBrokenError(
-                    f"ArduPilot has sent no new packet for {self._patience:g} s at {motion.time:.3f} "
-                    "s: see its console, and start both again"
+                    f"ArduPilot has sent no new packet for {self._patience:g} s at "
+                    f"{motion.time:.3f} s: see its console, and start both again"
                 )
             self._read()
         self._count += 1
