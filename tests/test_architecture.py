@@ -33,7 +33,8 @@ MAY_IMPORT = {
     "gains": "common plant control scenario",
     "systems": "common plant link dynamics estimation control",
     "diagram": "common plant link dynamics estimation control scenario systems",
-    "session": "common plant link dynamics estimation control scenario gains systems diagram",
+    "session": "common autopilots plant link dynamics estimation control scenario gains systems "
+    "diagram",
     "design": "common ipc plant dynamics estimation control scenario gains systems diagram session",
     "logs": "common ipc plant link estimation gateways control scenario systems session",
     "logs/flight_film": "design",
@@ -45,8 +46,8 @@ MAY_IMPORT = {
     "live": "common ipc plant link estimation control scenario gains systems session logs",
     "analysis": "common ipc control scenario session design live",
     "gui": "common ipc plant link control scenario gains systems session design logs live analysis",
-    "commands": "common ipc plant link gateways estimation control scenario gains systems diagram "
-    "session design logs live",
+    "commands": "common ipc autopilots plant link gateways estimation control scenario gains "
+    "systems diagram session design logs live",
     "commands/gui": "gui",
     "pytest_plugin": "common design",
     "__main__": "commands",

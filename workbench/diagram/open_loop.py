@@ -1,8 +1,8 @@
-"""The airframe under a table of rotor commands, without a controller."""
+"""The airframe under rotor commands from outside the diagram, without a controller."""
 
 from dataclasses import dataclass
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from workbench.diagram.airframe import Airframe, add_airframe, add_battery
 from workbench.diagram.core import parameter_values
@@ -19,7 +19,7 @@ from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """The airframe under a table of rotor commands, without a controller."""
+    """The airframe under rotor commands from outside the diagram, without a controller."""
 
     diagram: Diagram
     airframe: Airframe
@@ -30,10 +30,12 @@ def make_open_loop(
     description: Description,
     vehicle: Vehicle,
     rates: Rates,
-    commands: RotorCommands,
+    commands: RotorCommands | LeafSystem,
     world: World = EMPTY,
 ) -> OpenLoop:
-    """Return the airframe with a table of rotor commands in the controller's place, and recorder.
+    """Return the airframe with a source of rotor commands in the controller's place, and recorder.
+
+    The source is a table, or a system whose only output are speeds (n) [rad/s].
 
     There is a battery where the description states one.
 
@@ -48,7 +50,9 @@ def make_open_loop(
         add_battery(
             builder, airframe, vehicle, **parameter_values("battery", parameter_table().defaults())
         )
-    playback = builder.AddNamedSystem("rotor_playback", make_rotor_playback(commands))
+    if isinstance(commands, RotorCommands):
+        commands = make_rotor_playback(commands)
+    playback = builder.AddNamedSystem("rotor_playback", commands)
     builder.Connect(playback.get_output_port(), airframe.commands)
     recorder = add_recorder(
         builder, airframe.signals(playback.get_output_port()), rates.record_period

@@ -1,0 +1,153 @@
+"""ArduPilot at the other end of its JSON interface, in lockstep: it asks, by UDP, and we answer.
+
+A packet of servo outputs is answered with one line of JSON. Its frame count is the clock: the next
+count is one step, an equal one asks for the same answer again, one that begins anew is a new start.
+Source: ArduPilot, libraries/SITL/SIM_JSON.cpp and examples/JSON/readme.md.
+"""
+
+import json
+import os
+import select
+import socket
+import struct
+import time
+
+from workbench.autopilots.motion import Motion, RestartedError
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+
+PORT = 9002
+"""Where it sends its outputs (UDP)."""
+PACKETS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}
+"""By the magic number: that, frame rate, frame count, and pulses [us]."""
+MOST = 4096
+"""Bytes read of a packet."""
+FIRST_ARMED = 1
+"""Outputs more than so many us above the least pulse turn their motor."""
+
+
+class ArduPilot:
+    """The workbench's end of the wire to ArduPilot, see `motion.Autopilot`.
+
+    Args:
+        host: where to listen.
+        port: likewise.
+        patience: after so long without a packet, the flight ends [s].
+        pulses: of a motor that stands, and of a full one [us].
+
+    Raises:
+        WorkbenchError: if the port is taken.
+    """
+
+    name = "ArduPilot"
+    locked = True
+
+    def __init__(self, host: str, port: int, patience: float, pulses: tuple[float, float]) -> None:
+        self._patience, self._pulses = patience, pulses
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind((host, port))
+        except OSError as error:
+            self._socket.close()
+            raise WorkbenchError(
+                f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}; "
+                "end what has that port, or give another one, as --port 9012"
+            ) from None
+        self.armed = False
+        self._asked: tuple[tuple[str, int], int, tuple[int, ...]] | None = None
+        self._answer = b""
+        self._last = -1
+        self._count = self._resent = 0
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Where it listens."""
+        host, port = self._socket.getsockname()[:2]
+        return host, port
+
+    def connect(self) -> None:
+        """Wait until it is there."""
+        while self._asked is None:
+            if select.select([self._socket], [], [], 0.1)[0]:
+                self._read()
+
+    def exchange(self, motion: Motion) -> tuple[float, ...]:
+        """Answer the packet that waits; return the outputs of the next one, 0 .. 1.
+
+        Raises:
+            RestartedError: if that begins to count anew; it is answered by the next call.
+        """
+        if self._asked is None:
+            raise WorkbenchError("ArduPilot is not connected yet")
+        self._answer = answer(motion)
+        peer, self._last, _ = self._asked
+        self._send(peer)
+        self._asked = None
+        end = time.monotonic() + self._patience
+        while self._asked is None:
+            left = end - time.monotonic()  # it may go on asking for the same frame
+            if left < 0.0 or not select.select([self._socket], [], [], left)[0]:
+                raise FlightBrokenError(
+                    f"ArduPilot has sent no new packet for {self._patience:g} s at "
+                    f"{motion.time:.3f} s: see its console, and start both again"
+                )
+            self._read()
+        self._count += 1
+        _, count, pulses = self._asked
+        if count < self._last:
+            self._last, self.armed = -1, False
+            raise RestartedError
+        if count != self._last + 1:
+            raise FlightBrokenError(
+                f"ArduPilot's frame count went from {self._last} to {count} at "
+                f"{motion.time:.3f} s: it is not in lockstep; start both again"
+            )
+        least, most = self._pulses
+        self.armed = any(pulse > least + FIRST_ARMED for pulse in pulses[:4])
+        return tuple(min(max((pulse - least) / (most - least), 0.0), 1.0) for pulse in pulses)
+
+    def report(self) -> dict[str, float]:
+        """Return packets answered, and those that were answered again."""
+        return {"packets": self._count, "resent": self._resent}
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+    def _read(self) -> None:
+        """Take a packet: an equal count has the same answer again, what is no packet is refused."""
+        data, peer = self._socket.recvfrom(MOST)
+        magic = struct.unpack_from("<H", data)[0] if len(data) >= 2 else 0
+        layout = PACKETS.get(magic)
+        if layout is None or len(data) != layout.size:
+            raise FlightBrokenError(
+                f"a packet of {len(data)} bytes from {peer[0]}:{peer[1]} is none of ArduPilot's "
+                "servo outputs: end what else sends to this port, or give another one by --port"
+            )
+        _, _, count, *pulses = layout.unpack(data)
+        if count == self._last and self._answer:
+            self._resent += 1
+            self._send(peer)
+            return
+        self._asked = peer, count, tuple(pulses)
+
+    def _send(self, peer: tuple[str, int]) -> None:
+        try:
+            self._socket.sendto(self._answer, peer)
+        except OSError as error:
+            raise FlightBrokenError(f"ArduPilot cannot be answered: {error.strerror}") from None
+
+
+def answer(motion: Motion) -> bytes:
+    """Return the line of JSON that tells ArduPilot of a motion.
+
+    It is searched for the first text that matches a key, so there are no spaces behind colons, and
+    no key is part of one before it.
+    """
+    said = {
+        "timestamp": motion.time,
+        "imu": {"gyro": motion.gyro, "accel_body": motion.force},
+        "position": motion.position,
+        "quaternion": motion.attitude,
+        "velocity": motion.velocity,
+    }
+    return b"\n" + json.dumps(said, separators=(",", ":"), allow_nan=False).encode() + b"\n"

@@ -1,0 +1,232 @@
+"""PX4 at the other end of its MAVLink simulator API, in lockstep: we are the TCP server.
+
+HIL_SENSOR with id 0 is PX4's clock; HIL_ACTUATOR_CONTROLS is its answer. Until the first one,
+sensors run freely, by the machine's clock; from then on each waits for exactly one. Source:
+PX4-Autopilot, src/modules/simulation/simulator_mavlink.
+"""
+
+import math
+import os
+import select
+import socket
+import time
+from importlib.util import find_spec
+from typing import Any
+
+from workbench.autopilots.motion import Motion
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+
+PORT = 4560
+"""Of instance 0 (TCP)."""
+REPLY = 0.2
+"""Time in which a sensor is answered; else outputs are held, and the answer counts as lost [s]."""
+BOOT = 60.0
+"""Time until its first answer [s]."""
+ARMED, LOCKSTEP = 128, 1
+"""Bits of mode and of flags."""
+INERTIAL, MAGNETIC, PRESSURE = 0x3F, 0x1C0, 0x1A00
+"""Fields of HIL_SENSOR: accelerometer and gyro, magnetometer, barometer with temperature."""
+SLOW, SATELLITES = 5, 32
+"""Sensors to one with magnetometer and barometer, and to one position by satellites."""
+
+
+class Px4:
+    """The workbench's end of the wire to PX4, see `motion.Autopilot`.
+
+    Args:
+        host: where to listen.
+        port: likewise.
+        patience: after so long without an answer in time, the flight ends [s].
+
+    Raises:
+        WorkbenchError: if pymavlink is missing, or the port is taken.
+    """
+
+    name = "PX4"
+
+    def __init__(self, host: str, port: int, patience: float) -> None:
+        if find_spec("pymavlink") is None:
+            raise WorkbenchError("PX4 speaks MAVLink: `pip install pymavlink`, the extra `mavlink`")
+        from pymavlink.dialects.v20 import common
+
+        self._mavlink: Any = common
+        self._codec: Any = common.MAVLink(None, srcSystem=1, srcComponent=51)
+        self._codec.robust_parsing = True
+        self._patience = patience
+        self._peer: socket.socket | None = None
+        try:
+            self._server = socket.create_server((host, port))
+        except OSError as error:
+            raise WorkbenchError(
+                f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}; "
+                "end what has that port, or give another one, as --port 4561"
+            ) from None
+        self._server.setblocking(False)
+        self.armed = False
+        self._controls: tuple[float, ...] = (0.0,) * 16
+        self._locked = False
+        self._heard_us = -1
+        self._heard = 0.0
+        self._count = self._lost = self._free = 0
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Where it listens."""
+        host, port = self._server.getsockname()[:2]
+        return host, port
+
+    @property
+    def locked(self) -> bool:
+        """Whether it has answered, so that each sensor waits for its answer."""
+        return self._locked
+
+    def connect(self) -> None:
+        """Wait until it is there."""
+        while self._peer is None:
+            if select.select([self._server], [], [], 0.1)[0]:
+                self._peer = self._server.accept()[0]
+        self._peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._peer.settimeout(self._patience)
+        self._heard = time.monotonic()
+
+    def exchange(self, motion: Motion) -> tuple[float, ...]:
+        """Send the sensors of a time, and return the controls (16) that answer them, 0 .. 1."""
+        now = int(1e6 * motion.time)
+        data = b"".join(message.pack(self._codec) for message in self._messages(motion, now))
+        try:
+            self._sent(data)
+        except OSError as error:
+            raise _gone(str(error.strerror or error)) from None
+        self._count += 1
+        if not self._locked:
+            self._free += 1
+            self._take(0.0, now)
+        elif not self._take(REPLY, now):
+            self._lost += 1
+        limit = self._patience if self._locked else BOOT
+        if time.monotonic() > self._heard + limit:
+            raise FlightBrokenError(
+                f"PX4 has not answered for {limit:g} s at {motion.time:.3f} s: see its "
+                "console, and start both again"
+            )
+        return self._controls if self.armed else (0.0,) * 16
+
+    def report(self) -> dict[str, float]:
+        """Return sensors sent, those before the lockstep, those without an answer in time."""
+        return {"packets": self._count, "free": self._free, "lost": self._lost}
+
+    def close(self) -> None:
+        """Close the sockets."""
+        if self._peer:
+            self._peer.close()
+        self._server.close()
+
+    def _sent(self, data: bytes) -> None:
+        if self._peer is None:
+            raise WorkbenchError("PX4 is not connected yet")
+        self._peer.sendall(data)
+
+    def _messages(self, motion: Motion, now: int) -> list[Any]:
+        """Return what is said of a time; HIL_SENSOR is the last, as it moves PX4's clock."""
+        m, made = self._mavlink, []
+        latitude, longitude, altitude = motion.place
+        place = (round(1e7 * math.degrees(latitude)), round(1e7 * math.degrees(longitude)))
+        v_n, v_e, v_d = motion.velocity
+        centimetres = (round(100.0 * v_n), round(100.0 * v_e), round(100.0 * v_d))
+        speed = math.hypot(v_n, v_e)
+        if self._count % SATELLITES == 0:
+            course = round(100.0 * math.degrees(math.atan2(v_e, v_n) % math.tau)) % 36000
+            made.append(
+                m.MAVLink_hil_gps_message(
+                    now,
+                    3,
+                    *place,
+                    round(1000.0 * altitude),
+                    30,
+                    40,
+                    round(100.0 * speed),
+                    *centimetres,
+                    course if speed > 0.5 else 65535,
+                    12,
+                )
+            )
+        milli_g = [round(1000.0 * a / 9.80665) for a in motion.force]
+        made.append(
+            m.MAVLink_hil_state_quaternion_message(
+                now,
+                list(motion.attitude),
+                *motion.gyro,
+                *place,
+                round(1000.0 * altitude),
+                *centimetres,
+                round(100.0 * speed),
+                round(100.0 * speed),
+                *(min(max(a, -32768), 32767) for a in milli_g),
+            )
+        )
+        fields = INERTIAL | (MAGNETIC | PRESSURE if self._count % SLOW == 0 else 0)
+        gauss = [1e4 * b for b in motion.field]
+        made.append(
+            m.MAVLink_hil_sensor_message(
+                now,
+                *motion.force,
+                *motion.gyro,
+                *gauss,
+                0.01 * motion.pressure,
+                0.0,
+                motion.pressure_altitude,
+                20.0,
+                fields,
+                0,
+            )
+        )
+        return made
+
+    def _take(self, limit: float, now: int) -> bool:
+        """Read until the sensors of a time are answered, or a limit [s]; return whether it is."""
+        end, peer = time.monotonic() + limit, self._peer
+        while peer and select.select([peer], [], [], max(0.0, end - time.monotonic()))[0]:
+            try:
+                data = peer.recv(65536)
+            except OSError as error:
+                raise _gone(str(error.strerror or error)) from None
+            if not data:
+                raise _gone("it closed the connection")
+            for message in self._codec.parse_buffer(data) or ():
+                self._note(message, now)
+            if self._heard_us == now:
+                return True
+            if time.monotonic() > end:  # it may go on talking of other things
+                break
+        return False
+
+    def _note(self, message: Any, now: int) -> None:
+        """Note the controls of a message, and refuse what cannot be."""
+        if message.get_type() != "HIL_ACTUATOR_CONTROLS":
+            return
+        said = int(message.time_usec)
+        if not message.flags & LOCKSTEP:
+            raise FlightBrokenError(
+                "this PX4 was built without lockstep: build it without ENABLE_LOCKSTEP_SCHEDULER=no"
+            )
+        if said > now or said < self._heard_us:
+            raise FlightBrokenError(
+                f"PX4 says that it is {1e-6 * said:.6f} s, where the last sensors were of "
+                f"{1e-6 * now:.6f} s and its last answer of {1e-6 * self._heard_us:.6f} s: it is "
+                "not in lockstep; start both again"
+            )
+        if not all(map(math.isfinite, message.controls)):
+            raise FlightBrokenError(
+                f"PX4 asks for a motor output that is no number at {1e-6 * now:.3f} s: its motors "
+                "are stopped"
+            )
+        self._controls = tuple(min(max(u, 0.0), 1.0) for u in message.controls)
+        self.armed = bool(message.mode & ARMED)
+        self._heard_us = said
+        if said == now or not self._locked:  # one that only ever answers late is not in lockstep
+            self._heard = time.monotonic()
+        self._locked = True
+
+
+def _gone(why: str) -> FlightBrokenError:
+    return FlightBrokenError(f"PX4 is gone: {why}; start both again")
