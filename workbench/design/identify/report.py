@@ -65,7 +65,7 @@ class Report:
                 f"inertias hold for a mass of {self.vehicle.mass:.4g} kg and the described arms: "
                 "they go with both, and that about z with the described moment constant"
             )
-            if (scale := yaw_scale(self.vehicle)) < 1.0:
+            if (scale := yaw_scale(identified_vehicle(self.found))) < 1.0:
                 said.append(
                     "no body has more about z than about x and y together: the sidecar has "
                     f"{scale:.3g} times the moment constant, and all that turns about z"
