@@ -21,6 +21,7 @@ import pytest
 from workbench.autopilots import betaflight
 from workbench.autopilots.betaflight import Betaflight
 from workbench.autopilots.betaflight_build import betaflight_program
+from workbench.commands.cli import main
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.common.own_file import record
 from workbench.control.controller import load_controller
@@ -32,6 +33,7 @@ from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import EDGE, step_scenario
 from workbench.design.tune.tuner import Tuner
+from workbench.gains.autopilots.firmware import read_parameter_file
 from workbench.gains.gains import rule_gains
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
@@ -218,6 +220,29 @@ def test_the_firmware_hovers_takes_gains_records_and_dies(real, tmp_path):
     file.write_bytes(blackbox)
     frames = [frame.data for frame in orangebox.Parser.load(str(file)).frames()]
     assert len(frames) > 9000
+
+
+@pytest.mark.slow
+def test_the_firmware_reads_back_what_was_exported(real, tmp_path):
+    """By the file of its command line: written by export, read by import, set and read by MSP."""
+    wanted = {"p_roll": 61.0, "i_pitch": 93.0, "d_pitch": 37.0, "p_yaw": 52.0, "f_roll": 80.0}
+    file = tmp_path / "quad.diff"
+    words = [word for name, value in wanted.items() for word in ("--set", f"{name}={value:g}")]
+    export = ["gains", "export", str(file), "--for", "betaflight", "--model", MODEL, *words]
+    assert main(export) == 0
+    _, found = read_parameter_file(file)
+    entries = found.entries
+    written = {each.name: each.value for each in entries}
+    assert {name: written[name] for name in wanted} == wanted
+    rows = {row.name for row in load_controller(FIRMWARE).parameters}
+    values = {name: value for name, value in written.items() if name in rows}
+    session = Session(scenario(start=Start(position=[0.0, 0.0, 1.5])), values)
+    with session.programs():
+        hovering(session, 0.5)
+        gains = session.program.gains
+    known = {name: value for name, value in written.items() if name in gains}
+    assert wanted.keys() <= known.keys()
+    assert {name: gains[name] for name in known} == known
 
 
 @pytest.mark.slow
