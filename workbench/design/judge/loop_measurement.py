@@ -143,6 +143,11 @@ def loop_injection(
     """
     controller = model.controller
     assert controller is not None
+    if controller.dividers:
+        raise WorkbenchError(
+            f"{controller.name} has parts that run in every n-th update only: a signal of theirs "
+            "is not seen in between, so its loops cannot be measured in flight"
+        )
     point = loop.point(cut)
     margins = response_margins(loop_responses(model, [point]))[0]
     if not margins.stable:
