@@ -1,6 +1,5 @@
 """Predicted steps against the same steps flown on the full diagram."""
 
-import time
 
 import numpy as np
 import pytest
@@ -170,13 +169,3 @@ def test_a_load_is_as_the_diagram_flies_it(answer, load, amplitude, acts):
     assert predicted.numbers.peak == pytest.approx(flown.metrics.peak, rel=1e-6)
     assert predicted.numbers.settling_time == pytest.approx(flown.metrics.settling_time, rel=1e-6)
     assert not predicted.lost
-
-
-def test_a_load_is_predicted_fast_enough_to_follow_a_slider(answer):
-    """20 answers a second are asked for; the fastest of some says what the machine can do."""
-    times = []
-    for number in range(12):
-        begin = time.perf_counter()
-        answer(Predict({"kp_roll": 200.0 + number}, LoadStep("force_x", 1.0, 4.0)))
-        times.append(time.perf_counter() - begin)
-    assert min(times) < 1 / 20
