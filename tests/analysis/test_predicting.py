@@ -1,6 +1,5 @@
 """Predicted steps against the same steps flown on the full diagram."""
 
-
 import numpy as np
 import pytest
 
