@@ -146,7 +146,7 @@ def test_it_refuses_what_a_log_cannot_give() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not FLIGHTS.is_dir(), reason="the real flights are not here")
+@pytest.mark.skipif(not FLIGHTS.is_dir(), reason="put the real flights into ../shared/flights")
 def test_real_logs_of_1_khz_agree_on_the_lag() -> None:
     from workbench.logs.flight_reader import read_flight
     from workbench.logs.measured_flight import measured_flight

@@ -53,7 +53,7 @@ def test_it_refuses_what_it_cannot_tell() -> None:
         trim(three, time, commands[:, :3])
 
 
-@pytest.mark.skipif(not FLIGHTS.is_dir(), reason="the real flights are not here")
+@pytest.mark.skipif(not FLIGHTS.is_dir(), reason="put the real flights into ../shared/flights")
 def test_real_damages_are_found_in_nine_of_eleven_logs() -> None:
     from workbench.logs.flight_reader import read_flight
     from workbench.logs.measured_flight import motor_commands
