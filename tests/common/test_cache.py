@@ -3,10 +3,11 @@
 import os
 import stat
 import tempfile
+from importlib.metadata import PackageNotFoundError, version
 
 import pytest
 
-from workbench.common.cache import cache_folder
+from workbench.common.cache import cache_folder, release
 from workbench.common.errors import WorkbenchError
 
 
@@ -81,3 +82,22 @@ def test_where_nothing_can_be_written_it_says_so(blocked, tmp_path, monkeypatch)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "gone"))
     with pytest.raises(WorkbenchError, match="set XDG_CACHE_HOME"):
         cache_folder("a")
+
+
+def test_a_release_is_that_of_the_metadata(case):
+    for name in ("numba", "numpy", "xacro"):
+        with case(name):
+            assert release(name) == f"{name}-{version(name)}.dist-info"
+    with pytest.raises(PackageNotFoundError):
+        release("no_such_package")
+
+
+def test_a_release_with_what_is_left_of_another_is_that_of_the_metadata(tmp_path, monkeypatch):
+    (tmp_path / "half_way").mkdir()
+    (tmp_path / "half_way" / "__init__.py").write_text("")
+    for number in ("1.0", "2.0"):
+        (tmp_path / f"half_way-{number}.dist-info").mkdir()
+        text = f"Metadata-Version: 2.1\nName: half_way\nVersion: {number}\n"
+        (tmp_path / f"half_way-{number}.dist-info" / "METADATA").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert release("half_way") == version("half_way")

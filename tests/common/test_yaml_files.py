@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.yaml_files import FastLoader, check_schema, read_yaml
+from workbench.common.yaml_files import check_schema, fast_loader, read_yaml
 
 TEXT = """title: a
 start:
@@ -146,7 +146,7 @@ def test_a_tag_is_read_by_a_loader_that_knows_it(write):
     not hasattr(yaml, "CSafeLoader"), reason="PyYAML was built without libyaml: install its wheel"
 )
 def test_libyaml_reads_where_it_is_there():
-    assert FastLoader is yaml.CSafeLoader
+    assert fast_loader() is yaml.CSafeLoader
 
 
 @pytest.mark.parametrize("text", [TEXT, "a: &b 1", "a: {b: [1, .inf, 2001-01-01, ~, 'c']}"])

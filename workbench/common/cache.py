@@ -1,8 +1,10 @@
 """Folders for what takes long to make and can always be made again."""
 
+import importlib.util
 import os
 import stat
 import tempfile
+from functools import lru_cache
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
@@ -30,6 +32,25 @@ def cache_folder(name: str) -> Path:
         return _writable(home / _OURS / name)
     except (OSError, RuntimeError):  # a read-only home, or (RuntimeError) no home
         return _temporary(name)
+
+
+@lru_cache(maxsize=8)
+def release(package: str) -> str:
+    """Return which release of a package is installed: what is kept may depend on it.
+
+    The name of its metadata's folder says it; to read those loads a parser of mail.
+
+    Args:
+        package: its name, as in the metadata and to import it.
+    """
+    spec = importlib.util.find_spec(package)
+    for place in (spec and spec.submodule_search_locations) or ():
+        found = [each.name for each in Path(place).parent.glob(f"{package}-*.dist-info")]
+        if len(found) == 1:  # more of them are left of an installation that failed
+            return found[0]
+    from importlib import metadata
+
+    return metadata.version(package)
 
 
 def _temporary(name: str) -> Path:

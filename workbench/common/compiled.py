@@ -1,7 +1,8 @@
 """Compile a pure function with numba, and keep the machine code on disk.
 
-numba's own cache looks at the one file that the compiled function stands in; the law stands in
-several, and so do rays. So the cache lies in a folder named after the content of all of them.
+numba's own cache looks at the one file that the compiled function stands in, and loads all of numba
+to load what is there. The law stands in several files, and so do rays: the cache lies in a folder
+named after the content of all of them, and `machine_code` loads it.
 """
 
 import fcntl
@@ -12,21 +13,29 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from importlib.metadata import version
 from pathlib import Path
 from typing import IO, Any
 
-from workbench.common.cache import PROGRESS_LOGGER, cache_folder
+from workbench.common.cache import PROGRESS_LOGGER, cache_folder, release
 from workbench.common.errors import WorkbenchError
 from workbench.common.jitable import tell_numba
+from workbench.common.machine_code import (
+    Kind,
+    OtherKindError,
+    code_file,
+    has_code,
+    keep,
+    kinds_of,
+    load,
+)
 
 _PACKAGE = Path(__file__).parent.parent
-PERIOD = 4.0
-"""Between two messages about one compilation [s]."""
+PERIOD = 3.0
+"""Between two messages about one wait [s]."""
 PATIENCE = 1.5
 """A shorter wait for another process or thread is not told of [s]."""
-_PREPARING = threading.Lock()
-"""One thread at a time: where numba's cache lies, and what it was told of, are the process's."""
+_COMPILING = threading.RLock()
+"""One thread at a time: what numba was told of is the process's."""
 
 
 def compile_cached(
@@ -62,7 +71,8 @@ class Compiled:
     """A compiled function. Its first call in a process loads the machine code, or makes it.
 
     One process or thread makes it and says so; others that need it meanwhile wait, and load it.
-    Arguments are those of `compile_cached`.
+    numba itself is loaded by who makes it, and for arguments or results that `machine_code` does
+    not know; it is compiled in every process for those. Arguments are those of `compile_cached`.
     """
 
     def __init__(
@@ -85,44 +95,95 @@ class Compiled:
         self._page = page
         self._options = options
         self._dispatcher: Any = None
-        self._ready = False
+        self._made: dict[tuple[Kind, ...], Callable[..., Any]] = {}
+        self._making = threading.Lock()
+        self._run: Callable[..., Any] = _nothing
 
     def __call__(self, *args: Any) -> Any:
-        if self._ready:
-            return self._dispatcher(*args)
-        with _PREPARING:
-            folder = self._prepare()
-        with _alone(folder, self._what), _told(self._dispatcher, self._what, self._parts):
-            result = self._first(*args)
-        self._ready = True
-        return result
-
-    def _first(self, *args: Any) -> Any:
-        """Call it for the first time; what numba cannot compile is said in a sentence."""
-        from numba.core.errors import NumbaError, UnsupportedBytecodeError
-
         try:
-            return self._dispatcher(*args)
-        except (NumbaError, UnsupportedBytecodeError) as error:
-            if not self._file:
-                raise
-            raise WorkbenchError(uncompilable(str(error), self._file, self._page)) from None
+            return self._run(*args)
+        except OtherKindError:
+            run = self._prepared(args)
+        try:
+            return run(*args)
+        except OtherKindError:  # `machine_code` holds what it refuses for the kinds it has made
+            self._compile(args)
+        return self._dispatcher(*args)
 
     @property
     def signatures(self) -> list[Any]:
-        """The types of arguments for which there is machine code in this process."""
-        return list(self._dispatcher.signatures) if self._dispatcher else []
+        """The kinds of arguments for which there is machine code in this process."""
+        return list(self._made)
 
     @property
     def is_made(self) -> bool:
         """Whether there is machine code here or on disk, so that the first call is short."""
-        if self._ready:
+        if self._made:
             return True
         try:
-            # numba writes its index first: one without code is of a process that was killed
-            return any(self._folder().rglob("*.nbc"))
+            return has_code(self._folder())
         except (WorkbenchError, OSError):
             return False
+
+    def _prepared(self, args: tuple[Any, ...]) -> Callable[..., Any]:
+        """Return what runs for such arguments: machine code that is there, or is made now."""
+        kinds = kinds_of(args)
+        if kinds is None:
+            self._compile(args)
+            return self._dispatcher
+        with self._making:
+            if kinds not in self._made:
+                self._made[kinds] = self._load_or_make(kinds, args)
+        self._run = self._made[kinds]
+        return self._run
+
+    def _load_or_make(self, kinds: tuple[Kind, ...], args: tuple[Any, ...]) -> Callable[..., Any]:
+        """Load machine code for arguments of some kinds; make and keep it where there is none."""
+        try:
+            folder: Path | None = self._folder()
+        except (WorkbenchError, OSError):  # it runs without a cache, too
+            folder = None
+        file = code_file(folder, self._function, kinds) if folder else None
+        if found := file and load(file):
+            return found
+        with _alone(folder, self._what):
+            if found := file and load(file):  # another one has made it meanwhile
+                return found
+            result = self._compile(args)
+            if file and result:
+                with suppress(WorkbenchError):  # as above; numba's own can be called
+                    keep(file, result, kinds)
+        return (file and load(file)) or self._dispatcher
+
+    def _compile(self, args: tuple[Any, ...]) -> Any:
+        """Let numba compile for such arguments, and return its `CompileResult`.
+
+        None where NUMBA_DISABLE_JIT is set: people debug a law that way, as plain Python.
+
+        Raises:
+            WorkbenchError: if it cannot be compiled, of a file of the user's own.
+        """
+        import numba  # half a second, which only those pay who compile
+        from numba.core.errors import NumbaError, UnsupportedBytecodeError
+
+        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+            self._dispatcher = self._function
+            return None
+        types = tuple(map(numba.typeof, args))
+        if self._dispatcher is not None and types in self._dispatcher.overloads:
+            return self._dispatcher.overloads[types]
+        with _COMPILING:
+            tell_numba()
+            if self._dispatcher is None:
+                self._dispatcher = numba.njit(**self._options)(self._function)
+            with _told(self._dispatcher, self._what, self._parts):
+                try:
+                    self._dispatcher.compile(types)
+                except (NumbaError, UnsupportedBytecodeError) as error:
+                    if not self._file:
+                        raise
+                    raise WorkbenchError(uncompilable(str(error), self._file, self._page)) from None
+        return self._dispatcher.overloads[types]
 
     def _folder(self) -> Path:
         """Return the folder of its cache.
@@ -135,32 +196,10 @@ class Compiled:
         folder.mkdir(exist_ok=True)
         return folder
 
-    def _prepare(self) -> Path | None:
-        """Make numba's dispatcher, once; return the folder of its cache, None without one."""
-        import numba  # half a second, which only those pay who compile
-        from numba.core import config
 
-        try:
-            folder: Path | None = self._folder()
-        except (WorkbenchError, OSError):  # it runs without a cache, too
-            folder = None
-        if self._dispatcher is not None:
-            return folder
-        tell_numba()
-        if folder is None:
-            self._dispatcher = numba.njit(**self._options)(self._function)
-            return None
-        before = config.CACHE_DIR  # type: ignore[attr-defined]
-        config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
-        try:
-            made = numba.njit(cache=True, **self._options)(self._function)
-        finally:
-            config.CACHE_DIR = before  # type: ignore[attr-defined]
-        # the folder says all that decides; numba's own key would have the function's inner
-        # functions, in bytes that are others in every process
-        made._cache._index_key = lambda signature, codegen: (signature, codegen.magic_tuple())
-        self._dispatcher = made
-        return folder
+def _nothing(*args: Any) -> Any:
+    """Run in the place of machine code that is not there yet."""
+    raise OtherKindError
 
 
 def uncompilable(said: str, file: str, page: str) -> str:
@@ -193,38 +232,43 @@ def uncompilable(said: str, file: str, page: str) -> str:
 def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
     """Say that a function compiles, and how far it is.
 
-    numba reports each function that it compiles, first the outermost one; none where the machine
-    code comes from the cache.
+    numba reports each function that it compiles, first the outermost one, and LLVM has all of them
+    at the end, for longer than a period: so it is told by the clock.
     """
     from numba.core import event
 
     logger = logging.getLogger(PROGRESS_LOGGER)
+    ended = threading.Event()
 
     class Listener(event.Listener):
-        began: float | None = None
-        said = 0.0
         done = 0
 
         def on_start(self, event: Any) -> None:
             if event.data["dispatcher"] is dispatcher:
-                self.began = self.said = time.monotonic()
                 logger.warning("compiling %s for this machine, up to a minute, this once", what)
+                clock.start()
 
         def on_end(self, event: Any) -> None:
-            if self.began is None:  # of something else
-                return
-            self.done += 1
-            now = time.monotonic()
-            if event.data["dispatcher"] is dispatcher:
-                logger.warning("compiled %s in %.0f s", what, now - self.began)
-                self.began = None
-            elif now > self.said + PERIOD:
-                self.said = now
-                share = min(99, 100 * self.done // parts)
-                logger.warning("compiling %s: %d %%", what, share)
+            self.done += clock.is_alive()  # what else compiles is not counted
 
-    with event.install_listener("numba:compile", Listener()):
-        yield
+    listener = Listener()
+
+    def tell() -> None:
+        while not ended.wait(PERIOD):
+            share = min(99, 100 * listener.done // parts)
+            logger.warning("compiling %s: %d %%, %.0f s", what, share, time.monotonic() - began)
+
+    clock = threading.Thread(target=tell, daemon=True)
+    began = time.monotonic()
+    try:
+        with event.install_listener("numba:compile", listener):
+            yield
+    finally:
+        ended.set()
+        if clock.ident is not None:  # it has begun
+            clock.join()
+    if clock.ident is not None:
+        logger.warning("compiled %s in %.0f s", what, time.monotonic() - began)
 
 
 @contextmanager
@@ -245,8 +289,7 @@ def _alone(folder: Path | None, what: str) -> Iterator[None]:
                     logging.getLogger(PROGRESS_LOGGER).warning(
                         "waiting for another process, which compiles %s", what
                     )
-                    fcntl.flock(file, fcntl.LOCK_EX)
-                    break
+                    told = time.monotonic() + PERIOD
                 time.sleep(0.01)  # who loads what is made takes less
         yield
 
@@ -263,7 +306,7 @@ def _locks(file: IO[str]) -> bool:
 def _digest(sources: Sequence[str], text: str, options: Mapping[str, Any]) -> str:
     """Return a name for the sources as they are, and for how they are compiled."""
     how = sorted((name, str(value)) for name, value in options.items())
-    digest = hashlib.sha256(f"{version('numba')} {how} {text}".encode())
+    digest = hashlib.sha256(f"{release('numba')} {how} {text}".encode())
     for name in sources:
         path = _PACKAGE / name
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:

@@ -78,6 +78,16 @@ def made_function(source: str, names: dict[str, Any], key: str) -> Callable[...,
     return marked
 
 
+def taking(size: int) -> Callable[..., Any]:
+    """Return a function that makes a tuple of the first numbers of a sequence, and compiles.
+
+    Machine code keeps the numbers of a tuple in registers, where it reads those of an array anew
+    after each write to another one.
+    """
+    numbers = "".join(f"s[{place}], " for place in range(size))
+    return made_function(f"def take(s):\n    return ({numbers})", {}, f"take_{size}")
+
+
 def tell_numba() -> None:
     """Tell numba of all functions marked so far; whoever compiles asks for it first."""
     from numba.extending import register_jitable as register

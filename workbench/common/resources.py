@@ -13,6 +13,12 @@ def models_dir() -> Path:
     return installed if installed.is_dir() else _PACKAGE.parent / "models"
 
 
+def docs_dir() -> Path:
+    """Return the folder of the docs: inside an installed package, else beside the source."""
+    installed = _PACKAGE / "docs"
+    return installed if installed.is_dir() else _PACKAGE.parent / "docs"
+
+
 def controllers_dir() -> Path:
     """Return the folder of the shipped controllers' files."""
     return _PACKAGE / "controllers"

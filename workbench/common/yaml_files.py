@@ -1,34 +1,30 @@
-"""YAML files with the line of every key, so that what is wrong is said with file and line."""
+"""YAML files with the line of every key, so that what is wrong is said with file and line.
 
+PyYAML takes as long to load as a tenth of Drake, and most commands read no such file.
+"""
+
+import copy
 import dataclasses
 import re
 import types
 import typing
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
-
-import yaml
+from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain
 
-FastLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""PyYAML's loader on libyaml, twenty times as fast, where it was built with it."""
+if TYPE_CHECKING:
+    import yaml
 
 Keys = tuple[str | int, ...]
 """The way to a value: keys of mappings and places in lists, from the top."""
 
 MOST_BYTES = 1_000_000
 DEEPEST = 20
-_OPENING = (
-    yaml.BlockMappingStartToken,
-    yaml.BlockSequenceStartToken,
-    yaml.FlowMappingStartToken,
-    yaml.FlowSequenceStartToken,
-)
 _WITH_EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
-_CLOSING = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
 
 
 @dataclass(frozen=True)
@@ -54,12 +50,19 @@ class YamlFile:
         return f"{self.path}:{self.lines.get(keys, 1)}: "
 
 
-def read_yaml(path: Path, loader: Any = FastLoader) -> YamlFile:
+def fast_loader() -> Any:
+    """Return PyYAML's loader on libyaml, twenty times as fast, where it was built with it."""
+    import yaml
+
+    return getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def read_yaml(path: Path, loader: Any = None) -> YamlFile:
     """Read a YAML file whose top level is a mapping.
 
     Args:
         path: the file.
-        loader: of PyYAML, what takes tags that others do not know.
+        loader: of PyYAML, what takes tags that others do not know; without one the fast one.
 
     Raises:
         WorkbenchError: if it cannot be read, or is not such YAML.
@@ -69,6 +72,15 @@ def read_yaml(path: Path, loader: Any = FastLoader) -> YamlFile:
     except UnicodeDecodeError as error:
         raise WorkbenchError(f"{path}: cannot be read: {error}") from error
     text = text.replace("\r\n", "\n").replace("\r", "\n")
+    found = _parsed(path, text, loader or fast_loader())
+    return dataclasses.replace(found, data=copy.deepcopy(found.data))
+
+
+@lru_cache(maxsize=16)
+def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
+    """Return a file with a text; the gains of one vehicle are asked for again and again."""
+    import yaml
+
     try:
         refuse_bombs(path, text)
         node = yaml.compose(text, Loader=loader)
@@ -90,9 +102,18 @@ def read_yaml(path: Path, loader: Any = FastLoader) -> YamlFile:
 
 def refuse_bombs(path: Path, text: str) -> None:
     """Refuse what would take endless time or memory: aliases of aliases, and deep nests."""
+    import yaml
+
+    opening = (
+        yaml.BlockMappingStartToken,
+        yaml.BlockSequenceStartToken,
+        yaml.FlowMappingStartToken,
+        yaml.FlowSequenceStartToken,
+    )
+    closing = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
     depth = 0
-    for token in yaml.scan(text, Loader=FastLoader):
-        depth += isinstance(token, _OPENING) - isinstance(token, _CLOSING)
+    for token in yaml.scan(text, Loader=fast_loader()):
+        depth += isinstance(token, opening) - isinstance(token, closing)
         if depth > DEEPEST:
             line = token.start_mark.line + 1
             raise WorkbenchError(f"{path}:{line}: is nested more than {DEEPEST} deep")
@@ -182,8 +203,10 @@ def dotted(keys: Keys) -> str:
     return ".".join(map(str, keys))
 
 
-def _collect_lines(path: Path, node: yaml.Node, keys: Keys, lines: dict[Keys, int]) -> None:
+def _collect_lines(path: Path, node: "yaml.Node", keys: Keys, lines: dict[Keys, int]) -> None:
     """Note the line of every key below a node."""
+    import yaml
+
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             line = key.start_mark.line + 1
@@ -199,6 +222,8 @@ def _collect_lines(path: Path, node: yaml.Node, keys: Keys, lines: dict[Keys, in
 
 def dump_changes(record: Any) -> str:
     """Return the YAML of what differs from a dataclass's defaults."""
+    import yaml
+
     return yaml.safe_dump(_changes(record, type(record)()), sort_keys=False, allow_unicode=True)
 
 
