@@ -10,6 +10,10 @@ from workbench.controllers.pd_rule import CONTROL_DELAY as CONTROL_DELAY
 from workbench.design.block_graph import read_block_graph as read_block_graph
 from workbench.design.branches import Branch as Branch
 from workbench.design.fork import fly_fork as fly_fork
+from workbench.design.identify.plan import excitation as excitation
+from workbench.design.identify.plan import usual_limits as usual_limits
+from workbench.design.identify.plots_identified import plot_identified as plot_identified
+from workbench.design.identify.report import make_report as make_report
 from workbench.design.judge.live import live_margins as live_margins
 from workbench.design.judge.loop_judgement import judge_loops as judge_loops
 from workbench.design.judge.margins import LoopMargins as LoopMargins
@@ -38,6 +42,13 @@ from workbench.design.load_step import fly_load_step as fly_load_step
 from workbench.design.plots import STYLE as STYLE
 from workbench.design.plots_flight import plot_flight as plot_flight
 from workbench.design.plots_lidar import plot_trial as plot_trial
+from workbench.design.plots_predict import plot_predictions as plot_predictions
+from workbench.design.plots_predict import plot_what_if as plot_what_if
+from workbench.design.predict.prediction import Predictor as Predictor
+from workbench.design.predict.prediction import summarized as summarized
+from workbench.design.predict.what_if import Explained as Explained
+from workbench.design.predict.what_if import Law as Law
+from workbench.design.predict.what_if import Uncertainty as Uncertainty
 from workbench.design.regress.flight import Changes as Changes
 from workbench.design.regress.loading import load_spec as load_spec
 from workbench.design.regress.page import junit_xml as junit_xml
@@ -47,6 +58,7 @@ from workbench.design.regress.running import record as record
 from workbench.design.regress.running import regress as regress
 from workbench.design.rollout.agreement import agreement as agreement
 from workbench.design.rollout.agreement import random_trials as random_trials
+from workbench.design.rollout.batch import Batch as Batch
 from workbench.design.rollout.engine import RolloutEngine as RolloutEngine
 from workbench.design.rollout.engine import rollout_metrics as rollout_metrics
 from workbench.design.step_response import StepResponse as StepResponse
@@ -57,6 +69,7 @@ from workbench.design.sweep.plot_sweep import plot_sweep as plot_sweep
 from workbench.design.sweep.ranges import SweepRange as SweepRange
 from workbench.design.sweep.sweep import sweep as sweep
 from workbench.design.sweep.table import SweepTable as SweepTable
+from workbench.design.tune.case import identified_robustness as identified_robustness
 from workbench.design.tune.picture import plot_tuning as plot_tuning
 from workbench.design.tune.tuner import Tuner as Tuner
 from workbench.design.tune.tuner import tune as tune
@@ -64,6 +77,8 @@ from workbench.design.tune.wish_file import load_wishes as load_wishes
 from workbench.design.tune.wish_file import wishes_for as wishes_for
 from workbench.diagram.core import make_flight_core as make_flight_core
 from workbench.diagram.workbench import make_workbench as make_workbench
+from workbench.gains.autopilots.exchange import export_gains as export_gains
+from workbench.gains.autopilots.firmware import find_firmware as find_firmware
 from workbench.gains.difference import diff_gains as diff_gains
 from workbench.gains.gains import GainFile as GainFile
 from workbench.gains.gains import flight_gains as flight_gains
@@ -73,6 +88,11 @@ from workbench.gains.gains import make_profile as make_profile
 from workbench.gains.gains import rule_values as rule_values
 from workbench.gains.gains import save_gains as save_gains
 from workbench.live.flight import LiveFlight as LiveFlight
+from workbench.logs.flight_log import LoggedFlight as LoggedFlight
+from workbench.logs.flight_reader import read_flight as read_flight
+from workbench.logs.judged_log import read_case as read_case
+from workbench.logs.measured_flight import measured_flight as measured_flight
+from workbench.logs.motion import motion_of as motion_of
 from workbench.plant.gravity import GRAVITY as GRAVITY
 from workbench.plant.loading import load_vehicle as load_vehicle
 from workbench.plant.rotors import wrench_matrix as wrench_matrix
@@ -81,6 +101,7 @@ from workbench.plant.vehicle import Vehicle as Vehicle
 from workbench.plant.vehicle import slowest_rotor as slowest_rotor
 from workbench.scenario.excitation import Excitation as Excitation
 from workbench.scenario.excitation import Shape as Shape
+from workbench.scenario.scenario import Action as Action
 from workbench.scenario.scenario import Scenario as Scenario
 from workbench.scenario.scenario import SensorsConfig as SensorsConfig
 from workbench.scenario.scenario import VehicleConfig as VehicleConfig

@@ -25,7 +25,7 @@ import math
 import types
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -92,6 +92,9 @@ TRIAL_VEHICLE = KnownVehicle(
     ),
 )
 TRIAL_PERIOD = 1 / 128
+TRIAL_INJECTION = 1e-3
+"""At a loop point, in its unit: no limit of a law is so near."""
+_ZERO = (0.0, 0.0, 0.0)
 """What a file's functions are tried with, see `_tried`."""
 
 
@@ -161,11 +164,15 @@ class Program(Protocol):
         """Return what a law's `update` does.
 
         Raises:
-            FlightBrokenError: if the program has ended, or does not answer.
+            FlightBrokenError: if the program has ended, or does not answer: the rotors stop, and
+                the flight goes on.
         """
 
     def report(self) -> Mapping[str, float]:
-        """Return numbers that say how the exchange with it went, by name."""
+        """Return numbers that say how the exchange with it went, by name.
+
+        `packets` that it was sent, `lost` ones that it did not answer in time, and others.
+        """
 
     def records(self) -> Mapping[str, bytes]:
         """Return what it has recorded of the flight: files, by the ending of their name."""
@@ -264,6 +271,15 @@ class Controller:
     def point_names(self) -> tuple[str, ...]:
         """Names of the loop points, in their order."""
         return tuple(self.points)
+
+    @cached_property
+    def point_dividers(self) -> Mapping[str, int]:
+        """For each loop point, n where what comes there counts in every n-th update only.
+
+        It is found by trial: an injection changes nothing in an update in which no part runs that
+        reads it.
+        """
+        return {name: _divider_of(self, place) for place, name in enumerate(self.points)}
 
     @property
     def closed(self) -> list[float]:
@@ -668,32 +684,77 @@ def _tried(controller: Controller) -> None:
     Raises:
         WorkbenchError: if they return other things than the interface says.
     """
-    file, update = controller.file, controller.update
-    where = f"{file}:{update.__code__.co_firstlineno}: update returns"
-    numbers = controller.gains(
-        {row.name: row.default for row in controller.parameters}, TRIAL_VEHICLE, TRIAL_PERIOD
-    )
-    names = [*(row.name for row in controller.parameters), *controller.designed]
-    g = record("Gains", names)(*numbers)
-    remembers = record("Memory", [state.name for state in controller.memory])
-    zero, still = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+    where = f"{controller.file}:{controller.update.__code__.co_firstlineno}: update returns"
+    trial = _trial(controller)
     elapsed = (TRIAL_PERIOD,) * len(controller.dividers)
-    hover = Measured(zero, zero, zero, still, zero, zero, (GRAVITY, *zero), elapsed=elapsed)
     v, q = (0.3, -0.2, 0.1), (0.97, 0.1, -0.2, 0.1)
-    moving = Measured(v, v, v, q, v, zero, (1.1 * GRAVITY, 0.01, -0.02, 0.01))
+    moving = Measured(v, v, v, q, v, _ZERO, (1.1 * GRAVITY, 0.01, -0.02, 0.01))
     moves = moving._replace(elapsed=(0.0,) * len(elapsed))
-    guidance = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
     memory: Sequence[Any] = controller.initial_memory
-    for measured, asked in ((hover, zero), (moves, (1.0, -0.5, 0.2))):
-        setpoint = Setpoint(Reference(*asked, 0.1 * asked[0], *zero, 0.0), guidance, zero)
-        loops = [*controller.closed, *[0.0] * len(controller.points)]
-        found = update(measured, setpoint, g, TRIAL_BODY, remembers(*memory), TRIAL_PERIOD, loops)
+    for measured, asked in ((_hovering(elapsed), _ZERO), (moves, (1.0, -0.5, 0.2))):
+        found = trial(measured, asked, memory, controller.closed)
         if not isinstance(found, tuple) or len(found) != 2:
             raise WorkbenchError(
                 f"{where} {found!r:.60}: let it return (F, m_x, m_y, m_z) and the memory"
             )
         memory = _finite(where, found[1], [state.name for state in controller.memory], "memory")
         _finite(where, found[0], ("F", "m_x", "m_y", "m_z"), "wrench")
+
+
+def _trial(controller: Controller) -> Callable[..., Any]:
+    """Return the law's update with default gains: of motion, velocity asked, memory and probes."""
+    numbers = controller.gains(
+        {row.name: row.default for row in controller.parameters}, TRIAL_VEHICLE, TRIAL_PERIOD
+    )
+    g = record("Gains", [*(row.name for row in controller.parameters), *controller.designed])(
+        *numbers
+    )
+    remembers = record("Memory", [state.name for state in controller.memory])
+    guidance = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+
+    def trial(
+        measured: Measured, asked: Sequence[float], memory: Sequence[Any], probes: list[float]
+    ) -> Any:
+        v_x, v_y, v_z = asked
+        reference = Reference(v_x, v_y, v_z, 0.1 * v_x, *_ZERO, 0.0)
+        setpoint = Setpoint(reference, guidance, _ZERO)
+        loops = [*probes, *[0.0] * len(controller.points)]
+        return controller.update(
+            measured, setpoint, g, TRIAL_BODY, remembers(*memory), TRIAL_PERIOD, loops
+        )
+
+    return trial
+
+
+def _hovering(elapsed: tuple[float, ...]) -> Measured:
+    """Return a motion at rest in hover."""
+    return Measured(
+        _ZERO, _ZERO, _ZERO, (1.0, 0.0, 0.0, 0.0), _ZERO, _ZERO, (GRAVITY, *_ZERO), elapsed=elapsed
+    )
+
+
+def _divider_of(controller: Controller, place: int) -> int:
+    """Return n where the signal of the point at a place counts in every n-th update only."""
+    dividers = controller.dividers
+    if not dividers:
+        return 1
+    trial = _trial(controller)
+    _, memory = trial(
+        _hovering((TRIAL_PERIOD,) * len(dividers)),
+        _ZERO,
+        controller.initial_memory,
+        controller.closed,
+    )
+    injected = controller.closed
+    injected[len(controller.points) + place] = TRIAL_INJECTION
+    for divider in (1, *sorted(dividers)):
+        measured = _hovering(tuple(TRIAL_PERIOD if n == divider else 0.0 for n in dividers))
+        plain, changed = (
+            trial(measured, _ZERO, memory, probes) for probes in (controller.closed, injected)
+        )
+        if plain != changed:
+            return divider
+    return 1
 
 
 def _finite(where: str, found: Any, names: Sequence[str], what: str) -> tuple[Any, ...]:

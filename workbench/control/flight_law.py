@@ -583,11 +583,14 @@ def flight_law(controller: Controller) -> FlightLaw:
 def elapsed_reader(controller: Controller) -> Callable[..., Any]:
     """Return a function that tells when each part of a law last ran, see `guidance.Measured`."""
     parts = "".join(
-        f"dt if count < 0.0 else {divider} * dt if count % {divider} == 0.0 else 0.0, "
+        f"dt if count < 0.0 else {divider} * dt "
+        f"if floor(count / {divider}) * {divider} == count else 0.0, "  # as vectors have no modulo
         for divider in controller.dividers
     )
     return made_function(
-        f"def elapsed(count, dt):\n    return ({parts})", {}, f"elapsed_{controller.key}"
+        f"def elapsed(count, dt):\n    return ({parts})",
+        {"floor": np.floor},
+        f"elapsed_{controller.key}",
     )
 
 

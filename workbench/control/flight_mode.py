@@ -5,8 +5,9 @@ Pure functions of plain numbers; `mode_manager` runs them as a Drake system.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from workbench.common.jitable import register_jitable
 from workbench.control.guidance import BRAKE, Guidance, Reference
 from workbench.control.mode import FlightMode, Reason, Request
 from workbench.control.obstacle_brake import WALLS
@@ -41,6 +42,15 @@ TAKE_OFF_PATIENCE = 3.0
 """A take-off that no longer climbs, under a ceiling perhaps, becomes a hover after this [s]."""
 
 
+HOVERING, ASCENDING, DESCENDING, CRUISING = (
+    float(mode)
+    for mode in (
+        FlightMode.HOVERING,
+        FlightMode.ASCENDING,
+        FlightMode.DESCENDING,
+        FlightMode.CRUISING,
+    )
+)
 HOLD_HERE = 0.01
 """Height of an abort of a landing that climbs nowhere: no drone is that low in the air [m]."""
 
@@ -103,6 +113,7 @@ class Situation(NamedTuple):
 
     `health` is that of the estimate that place and velocity come from, None on the truth. What the
     battery still has decides when the rotors stop, what is known of it when the drone lands.
+    `ended` is whether the program that runs the law has ended.
     """
 
     time: float
@@ -116,6 +127,7 @@ class Situation(NamedTuple):
     standing_height: float
     health: Health | None = None
     known_charge: float | None = None
+    ended: bool = False
 
 
 def hears(mode: FlightMode, request: Request) -> bool:
@@ -147,6 +159,8 @@ def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeStat
     mode = FlightMode(int(state.mode))
     if request is Request.STOP:
         return _enter(FlightMode.OFF, state, now)
+    if now.ended:  # nobody flies what another mode would ask for
+        return state._replace(reason=float(Reason.AUTOPILOT_ENDED))
     if now.charge <= 0.0 and mode is not FlightMode.OFF:
         return _enter(FlightMode.OFF, state, now, Reason.BATTERY_EMPTY)
     if imu_failed(now.health, settings) and mode is not FlightMode.OFF:
@@ -333,20 +347,42 @@ def _landing(request: Request, state: ModeState, now: Situation, settings: Setti
 
 def _flying(state: ModeState, now: Situation) -> ModeState:
     """Tell the flying modes apart, and hold the place while nothing is asked."""
-    v_x, v_y, v_z = now.v_WB
-    level = (v_x * v_x + v_y * v_y) ** 0.5
-    mode = FlightMode.HOVERING
-    if level > SLOW and level >= abs(v_z):
-        mode = FlightMode.CRUISING
-    elif abs(v_z) > SLOW:
-        mode = FlightMode.ASCENDING if v_z > 0.0 else FlightMode.DESCENDING
+    mode, holding, x, y, z = flying(
+        state.holding, (state.x, state.y, state.z), now.p_WB, now.v_WB, now.reference
+    )
     since = state.since if mode == int(state.mode) else now.time
-    state = state._replace(mode=float(mode), since=since)
-    reference = now.reference
-    asked = any((reference.v_x, reference.v_y, reference.v_z, reference.follow))
-    if asked:
-        return state._replace(holding=0.0)
-    if mode is FlightMode.HOVERING and not state.holding:
-        x, y, z = (p + STOPPING_TIME * v for p, v in zip(now.p_WB, now.v_WB, strict=True))
-        return state._replace(holding=1.0, x=x, y=y, z=z)
-    return state
+    return state._replace(mode=mode, since=since, holding=holding, x=x, y=y, z=z)
+
+
+@register_jitable
+def flying(
+    holding: float, held: Any, p_WB: Any, v_WB: Any, reference: Any
+) -> tuple[float, float, float, float, float]:
+    """Return the mode in which a drone flies, whether a place is held, 0 or 1, and which (3) [m].
+
+    Compiled flights have no other modes than these.
+
+    Args:
+        holding: whether one was held until now.
+        held: that place (3) [m].
+        p_WB: position (3) [m].
+        v_WB: velocity in W (3) [m/s].
+        reference: see `guidance.Reference` (8).
+    """
+    v_x, v_y, v_z = v_WB
+    x, y, z = held
+    level = (v_x * v_x + v_y * v_y) ** 0.5
+    mode = HOVERING
+    if level > SLOW and level >= abs(v_z):
+        mode = CRUISING
+    elif abs(v_z) > SLOW:
+        mode = ASCENDING if v_z > 0.0 else DESCENDING
+    ask_x, ask_y, ask_z, _, _, _, _, follow = reference
+    if ask_x != 0.0 or ask_y != 0.0 or ask_z != 0.0 or follow != 0.0:
+        holding = 0.0
+    elif mode == HOVERING and holding == 0.0:
+        holding = 1.0
+        x = p_WB[0] + STOPPING_TIME * v_x
+        y = p_WB[1] + STOPPING_TIME * v_y
+        z = p_WB[2] + STOPPING_TIME * v_z
+    return mode, holding, x, y, z

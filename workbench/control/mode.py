@@ -36,6 +36,8 @@ class Reason(IntEnum):
     IMU_FAILED = 5
     HEADING_DRIFTS = 6
     """The magnetometer is silent, or too far off to count: the heading goes by the gyro alone."""
+    AUTOPILOT_ENDED = 7
+    """The program that runs the law has ended: the rotors stand, and the mode stays what it was."""
 
     @property
     def label(self) -> str:
@@ -51,6 +53,7 @@ _REASONS = (
     "position lost",
     "IMU failed",
     "no magnetometer, the heading drifts",
+    "autopilot ended",
 )
 """By their numbers."""
 

@@ -11,10 +11,8 @@ from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.topics import Topic
 from workbench.plant.sensors import Lidar
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.scenario import Rates
-from workbench.systems.bridge import Bridge, CommandBridge
+from workbench.systems.bridge import Bridge
 from workbench.systems.frame_poses import FramePoses
-from workbench.systems.pilot import Pilot
 from workbench.systems.recorder import Recorder
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.sensors.scan_pattern import ScanPattern, make_scan_pattern
@@ -27,18 +25,6 @@ MOST_RAYS = 16_000
 """Of a cloud on the wire, so that it fits into a frame; a larger scan is thinned out."""
 PUBLISHED = ("imu", "gps", "lidar", "magnetometer")
 """Kinds of sensors that are published, the first of each."""
-
-
-def make_pilot(bridge: Bridge | None, rates: Rates) -> Pilot:
-    """Return the pilot: one that the network may command, or one that it may not."""
-    if bridge is None:
-        return Pilot()
-    return CommandBridge(
-        bridge,
-        period=rates.control_period,
-        mode_period=rates.mode_period,
-        physics_step=rates.physics_step,
-    )
 
 
 def add_telemetry(

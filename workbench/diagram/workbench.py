@@ -23,10 +23,8 @@ from workbench.diagram.mounting import (
 from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
 from workbench.diagram.sensor_choice import SensorChoice
-from workbench.diagram.telemetry import add_telemetry, make_pilot
 from workbench.estimation.estimators import Estimator, find_estimator
 from workbench.estimation.settings import HEARD, TRUTH
-from workbench.link.topics import Topic
 from workbench.plant.description import Description
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.reach import reach
@@ -36,7 +34,6 @@ from workbench.plant.vehicle import Vehicle
 from workbench.plant.vehicle_frames import frames_in_world
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.scenario import Rates
-from workbench.systems.bridge import Bridge
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.frame_poses import FramePoses
 from workbench.systems.mode_manager import ModeManager
@@ -47,10 +44,12 @@ from workbench.systems.propeller_display import add_propeller_display
 from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.reference import add_reference
 from workbench.systems.sensors.sampled_sensor import SampledSensor
-from workbench.systems.telemetry import Telemetry
 
 if TYPE_CHECKING:
+    from workbench.link.topics import Topic
+    from workbench.systems.bridge import Bridge
     from workbench.systems.navigation import Navigation
+    from workbench.systems.telemetry import Telemetry
 
 WALL_PERIOD = 1 / 32
 """About so often the flight looks at obstacles [s]: at 8 m/s every quarter of a metre."""
@@ -82,10 +81,10 @@ class Workbench:
     frames: FramePoses
     obstacles: NearestObstacle | None
     visualizer: MeshcatVisualizer | None = None
-    telemetry: Telemetry | None = None
+    telemetry: "Telemetry | None" = None
     navigation: "Navigation | None" = None
     gauge: Gauge | None = None
-    topics: tuple[Topic, ...] = ()
+    topics: "tuple[Topic, ...]" = ()
 
 
 def make_workbench(
@@ -100,7 +99,7 @@ def make_workbench(
     sensors: Sequence[SensorChoice] = (),
     seed: int = 0,
     variation: Variation = NOMINAL,
-    bridge: Bridge | None = None,
+    bridge: "Bridge | None" = None,
     picture_period: float = PICTURE_PERIOD,
     feedforward: PiecewisePolynomial | None = None,
     estimator: str = TRUTH,
@@ -158,7 +157,7 @@ def make_workbench(
     computer = add_computer(
         builder, controller, airframe, vehicle, gains, rates, variation, sensed, voltage
     )
-    pilot = builder.AddNamedSystem("pilot", make_pilot(bridge, rates))
+    pilot = builder.AddNamedSystem("pilot", _make_pilot(bridge, rates))
     reference = add_reference(builder, pilot.GetOutputPort("reference"), path)
     if feedforward is not None:
         source = builder.AddNamedSystem("feedforward", TrajectorySource(feedforward))
@@ -177,6 +176,8 @@ def make_workbench(
     )
     builder.Connect(reference, computer.GetInputPort("reference"))
     builder.Connect(modes.GetOutputPort("guidance"), computer.GetInputPort("guidance"))
+    if controller.program:
+        builder.Connect(computer.GetOutputPort("ended"), modes.GetInputPort("ended"))
     builder.Connect(known, modes.GetInputPort("state"))
     if navigation:
         builder.Connect(navigation.GetOutputPort("health"), modes.GetInputPort("health"))
@@ -228,6 +229,8 @@ def make_workbench(
     telemetry: Telemetry | None = None
     topics: tuple[Topic, ...] = ()
     if bridge:
+        from workbench.diagram.telemetry import add_telemetry  # slow to load, as all of the network
+
         builder.Connect(modes.GetOutputPort("mode"), pilot.GetInputPort("mode"))
         limits = (gains["max_speed"], gains["max_climb_rate"], gains["max_yaw_rate"])
         telemetry, topics = add_telemetry(
@@ -253,6 +256,20 @@ def make_workbench(
         navigation=navigation,
         gauge=gauge,
         topics=topics,
+    )
+
+
+def _make_pilot(bridge: "Bridge | None", rates: Rates) -> Pilot:
+    """Return the pilot: one that the network may command, or one that it may not."""
+    if bridge is None:
+        return Pilot()
+    from workbench.systems.bridge import CommandBridge
+
+    return CommandBridge(
+        bridge,
+        period=rates.control_period,
+        mode_period=rates.mode_period,
+        physics_step=rates.physics_step,
     )
 
 

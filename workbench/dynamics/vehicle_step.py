@@ -37,7 +37,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import register_jitable, taking
 from workbench.dynamics.air.drag import Wrench, body_drag, cross, with_rotor_drag
 from workbench.dynamics.rigid_body import (
     Six,
@@ -65,6 +65,7 @@ ANSWER = 19
 """Place of what `rotor_response.rotor_constants` has (7)."""
 ROW = ANSWER + CONSTANTS
 """Size of a rotor's row, 26."""
+take_row = taking(ROW)
 MOST_GROUND_EFFECT = 4.0 / 15.0
 """Of thrust."""
 FULL = (1.0, 0.0, 0.0, 1.0)
@@ -223,13 +224,27 @@ def rotor_thrusts(
     w_B = into_body(R_WB, state[7:10])
     v_B = into_body(R_WB, [v - air for v, air in zip(state[10:13], wind_W, strict=True)])
     return [
-        static_thrust(speed, share, row)
-        + thrust_change(v_B, w_B, R_WB[6:9], state[6], speed, share, row)
+        rotor_thrust(v_B, w_B, R_WB[6:9], state[6], speed, share, row)
         for speed, share, row in zip(speeds, shares, rotors, strict=True)
     ]
 
 
-@register_jitable
+@register_jitable(forceinline=True)
+def rotor_thrust(
+    v_B: Signal,
+    w_B: Signal,
+    up_B: Signal,
+    height: Scalar,
+    speed: Scalar,
+    share: Scalar,
+    rotor: Signal,
+) -> Scalar:
+    """Return a rotor's thrust [N]; the arguments are those of `thrust_change`."""
+    change = thrust_change(v_B, w_B, up_B, height, speed, share, rotor)
+    return static_thrust(speed, share, rotor) + change
+
+
+@register_jitable(forceinline=True)
 def changes_thrust(rotor: Signal) -> bool:
     """Return whether inflow or ground change the thrust of a rotor, given its row."""
     return bool(rotor[INFLOW] != 0.0 or rotor[GROUND] != 0.0)
@@ -276,7 +291,7 @@ def supplied(
     return voltage * within(command / share, most)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def voltage_share(speeds: Signal, shares: Signal, supply: Signal, rotors: Signal) -> Scalar:
     """Return `loaded` of what rotors draw that turn with speeds (n) [rad/s].
 
@@ -303,7 +318,7 @@ def whole_wrench(load: Load, w_B: Signal) -> Wrench:
     return f_x, f_y, f_z, m_x - g_x, m_y - g_y, m_z - g_z
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def vehicle_wrench(
     R_WB: Signal,
     w_WB_W: Signal,
@@ -336,7 +351,7 @@ def vehicle_wrench(
     v_B = into_body(R_WB, (v_WB_W[0] - wind_W[0], v_WB_W[1] - wind_W[1], v_WB_W[2] - wind_W[2]))
     load = body_drag(v_B, w_B, pressure, p_BoBcm_B) + (0.0, 0.0, 0.0)
     for i in range(len(rotors)):
-        row = rotors[i]
+        row = take_row(rotors[i])
         load = with_thrust(load, speeds[i], slopes[i], given(shares[i]), row)
         wrench = with_rotor_drag(load[0:6], v_B, w_B, speeds[i], row)
         if changes_thrust(row):
@@ -353,7 +368,7 @@ def middle_height(height: Scalar, climb: Scalar, acceleration: Scalar, step: flo
     return height + 0.5 * step * (climb + 0.25 * step * acceleration)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def step_vehicle(
     state: Signal,
     last: Signal,
@@ -393,7 +408,7 @@ def step_vehicle(
     voltage = voltage_share(speeds, shares, supply, rotors)
     known = voltage + (supply[3] - supply[0])
     for i in range(len(rotors)):
-        constants = rotors[i][ANSWER:ROW]
+        constants = take_row(rotors[i])[ANSWER:ROW]
         command = supplied(commands[i], constants[0], voltage, known, supply[2])
         middles[i], slopes[i], next_speeds[i] = step_rotor(command, speeds[i], constants)
     R_WB, w_W, v_W = middle(state, last, step)

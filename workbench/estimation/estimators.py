@@ -393,7 +393,7 @@ def compiled_update(estimator: Estimator) -> Callable[..., None]:
     """
     what, file = f"the estimator {estimator.name}", estimator.file
     if file is None:
-        return compile_cached(estimator.update, SOURCES, what, parts=20)
+        return compile_cached(estimator.update, SOURCES, what, parts=40)
     update = estimator.update
 
     def run(

@@ -2,12 +2,15 @@
 
 import copy
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces, RotationalInertia, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
+from workbench.common.jitable import register_jitable
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_plant
 from workbench.plant.payload import NO_PAYLOAD, Payload
@@ -30,6 +33,10 @@ class Contact:
         description: what flies, without its payload, see `carry`.
         world: where.
         step: of the physics [s].
+
+    Attributes:
+        above_ground: middle in B and radius of the sphere that holds the vehicle (4) [m], where
+            there is nothing but the ground, at z = 0; None where there is more.
     """
 
     def __init__(self, description: Description, world: World, step: float) -> None:
@@ -44,7 +51,10 @@ class Contact:
         self._in_scene = scene_graph.GetMyContextFromRoot(self._root)
         self._forces = plant.get_applied_generalized_force_input_port()
         around = reach(description.model, description.base_link, description.rotors)
-        self._p_BC, self._radius = np.array(around.p_BC), around.radius
+        self._p_BC, self._radius = tuple(map(float, around.p_BC)), around.radius
+        self.above_ground: np.ndarray | None = None
+        if world.ground and not world.names:
+            self.above_ground = np.array([*self._p_BC, self._radius])
         self._drone = plant.GetBodyByName(description.base_link)
         self._at = np.full(13, math.nan)
         self._own = frozenset(plant.GetCollisionGeometriesForBody(self._drone))
@@ -71,13 +81,9 @@ class Contact:
         Args:
             state: of the body (13).
         """
-        distance = self._distance(state)
-        if math.isinf(distance):
-            return math.inf
-        speed = float(np.linalg.norm(state[10:13]))
-        speed += float(np.linalg.norm(self._p_BC)) * float(np.linalg.norm(state[7:10]))
-        root = math.sqrt(speed * speed + 2.0 * FASTEST_CHANGE * max(distance, 0.0))
-        return math.floor((root - speed) / FASTEST_CHANGE / self._step)
+        numbers = state.tolist()
+        distance = self._distance(numbers)
+        return steps_to(distance, numbers, self._p_BC, self._step)
 
     def touches(self, state: np.ndarray) -> bool:
         """Return whether the vehicle penetrates something."""
@@ -112,12 +118,11 @@ class Contact:
         forces = self._plant.CalcInverseDynamics(self._context, acceleration, gravity)
         self._forces.FixValue(self._context, forces)
 
-    def _distance(self, state: np.ndarray) -> float:
+    def _distance(self, state: Sequence[float]) -> float:
         """Return how far the sphere that holds the vehicle is from what stands still [m]."""
-        w, x, y, z = state[:4]
-        axis = np.array([x, y, z])
-        turn = np.cross(axis, self._p_BC)
-        centre = state[4:7] + self._p_BC + 2.0 * (w * turn + np.cross(axis, turn))
+        centre = sphere_centre(state, self._p_BC)
+        if self.above_ground is not None:
+            return centre[2] - self._radius
         query = self._query.Eval(self._in_scene)
         found = [
             each.distance
@@ -125,3 +130,43 @@ class Contact:
             if each.id_G not in self._own
         ]
         return min(found, default=math.inf) - self._radius
+
+
+@register_jitable
+def sphere_centre(state: Any, p_BC: Any) -> tuple[float, float, float]:
+    """Return the middle of a sphere in W (3) [m].
+
+    Args:
+        state: of the body (13).
+        p_BC: that middle in B (3) [m].
+    """
+    w, x, y, z = state[0:4]
+    c_x, c_y, c_z = p_BC
+    t_x = y * c_z - z * c_y
+    t_y = z * c_x - x * c_z
+    t_z = x * c_y - y * c_x
+    return (
+        state[4] + c_x + 2.0 * (w * t_x + y * t_z - z * t_y),
+        state[5] + c_y + 2.0 * (w * t_y + z * t_x - x * t_z),
+        state[6] + c_z + 2.0 * (w * t_z + x * t_y - y * t_x),
+    )
+
+
+@register_jitable
+def steps_to(distance: float, state: Any, p_BC: Any, step: float) -> float:
+    """Return for how many steps a vehicle gets nowhere at a distance for sure.
+
+    Args:
+        distance: from the sphere that holds it [m].
+        state: of the body (13).
+        p_BC: middle of that sphere in B (3) [m].
+        step: [s].
+    """
+    if math.isinf(distance):
+        return math.inf
+    w_x, w_y, w_z, v_x, v_y, v_z = state[7:13]
+    c_x, c_y, c_z = p_BC
+    lever = math.sqrt((c_x * c_x + c_y * c_y + c_z * c_z) * (w_x * w_x + w_y * w_y + w_z * w_z))
+    speed = math.sqrt(v_x * v_x + v_y * v_y + v_z * v_z) + lever
+    root = math.sqrt(speed * speed + 2.0 * FASTEST_CHANGE * max(distance, 0.0))
+    return 1.0 * math.floor((root - speed) / FASTEST_CHANGE / step)

@@ -412,7 +412,7 @@ def check_injection(injection: Injection, law: Controller, rates: Rates) -> None
         return
     if injection.point not in law.points:
         raise unknown_name("loop point", injection.point, law.points)
-    highest = math.pi / rates.control_period
+    highest = math.pi / (law.point_dividers[injection.point] * rates.control_period)
     if not 0.0 < injection.size <= FARTHEST:
         raise WorkbenchError(
             f"the size injected is {injection.size:g}: give it a finite number above 0"
@@ -421,7 +421,7 @@ def check_injection(injection: Injection, law: Controller, rates: Rates) -> None
         raise WorkbenchError(
             f"the injection reaches from {injection.lowest:g} to {injection.highest:g} rad/s: give "
             f"it a lowest frequency of {SLOWEST_LINE:g} rad/s or more, and a highest one above it, "
-            f"up to {highest:.4g} rad/s, half the rate of the law"
+            f"up to {highest:.4g} rad/s, half the rate of the law, or of its part that runs there"
         )
     if not 2 < injection.periods <= MOST_PERIODS:
         raise WorkbenchError(

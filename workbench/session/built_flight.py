@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from pydrake.geometry import Meshcat
 
@@ -25,7 +26,9 @@ from workbench.scenario.configured import (
 from workbench.scenario.scenario import Scenario, check_scenario, flown_controller, flown_tables
 from workbench.scenario.vehicle_parameters import check_settings
 from workbench.session.script import scenario_feedforward, scenario_path
-from workbench.systems.bridge import Bridge
+
+if TYPE_CHECKING:
+    from workbench.systems.bridge import Bridge
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ def build_flight(
     scenario: Scenario,
     settings: Mapping[str, float] | None,
     meshcat: Meshcat | None,
-    bridge: Bridge | None,
+    bridge: "Bridge | None",
     picture_period: float,
     estimator: Estimator | None = None,
 ) -> BuiltFlight:

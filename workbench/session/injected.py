@@ -39,13 +39,17 @@ class Injected:
 
 @dataclass
 class Injecting:
-    """Adds the values of an injection, one each control update.
+    """Adds the values of an injection, one each control update, or each n-th one.
+
+    Where the part of the law that reads the point runs in every n-th update only, a value is held
+    over n of them, and what comes counts in the updates in which that part runs.
 
     Args:
         injection: that was checked.
         place: of its point among those of the controller.
-        first: physics step of its first update.
+        first: physics step from which on it may begin.
         rates: of the flight.
+        divider: n.
 
     Attributes:
         came: signal at each update so far.
@@ -56,13 +60,15 @@ class Injecting:
     place: int
     first: int
     rates: Rates
+    divider: int = 1
     came: array = field(default_factory=lambda: array("d"))
     is_over: bool = False
 
     def __post_init__(self) -> None:
-        wanted, period = self.injection, self.rates.control_period
+        wanted, period = self.injection, self.divider * self.rates.control_period
         self.multisine = multisine(wanted.lowest, wanted.highest, period)
         self._steps = round(period / self.rates.physics_step)
+        self.first = math.ceil(self.first / self._steps) * self._steps  # the part runs then
 
     @property
     def length(self) -> int:

@@ -1,4 +1,4 @@
-"""The Context of a flying workbench: the only file that writes to it, between steps."""
+"""The Context of a flying workbench: what writes to it between steps, with `compiled_flight`."""
 
 import math
 from collections.abc import Mapping
@@ -24,6 +24,7 @@ from workbench.scenario.parameters import SENSOR_KINDS, Parameter, parameter_tab
 from workbench.scenario.scenario import Scenario, Start
 from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Checkpoint, SystemState
+from workbench.session.compiled_flight import CompiledFlight
 from workbench.session.system_states import read_states, write_states
 from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PROBES, SHARES
 from workbench.systems.noise import noise_seed, seed_noise
@@ -62,7 +63,7 @@ class LiveContext:
         """
         self._bench = bench
         self._table = parameter_table(bench.controller)
-        self._period = scenario.rates.control_period
+        self._period, self._step = scenario.rates.control_period, scenario.rates.physics_step
         self._places: dict[str, list[Place]] = {}
         self.simulator = Simulator(bench.diagram)
         self._start(scenario.start)
@@ -92,11 +93,35 @@ class LiveContext:
             begin.suppress_initialization_events = True
         with sentences("the flight could not begin"):
             self.simulator.Initialize(begin)
+        self._moved = False
+        self._flown: list[tuple[np.ndarray, np.ndarray]] = []
 
     @property
     def root(self) -> Context:
         """The whole diagram's, to be read."""
         return self.simulator.get_context()
+
+    def advance(self, step: int) -> None:
+        """Let the Simulator fly up to a step of the physics."""
+        if self._moved:  # what is due now is still to come, as at a checkpoint
+            go_on = InitializeParams()
+            go_on.suppress_initialization_events = True
+            self.simulator.Initialize(go_on)
+            self._moved = False
+        self.simulator.AdvanceTo(step * self._step)
+
+    def advance_compiled(self, flight: CompiledFlight, first: int, last: int) -> int:
+        """Let compiled code fly between steps, see `CompiledFlight.fly`."""
+        self._moved = True
+        root = self.simulator.get_mutable_context()
+        return flight.fly(root, first, last, lambda *rows: self._flown.append(rows))
+
+    def recorded(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return when was recorded (N) [s], and what (N, size) each."""
+        recorder = self._bench.recorder
+        if not self._flown:
+            return recorder.times(self.root), recorder.signals(self.root)
+        return recorder.with_rows(self.root, self._flown)
 
     def start_program(self) -> None:
         """Start the program that runs the law, see `FlightComputer.start_program`."""
@@ -244,6 +269,7 @@ class LiveContext:
         state = [*before.state[:MEMORY]]
         if law.memory:
             state.append(tuple(known.get(each.name, each.initial) for each in law.memory))
+        state += here.state[len(state) :]
         parameters = [
             (*own, *designed),
             before.parameters[SHARES],

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from numbers import Real
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -30,9 +31,6 @@ from workbench.control.mode import FlightMode, Reason, Request
 from workbench.diagram.kept_samples import read_samples
 from workbench.diagram.workbench import PICTURE_PERIOD
 from workbench.dynamics.air.settings import gust_settings, push_settings
-from workbench.link.authority import SCRIPT_FLIES, Limits
-from workbench.link.backplane import Sampled
-from workbench.link.topics import Topic
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.scenario.configured import tell_start
@@ -48,6 +46,7 @@ from workbench.scenario.scenario import (
 from workbench.scenario.vehicle_parameters import vehicle_parameters
 from workbench.session.built_flight import BuiltFlight, build_flight
 from workbench.session.checkpoint import Checkpoint
+from workbench.session.compiled_flight import CompiledFlight, why_not_compiled
 from workbench.session.injected import Injected, Injecting
 from workbench.session.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.session.observation import observe
@@ -55,11 +54,20 @@ from workbench.session.pilot_numbers import check_height, finite, place_above
 from workbench.session.recording import Recording
 from workbench.session.script import Script
 from workbench.session.snapshot import Snapshot
-from workbench.systems.bridge import Bridge
 from workbench.systems.frame_poses import FrameTransforms
 from workbench.systems.pilot import commanded, gone_to, requested
 from workbench.systems.sensors.readings import Reading
 from workbench.systems.sensors.samples import Samples
+
+if TYPE_CHECKING:  # the network takes a tenth of the time that Drake does to load
+    from workbench.link.backplane import Sampled
+    from workbench.link.topics import Topic
+    from workbench.systems.bridge import Bridge
+
+ENGINES = ("diagram", "compiled")
+"""What may fly."""
+LOOK = 0.125
+"""So long flies the diagram where compiled code cannot, before that is tried again [s]."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +89,7 @@ class Session:
     """Builds a scenario's diagram and flies it.
 
     Attributes:
-        exchange: how the exchange went with a program that ran the law, see `Program.report`.
-        records: what that recorded, see `Program.records`.
+        records: what a program that ran the law recorded, see `Program.records`.
 
     Args:
         scenario: what to fly; the default one hovers.
@@ -90,9 +97,12 @@ class Session:
         meshcat: where to draw, if anywhere.
         bridge: to who listens or commands, if anybody.
         picture_period: between pictures in Meshcat [s], infinite where `draw` alone makes them.
+        engine: "diagram", or "compiled", which flies the same numbers without Drake, a thousand
+            times as fast as real time; where the vehicle may touch the ground, while Python runs
+            the law and while something is injected the diagram flies on, until that is over.
 
     Raises:
-        WorkbenchError: if the scenario cannot be built.
+        WorkbenchError: if the scenario cannot be built, or has what compiled code does not fly.
     """
 
     def __init__(
@@ -100,9 +110,13 @@ class Session:
         scenario: Scenario | None = None,
         settings: Mapping[str, float] | None = None,
         meshcat: Meshcat | None = None,
-        bridge: Bridge | None = None,
+        bridge: "Bridge | None" = None,
         picture_period: float = PICTURE_PERIOD,
+        engine: str = "diagram",
     ) -> None:
+        if engine not in ENGINES:
+            raise unknown_name("engine", engine, ENGINES)
+        self._engine = engine
         self.scenario = at_own_period(scenario or Scenario())
         self._settings, self._bridge = dict(settings or {}), bridge
         self._build = partial(
@@ -117,7 +131,7 @@ class Session:
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
         self._injecting: Injecting | None = None
         self._runs_programs = False
-        self.exchange: Mapping[str, float] = {}
+        self._exchange: Mapping[str, float] = {}
         self.records: Mapping[str, bytes] = {}
         self.reset()
         obstacles = self._bench.obstacles
@@ -125,8 +139,14 @@ class Session:
             tell_start(*near)
 
     def reset(self) -> None:
-        """Begin again from the scenario's start, with the values it was built with."""
+        """Begin again from the scenario's start, with the values it was built with.
+
+        A program that ran the law and has ended is started anew at the next tick.
+        """
         self._use(self._first)
+        if self.ended:
+            self.end_program()
+            self._exchange = {}
         self.scenario = self._first.scenario
         self._begin(None)
 
@@ -320,7 +340,8 @@ class Session:
             rates = self.scenario.rates
             place = self.controller.point_names.index(injection.point)
             first = round(self._live.next_update / rates.physics_step)
-            self._injecting = Injecting(injection, place, first, rates)
+            divider = self.controller.point_dividers[injection.point]
+            self._injecting = Injecting(injection, place, first, rates, divider)
 
     @property
     def injecting(self) -> float | None:
@@ -367,12 +388,34 @@ class Session:
             yield
         finally:
             self._runs_programs = False
-            self._end_program()
+            self.end_program()
 
     @property
     def program(self) -> Program | None:
         """What runs the law, where it is a program of its own that runs."""
         return self._bench.computer.program
+
+    @property
+    def exchange(self) -> Mapping[str, float]:
+        """How the exchange with that program went since its start, see `Program.report`."""
+        return self.program.report() if self.program else self._exchange
+
+    @property
+    def ended(self) -> str:
+        """Why that program has ended in flight, and what to do, as one sentence; "" else.
+
+        The flight goes on, with rotors that stop, and its mode stays what it was.
+        """
+        return self._bench.computer.ended
+
+    def end_program(self) -> None:
+        """End the program that runs the law, and keep what it has to say of the flight.
+
+        The next tick starts another.
+        """
+        if program := self._bench.computer.program:
+            self._exchange, self.records = program.report(), program.records()
+            self._bench.computer.end_program()
 
     def tick(self, duration: float) -> None:
         """Fly on for a time [s]; what does not make a whole physics step is owed to the next tick.
@@ -390,6 +433,8 @@ class Session:
         while self._steps < target:
             for action in self._script.due(self._steps):
                 if self._bridge and action.flies:  # it comes before clients, as an operator does
+                    from workbench.link.authority import SCRIPT_FLIES
+
                     self._bridge.authority.begin(self.time, SCRIPT_FLIES)
                 if action.controller is not None:
                     self._take_over(action.controller, action.interpreted)
@@ -406,11 +451,11 @@ class Session:
                 progress((index + 1) / slices)
 
     @property
-    def topics(self) -> tuple[Topic, ...]:
+    def topics(self) -> "tuple[Topic, ...]":
         """What is published; nothing without a bridge."""
         return self._bench.topics
 
-    def drain(self) -> list[Sampled]:
+    def drain(self) -> "list[Sampled]":
         """Return what was published since the last call, of the last 20 s at most."""
         return self._bridge.drain() if self._bridge else []
 
@@ -509,11 +554,27 @@ class Session:
     def _use(self, built: BuiltFlight) -> None:
         """Fly what was built from now on."""
         if built is not self._flown_with:
-            self._end_program()
+            self.end_program()
         self._flown_with = built
         self.controller: Controller = built.controller
         self._table = parameter_table(built.controller)
         self._bench, self._values = built.bench, built.values
+        self._compiled = self._make_compiled(built)
+
+    def _make_compiled(self, built: BuiltFlight) -> CompiledFlight | None:
+        """Return what flies in place of the diagram; None where that flies.
+
+        Raises:
+            WorkbenchError: if it is asked for what it does not fly.
+        """
+        if self._engine != "compiled":
+            return None
+        if reason := why_not_compiled(built.scenario, built.bench):
+            raise WorkbenchError(
+                f"compiled code does not fly {reason}: leave it out, or let the diagram fly, as "
+                'Session(engine="diagram")'
+            )
+        return CompiledFlight(built.bench, built.scenario.rates)
 
     def _begin(self, checkpoint: Checkpoint | None) -> None:
         """Begin at a checkpoint, at the start where there is none."""
@@ -559,20 +620,13 @@ class Session:
         self._begin_telemetry()
         self._tell_limits()
 
-    def _end_program(self) -> None:
-        """End the program that runs the law, and keep what it has to say of the flight."""
-        if program := self._bench.computer.program:
-            self.exchange, self.records = program.report(), program.records()
-            self._bench.computer.end_program()
-
     def _begin_telemetry(self) -> None:
         if self._bridge and self._bench.telemetry:
             self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
 
     def _recorded(self) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
         """Return when was recorded (N) [s], and what."""
-        recorder, context = self._bench.recorder, self._live.root
-        time, signals = recorder.times(context), recorder.signals(context)
+        time, signals = self._live.recorded()
         if self._earlier is None:
             return time, signals
         before = self._earlier.signals
@@ -595,6 +649,8 @@ class Session:
     def _tell_limits(self) -> None:
         """Let commands from the network be held to the present limits."""
         if self._bridge:
+            from workbench.link.authority import Limits
+
             self._bridge.settings += 1
             names = ("max_speed", "max_climb_rate", "max_yaw_rate")
             self._bridge.authority.limits = Limits(*map(self.get, names))
@@ -609,11 +665,19 @@ class Session:
 
     def _advance(self, step: int | float) -> None:
         """Simulate up to a step."""
+        target = int(step)
         try:
-            self._live.simulator.AdvanceTo(step * self.scenario.rates.physics_step)
+            while self._steps < target:
+                reached = self._steps
+                if self._compiled and not self.interpreted:
+                    reached = self._live.advance_compiled(self._compiled, self._steps, target)
+                if reached == self._steps:
+                    look = max(1, round(LOOK / self.scenario.rates.physics_step))
+                    reached = min(target, reached + look) if self._compiled else target
+                    self._live.advance(reached)
+                self._steps = reached
         except (RuntimeError, SystemExit) as error:
             reason = " ".join(str(error).split())
             raise FlightBrokenError(
                 f"the flight broke off after {self.time:.3f} s: {reason}"
             ) from error
-        self._steps = int(step)

@@ -55,29 +55,53 @@ class Battery(LeafSystem):
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         charge = context.get_discrete_state(0).CopyToVector()[0]
         duration = context.get_numeric_parameter(0).CopyToVector()[0]
-        power = self._power(context)
-        used = PERIOD * power / self._hover_power / duration
-        discrete_state.set_value([max(0.0, charge - used)])
+        thrusts = self._thrusts.Eval(context).tolist()
+        discrete_state.set_value([self.charge_after(charge, thrusts, duration)])
+
+    def charge_after(self, charge: float, thrusts: list[float], duration: float) -> float:
+        """Return the charge after a period, 0 .. 1.
+
+        Args:
+            charge: before it.
+            thrusts: of the rotors at rest far from the ground (n) [N].
+            duration: that a full battery hovers [s].
+        """
+        used = PERIOD * _power(thrusts) / self._hover_power / duration
+        return max(0.0, charge - used)
+
+    def supply_at(self, charge: float, duration: float, compensation: float) -> list[float]:
+        """Return what it supplies (4), see `vehicle_step.loaded`, to who knows the true charge.
+
+        Args:
+            charge: 0 .. 1.
+            duration: that a full battery hovers [s].
+            compensation: share of its sag that is made up for.
+        """
+        open_circuit = float(np.interp(charge, self._curve[:, 0], self._curve[:, 1]))
+        return [open_circuit, self._drop / duration, compensation, open_circuit]
 
     def _calc_supply(self, context: Context, output: BasicVector) -> None:
         charge = context.get_discrete_state(0).CopyToVector()[0]
         duration, compensation = context.get_numeric_parameter(0).CopyToVector()
-        open_circuit = np.interp(charge, self._curve[:, 0], self._curve[:, 1])
-        known = self._known.Eval(context)[0] if self._known.HasValue(context) else open_circuit
-        output.SetFromVector([open_circuit, self._drop / duration, compensation, known])
+        supply = self.supply_at(charge, duration, compensation)
+        if self._known.HasValue(context):
+            supply[3] = self._known.Eval(context)[0]
+        output.SetFromVector(supply)
 
     def _calc_terminals(self, context: Context, output: BasicVector) -> None:
         assert self._pack
         charge = context.get_discrete_state(0).CopyToVector()[0]
         duration = context.get_numeric_parameter(0).CopyToVector()[0]
-        current = self._pack.capacity * self._power(context) / self._hover_power / duration
+        power = _power(self._thrusts.Eval(context).tolist())
+        current = self._pack.capacity * power / self._hover_power / duration
         full = self._pack.open_circuit_voltage[-1][1]
         open_circuit = full * np.interp(charge, self._curve[:, 0], self._curve[:, 1])
         output.SetFromVector([max(0.0, open_circuit - self._pack.resistance * current), current])
 
-    def _power(self, context: Context) -> float:
-        """Return the sum of the rotors' thrusts to the 3/2 [N^3/2]."""
-        return float(sum(thrust**1.5 for thrust in self._thrusts.Eval(context).tolist()))
+
+def _power(thrusts: list[float]) -> float:
+    """Return the sum of thrusts to the 3/2 [N^3/2]."""
+    return float(sum(thrust**1.5 for thrust in thrusts))
 
 
 def hover_power(vehicle: Vehicle) -> float:

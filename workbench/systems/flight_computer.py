@@ -10,7 +10,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.common.compiled import Compiled, compile_cached
-from workbench.common.errors import WorkbenchError
+from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller, Program
 from workbench.control.flight_law import (
@@ -77,8 +77,10 @@ class FlightComputer(LeafSystem):
         guidance (22): see `guidance.Guidance`.
         feedforward (3): acceleration along a path in W [m/s²]; none where nothing is connected.
         voltage (1): see `guidance.Measured`; that of a full battery where nothing is connected.
-    Output port, which is state:
+    Output ports, which are state:
         commands (n): of the rotors' speeds [rad/s].
+        ended (1): whether the program that runs the law has ended: from then on all commands are
+            zero. Only a controller that is a program has it.
     Numeric parameter 0: the controller's parameters, and what it designs.
     Numeric parameter 1: shares of their thrust that the rotors give (n), all of it to begin with.
     Numeric parameter 2: gates and injections of the loop points, see `loop_points`.
@@ -136,6 +138,10 @@ class FlightComputer(LeafSystem):
         self.DeclareDiscreteState(STAGES)
         if controller.memory:
             self.DeclareDiscreteState(BasicVector(controller.initial_memory))
+        self._ended, self._ended_index = "", None
+        if controller.program:
+            self._ended_index = self.DeclareDiscreteState(1)
+            self.DeclareStateOutputPort("ended", self._ended_index)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     @property
@@ -147,6 +153,11 @@ class FlightComputer(LeafSystem):
     def program(self) -> Program | None:
         """What runs the law, where it is a program of its own that was started."""
         return self._program
+
+    @property
+    def ended(self) -> str:
+        """Why the program that runs the law has ended in flight, and what to do; "" else."""
+        return self._ended
 
     def start_program(self, context: Context) -> None:
         """Start the program that runs the law, if there is one and it does not run yet.
@@ -247,6 +258,7 @@ class FlightComputer(LeafSystem):
 
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""
+        self._ended = ""
         context.SetDiscreteState(COMMANDS, speeds)
         filtered = np.zeros(STAGES)
         filtered[:3] = filtered[SETPOINT : SETPOINT + 3] = velocity
@@ -291,6 +303,8 @@ class FlightComputer(LeafSystem):
         gains.SetFromVector([*own, *designed])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        if self._ended:  # the commands stay zero
+            return
         # Drake hands over the new state as a copy of the old one, and the law reads each number
         # before it writes it; asking for the old one besides would take some microseconds.
         numbers = (
@@ -302,6 +316,15 @@ class FlightComputer(LeafSystem):
         )
         try:
             self._run(*numbers)
+        except FlightBrokenError as error:
+            if self._ended_index is None:
+                raise
+            self._ended = (
+                f"{error} at t = {context.get_time():.3f} s; the rotors stop, and the flight mode "
+                "is held: reset, or fly again, to start it anew"
+            )
+            discrete_state.set_value(self._ended_index, [1.0])
+            discrete_state.get_mutable_value(COMMANDS)[:] = 0.0
         except Exception:
             with own_errors(self._controller.file, "update"):
                 raise
@@ -315,6 +338,15 @@ class FlightComputer(LeafSystem):
             self._reference.Eval(context),
             self._guidance.Eval(context),
             self._feedforward.Eval(context) if has_path else _STRAIGHT,
+            *self.known(context),
+        )
+
+    def known(self, context: Context) -> tuple[Any, ...]:
+        """Return what an update takes besides what comes in, see `flight_law.packed_update`.
+
+        Gains, shares, known constants, probes, estimate of acceleration, settings.
+        """
+        return (
             context.get_numeric_parameter(GAINS).get_value(),
             context.get_numeric_parameter(SHARES).get_value(),
             context.get_numeric_parameter(KNOWN).get_value(),

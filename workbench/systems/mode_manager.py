@@ -27,6 +27,7 @@ class ModeManager(LeafSystem):
         known_charge (1): the same as it is known, by which the drone lands; unconnected, the truth.
         walls (12): see `nearest_obstacle`; unconnected, nothing limits the speed.
         health (4): see `flight_mode.Health`; unconnected, the state is the truth.
+        ended (1): whether the program that runs the law has ended; unconnected, there is none.
     Output ports:
         guidance (22): see `guidance.Guidance`.
         mode (10): see `flight_mode.ModeState`.
@@ -60,6 +61,7 @@ class ModeManager(LeafSystem):
         self._known_charge = self.DeclareVectorInputPort("known_charge", 1)
         self._walls = self.DeclareVectorInputPort("walls", 4 * WALLS)
         self._health = self.DeclareVectorInputPort("health", len(Health._fields))
+        self._ended = self.DeclareVectorInputPort("ended", 1)
         self.guidance_index = self.DeclareDiscreteState(len(Guidance._fields))
         self.mode_index = self.DeclareDiscreteState(len(ModeState._fields))
         self.DeclareStateOutputPort("guidance", self.guidance_index)
@@ -99,6 +101,7 @@ class ModeManager(LeafSystem):
                 if self._known_charge.HasValue(context)
                 else None
             ),
+            ended=self._ended.HasValue(context) and bool(self._ended.Eval(context)[0]),
         )
         state = next_state(state, now, settings)
         guide = guidance(state, now.p_WB, settings)

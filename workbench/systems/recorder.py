@@ -1,6 +1,6 @@
 """The recorder: every signal of a flight in one log, because each log costs time at every step."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +27,27 @@ class Recorder:
 
     def signals(self, root_context: Context) -> dict[str, np.ndarray]:
         """Return everything recorded, (N, size) each."""
-        data = self.log.FindLog(root_context).data().T.copy()
-        return {name: data[:, place] for name, place in self.places.items()}
+        return self._parted(self.log.FindLog(root_context).data().T.copy())
+
+    def with_rows(
+        self, root_context: Context, flown: Sequence[tuple[np.ndarray, np.ndarray]]
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return times (N) [s] and signals (N, size) with rows that compiled code flew.
+
+        Args:
+            root_context: of the diagram.
+            flown: times and rows, piece by piece; where the Simulator goes on behind one it records
+                anew what was there already.
+        """
+        times = np.concatenate([self.times(root_context), *(each for each, _ in flown)])
+        rows = np.concatenate(
+            [self.log.FindLog(root_context).data().T, *(each for _, each in flown)]
+        )
+        times, first = np.unique(times, return_index=True)
+        return times, self._parted(rows[first])
+
+    def _parted(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        return {name: rows[:, place] for name, place in self.places.items()}
 
 
 def add_recorder(

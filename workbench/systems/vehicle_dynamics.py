@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.common.compiled import compile_cached
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import register_jitable, taking
 from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import EDDIES, push_at, wind_at
@@ -96,12 +96,15 @@ TURBULENCE, AREA, DENSITY = (
     AirSettings._fields.index(name) for name in ("turbulence", "drag_area", "air_density")
 )
 
+take_state, take_six, take_four, take_body = taking(13), taking(6), taking(4), taking(16)
+
 SOURCES = (
     "dynamics",
     "estimation/filters.py",
     "estimation/gyro.py",
     "estimation/imu.py",
     "systems/vehicle_dynamics.py",
+    "plant/contact.py",
     "plant/gravity.py",
 )
 """What the compiled steps stand in, below `workbench/`."""
@@ -127,6 +130,13 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         DONE, NEAR where something may be touched and nothing was done, or BROKEN where what comes
         out is no number.
     """
+    places = np.empty(COUNT + 2 * (len(constants) - ROTORS) // ROW)
+    return advance_in(places, time, commands, values, constants, state, memory)
+
+
+@register_jitable(forceinline=True)
+def advance_in(places, time, commands, values, constants, state, memory):  # type: ignore[no-untyped-def]
+    """Do a step in the air as `advance` does, in places (`COUNT` + 2 n) that may be used again."""
     if memory[AWAY] < 1.0:
         return NEAR
     memory[AWAY] -= 1.0
@@ -134,7 +144,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
     rotors = constants[ROTORS:].reshape(-1, ROW)
     n = len(rotors)
     shares, body = values[SHARES : SHARES + n], values[SHARES + n :]
-    noise, middles, slopes = np.empty(COUNT), np.empty(n), np.empty(n)
+    noise, middles, slopes = places[:COUNT], places[COUNT : COUNT + n], places[COUNT + n :]
     number = int(time / period + 0.5)
     if step > 0.0:
         _sample_imu(number, values[SETTINGS:SHARES], constants, state, memory)
@@ -144,16 +154,16 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
     air = wind_at(time, state, noise, values, period, eddies, eddies)
     memory[WIND], memory[WIND + 1], memory[WIND + 2] = air
     after, acceleration = step_vehicle(
-        state,
-        memory[LAST:WIND],
+        take_state(state),
+        take_six(memory[LAST:WIND]),
         memory[SPEEDS : SPEEDS + n],
         commands,
         shares,
         air,
         push_at(time, state, values, period),
         0.5 * values[DENSITY] * values[AREA],
-        constants[SUPPLY:READOUT],
-        body,
+        take_four(constants[SUPPLY:READOUT]),
+        take_body(body),
         rotors,
         step,
         middles,
@@ -172,7 +182,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
     return DONE if math.isfinite(total) else BROKEN
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def _sample(number, every, settings, imu, state, memory):  # type: ignore[no-untyped-def]
     """Return the sample (6) at a step: of a perfect gyro alone where nobody reads the IMU."""
     if imu[ON] == 0.0:
@@ -187,7 +197,7 @@ def _sample(number, every, settings, imu, state, memory):  # type: ignore[no-unt
     return noisy_sample(exact, number, every, fault, bias, imu, seed)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-untyped-def]
     """Let the IMU take a sample, if one is due at this step."""
     period, readout, imu = constants[0], int(constants[READOUT]), constants[IMU:ROTORS]
@@ -252,6 +262,7 @@ def read_imu(time, values, constants, state, memory, reading):  # type: ignore[n
             reading[3 + i] = (memory[SUMS + 3 + i] + pushed) / elapsed
 
 
+@register_jitable
 def gyro_reading(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
     """Write the state (13) with the angular velocity that the gyro gives; this is compiled, too.
 
@@ -271,9 +282,9 @@ def gyro_reading(time, values, constants, state, memory, reading):  # type: igno
         reading[i] = found[i]
 
 
-compiled_imu = compile_cached(read_imu, SOURCES, "the IMU")
-compiled_reading = compile_cached(gyro_reading, SOURCES, "the gyro")
-compiled_advance = compile_cached(advance, SOURCES, "the vehicle's motion")
+compiled_imu = compile_cached(read_imu, SOURCES, "the IMU", parts=28)
+compiled_reading = compile_cached(gyro_reading, SOURCES, "the gyro", parts=46)
+compiled_advance = compile_cached(advance, SOURCES, "the vehicle's motion", parts=84)
 
 
 class VehicleDynamics(LeafSystem):
@@ -409,6 +420,16 @@ class VehicleDynamics(LeafSystem):
         """Return a copy of the state of the body (13)."""
         return np.array(context.get_discrete_state(BODY).value())
 
+    @property
+    def above_ground(self) -> np.ndarray:
+        """See `Contact.above_ground`; nothing where that is none (0 or 4)."""
+        sphere = self._contact.above_ground if self._contact else None
+        return np.empty(0) if sphere is None else sphere
+
+    def step_constants(self) -> np.ndarray:
+        """Return a copy of the constants of `advance`, with a battery that is full."""
+        return self._constants.copy()
+
     def _body(self, payload: Payload) -> np.ndarray:
         """Return the body that flies with a payload, see `rigid_body.RigidBody` (16)."""
         flown = laden(self._vehicle, payload)
@@ -428,7 +449,7 @@ class VehicleDynamics(LeafSystem):
             memory,
         )
         found = compiled_advance(*known)
-        if found == NEAR and self._free(state, memory):
+        if found == NEAR and self.find_free(state, memory):
             found = compiled_advance(*known)
         if found == DONE:
             return
@@ -444,8 +465,13 @@ class VehicleDynamics(LeafSystem):
         state[:] = self._contact.moved(state, acceleration)
         memory[LAST:WIND] = (state[7:13] - before) / self._step
 
-    def _free(self, state: np.ndarray, memory: np.ndarray) -> bool:
-        """Return whether the vehicle touches nothing, and write for how many steps for sure."""
+    def find_free(self, state: np.ndarray, memory: np.ndarray) -> bool:
+        """Return whether the vehicle touches nothing, and write for how many steps for sure.
+
+        Args:
+            state: of the body (13).
+            memory: see `MEMORY`.
+        """
         if memory[AWAY] == TOUCHED and self._contact and self._contact.touches(state):
             return False  # as a step before: measuring the distance would take as long as the step
         steps = self._contact.steps_away(state) if self._contact else np.inf

@@ -236,7 +236,7 @@ def test_a_candidate_with_a_value_that_is_no_number_is_lost_from_the_beginning(e
 
 def test_many_candidates_with_a_seed_each_take_little_memory(engine):
     count = 30_000
-    batch = engine._batch(
+    batch = engine.plan(
         [{}] * count,
         np.zeros(4),
         start_state(engine.vehicle, Start()),

@@ -12,6 +12,7 @@ from workbench.common.jitable import register_jitable
 from workbench.design.rollout.rows import (
     CHARGE,
     CLEARANCE,
+    COUNT,
     HELD,
     LANES,
     LAST,
@@ -48,7 +49,8 @@ from workbench.design.rollout.rows import (
 )
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.dynamics.air.drag import body_drag, with_rotor_drag
-from workbench.dynamics.air.normals import COUNT, draw_normals
+from workbench.dynamics.air.normals import COUNT as NORMALS
+from workbench.dynamics.air.normals import draw_normals
 from workbench.dynamics.air.update import push_at, wind_at
 from workbench.dynamics.rigid_body import accelerations, into_body, middle, moved
 from workbench.dynamics.rotor_response import step_rotor, within
@@ -128,10 +130,19 @@ def weaken(block, rotors, supply):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def discharge(block, supply):  # type: ignore[no-untyped-def]
-    """Update charges, and the voltages without load that follow, as `battery.Battery` does."""
+def discharge(block, supply, steps, step):  # type: ignore[no-untyped-def]
+    """Update charges, and the voltages without load that follow, as `battery.Battery` does.
+
+    Args:
+        block: of the candidates.
+        supply: see `craft.Supply`.
+        steps: of physics in a control period.
+        step: of physics, in the period that this one began.
+    """
     charges, voltages = supply.curve[:, 0].copy(), supply.curve[:, 1].copy()
     for i in range(LANES):
+        if (int(take(block, COUNT, i)) * steps + step) % supply.every != 0:
+            continue
         charge = take(block, CHARGE, i) - supply.used * take(block, POWER, i)
         charge = max(0.0, charge)
         put(block, CHARGE, i, charge)
@@ -159,12 +170,24 @@ def hold_commands(rotors, asked, acting, updates, step):  # type: ignore[no-unty
 
 
 @register_jitable
-def blow(block, lively, air, seeds, number, step, eddies):  # type: ignore[no-untyped-def]
-    """Write wind and push in a step of those in air that is not steady, one by one."""
-    noise = np.empty(COUNT)
+def blow(block, lively, air, seeds, steps, since, step, eddies):  # type: ignore[no-untyped-def]
+    """Write wind and push in a step of those in air that is not steady, one by one.
+
+    Args:
+        block: of the candidates.
+        lively: for whom it is not (m).
+        air: see `Candidates`.
+        seeds: likewise.
+        steps: of physics in a control period.
+        since: the step of physics, in the period that this one began.
+        step: of physics [s].
+        eddies: what the turbulence remembers (m, 6).
+    """
+    noise = np.empty(NORMALS)
     for i in range(len(air)):
         if not lively[i]:
             continue
+        number = int(take(block, COUNT, i)) * steps + since
         draw_normals(seeds[i], number, noise)
         state = take13(block, STATE, i)
         put3(
@@ -177,7 +200,7 @@ def blow(block, lively, air, seeds, number, step, eddies):  # type: ignore[no-un
 
 
 @register_jitable
-def note_lost(block, instant):  # type: ignore[no-untyped-def]
+def note_lost(block):  # type: ignore[no-untyped-def]
     """Note who is lost, see `Rollouts.diverged_at`; return how many are."""
     for i in range(LANES):
         state = take13(block, STATE, i)
@@ -191,7 +214,7 @@ def note_lost(block, instant):  # type: ignore[no-untyped-def]
         now = not size < math.inf or p_z < take(block, CLEARANCE, i)
         now = now or (not upright and (turns or flees))
         if now and lost < 0.0:
-            lost = 1.0 * instant
+            lost = take(block, COUNT, i)
         put(block, LOST, i, lost)
     many = 0
     for i in range(LANES):

@@ -307,6 +307,7 @@ class Schedule(NamedTuple):
         edge_time: when it was given [s], up to a period earlier.
         end: last instant.
         stride: the first and every stride-th instant after it are kept.
+        modes: control periods between updates of the flight mode, where it runs.
     """
 
     step: float
@@ -316,6 +317,7 @@ class Schedule(NamedTuple):
     edge_time: float
     end: int
     stride: int
+    modes: int
 
 
 def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) -> Schedule:
@@ -344,6 +346,7 @@ def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) 
         edge_time=edge_time,
         end=math.floor((edge_time + duration) / step + 1e-6) // steps,
         stride=int(stride),
+        modes=max(1, round(rates.mode_period / rates.control_period)),
     )
 
 
@@ -361,7 +364,7 @@ def compiled_block(controller: Controller, estimator: Estimator | None) -> Calla
         make_fly_block(controller, estimator),
         SOURCES,
         f"flights by the thousand{whose}{what}",
-        parts=210 if estimator else 174,
+        parts=300 if estimator else 260,
         text=controller.digest + (estimator.key if estimator else ""),
         file=str(estimator.file if estimator and estimator.file else controller.file),
         nogil=True,
@@ -440,7 +443,7 @@ class Flown(NamedTuple):
     lost_at: np.ndarray
 
 
-class Batch(NamedTuple):
+class PlannedFlights(NamedTuple):
     """N candidates that fly on the same schedule.
 
     Attributes:
@@ -636,13 +639,13 @@ class RolloutEngine:
         Raises:
             WorkbenchError: if that makes no step, or the gains are not what they should be.
         """
-        batch = self._steps(
+        planned = self._steps(
             gains, axis, amplitude, duration, heading, velocity, stride, variations, seeds
         )
-        curves, flown = batch.curves(VELOCITIES, self._threads, progress, stop)
+        curves, flown = planned.curves(VELOCITIES, self._threads, progress, stop)
         return Rollouts(
             axis=axis,
-            time=batch.time,
+            time=planned.time,
             velocity_W=curves[:, :, 3:],
             angular_velocity_W=curves[:, :, :3],
             peak_rotor_use=flown.peak_use,
@@ -669,14 +672,16 @@ class RolloutEngine:
         Raises:
             WorkbenchError: as `fly` does.
         """
-        batch = self._steps(gains, axis, amplitude, duration, heading, HOVER, 1, variations, seeds)
-        times = batch.time
-        numbers = np.full((batch.size, NUMBERS), np.nan)
+        planned = self._steps(
+            gains, axis, amplitude, duration, heading, HOVER, 1, variations, seeds
+        )
+        times = planned.time
+        numbers = np.full((planned.size, NUMBERS), np.nan)
 
         def keep(first: int, last: int, samples: np.ndarray) -> None:
             compiled_measures(times, samples[:, 0], float(amplitude), numbers[first:last])
 
-        flown = batch.fly((RESPONSES[AXES.index(axis)],), keep, self._threads, progress, stop)
+        flown = planned.fly((RESPONSES[AXES.index(axis)],), keep, self._threads, progress, stop)
         return MeasuredSteps(
             metrics=ResponseMetrics(*numbers[: flown.done].T).withheld(times[-1], amplitude),
             peak_rotor_use=flown.peak_use,
@@ -715,9 +720,9 @@ class RolloutEngine:
             WorkbenchError: if the duration is none, or the arrays are not what they should be.
         """
         schedule = make_schedule(self.rates, 0.0, duration, stride)
-        batch = self._batch(gains, commands, starts, schedule, variations, seeds)
-        states, flown = batch.curves(tuple(range(13)), self._threads, progress, stop)
-        return Flights(batch.time, states, flown.peak_use, flown.lost_at)
+        planned = self.plan(gains, commands, starts, schedule, variations, seeds)
+        states, flown = planned.curves(tuple(range(13)), self._threads, progress, stop)
+        return Flights(planned.time, states, flown.peak_use, flown.lost_at)
 
     def _steps(
         self,
@@ -730,16 +735,16 @@ class RolloutEngine:
         stride: int,
         variations: Sequence[Variation] | None,
         seeds: Sequence[int] | None,
-    ) -> Batch:
+    ) -> PlannedFlights:
         """Return flights of a step with a yaw [rad]."""
         check_step(axis, amplitude)
         commands = np.array(stepped(axis, amplitude, velocity))
         schedule = make_schedule(self.rates, EDGE, duration, stride)
         start = Start(roll_pitch_yaw=[0.0, 0.0, heading], velocity=list(velocity))
         state = start_state(self.vehicle, start)
-        return self._batch(gains, commands, state, schedule, variations, seeds, velocity)
+        return self.plan(gains, commands, state, schedule, variations, seeds, velocity)
 
-    def _batch(
+    def plan(
         self,
         gains: Sequence[Mapping[str, float]] | np.ndarray,
         commands: np.ndarray,
@@ -748,8 +753,21 @@ class RolloutEngine:
         variations: Sequence[Variation] | None,
         seeds: Sequence[int] | None,
         before: Sequence[float] = HOVER,
-    ) -> Batch:
-        """Return flights of candidates."""
+    ) -> PlannedFlights:
+        """Return flights of candidates.
+
+        Args:
+            gains: as for `fly`.
+            commands: as for `fly_from`, and so the next one.
+            starts: see there.
+            schedule: of all.
+            variations: as for `fly`.
+            seeds: see there.
+            before: velocity in W that all are commanded before the edge (3) [m/s].
+
+        Raises:
+            WorkbenchError: as `fly_from` does.
+        """
         rotors = len(self.vehicle.rotors)
         noise = [self._seed] if seeds is None else seeds
         candidates = make_candidates(
@@ -761,21 +779,30 @@ class RolloutEngine:
             crafts, which = self._crafts, np.zeros(count, dtype=int)
         else:
             crafts, which = self._different_crafts(variations, candidates.payloads)
-        return Batch(self.controller, candidates, crafts, which, schedule, self.senses)
+        return PlannedFlights(self.controller, candidates, crafts, which, schedule, self.senses)
 
-    def _designed(self, candidates: Candidates) -> Candidates:
-        """Return candidates with what the controller designs of their gains."""
-        if not self.controller.designed:
-            return candidates
+    def design(self, gains: np.ndarray, payloads: np.ndarray) -> np.ndarray:
+        """Return what the controller designs of gains (N, p), with payloads (N, 8) of each.
+
+        Raises:
+            WorkbenchError: if it cannot.
+        """
         vehicles: dict[Payload, KnownVehicle] = {}
         designed = []
-        for own, payload in zip(candidates.gains.tolist(), candidates.payloads, strict=True):
+        for own, payload in zip(gains.tolist(), payloads, strict=True):
             known = Payload(*payload.tolist()).known
             if known not in vehicles:
                 vehicles[known] = known_vehicle(law_constants(self.vehicle, known))
             dt = self.rates.control_period
             designed.append(self.controller.design_with(own, vehicles[known], dt))
-        return candidates._replace(gains=np.hstack([candidates.gains, np.array(designed)]))
+        return np.array(designed)
+
+    def _designed(self, candidates: Candidates) -> Candidates:
+        """Return candidates with what the controller designs of their gains."""
+        if not self.controller.designed:
+            return candidates
+        designed = self.design(candidates.gains, candidates.payloads)
+        return candidates._replace(gains=np.hstack([candidates.gains, designed]))
 
     def _different_crafts(
         self, variations: Sequence[Variation] | None, payloads: np.ndarray

@@ -15,6 +15,7 @@ import numpy as np
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.control.flight_law import SETPOINT
+from workbench.control.flight_mode import HOVERING
 from workbench.design.rollout.body_loops import (
     blow,
     discharge,
@@ -24,14 +25,8 @@ from workbench.design.rollout.body_loops import (
     weaken,
 )
 from workbench.design.rollout.estimate_loops import make_knowing
-from workbench.design.rollout.gyro_loops import KNOW_TRUTH, fill_gyro
-from workbench.design.rollout.law_loops import (
-    command,
-    make_want,
-    mix_hard,
-    mix_plainly,
-    resolve,
-)
+from workbench.design.rollout.gyro_loops import KNOW_TRUTH, Knowing, fill_gyro
+from workbench.design.rollout.law_loops import make_update
 from workbench.design.rollout.rows import (
     AIR_SIZE,
     ALLOCATION,
@@ -43,16 +38,19 @@ from workbench.design.rollout.rows import (
     COMMAND_SIZE,
     COMMAND_STEPS,
     COMMANDED,
+    COUNT,
     EFFECTS,
     FILTERED,
     GAINS,
     HALF,
     HELD,
     HOLD,
+    HOLDING,
     IDLE,
     KNOWN,
     LANES,
     LOST,
+    MODE,
     MOST,
     MOTOR,
     OPEN_CIRCUIT,
@@ -97,37 +95,42 @@ def fill(block, rotors, candidates, crafts, schedule):  # type: ignore[no-untype
     """Fill a block; where there are fewer than 16, the last one flies in the others' places."""
     many = len(candidates.gains)
     for i in range(LANES):
-        c = min(i, many - 1)
-        for k in range(STATE_SIZE):
-            put(block, STATE + k, i, candidates.starts[c, k])
-        for k in range(3):
-            put(block, FILTERED + k, i, candidates.starts[c, 10 + k])
-            put(block, FILTERED + SETPOINT + k, i, candidates.starts[c, 10 + k])
-            put(block, HOLD + k, i, candidates.starts[c, 4 + k])
-            put(block, WIND + k, i, candidates.air[c, k])
-        for k in range(candidates.gains.shape[1]):
-            put(block, GAINS + k, i, candidates.gains[c, k])
-        for k in range(BODY_SIZE):
-            put(block, BODY + k, i, crafts.body[c, k])
-        for k in range(RIGID_SIZE):
-            put(block, RIGID + k, i, crafts.rigid[c, k])
-        put(block, PRESSURE, i, 0.5 * candidates.air[c, DENSITY] * candidates.air[c, AREA])
-        put(block, CLEARANCE, i, crafts.clearances[c])
-        put(block, CHARGE, i, 1.0)
-        put(block, OPEN_CIRCUIT, i, 1.0)
-        put(block, VOLTAGE, i, 1.0)
-        setpoint, derivative, steps = candidates.computers[c]
-        sections = lowpass(setpoint, 1.0, schedule.period) + lowpass(
-            derivative, 1.0, schedule.period
-        )
-        for k in range(len(sections)):
-            put(block, SECTIONS + k, i, sections[k])
-        put(block, COMMAND_STEPS, i, steps)
-        fill_gyro(block, i, candidates.gyros[c], schedule)
-        # comparisons with NaN are false: a limit that is none would be no limit
-        put(block, LOST, i, -1.0 if _is_whole(candidates, c) else 0.0)
-        for number in range(len(rotors)):
-            _fill_rotor(block, rotors[number], i, c, number, candidates, crafts)
+        fill_lane(block, rotors, i, min(i, many - 1), candidates, crafts, schedule)
+
+
+@register_jitable
+def fill_lane(block, rotors, i, c, candidates, crafts, schedule):  # type: ignore[no-untyped-def]
+    """Let a candidate begin in a lane whose numbers are zeros, but for what its law remembers."""
+    for k in range(STATE_SIZE):
+        put(block, STATE + k, i, candidates.starts[c, k])
+    for k in range(3):
+        put(block, FILTERED + k, i, candidates.starts[c, 10 + k])
+        put(block, FILTERED + SETPOINT + k, i, candidates.starts[c, 10 + k])
+        put(block, HOLD + k, i, candidates.starts[c, 4 + k])
+        put(block, WIND + k, i, candidates.air[c, k])
+    for k in range(candidates.gains.shape[1]):
+        put(block, GAINS + k, i, candidates.gains[c, k])
+    for k in range(BODY_SIZE):
+        put(block, BODY + k, i, crafts.body[c, k])
+    for k in range(RIGID_SIZE):
+        put(block, RIGID + k, i, crafts.rigid[c, k])
+    put(block, PRESSURE, i, 0.5 * candidates.air[c, DENSITY] * candidates.air[c, AREA])
+    put(block, CLEARANCE, i, crafts.clearances[c])
+    put(block, CHARGE, i, 1.0)
+    put(block, OPEN_CIRCUIT, i, 1.0)
+    put(block, VOLTAGE, i, 1.0)
+    put(block, MODE, i, HOVERING)
+    put(block, HOLDING, i, 1.0)
+    setpoint, derivative, steps = candidates.computers[c]
+    sections = lowpass(setpoint, 1.0, schedule.period) + lowpass(derivative, 1.0, schedule.period)
+    for k in range(len(sections)):
+        put(block, SECTIONS + k, i, sections[k])
+    put(block, COMMAND_STEPS, i, steps)
+    fill_gyro(block, i, candidates.gyros[c], schedule)
+    # comparisons with NaN are false: a limit that is none would be no limit
+    put(block, LOST, i, -1.0 if _is_whole(candidates, c) else 0.0)
+    for number in range(len(rotors)):
+        _fill_rotor(block, rotors[number], i, c, number, candidates, crafts)
 
 
 @register_jitable
@@ -191,9 +194,10 @@ def make_fly_block(
         controller: whose law flies.
         estimator: that tells it the motion; the truth is told without one.
     """
-    want = make_want(controller)
     knowing = make_knowing(estimator) if estimator else KNOW_TRUTH
-    begin, sample, know, sense, is_due, measure, rests = knowing
+    begin, rests = knowing.begin, knowing.rests
+    whose = f"{controller.key}_{estimator.key}" if estimator else controller.key
+    fly_period = make_fly_period(make_update(controller), knowing, whose)
     memory = np.repeat(np.array(controller.initial_memory), LANES)
 
     def fly_block(candidates, crafts, schedule, hearing, kept, samples, use, lost):  # type: ignore[no-untyped-def]
@@ -214,24 +218,15 @@ def make_fly_block(
         block, rotors = np.zeros(fixed + len(memory)), np.zeros((n, ROTOR_ROWS * LANES))
         block[fixed:] = memory
         fill(block, rotors, candidates, crafts, schedule)
-        samples_imus, imus, sensors, every, told = begin(block, candidates, hearing, schedule)
+        hears = begin(block, candidates, hearing, schedule)
         coarse = candidates.computers[:, 2].any()
         give_commands(block, candidates.before)
-        blades = crafts.turning[:, :, 6:8].any()
-        changes = crafts.turning[:, :, INFLOW:ANSWER].any()
+        effects = find_effects(crafts)
         sags = len(crafts.supply.curve) > 0
         lively = is_lively(candidates.air)
-        pushed = lively.any()
         eddies = np.zeros((many, EDDIES))
-        seen = np.empty((crafts.seen[:, 0].max() + 1, STATES))
-        seen[:] = block[:STATES]
-        asked = np.empty((crafts.acting[:, 0].max() + 1, n, LANES))
-        for age in range(len(asked)):
-            _ask(rotors, asked[age])
-        looks, acts = (
-            _steps_of(crafts.seen, schedule.steps),
-            _steps_of(crafts.acting, schedule.steps),
-        )
+        rings = make_rings(block, rotors, crafts, schedule)
+        seen, asked = rings[0], rings[1]
         calm, hold = block, rotors  # as they were when some hovered without moving
         still = np.zeros(LANES, dtype=np.bool_)
         updates = 0
@@ -246,57 +241,24 @@ def make_fly_block(
                     _keep(block, kept, samples[since // schedule.stride])
             if instant == schedule.end:
                 break
-            if samples_imus:
-                sample(block, imus, instant * schedule.steps, 0)
-            know(sensors, instant, schedule.period)
-            _look(block, seen, crafts.seen, updates, 0, sense, told)
-            _see(block, seen, crafts.seen, updates, sense, told)
-            if sags:
-                weaken(block, rotors, crafts.supply)
-            want(block, rotors, crafts.estimate, float(instant))
-            mix_plainly(block, rotors)
-            mix_hard(block, rotors, candidates.shares, crafts.rotors)
-            command(block, rotors, instant >= schedule.edge)
-            if coarse:
-                resolve(block, rotors)
-            _ask(rotors, asked[updates % len(asked)])
-            for step in range(schedule.steps):
-                number = instant * schedule.steps + step
-                if samples_imus and step > 0:
-                    sample(block, imus, number, step)
-                if step > 0 and looks[step]:
-                    _look(block, seen, crafts.seen, updates, step, sense, told)
-                if is_due(every, number):
-                    measure(block, sensors, number, schedule.step)
-                if acts[step]:
-                    hold_commands(rotors, asked, crafts.acting, updates, step)
-                if pushed:
-                    blow(
-                        block,
-                        lively,
-                        candidates.air,
-                        candidates.seeds,
-                        number,
-                        schedule.step,
-                        eddies,
-                    )
-                if sags:
-                    weaken(block, rotors, crafts.supply)
-                    if number % crafts.supply.every == 0:
-                        discharge(block, crafts.supply)
-                move(
-                    block,
-                    rotors,
-                    blades,
-                    changes,
-                    sags,
-                    crafts.supply.compensation,
-                    pushed,
-                    schedule.step,
-                )
+            count_from(block, instant)
+            fly_period(
+                block,
+                rotors,
+                candidates.shares,
+                crafts,
+                (candidates.air, candidates.seeds, lively, eddies),
+                rings,
+                hears,
+                effects,
+                schedule,
+                (instant, updates),
+                instant >= schedule.edge,
+                coarse,
+            )
             updates += 1
             instant += 1
-            if note_lost(block, instant) == LANES:
+            if note_lost(block) == LANES:
                 _keep_nothing(samples, instant, schedule)
                 break
             if rests and instant == STILL_PERIODS and instant < schedule.edge and not sags:
@@ -307,8 +269,117 @@ def make_fly_block(
             lost[i] = int(take(block, LOST, i))
             use[i] = _use(rotors, i, lost[i] < 0)
 
-    whose = f"{controller.key}_{estimator.key}" if estimator else controller.key
     return unique(fly_block, whose)
+
+
+def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> Callable[..., None]:
+    """Return a control period of a block.
+
+    Args:
+        update: what commands the rotors, see `law_loops.make_update`.
+        knowing: how it knows the motion.
+        key: see `jitable.unique`.
+    """
+    _, sample, know, sense, is_due, measure, _ = knowing
+
+    @register_jitable(forceinline=True)
+    def fly_period(  # type: ignore[no-untyped-def]
+        block,
+        rotors,
+        shares,
+        crafts,
+        around,
+        rings,
+        hears,
+        effects,
+        schedule,
+        numbers,
+        noted,
+        coarse,
+    ):
+        """Fly on for a control period.
+
+        Args:
+            block: of m candidates.
+            rotors: blocks of the rotors.
+            shares: of their thrust that they give (m, n).
+            crafts: of the candidates.
+            around: settings of the air and what its noise starts from, for whom it is not steady,
+                and what the turbulence remembers.
+            rings: see `make_rings`.
+            hears: see `Knowing.begin`.
+            effects: see `find_effects`.
+            schedule: see `Schedule`.
+            numbers: of the period, as sensors count it, and of updates before it.
+            noted: whether peaks of the rotors' speeds are.
+            coarse: whether anybody's commands come in steps.
+        """
+        air, seeds, lively, eddies = around
+        seen, asked, looks, acts = rings
+        samples_imus, imus, sensors, every, told = hears
+        blades, changes = effects
+        instant, updates = numbers
+        supply, pushed = crafts.supply, lively.any()
+        sags = len(supply.curve) > 0
+        if samples_imus:
+            sample(block, imus, instant * schedule.steps, 0)
+        know(sensors, instant, schedule.period)
+        _look(block, seen, crafts.seen, updates, 0, sense, told)
+        _see(block, seen, crafts.seen, updates, sense, told)
+        if sags:
+            weaken(block, rotors, supply)
+        update(block, rotors, shares, crafts.rotors, schedule, crafts.estimate, noted, coarse)
+        _ask(rotors, asked[updates % len(asked)])
+        for step in range(schedule.steps):
+            number = instant * schedule.steps + step
+            if samples_imus and step > 0:
+                sample(block, imus, number, step)
+            if step > 0 and looks[step]:
+                _look(block, seen, crafts.seen, updates, step, sense, told)
+            if is_due(every, number):
+                measure(block, sensors, number, schedule.step)
+            if acts[step]:
+                hold_commands(rotors, asked, crafts.acting, updates, step)
+            if pushed:
+                blow(block, lively, air, seeds, schedule.steps, step, schedule.step, eddies)
+            if sags:
+                weaken(block, rotors, supply)
+                discharge(block, supply, schedule.steps, step)
+            move(block, rotors, blades, changes, sags, supply.compensation, pushed, schedule.step)
+        for i in range(LANES):
+            put(block, COUNT, i, take(block, COUNT, i) + 1.0)
+
+    return unique(fly_period, key)
+
+
+@register_jitable
+def find_effects(crafts):  # type: ignore[no-untyped-def]
+    """Return whether blades have drag, and whether inflow or ground change any thrust."""
+    return crafts.turning[:, :, 6:8].any(), crafts.turning[:, :, INFLOW:ANSWER].any()
+
+
+@register_jitable
+def make_rings(block, rotors, crafts, schedule):  # type: ignore[no-untyped-def]
+    """Return what is on its way where sensing or commands come late, as at the start of a flight.
+
+    Returns:
+        States of the last updates, and commands of these, each a ring; and at which steps of a
+        period there is something to do for anybody's delay of either.
+    """
+    seen = np.empty((crafts.seen[:, 0].max() + 1, STATES))
+    seen[:] = block[:STATES]
+    asked = np.empty((crafts.acting[:, 0].max() + 1, len(rotors), LANES))
+    for age in range(len(asked)):
+        _ask(rotors, asked[age])
+    looks = steps_of(crafts.seen, schedule.steps)
+    return seen, asked, looks, steps_of(crafts.acting, schedule.steps)
+
+
+@register_jitable
+def count_from(block, instant):  # type: ignore[no-untyped-def]
+    """Let it be a number of control periods since all of them began."""
+    for i in range(LANES):
+        put(block, COUNT, i, 1.0 * instant)
 
 
 @register_jitable
@@ -325,7 +396,7 @@ def _use(rotors, i, flies):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _steps_of(delays, steps):  # type: ignore[no-untyped-def]
+def steps_of(delays, steps):  # type: ignore[no-untyped-def]
     """Return at which steps of a period there is something to do for anybody's delay."""
     found = np.zeros(steps, dtype=np.bool_)
     for i in range(len(delays)):

@@ -32,6 +32,7 @@ from workbench.design.rollout.rows import (
     COMMAND,
     COMMAND_STEPS,
     COMMANDED,
+    COUNT,
     EFFECTS,
     EFFORT,
     FILTERED,
@@ -39,6 +40,7 @@ from workbench.design.rollout.rows import (
     HALF,
     HARD,
     HOLD,
+    HOLDING,
     IDLE,
     KNOWN,
     LANES,
@@ -88,7 +90,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
     put_memory = writer(len(controller.memory), controller.key, remembered, "b, i")
 
     @register_jitable
-    def want(block, rotors, estimate, count):  # type: ignore[no-untyped-def]
+    def want(block, rotors, estimate):  # type: ignore[no-untyped-def]
         """Write the wanted efforts, and step the estimates of acceleration and the memories."""
         share, rate = estimate
         for i in range(LANES):
@@ -131,7 +133,8 @@ def make_want(controller: Controller) -> Callable[..., None]:
                 take(block, BODY + 18, i),
                 take(block, BODY + 19, i),
             )
-            guidance = (1.0, 1.0, 1.0, 0.0, 1.0, 1.0) + take3(block, HOLD, i) + NO_BRAKE
+            hold = take(block, HOLDING, i)
+            guidance = (1.0, 1.0, 1.0, 0.0, hold, hold) + take3(block, HOLD, i) + NO_BRAKE
             setpoint = Setpoint(take8(block, COMMAND, i), guidance, (0.0, 0.0, 0.0))
             section, states = take9(block, SECTIONS, i), take4(block, FILTERED + SETPOINT, i)
             setpoint, asked = smoothed_setpoint(section, states, setpoint)
@@ -149,7 +152,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
                 dt,
                 constants,
                 None,
-                count,
+                take(block, COUNT, i),
             )
             force, m_x, m_y, m_z = wanted
             kept = kept_share(g, constants.spin_up_time, dt)
@@ -161,6 +164,44 @@ def make_want(controller: Controller) -> Callable[..., None]:
             put_memory(block, i, after)
 
     return unique(want, controller.key)
+
+
+def make_update(controller: Controller) -> Callable[..., None]:
+    """Return a control update with a controller's law.
+
+    Raises:
+        WorkbenchError: if it cannot be compiled.
+    """
+    want = make_want(controller)
+
+    @register_jitable
+    def update(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):  # type: ignore[no-untyped-def]
+        """Write the commands of the rotors.
+
+        Args:
+            block: of the candidates.
+            rotors: blocks of the rotors.
+            shares: of their thrust that these give (m, n).
+            law_rotors: see `craft.Crafts` (m, n, 12).
+            schedule: see `Schedule`.
+            estimate: see `acceleration_estimate.sampled_estimate`.
+            noted: whether peaks of the speeds are.
+            coarse: whether anybody's commands come in steps.
+        """
+        want(block, rotors, estimate)
+        allocate(block, rotors, shares, law_rotors, noted, coarse)
+
+    return unique(update, controller.key)
+
+
+@register_jitable
+def allocate(block, rotors, shares, law_rotors, noted, coarse):  # type: ignore[no-untyped-def]
+    """Write the commands that make the wanted efforts, see `make_update`."""
+    mix_plainly(block, rotors)
+    mix_hard(block, rotors, shares, law_rotors)
+    command(block, rotors, noted)
+    if coarse:
+        resolve(block, rotors)
 
 
 @register_jitable

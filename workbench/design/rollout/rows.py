@@ -73,7 +73,13 @@ GYRO = GYRO_FILTER + COEFFICIENTS
 """States of the gyro's filters (12), and the angular velocity in B of its last sample (3)."""
 GYRO_EVERY = GYRO + STATES + 3
 """Steps of physics between two of its samples; 0 where it filters nothing."""
-GAINS = GYRO_EVERY + 1
+COUNT = GYRO_EVERY + 1
+"""Control periods since it began."""
+MODE = COUNT + 1
+"""See `mode.FlightMode`, where the flight mode runs; and so the next one."""
+HOLDING = MODE + 1
+"""1 while a place is held that no pilot steers away from."""
+GAINS = HOLDING + 1
 """Those of the controller, as many as it has; and behind them what its law remembers."""
 
 SPEED, MIDDLE, SLOPE, THRUST, COMMANDED, HELD, SHARE, IDLE, MOST, MOTOR, HALF, PEAK = range(12)

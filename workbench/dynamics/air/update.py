@@ -17,7 +17,7 @@ EDDIES = 6
 """Size of what the turbulence remembers."""
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def gust_share(time: float, start: float, duration: float) -> float:
     """Return how much of its peak a gust has, 0 .. 1.
 
@@ -29,7 +29,7 @@ def gust_share(time: float, start: float, duration: float) -> float:
     return 0.5 * (1.0 - math.cos(2.0 * math.pi * (time - start) / duration))
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def push_share(time: float, period: float, start: float, duration: float) -> float:
     """Return the share of the period from `time` on in which a push acts: its impulse is exact."""
     begin = max(time, start)
@@ -37,7 +37,7 @@ def push_share(time: float, period: float, start: float, duration: float) -> flo
     return max(0.0, end - begin) / period
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def wind_at(
     time: float,
     state: Signal,
@@ -85,7 +85,7 @@ def wind_at(
     )
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def push_at(time: float, state: Signal, settings: Signal, period: float) -> tuple[Any, ...]:
     """Return force [N] and moment about the body's origin [N·m] of the push, in W (6).
 
@@ -100,6 +100,8 @@ def push_at(time: float, state: Signal, settings: Signal, period: float) -> tupl
     """
     p_x, p_y, p_z, at_x, at_y, at_z, torque_x, torque_y, torque_z, start, duration = settings[9:20]
     share = push_share(time, period, start, duration)
+    if share == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     force = (share * p_x, share * p_y, share * p_z)
     R_WB = rotation(state[0:4])
     arm = (

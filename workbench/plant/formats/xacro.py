@@ -5,10 +5,9 @@ import json
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
-from importlib import metadata
 from pathlib import Path
 
-from workbench.common.cache import cache_folder
+from workbench.common.cache import cache_folder, release
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError, run_limited
 from workbench.plant.formats.xacro_arguments import MissingArgumentsError, XacroArgument
@@ -102,7 +101,7 @@ def keep_expansion(request: dict[str, object], text: str, read: Sequence[str]) -
 
 def _place(request: dict[str, object]) -> Path:
     """Return the file for a request."""
-    asked = json.dumps([request, metadata.version("xacro"), str(Path.cwd())], sort_keys=True)
+    asked = json.dumps([request, release("xacro"), str(Path.cwd())], sort_keys=True)
     return cache_folder("xacro") / f"{hashlib.sha256(asked.encode()).hexdigest()[:24]}.json"
 
 

@@ -4,7 +4,6 @@ import html
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from urllib.parse import unquote
 
 MOST_BYTES = 64_000_000
 """Of one side file."""
@@ -33,6 +32,8 @@ def find_side_file(mesh_file: Path, name: str) -> Path | None:
     """
     folder = mesh_file.parent
     package = folder.parent if folder.parent != folder.parent.parent else folder
+    from urllib.parse import unquote  # slow to load, and most meshes name no other file
+
     plain = unquote(html.unescape(name)).strip().replace("\\", "/")
     last = plain.rpartition("/")[2]
     textures = folder.parent / "materials" / "textures"

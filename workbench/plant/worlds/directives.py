@@ -40,7 +40,7 @@ from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import read_xml
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.geometry import drawn_if_none
-from workbench.plant.worlds.tagged import TaggedLoader
+from workbench.plant.worlds.tagged import tagged_loader
 from workbench.plant.worlds.world import Obstacle
 
 DEEPEST = 20
@@ -123,7 +123,7 @@ class Includes:
                 yield from self._of_uri(element.findtext("uri", ""), file.path)
 
     def _in_directives(self, path: Path) -> Iterator[_File]:
-        items = read_yaml(path, TaggedLoader).data.get("directives")
+        items = read_yaml(path, tagged_loader()).data.get("directives")
         for item in items if isinstance(items, list) else []:
             for kind, words in item.items() if isinstance(item, dict) else []:
                 uri = words.get("file") if isinstance(words, dict) else None
@@ -249,7 +249,7 @@ def _fails(items: Sequence[yaml.Node], finder: PackageFinder) -> bool:
 
 def _items(file: YamlFile) -> list[yaml.Node]:
     """Return the directives with their tags."""
-    root = yaml.compose(file.text, Loader=TaggedLoader)
+    root = yaml.compose(file.text, Loader=tagged_loader())
     return next((node.value for key, node in root.value if key.value == "directives"), [])
 
 

@@ -1,6 +1,5 @@
 """A world as records: obstacles that stand, obstacles that move, and where on the earth it lies."""
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from workbench.common.errors import unknown_name
 from workbench.plant.home import Home
 from workbench.plant.remarks import Remark
+from workbench.plant.worlds.outline import Course
 
 GROUND = "ground"
 """The name of the half space below z = 0, which no obstacle may have."""
@@ -54,9 +54,7 @@ class MovingObstacle:
 
     def pose(self, time: float) -> RigidTransform:
         """Return X_WO at a time of the flight [s]."""
-        if self.repeat:
-            time = math.fmod(time, self.times[-1])
-        x, y, z, yaw = (np.interp(time, self.times, row) for row in np.transpose(self.corners))
+        x, y, z, yaw = Course(self.times, self.corners, self.repeat).at(time)
         return RigidTransform(RollPitchYaw(0.0, 0.0, yaw), np.array([x, y, z]))
 
 

@@ -14,9 +14,8 @@ from workbench.plant.formats.values import LARGEST, shortened
 from workbench.plant.home import STRONGEST_FIELD, Home, Triple
 from workbench.plant.packages import PackageFinder
 from workbench.plant.shapes import Box, Capsule, Cylinder, Shape, Sphere
-from workbench.plant.worlds.directives import read_directives
 from workbench.plant.worlds.geometry import Colour, collision, solid, visual
-from workbench.plant.worlds.tagged import TaggedLoader
+from workbench.plant.worlds.tagged import tagged_loader
 from workbench.plant.worlds.world import MovingObstacle, Obstacle, World, first_twice
 
 LONGEST_NAME = 100
@@ -167,7 +166,7 @@ def read_world_yaml(path: Path, packages: Mapping[str, Path | str]) -> World:
     Raises:
         WorkbenchError: naming file and line of what is wrong.
     """
-    file = read_yaml(path, TaggedLoader)
+    file = read_yaml(path, tagged_loader())
     check_schema(file, WorldWords)
     words = _words(file)
     if len(words.moving) > MOST_MOVING:
@@ -177,6 +176,8 @@ def read_world_yaml(path: Path, packages: Mapping[str, Path | str]) -> World:
         _obstacle(file, ("obstacles", index), each) for index, each in enumerate(words.obstacles)
     ]
     if words.directives:
+        from workbench.plant.worlds.directives import read_directives  # slow to load
+
         standing += read_directives(file, PackageFinder(path, packages))
     moving = [read_moving(file, ("moving", index), each) for index, each in enumerate(words.moving)]
     world = World(

@@ -233,4 +233,4 @@ def nearest_solids(
 
 
 SOURCES = ("systems/casting",)
-compiled_nearest_solids = compile_cached(nearest_solids, SOURCES, "rays against shapes")
+compiled_nearest_solids = compile_cached(nearest_solids, SOURCES, "rays against shapes", parts=40)

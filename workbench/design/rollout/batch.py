@@ -1,0 +1,521 @@
+"""Many compiled flights that go on together, step by step, with arrays of all that is in them."""
+
+import dataclasses
+import operator
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from typing import Any
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.own_file import own_errors
+from workbench.control.controller import DEFAULT, Controller
+from workbench.control.guidance import Reference
+from workbench.design.rollout.batch_loops import Kept, Tables, compiled_reset, compiled_steps
+from workbench.design.rollout.candidates import Candidates
+from workbench.design.rollout.columns import Columns, shown, write
+from workbench.design.rollout.engine import Crafts, RolloutEngine, make_schedule
+from workbench.design.rollout.rows import COUNT, GAINS, LANES, MODE, ROTOR_ROWS, STATE_SIZE
+from workbench.design.rollout.starts import start_state
+from workbench.dynamics.air.settings import AirSettings, gust_settings, push_settings
+from workbench.dynamics.air.update import EDDIES
+from workbench.gains.gains import flight_gains
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.loading import make_vehicle
+from workbench.plant.variation import Variation
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario.configured import read_configured
+from workbench.scenario.parameters import MOST_ROTORS, parameter_table
+from workbench.scenario.scenario import (
+    Rates,
+    Scenario,
+    Start,
+    VehicleConfig,
+    at_own_period,
+    check_scenario,
+    flown_controller,
+)
+from workbench.session.live_context import start_position
+from workbench.session.pilot_numbers import finite
+from workbench.systems.noise import noise_seed
+
+ACTIONS = ("setpoint", "wrench", "rotors")
+"""What the user of a batch may ask for."""
+MOST_FLIGHTS = 1_000_000
+CHUNK = 50_000
+"""Control periods of blocks in a call, so that it lasts no longer than some tenths of a second."""
+Which = np.ndarray | Sequence[bool] | Sequence[int] | slice | int | None
+"""Flights, by a mask or by their numbers; None for all."""
+
+
+class _Arrays:
+    """Has arrays: to set one that is there writes into it, and no other one takes its place."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        there = getattr(self, name, None)
+        if name.startswith("_") or there is None:
+            super().__setattr__(name, value)
+        elif isinstance(there, np.ndarray) and there.flags.writeable:
+            write(name, there, value)
+        elif there is not value:
+            raise WorkbenchError(
+                f"{name} of a batch cannot be set: write its state, setpoint, parameters or starts"
+            )
+
+
+@dataclasses.dataclass(eq=False)
+class Setpoint(_Arrays):
+    """What is asked of n flights, in W.
+
+    Attributes:
+        velocity: (n, 3) [m/s].
+        yaw_rate: (n) [rad/s].
+        position: (n, 3) a point to go to [m], where `follow` is 1.
+        follow: (n) whether it is gone to, 0 or 1; the velocity is added to what leads there.
+    """
+
+    velocity: np.ndarray
+    yaw_rate: np.ndarray
+    position: np.ndarray
+    follow: np.ndarray
+
+
+class Batch(_Arrays):
+    """Flies n vehicles of one description together, each as a `Session` would fly it alone.
+
+    They are the compiled flights of `RolloutEngine`, which go on from call to call: the same law,
+    vehicle, air and flight mode while flying. Each flight has a time, a seed, gains, air and
+    faults of its own, and its numbers do not depend on who flies beside it.
+
+    There is nothing to stand on, no obstacle and no sensor. A flight is lost, and stands still
+    until a reset, when it comes down to the ground, when a number of it is none, and when it is
+    tilted over 90 degrees and then turns faster than 10 rad/s or moves faster than 20 m/s. Nobody
+    takes off or lands. A battery that the description states is full at the start and weakens the
+    rotors; no other one runs down.
+
+    Attributes:
+        vehicle: what flies, as the law knows it.
+        controller: whose law flies; None where no law does.
+        rates: periods of physics, control and flight mode.
+        state: (n, 13) q_WB (w, x, y, z), p_WB [m], w_WB [rad/s] and v_WB [m/s] of the base link in
+            W. It may be written, and so may the views of it: `attitude` (n, 4), `position`,
+            `angular_velocity` and `velocity` (n, 3).
+        rotor_speeds: (n, rotors) [rad/s]; they may be written.
+        setpoint: what the laws are asked for, all zero at a reset; None where no law flies.
+        wrench: (n, 4) force along z [N] and moment [N·m] in the frame that hovers upright, about
+            the centre of mass, which the rotors are asked for; that of hover at a reset. None
+            unless `actions` is "wrench".
+        rotor_commands: (n, rotors) speeds that the rotors are to reach [rad/s], those of hover at
+            a reset. None unless `actions` is "rotors".
+        parameters: (n) each, by the names of `workbench params`: gains of the law, air with its
+            wind, gusts and pushes, and shares of their thrust that the rotors give. They stay at
+            a reset, and are taken as they are, also beyond their limits. Times of gusts and pushes
+            are those of each flight, see `time`.
+        starts: (n, 13) states at which flights begin at a reset, as `state`.
+        lost: (n) whether a flight is lost, as it was when it was.
+
+    Args:
+        count: n, of flights.
+        model: a shipped model's name, the path of a description, or a `VehicleConfig`.
+        controller: a shipped law's name or the path of a file.
+        gains: path of a gain file; without one here or with the model they follow from the vehicle.
+        parameters: live values by name, a number for all flights or n of them. Those that are not
+            in the attribute of that name, as payload and filters, cannot be changed afterwards.
+        actions: "setpoint" for flights with the law; "wrench" or "rotors" for those without.
+        seed: of the turbulence; flight k has that of a scenario with the seed `seed` + k.
+        start: at which flights begin, hovering; 1.5 m high if it has no position.
+        rates: periods; those of a scenario that says nothing, or the law's own, without.
+        variations: how what flies differs from what the law knows, for all or each of them (n); as
+            the model's without.
+        threads: that fly; as many as there are cores without.
+
+    Raises:
+        WorkbenchError: if something of that cannot be flown.
+    """
+
+    def __init__(
+        self,
+        count: int,
+        model: str | VehicleConfig = "dh_drone",
+        controller: str = DEFAULT,
+        *,
+        gains: str = "",
+        parameters: Mapping[str, float | Sequence[float] | np.ndarray] | None = None,
+        actions: str = "setpoint",
+        seed: int = 0,
+        start: Start | None = None,
+        rates: Rates | None = None,
+        variations: Variation | Sequence[Variation] | None = None,
+        threads: int | None = None,
+    ) -> None:
+        count = _whole("count", count, 1, MOST_FLIGHTS)
+        seed = _whole("seed", seed, 0, 2**62)
+        if actions not in ACTIONS:
+            raise unknown_name("kind of action", actions, ACTIONS)
+        config = VehicleConfig(model) if isinstance(model, str) else model
+        scenario = Scenario(vehicle=config, controller=controller, start=start or Start())
+        if rates:
+            scenario.rates = rates
+        scenario = at_own_period(scenario)
+        check_scenario(scenario)
+        if scenario.start.mode != "hovering":
+            raise WorkbenchError("a batch flies in the air alone: let its start be hovering")
+        self.rates = scenario.rates
+        if not (self.rates.mode_period / self.rates.control_period).is_integer():
+            raise WorkbenchError(
+                f"the flight mode every {self.rates.mode_period:g} s is not flown in a batch with "
+                f"a law every {self.rates.control_period:g} s: make it a multiple of that"
+            )
+        law = flown_controller(scenario)
+        self.controller = law if actions == "setpoint" else None
+        self.vehicle: Vehicle = make_vehicle(read_configured(config))
+        cores = len(os.sched_getaffinity(0))
+        self._threads = _whole("threads", cores if threads is None else threads, 1, 256)
+        self._pool: ThreadPoolExecutor | None = None
+        one = config.variation if variations is None else variations
+        several = None if isinstance(one, Variation) else list(one)
+        engine = RolloutEngine(
+            self.vehicle,
+            self.rates,
+            one if isinstance(one, Variation) else None,
+            own=flight_gains(self.vehicle, gains or config.gains, controller=law),
+            controller=law,
+        )
+        begin = scenario.start
+        place = start_position(begin, self.vehicle)
+        planned = engine.plan(
+            _columns(parameters or {}, count),
+            np.zeros(4),
+            start_state(self.vehicle, dataclasses.replace(begin, position=place)),
+            make_schedule(self.rates, 0.0, 1.0, 1),
+            several,
+            range(seed, seed + count),
+        )
+        candidates = planned.candidates
+        if self.controller is None:
+            candidates = candidates._replace(gains=np.zeros((count, 0)))
+        self._engine, self._candidates = engine, candidates
+        self._crafts = planned.crafts.chosen(planned.which)
+        self._schedule = planned.schedule
+        self._coarse = bool(candidates.computers[:, 2].any())
+        self._tables = _make_tables(candidates, actions)
+        self._kept = _make_kept(candidates, self._crafts, self.controller)
+        self._steps = compiled_steps(self.controller, actions)
+        self._updates = 0
+        self._designed = self._own_gains()
+        tables = self._tables
+        self.state, self.rotor_speeds, self.lost = tables.states, tables.speeds, tables.lost
+        self.starts = candidates.starts
+        self.parameters = _by_name(self.controller, tables)
+        self.setpoint = _steered(tables.setpoints) if actions == "setpoint" else None
+        self.wrench = tables.efforts if actions == "wrench" else None
+        self.rotor_commands = tables.commands if actions == "rotors" else None
+        self.reset()
+
+    def __repr__(self) -> str:
+        law = self.controller.name if self.controller else "no law"
+        return f"<Batch of {len(self)} {self.vehicle.name} with {law}, {int(self.lost.sum())} lost>"
+
+    def __len__(self) -> int:
+        return len(self.state)
+
+    @property
+    def attitude(self) -> np.ndarray:
+        """Orientation q_WB (n, 4): w, x, y, z; a view of `state`."""
+        return self.state[:, 0:4]
+
+    @property
+    def position(self) -> np.ndarray:
+        """Place p_WB (n, 3) [m]; a view of `state`."""
+        return self.state[:, 4:7]
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Angular velocity w_WB in W (n, 3) [rad/s]; a view of `state`."""
+        return self.state[:, 7:10]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity v_WB in W (n, 3) [m/s]; a view of `state`."""
+        return self.state[:, 10:13]
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time since each flight began (n) [s]."""
+        return _told(self._row(COUNT) * self.rates.control_period)
+
+    @property
+    def mode(self) -> np.ndarray:
+        """Flight mode of each (n), see `control.mode.FlightMode`: one of those that fly."""
+        return _told(self._row(MODE).astype(int))
+
+    def step(self, periods: int = 1) -> None:
+        """Fly all on for some control periods.
+
+        Raises:
+            WorkbenchError: if that is no number of periods, or the law cannot be compiled, or
+                design with the gains that are there.
+        """
+        left = _whole("periods", periods, 0, 2**31)
+        self._design()
+        blocks = len(self._kept.blocks)
+        most = max(1, CHUNK // blocks)
+        file = self.controller.file if self.controller else None
+        while left:
+            part = min(left, most)
+            with own_errors(file, "update") if file else nullcontext():
+                self._fly(blocks, part)
+            self._updates += part
+            left -= part
+
+    def reset(self, which: Which = None, *, seeds: Sequence[int] | None = None) -> None:
+        """Let flights begin anew at their `starts`; the others are as if nothing was.
+
+        Args:
+            which: of them, a mask (n) or numbers; all without.
+            seeds: of their turbulence from now on, one for each that begins, as in a scenario;
+                those that they had without.
+
+        Raises:
+            WorkbenchError: if there is none of a number, or not as many seeds as flights.
+        """
+        chosen = self._chosen(which)
+        if seeds is not None:
+            given = np.atleast_1d(seeds).tolist()
+            if len(given) != len(chosen):
+                raise WorkbenchError(
+                    f"there are {len(given)} seeds for {len(chosen)} flights: give each one"
+                )
+            self._candidates.seeds[chosen] = [
+                float(noise_seed(_whole("seed", seed, 0, 2**62), "air")) for seed in given
+            ]
+        if self.wrench is not None:
+            self.wrench[chosen] = 0.0
+            self.wrench[chosen, 0] = GRAVITY * self._crafts.body[chosen, 0]
+        if self.rotor_commands is not None:
+            self.rotor_commands[chosen] = self._crafts.speeds[chosen]
+        self._tables.setpoints[chosen] = 0.0
+        self._design()
+        memory = self.controller.initial_memory if self.controller else []
+        compiled_reset(
+            chosen,
+            self._candidates,
+            self._crafts,
+            self._schedule,
+            np.array(memory, dtype=float),
+            self._tables,
+            self._kept,
+        )
+
+    def push(
+        self,
+        which: Which = None,
+        *,
+        force: Sequence[float] = (0.0, 0.0, 0.0),
+        point: Sequence[float] = (0.0, 0.0, 0.0),
+        duration: float = 0.1,
+        torque: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Push flights from now on, as `Session.push` does.
+
+        Args:
+            which: of them, a mask (n) or numbers; all without.
+            force: in W [N].
+            point: of the body at which it acts, in B [m].
+            duration: [s].
+            torque: in B [N·m].
+
+        Raises:
+            WorkbenchError: if a number is out of the range of its parameter.
+        """
+        force, point = finite("push", force, 3), finite("point of the push", point, 3)
+        torque = finite("torque of the push", torque, 3)
+        self._blow(which, push_settings(force, point, 0.0, duration, torque), "push_start")
+
+    def gust(
+        self, which: Which = None, *, velocity: Sequence[float], duration: float = 1.0
+    ) -> None:
+        """Let a gust rise and fall from now on, as `Session.gust` does.
+
+        Args:
+            which: of the flights, a mask (n) or numbers; all without.
+            velocity: in W, at its peak [m/s].
+            duration: [s].
+
+        Raises:
+            WorkbenchError: if a number is out of the range of its parameter.
+        """
+        velocity = finite("gust", velocity, 3)
+        self._blow(which, gust_settings(velocity, 0.0, duration), "gust_start")
+
+    def _blow(self, which: Which, settings: Mapping[str, float], start: str) -> None:
+        """Give flights settings of the air, one of which is the time now."""
+        chosen = self._chosen(which)
+        now = self.time[chosen]
+        for name, value in parameter_table(self.controller).checked(settings).items():
+            self.parameters[name][chosen] = now if name == start else value
+
+    def _fly(self, blocks: int, periods: int) -> None:
+        """Fly all blocks on for some control periods."""
+
+        def work(first: int, last: int) -> None:
+            self._steps(
+                first,
+                last,
+                periods,
+                self._updates,
+                self._schedule,
+                self._tables,
+                self._crafts,
+                self._kept,
+                self._coarse,
+            )
+
+        threads = min(self._threads, blocks)
+        if threads == 1 or not self._steps.signatures:  # what is not compiled yet is so once
+            work(0, blocks)
+            return
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="batch")
+        ends = [blocks * k // threads for k in range(threads + 1)]
+        begun = [self._pool.submit(work, a, b) for a, b in zip(ends[1:-1], ends[2:], strict=True)]
+        work(0, ends[1])
+        for each in begun:
+            each.result()
+
+    def _row(self, row: int) -> np.ndarray:
+        """Return a row of all blocks (n), see `rows`."""
+        values = self._kept.blocks[:, row * LANES : (row + 1) * LANES]
+        return values.reshape(-1)[: len(self)].copy()
+
+    def _chosen(self, which: Which) -> np.ndarray:
+        """Return the numbers of flights (k)."""
+        numbers = np.arange(len(self))
+        if which is None:
+            return numbers
+        try:
+            return np.atleast_1d(numbers[which])
+        except (IndexError, TypeError, ValueError):
+            raise WorkbenchError(
+                f"no flights of a batch of {len(self)} are {shown(which)}: give a mask of as many, "
+                f"or numbers from 0 to {len(self) - 1}"
+            ) from None
+
+    def _own_gains(self) -> np.ndarray:
+        """Return a copy of what the controller designs by (n, p); none where it does not."""
+        if self.controller is None or not self.controller.designed:
+            return np.zeros((0, 0))
+        return self._tables.gains[:, : len(self.controller.parameters)].copy()
+
+    def _design(self) -> None:
+        """Let the controller design anew for flights whose gains are others by now."""
+        if not self._designed.size:
+            return
+        many = self._designed.shape[1]
+        own = self._tables.gains[:, :many]
+        changed = np.flatnonzero((own != self._designed).any(axis=1))
+        if len(changed):
+            payloads = self._candidates.payloads[changed]
+            self._tables.gains[changed, many:] = self._engine.design(own[changed], payloads)
+            self._designed = own.copy()
+
+
+def _told(values: np.ndarray) -> np.ndarray:
+    """Return values that nobody writes, as no flight would know of it."""
+    values.setflags(write=False)
+    return values
+
+
+def _whole(name: str, number: Any, least: int, most: int) -> int:
+    """Return a whole number within limits.
+
+    Raises:
+        WorkbenchError: if it is none.
+    """
+    try:
+        found = operator.index(number)
+    except TypeError:
+        found = least - 1
+    if not least <= found <= most:
+        raise WorkbenchError(
+            f"the {name} of a batch is {number!r:.60}: give a whole number from {least} to {most}"
+        )
+    return found
+
+
+def _columns(parameters: Mapping[str, Any], count: int) -> list[dict[str, float]]:
+    """Return values by name of each flight."""
+    if not isinstance(parameters, Mapping):
+        raise WorkbenchError(
+            f"the parameters of a batch are {parameters!r:.60}: give values by name, as "
+            "{'wind_x': 3.0}"
+        )
+    columns = {}
+    for name, values in parameters.items():
+        try:
+            column = np.broadcast_to(np.asarray(values, dtype=float), count)
+        except (TypeError, ValueError):
+            column = np.full(count, np.nan)
+        if not np.isfinite(column).all():
+            raise WorkbenchError(
+                f"{name} of a batch is {shown(values)}: give a finite number, or {count} of them"
+            )
+        columns[name] = column.tolist()
+    return [{name: column[k] for name, column in columns.items()} for k in range(count)]
+
+
+def _make_tables(candidates: Candidates, actions: str) -> Tables:
+    """Return what is read and written; numbers that nobody asks for take no place."""
+    count, rotors = candidates.shares.shape
+    return Tables(
+        states=np.zeros((count, STATE_SIZE)),
+        speeds=np.zeros((count, rotors)),
+        setpoints=np.zeros((count, len(Reference._fields) if actions == "setpoint" else 0)),
+        efforts=np.zeros((count, 4 if actions == "wrench" else 0)),
+        commands=np.zeros((count, rotors if actions == "rotors" else 0)),
+        gains=candidates.gains,
+        air=candidates.air,
+        shares=candidates.shares,
+        seeds=candidates.seeds,
+        lost=np.zeros(count, dtype=bool),
+    )
+
+
+def _make_kept(candidates: Candidates, crafts: Crafts, controller: Controller | None) -> Kept:
+    """Return what flights remember, of which none has begun."""
+    count, rotors = candidates.shares.shape
+    blocks = -(-count // LANES)
+    memory = len(controller.memory) if controller else 0
+    rows = GAINS + candidates.gains.shape[1] + memory
+    return Kept(
+        np.zeros((blocks, rows * LANES)),
+        np.zeros((blocks, rotors, ROTOR_ROWS * LANES)),
+        np.zeros((blocks, int(crafts.seen[:, 0].max()) + 1, STATE_SIZE * LANES)),
+        np.zeros((blocks, int(crafts.acting[:, 0].max()) + 1, rotors, LANES)),
+        np.zeros((count, EDDIES)),
+    )
+
+
+def _steered(references: np.ndarray) -> Setpoint:
+    """Return the views of references (n, 8), see `guidance.Reference`."""
+    return Setpoint(references[:, 0:3], references[:, 3], references[:, 4:7], references[:, 7])
+
+
+def _by_name(controller: Controller | None, tables: Tables) -> Columns:
+    """Return the live columns of tables by their parameters' names."""
+    names = [row.name for row in controller.parameters] if controller else []
+    weak = min(tables.shares.shape[1], MOST_ROTORS)
+    rotors = [f"rotor_{number}" for number in range(1, weak + 1)]
+    columns = {
+        name: table[:, place]
+        for own, table in (
+            (names, tables.gains),
+            (AirSettings._fields, tables.air),
+            (rotors, tables.shares),
+        )
+        for place, name in enumerate(own)
+    }
+    return Columns(columns)

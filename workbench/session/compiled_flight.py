@@ -1,0 +1,251 @@
+"""A flight in compiled code, from the Context and back into it; `flight_loop` has the order.
+
+Drake's systems have every number before and after: what asks, sets, draws or forks finds the flight
+as if the Simulator had flown it, and the Simulator goes on from there where compiled code cannot.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.systems.framework import Context, System
+
+from workbench.control.flight_mode import ModeState, Settings, Situation, guidance, next_state
+from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
+from workbench.diagram.workbench import Workbench
+from workbench.dynamics.vehicle_step import FULL, ROW, static_thrust
+from workbench.scenario.scenario import Rates, Scenario
+from workbench.systems.battery import PERIOD
+from workbench.systems.flight_computer import COMMANDS, FILTERED
+from workbench.systems.flight_computer import MEMORY as REMEMBERED
+from workbench.systems.flight_loop import compiled_loop
+from workbench.systems.vehicle_dynamics import (
+    AIR,
+    AWAY,
+    BODY,
+    BROKEN,
+    DONE,
+    MEMORY,
+    ROTORS,
+    SPEEDS,
+)
+
+
+def why_not_compiled(scenario: Scenario, bench: Workbench) -> str:
+    """Return what of a flight compiled code does not do, "" if it does all of it."""
+    controller = bench.controller
+    step = scenario.rates.physics_step
+    periods = (scenario.rates.mode_period, PERIOD)
+    late = any(map(bench.diagram.HasSubsystemNamed, (STATE_DELAY, COMMAND_DELAY)))
+    for reason, there in (
+        (f"the estimator {scenario.estimator}", bench.navigation is not None),
+        (f"the sensors {', '.join(scenario.sensors.use)}", bool(bench.sensing.mounted)),
+        (f"the obstacles of {scenario.world}", bench.obstacles is not None),
+        ("pictures in Meshcat", bench.visualizer is not None),
+        ("clients", bench.telemetry is not None),
+        ("a figure of eight", scenario.figure_eight is not None),
+        ("delays of sensing and commands", late),
+        (f"the controller {controller.name}, a system of Drake's", not controller.compiles),
+        (f"the controller {controller.name}, a program", controller.program is not None),
+        (f"a physics step of {step:g} s", not all((p / step).is_integer() for p in periods)),
+    ):
+        if there:
+            return reason
+    return ""
+
+
+class CompiledFlight:
+    """Flies the numbers of a diagram's Context on.
+
+    Args:
+        bench: the diagram, of which `why_not_compiled` says nothing.
+        rates: at which it flies.
+    """
+
+    def __init__(self, bench: Workbench, rates: Rates) -> None:
+        self._bench = bench
+        self._loop = compiled_loop(bench.controller)
+        self._width = max(place.stop for place in bench.recorder.places.values())
+        step = rates.physics_step
+        self._step, self._record_period = step, rates.record_period
+        self._control, self._modes, self._record, self._discharges = (
+            round(period / step)
+            for period in (
+                rates.control_period,
+                rates.mode_period,
+                rates.record_period,
+                PERIOD,
+            )
+        )
+
+    def fly(
+        self,
+        root: Context,
+        first: int,
+        last: int,
+        keep: Callable[[np.ndarray, np.ndarray], None],
+    ) -> int:
+        """Fly from a step on up to before another one, as far as it goes.
+
+        Args:
+            root: the diagram's, at the time of the first step; it is changed, its time as well.
+            first: number of the first step.
+            last: the one before which it ends.
+            keep: takes the times [s] (N) and rows (N, sizes) of what is recorded.
+
+        Returns:
+            The number of the step to be done next, which is not the last one where the vehicle may
+            touch the ground in it; the diagram can go on from there.
+
+        Raises:
+            RuntimeError: if forces or motion are no finite numbers, as the diagram does.
+        """
+        flown = _Numbers(self._bench, root)
+        dynamics, number, came = self._bench.airframe.dynamics, first, DONE
+        places = self._bench.recorder.places
+        sizes = last // self._record - first // self._record, self._width
+        recorded = np.empty(sizes)
+        while number < last and came != BROKEN:
+            if flown.memory[AWAY] < 1.0 and not dynamics.find_free(flown.state, flown.memory):
+                break
+            mode, guide, charge = flown.mode, flown.guide, flown.charge
+            if number % self._modes == 0:
+                mode, guide = flown.next_mode(number * self._step)
+            if number % self._discharges == 0:
+                charge = flown.next_charge()
+            until = min(last, _multiple(number, self._modes), _multiple(number, self._discharges))
+            row = number // self._record - first // self._record
+            rows = recorded[row : until // self._record - first // self._record]
+            rows[:, places["reference"]] = flown.reference
+            rows[:, places["mode"]] = mode
+            rows[:, places["charge"]] = charge
+            before = number
+            number, came = self._loop(
+                number,
+                until,
+                self._control,
+                self._record,
+                flown.reference,
+                np.array([flown.guide, guide]),
+                np.array([flown.supply_at(flown.charge), flown.supply_at(charge)]),
+                flown.law,
+                flown.values,
+                flown.constants,
+                dynamics.above_ground,
+                flown.state,
+                flown.memory,
+                flown.commands,
+                flown.filtered,
+                flown.remembered,
+                rows,
+            )
+            if number > before:
+                flown.mode, flown.guide, flown.charge = mode, guide, charge
+        flown.write()
+        root.SetTime(number * self._step)
+        marks = range(first // self._record + 1, number // self._record + 1)
+        if marks:
+            keep(np.array(marks) * self._record_period, recorded[: len(marks)])
+        if came == BROKEN:
+            raise RuntimeError("forces or motion of the vehicle are no finite numbers")
+        return number
+
+
+class _Numbers:
+    """What the systems of a flight have in a Context, as plain numbers.
+
+    Attributes:
+        state: of the body (13).
+        memory: of the vehicle, see `vehicle_dynamics.MEMORY`.
+        commands: speeds that the rotors are to reach (n) [rad/s].
+        filtered: what the stages before the law remember.
+        remembered: what the law does.
+        reference: what the pilot asks for (8).
+        mode: of the flight.
+        guide: what it lets the law do (22).
+        charge: of the battery, 0 .. 1.
+        law: what a control update takes besides, see `FlightComputer.known`.
+        values: numeric parameter 0 of the vehicle.
+        constants: see `vehicle_dynamics.advance`.
+    """
+
+    def __init__(self, bench: Workbench, root: Context) -> None:
+        self._bench = bench
+        self._root = root
+        self._battery = bench.diagram.GetSubsystemByName("battery")
+        dynamics, computer = self._of(bench.airframe.dynamics), self._of(bench.computer)
+        self.state = dynamics.get_discrete_state(BODY).CopyToVector()
+        self.memory = dynamics.get_discrete_state(MEMORY).CopyToVector()
+        self.values = dynamics.get_numeric_parameter(AIR).CopyToVector()
+        self.constants = bench.airframe.dynamics.step_constants()
+        self.commands = computer.get_discrete_state(COMMANDS).CopyToVector()
+        self.filtered = computer.get_discrete_state(FILTERED).CopyToVector()
+        self.remembered = np.empty(0)
+        if bench.controller.memory:
+            self.remembered = computer.get_discrete_state(REMEMBERED).CopyToVector()
+        self.law = bench.computer.known(computer)
+        modes, wish = bench.modes, bench.pilot.wish(self._of(bench.pilot))
+        context = self._of(modes)
+        self.mode = ModeState(*context.get_discrete_state(modes.mode_index).CopyToVector().tolist())
+        self.guide = context.get_discrete_state(modes.guidance_index).CopyToVector()
+        self._settings = Settings(*context.get_numeric_parameter(0).CopyToVector().tolist())
+        self._wish = wish
+        self.reference = np.array(wish.reference)
+        battery = self._of(self._battery)
+        self.charge = float(battery.get_discrete_state(0).CopyToVector()[0])
+        self._duration, self._compensation = battery.get_numeric_parameter(0).CopyToVector()
+
+    def _of(self, system: System) -> Context:
+        """Return a system's part of the Context."""
+        return system.GetMyMutableContextFromRoot(self._root)
+
+    def next_mode(self, time: float) -> tuple[ModeState, np.ndarray]:
+        """Return the mode and its guidance after an update at a time [s]."""
+        state = self.state.tolist()
+        now = Situation(
+            time=time,
+            p_WB=state[4:7],
+            v_WB=state[10:13],
+            reference=self._wish.reference,
+            request=int(self._wish.request),
+            serial=self._wish.serial,
+            height=self._wish.height,
+            charge=self.charge,
+            standing_height=self._bench.vehicle.ground_clearance,
+        )
+        mode = next_state(self.mode, now, self._settings)
+        return mode, np.array(guidance(mode, now.p_WB, self._settings))
+
+    def next_charge(self) -> float:
+        """Return the charge after an update."""
+        n = len(self.commands)
+        speeds, shares = self.memory[SPEEDS : SPEEDS + n], self.memory[SPEEDS + n :]
+        rotors = self.constants[ROTORS:].reshape(n, ROW)
+        thrusts = static_thrust(speeds, shares, rotors.T).tolist()
+        after: float = self._battery.charge_after(self.charge, thrusts, self._duration)
+        return after
+
+    def supply_at(self, charge: float) -> list[float]:
+        """Return what the battery supplies with a charge (4)."""
+        if not self._bench.airframe.dynamics.HasInputPort("supply"):
+            return list(FULL)
+        supply: list[float] = self._battery.supply_at(charge, self._duration, self._compensation)
+        return supply
+
+    def write(self) -> None:
+        """Put the numbers into the Context."""
+        dynamics, computer = self._of(self._bench.airframe.dynamics), self._of(self._bench.computer)
+        dynamics.SetDiscreteState(BODY, self.state)
+        dynamics.SetDiscreteState(MEMORY, self.memory)
+        computer.SetDiscreteState(COMMANDS, self.commands)
+        computer.SetDiscreteState(FILTERED, self.filtered)
+        if self.remembered.size:
+            computer.SetDiscreteState(REMEMBERED, self.remembered)
+        modes = self._of(self._bench.modes)
+        modes.SetDiscreteState(self._bench.modes.mode_index, list(self.mode))
+        modes.SetDiscreteState(self._bench.modes.guidance_index, self.guide)
+        self._of(self._battery).SetDiscreteState([self.charge])
+
+
+def _multiple(number: int, of: int) -> int:
+    """Return the first multiple that is larger than a number."""
+    return (number // of + 1) * of
