@@ -2,7 +2,7 @@
 
 It knows nothing of the workbench: settings and MSP on TCP 5761, motion on UDP 9003, sticks on 9004,
 motors to 9001. In place of the firmware's law it has P on angles and rates. FAKE_LOSES makes it
-leave out each so manieth answer.
+leave out each so manieth answer, and FAKE_DIES end at so many packets of motion once it is armed.
 """
 
 import math
@@ -15,6 +15,7 @@ from pathlib import Path
 
 REVERSED = Path("reversed")
 LOSES = int(os.environ.get("FAKE_LOSES", "0"))
+DIES = int(os.environ.get("FAKE_DIES", "0"))
 pid, advanced, filters = bytearray(15), bytearray(61), bytearray(49)
 pid[:9] = bytes([45, 80, 30, 47, 84, 34, 45, 80, 0])
 state = {"channels": (1500,) * 4 + (1000,) * 12, "armed": False}
@@ -88,10 +89,12 @@ def listen():
 def fly():
     motion = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     motion.bind(("0.0.0.0", 9003))
-    count, out = 0, socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    count, armed, out = 0, 0, socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     while True:
         numbers = struct.unpack("<18d", motion.recv(200))
-        count += 1
+        count, armed = count + 1, armed + state["armed"]
+        if DIES and armed >= DIES:
+            os._exit(3)
         if LOSES and count % LOSES == 0:
             continue
         p, q, r = numbers[1], -numbers[2], -numbers[3]

@@ -4,9 +4,13 @@ All stand in one file, as they share ports: files are dealt out to processes as 
 """
 
 import contextlib
+import itertools
+import json
 import logging
 import math
 import os
+import re
+import shlex
 import signal
 import socket
 import subprocess
@@ -14,6 +18,7 @@ import sys
 import textwrap
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,12 +26,14 @@ import pytest
 from workbench.autopilots import betaflight
 from workbench.autopilots.betaflight import Betaflight
 from workbench.autopilots.betaflight_build import betaflight_program
+from workbench.commands import ExitCode
 from workbench.commands.cli import main
-from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.common.errors import WorkbenchError
 from workbench.common.own_file import record
 from workbench.control.controller import load_controller
 from workbench.control.flight_law import known_body, known_vehicle, law_constants
 from workbench.control.guidance import Guidance, Measured, Reference, Setpoint
+from workbench.control.mode import FlightMode, Reason
 from workbench.controllers import betaflight_sitl
 from workbench.design.compare import chosen_controllers
 from workbench.design.judge.margins import loop_margins
@@ -35,11 +42,16 @@ from workbench.design.step_response import EDGE, step_scenario
 from workbench.design.tune.tuner import Tuner
 from workbench.gains.autopilots.firmware import read_parameter_file
 from workbench.gains.gains import rule_gains
+from workbench.ipc.worker_process import Refusal, Request
 from workbench.live.flight import LiveFlight
-from workbench.live.messages import Phase
+from workbench.live.flying import SLICE, Flying
+from workbench.live.messages import Excite, Hold, Phase, Report, Told
+from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.scenario import Scenario, Start, VehicleConfig
+from workbench.scenario.excitation import Excitation, Shape
+from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
 from workbench.session.session import Session
+from workbench.systems.bridge import Bridge
 
 HERE = Path(__file__).resolve().parent
 MODEL = str(HERE.parent / "drones/five_inch_quad.urdf.xacro")
@@ -109,18 +121,116 @@ def test_it_flies_in_lockstep_counts_what_is_lost_and_ends(fake, monkeypatch, ca
         session.tick(0.1)
 
 
-def test_what_dies_or_falls_silent_ends_the_flight_in_a_sentence(fake, case):
-    for how, said in ((signal.SIGKILL, "killed by signal 9"), (signal.SIGSTOP, "not answered for")):
+def test_what_dies_or_falls_silent_stops_the_rotors_holds_the_mode_and_starts_anew(fake, case):
+    """A fall from rest is the truth: 0.5 s without thrust are 1.23 m, rotors need some of it."""
+    for how, said in (
+        (signal.SIGKILL, "killed by signal 9"),
+        (signal.SIGSTOP, "did not answer for 2 s, and was ended"),
+    ):
         with case(how):
-            session = Session(scenario(start=Start(position=[0.0, 0.0, 1.5])))
+            session = Session(scenario(start=Start(position=[0.0, 0.0, 5.0])))
             with session.programs():
-                hovering(session, 0.1)
+                session.tick(0.1)
                 pid = session.program.pid
                 os.kill(pid, how)
-                with pytest.raises(FlightBrokenError, match=said):
-                    session.tick(60.0)
-                assert session.time < 1.0
-            assert gone(pid)
+                session.tick(0.6)
+                assert said in session.ended and "reset, or fly again" in session.ended
+                assert session.ended.count(". ") == 0  # one sentence
+                assert gone(pid)
+                now = session.snapshot()
+                assert now.mode is FlightMode.HOVERING
+                assert now.reason is Reason.AUTOPILOT_ENDED
+                assert max(now.thrusts) == pytest.approx(0.0, abs=1e-6)
+                assert 0.8 < 5.0 - now.p_WB[2] < 0.5 * GRAVITY * 0.6**2
+                session.request("land")  # nobody flies it
+                session.tick(0.25)
+                assert session.snapshot().mode is FlightMode.HOVERING
+                session.request("stop")
+                session.tick(0.25)
+                assert session.snapshot().mode is FlightMode.OFF
+                session.reset()
+                assert not session.ended
+                session.tick(0.3)
+                assert not session.ended and session.program.pid != pid
+                assert session.snapshot().reason is Reason.NONE
+                assert abs(session.state()[6] - 5.0) < 0.1
+            assert session.exchange["packets"] == round(0.3 * 1024)
+
+
+def test_what_has_died_on_the_ground_is_told_when_it_is_to_fly(fake, case):
+    for how in (signal.SIGKILL, signal.SIGSTOP):
+        with case(how):
+            session = Session(scenario(start=Start(mode="off")))
+            with session.programs():
+                session.tick(0.1)
+                os.kill(session.program.pid, how)
+                session.tick(0.5)
+                assert not session.ended  # nobody has asked it for anything
+                session.request("take_off")
+                session.tick(1.0)
+                assert session.ended
+                session.reset()
+                session.request("take_off")
+                session.tick(1.0)
+                assert not session.ended and session.exchange["packets"] > 100
+
+
+def test_a_live_flight_goes_on_and_tells_once_what_died_until_a_reset(fake):
+    wall, bridge, sent, orders = [0.0], Bridge(), [], itertools.count()
+    session = Session(scenario(start=Start(position=[0.0, 0.0, 5.0])), bridge=bridge)
+    queue = SimpleNamespace(post=sent.append, show=sent.append)
+
+    def seen(kind):
+        return [each for each in sent if isinstance(each, kind)]
+
+    def fly(flying, seconds):
+        for _ in range(round(seconds / SLICE)):
+            wall[0] += SLICE
+            flying.fly()
+
+    def refused(flying, wanted):
+        flying.obey([Request(next(orders), wanted)])
+        return isinstance(sent[-1], Refusal) and "killed by signal 9" in str(sent[-1])
+
+    with session.programs():
+        flying = Flying(session, bridge, {}, queue, lambda: wall[0])
+        fly(flying, 0.2)
+        os.kill(session.program.pid, signal.SIGKILL)
+        fly(flying, 0.3)
+        report = seen(Report)[-1]
+        assert report.phase is Phase.FLYING and report.snapshot.time > 0.4
+        assert report.snapshot.mode is FlightMode.HOVERING
+        assert report.autopilot.exchange["packets"] > 100
+        assert report.autopilot.exchange["lost"] >= 1
+        assert [each.said for each in seen(Told)] == [report.autopilot.ended]
+        assert refused(flying, Action(request="land"))
+        assert refused(flying, Excite(Excitation("x", Shape.STEP, 0.5, 1.0)))
+        assert not refused(flying, Action(request="stop"))
+        assert not refused(flying, Hold.RESET)
+        sent.clear()
+        fly(flying, 0.2)
+        assert seen(Report)[0].phase is Phase.STARTING
+        last = seen(Report)[-1]
+        assert last.phase is Phase.FLYING and not last.autopilot.ended and not seen(Told)
+        assert last.snapshot.mode is FlightMode.HOVERING and last.snapshot.time > 0.1
+
+
+def test_commands_count_lost_replies_and_say_what_died(fake, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("FAKE_LOSES", "100")
+    monkeypatch.setenv("FAKE_DIES", "1500")
+    common = ["--controller", FIRMWARE, "--model", MODEL, "--no-plots", "--output", str(tmp_path)]
+    said = "Betaflight ended with 3 at t = 1."
+    assert main(["step", "--axis", "y", "--duration", "1", *common]) == ExitCode.NOT_AS_DEMANDED
+    told = capsys.readouterr()
+    assert re.search(r"lost replies +\d\d .*of 1\d\d\d packets to the autopilot", told.out)
+    assert said in told.out
+    words = ["fly", "hover", "--duration", "2", *common, "--json"]
+    assert main(words) == ExitCode.NOT_AS_DEMANDED
+    told = capsys.readouterr()
+    found = json.loads(told.out)
+    assert 10 <= found["exchange"]["lost"] < 20 and found["exchange"]["packets"] > 1000
+    assert found["autopilot_ended"].startswith(said)
+    assert said in told.err and "autopilot ended at" not in told.err
 
 
 def test_ports_that_are_taken_are_named(fake, case):
@@ -209,8 +319,12 @@ def test_the_firmware_hovers_takes_gains_records_and_dies(real, tmp_path):
         blackbox = session.program.records()[".bfl"]
         recording = session.recording()
         os.kill(session.program.pid, signal.SIGKILL)
-        with pytest.raises(FlightBrokenError, match="killed by signal 9"):
-            session.tick(60.0)
+        session.tick(1.0)
+        assert "killed by signal 9" in session.ended
+        assert session.snapshot().mode is FlightMode.HOVERING
+        session.reset()
+        session.tick(1.0)
+        assert not session.ended and np.linalg.norm(session.state()[4:7] - [0.0, 0.0, 1.5]) < 0.2
     assert np.linalg.norm(recording.p_WB - [0.0, 0.0, 1.5], axis=1).max() < 0.2
     assert recording.tilt.max() < math.radians(2.0)
     assert blackbox.startswith(b"H Product:Blackbox flight data recorder")
@@ -246,7 +360,7 @@ def test_the_firmware_reads_back_what_was_exported(real, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_live_flight_takes_gains_and_says_when_it_is_killed(real, latest_pid):
+def test_a_live_flight_takes_gains_says_when_it_is_killed_and_begins_anew(real, latest_pid):
     start = Start(position=[0.0, 0.0, 1.5])
     with LiveFlight(scenario(start=start), {}) as flight:
         flight.wait()
@@ -254,10 +368,25 @@ def test_a_live_flight_takes_gains_and_says_when_it_is_killed(real, latest_pid):
         while "read back by MSP: p_roll 60" not in " ".join((view := flight.latest()).remarks):
             assert view.phase is Phase.FLYING, view.said
             time.sleep(0.05)
+        assert flight.latest().autopilot.exchange["packets"] > 0
         os.kill(latest_pid(real), signal.SIGKILL)
-        while (view := flight.latest()).phase is Phase.FLYING:
+        while not (view := flight.latest()).autopilot.ended:
+            assert view.phase is Phase.FLYING, view.said
             time.sleep(0.05)
-        assert view.phase is Phase.BROKEN and "killed by signal 9" in view.said
+        assert "killed by signal 9" in view.autopilot.ended
+        assert view.autopilot.ended in flight.latest().remarks
+        for order in (flight.request("land"), flight.excite(Excitation("x", Shape.STEP, 0.5, 1.0))):
+            with pytest.raises(WorkbenchError, match="killed by signal 9"):
+                order.result()
+        flight.request("stop").result()
+        flight.reset().result()
+        waited = set()
+        while (view := flight.latest()).autopilot.ended or (
+            view.autopilot.exchange.get("packets", 0) < 99
+        ):
+            waited.add(view.phase)
+            time.sleep(0.05)
+        assert Phase.STARTING in waited and Phase.BROKEN not in waited
 
 
 @pytest.fixture
@@ -372,3 +501,16 @@ def test_its_motors_answer_a_recorded_flight_as_the_law_does(real, case):
             assert np.quantile(apart, 0.99) < 0.01
             # on a busy machine a step of the sticks comes some packets late
             assert apart.max() < 0.05
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_page_run(real, tmp_path, monkeypatch, case):
+    page = (HERE.parents[1] / "docs/betaflight-sitl.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    commands = "".join(re.findall(r"```sh\n(.*?)```", page, re.DOTALL)).splitlines()
+    assert len(commands) == 6
+    for command in commands:
+        words = shlex.split(command, comments=True)
+        if words[0] == "workbench":
+            with case(command):
+                assert main(words[1:]) == 0

@@ -5,6 +5,7 @@ its own on height and attitude, and answers. None of this was flown against the 
 """
 
 import contextlib
+import csv
 import json
 import math
 import shlex
@@ -349,21 +350,28 @@ def free_port(kind):
         return probe.getsockname()[1]
 
 
-def test_the_command_flies_sums_up_and_stops_the_motors(capsys, tmp_path):
-    port = free_port(socket.SOCK_DGRAM)
-    log = tmp_path / "flown.csv"
-    line = ["sitl", "ardupilot", "--port", str(port), "--fast", "--json", "--patience", "1"]
-    Waiting(port).start()
-    assert main([*line, "--csv", str(log)]) == 1
-    out, err = capsys.readouterr()
-    found = json.loads(out)
-    assert "no new packet for 1 s" in found["broken"] and "ArduPilot has armed at" in err
-    assert found["exchange"]["packets"] >= 590
-    names = log.read_text().splitlines()[0].split(",")
-    last = dict(zip(names, log.read_text().splitlines()[-1].split(","), strict=True))
-    assert found["duration"] > 0.5
-    asked = [value for name, value in last.items() if name.startswith("speed_command")]
-    assert len(asked) == 4 and not any(map(float, asked))
+def test_the_command_flies_sums_up_and_stops_the_motors(capsys, tmp_path, case):
+    ports = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_DGRAM)
+    for kind, port, least, said, has_armed in (
+        ("px4", ports[0], 20, "is no number", "PX4 has armed at"),
+        ("ardupilot", ports[1], 590, "no new packet for 1 s", "ArduPilot has armed at"),
+    ):
+        log = tmp_path / f"{kind}.csv"
+        line = ["sitl", kind, "--port", str(port), "--fast", "--json", "--patience", "1"]
+        if kind == "px4":
+            Px4Double(("127.0.0.1", port), share(flight(256.0)), no_number, silent=0)
+        else:
+            Waiting(port).start()
+        with case(kind):
+            assert main([*line, "--csv", str(log)]) == 1
+            out, err = capsys.readouterr()
+            found = json.loads(out)
+            assert said in found["broken"] and has_armed in err
+            assert found["exchange"]["packets"] >= least
+            names, *rows = csv.reader(log.read_text().splitlines())
+            speeds = [n for n, name in enumerate(names) if name.startswith("speed_command")]
+            asked = [[float(row[n]) for n in speeds] for row in rows]
+            assert len(speeds) == 4 and all(map(all, asked[2:5])) and not any(asked[-1])
     assert main(["sitl", "px4", "--rate", "250"]) == 2
     assert "no whole number of physics steps" in capsys.readouterr().err
 

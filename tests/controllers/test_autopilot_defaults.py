@@ -5,6 +5,7 @@ Published vehicles are read from ../shared/models, where they are at hand.
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,16 @@ def test_their_gains_are_the_firmware_s_and_hold_the_place(law):
     state = session.state()
     assert np.linalg.norm(state[4:7] - [0.0, 0.0, 10.0]) < 0.05
     assert 2.0 * math.hypot(*state[1:3]) < TILT
+
+
+def test_a_5_inch_quad_whose_rotors_have_no_inertia_keeps_betaflights_roll_and_pitch():
+    """Only yaw has its torque from that inertia; the default `i_yaw` makes it swing without."""
+    quad = load_vehicle(VEHICLES["betaflight"])
+    rotors = tuple(replace(each, inertia=0.0) for each in quad.rotors)
+    ruled = rule_gains(replace(quad, rotors=rotors), load_controller("betaflight"))
+    turned = {"p_roll", "i_roll", "d_roll", "p_pitch", "i_pitch", "d_pitch", "angle_p_gain"}
+    assert not turned & ruled.keys()
+    assert ruled["p_yaw"] < 15.0 and ruled["i_yaw"] < 5.0
 
 
 @pytest.mark.slow

@@ -3,8 +3,6 @@
 import asyncio
 import math
 import socket
-import subprocess
-import sys
 import threading
 import time
 
@@ -102,21 +100,8 @@ def test_commands_are_taken_from_this_computer_only(capsys):
 
 
 @pytest.fixture(scope="module")
-def address():
-    words = [sys.executable, "-m", "workbench", "serve", "--scenario", "network", "--port", "0"]
-    with subprocess.Popen(
-        [*words, "--duration", "600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
-        try:
-            line = process.stdout.readline()
-            assert line, process.stderr.read()
-            yield line.split()[-1]
-        finally:
-            process.terminate()
-            try:
-                process.communicate(timeout=LIMIT)
-            except subprocess.TimeoutExpired:
-                process.kill()
+def address(served):
+    return served("network")
 
 
 class Ground:
@@ -204,6 +189,11 @@ def test_a_station_reads_and_sets_gains_under_the_lease_and_flies(ground, addres
         assert ground.told("there is no parameter 'no_such'")
         ground.mav.mav.param_request_read_send(1, 1, b"", list(wanted).index("kp_pitch"))
         assert ground.hear("PARAM_VALUE").param_id == "kp_pitch"
+
+        charge = round(100.0 * next(client).values["charge"])
+        assert 0 < charge <= 100
+        assert ground.hear("BATTERY_STATUS").battery_remaining in (charge, charge - 1)
+        assert abs(ground.hear("ATTITUDE").roll) < 0.1  # it stands
 
         with client.control():  # somebody else flies
             assert ground.set("kp_pitch", 300.0) == pytest.approx(200.1)

@@ -22,7 +22,7 @@ import socket
 import struct
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -45,6 +45,8 @@ GAP = 0.4
 """After so long without a packet the next one only sets the firmware's time [s]; it says 0.5."""
 SILENCE = 2.0
 """So long without any answer, it does not live [s]."""
+WORD = 1.0
+"""Time in which it is known how it ended, once its console is closed [s]."""
 BOOT, STARTS = 3.0, 5
 """Time in which its control loop begins to run after a start [s], and so many starts at most."""
 READY, ANSWER = 30.0, 10.0
@@ -148,7 +150,7 @@ class Betaflight:
     Attributes:
         folder: its working folder: settings, log, and blackbox.
         pid: of its process.
-        steps: packets of motion that were sent since it was armed.
+        steps: packets of motion that were sent in flight.
         lost: those that had no answer in time.
         motors: what it asked of M1 .. M4 last, 0 .. 1.
 
@@ -166,6 +168,7 @@ class Betaflight:
         self.motors = (0.0, 0.0, 0.0, 0.0)
         self._sticks, self._switch = Sticks(), LEAST
         self._sent = self._heard = -math.inf
+        self._end, self._watched = "", False
         self._console: socket.socket | None = None
         self._answers = msp.Answers()
         self._read_back: dict[int, bytes] = {}
@@ -195,6 +198,7 @@ class Betaflight:
         """Arm it, with what it remembers of a flight before forgotten.
 
         Raises:
+            FlightBrokenError: if it has ended, or does not answer any more, and is ended then.
             WorkbenchError: if it does not arm; it says why.
         """
         self._sticks, self._switch = Sticks(), LEAST
@@ -210,7 +214,7 @@ class Betaflight:
         Where it does not answer in time, the motors are held and the step is counted as lost.
 
         Raises:
-            FlightBrokenError: if it has ended, or does not answer any more.
+            FlightBrokenError: if it has ended, or does not answer any more, and is ended then.
         """
         self._sticks = sticks
         if self._asked and wait([self._connected()], 0.0):
@@ -228,15 +232,13 @@ class Betaflight:
         except TimeoutError:
             self.lost += 1
             self._check()
-            if time.monotonic() > self._heard + SILENCE:
-                raise FlightBrokenError(
-                    f"Betaflight has not answered for {SILENCE:g} s: fly again to start it anew"
-                ) from None
+            self._check_silence()
         return self.motors
 
     def blackbox(self) -> bytes:
-        """Return what it has recorded, which disarming ends; nothing where it has ended itself."""
-        with contextlib.suppress(WorkbenchError, OSError):
+        """Return what it has recorded, which disarming ends; what there is where it has ended."""
+        with contextlib.suppress(WorkbenchError):
+            self._check()
             self._sticks, self._switch = Sticks(), LEAST
             self._wait(lambda: not self._status()[0], "disarms")
         found = sorted(self.folder.glob("LOG*"))
@@ -252,7 +254,8 @@ class Betaflight:
                 if place[0] == command:
                     struct.pack_into(place[1], payload, place[2], round(value))
             if payload != self._read_back[command]:
-                console.sendall(msp.request(setter, bytes(payload)) + msp.request(command))
+                with self._told_how_it_ended():
+                    console.sendall(msp.request(setter, bytes(payload)) + msp.request(command))
                 self._asked.add(command)
 
     @property
@@ -275,7 +278,8 @@ class Betaflight:
             WorkbenchError: if it is refused, or none comes.
         """
         console = self._connected()
-        console.sendall(msp.request(command, payload))
+        with self._told_how_it_ended():
+            console.sendall(msp.request(command, payload))
         end = time.monotonic() + limit
         while time.monotonic() < end:
             self._keep_alive()
@@ -294,7 +298,7 @@ class Betaflight:
         printed = self.folder / "betaflight.log"
         for _ in range(STARTS):
             self._keeper.connection.send(([str(self._binary)], str(self.folder), str(printed)))
-            self.pid = self._keeper.connection.recv()
+            self.pid, self._end = self._keeper.connection.recv(), ""
             # Sticks that come before its receiver's start are never heard: it sets them up at the
             # first packet, and then sets them back.
             self._listens = False
@@ -323,15 +327,37 @@ class Betaflight:
         (found,) = struct.unpack_from("<H", self.ask(msp.STATUS, limit=limit))
         return int(found)
 
-    def _check(self) -> None:
-        """Refuse to go on with a program that has ended."""
-        if self._keeper.connection.poll():
+    def _check(self, patience: float = 0.0) -> None:
+        """Refuse to go on with a program that has ended, or does within a time [s]."""
+        if not self._end and self._keeper.connection.poll(patience):
             try:
                 code = self._keeper.connection.recv()
             except (EOFError, OSError):
-                raise FlightBrokenError(f"Betaflight ended: {self._keeper.cause()}") from None
-            how = f"was killed by signal {-code}" if code < 0 else f"ended with {code}"
-            raise FlightBrokenError(f"Betaflight {how}: fly again to start it anew")
+                self._end = f"Betaflight ended: {self._keeper.cause()}"
+            else:
+                how = f"was killed by signal {-code}" if code < 0 else f"ended with {code}"
+                self._end = f"Betaflight {how}"
+        if self._end:
+            raise FlightBrokenError(self._end)
+
+    def _check_silence(self) -> None:
+        """End it, and refuse to go on with it, where it has not answered a packet for long."""
+        if time.monotonic() > self._heard + SILENCE:
+            self._keeper.connection.send(None)
+            with contextlib.suppress(WorkbenchError):
+                self._check(WORD)
+            self._end = f"Betaflight did not answer for {SILENCE:g} s, and was ended"
+            self._check()
+
+    @contextlib.contextmanager
+    def _told_how_it_ended(self) -> Iterator[None]:
+        """Say how it ended, where its console is gone."""
+        try:
+            yield
+        except OSError as error:
+            self._hang_up()
+            self._check(WORD)
+            raise WorkbenchError(f"Betaflight's console is closed: {error}") from None
 
     def _ended(self) -> int:
         """Wait until it ends; return its exit code."""
@@ -363,7 +389,8 @@ class Betaflight:
         while time.monotonic() < end:
             self._keep_alive()
             if wait([console], 0.001):
-                said += _received(console)
+                with self._told_how_it_ended():
+                    said += _received(console)
                 if said.endswith(b"# "):
                     return said.decode(errors="replace")
         raise WorkbenchError("Betaflight's command line does not answer")
@@ -389,7 +416,9 @@ class Betaflight:
     def _hear(self) -> dict[int, bytes]:
         """Return what it answers now, by command, and note the gains that it confirms."""
         heard = {}
-        for command, payload in self._answers.take(_received(self._connected())):
+        with self._told_how_it_ended():
+            told = _received(self._connected())
+        for command, payload in self._answers.take(told):
             if payload is None:
                 raise WorkbenchError(f"Betaflight refuses the MSP command {command}")
             heard[command] = payload
@@ -405,6 +434,8 @@ class Betaflight:
         if self._listens:
             self._send(LEVEL)
             self._drain()
+            if self._watched:
+                self._check_silence()
 
     def _send(self, motion: bytes) -> None:
         s = self._sticks
@@ -446,16 +477,20 @@ class Betaflight:
         self, done: Callable[[], bool], what: str, why: Callable[[], str] = lambda: ""
     ) -> None:
         self._tell(f"Betaflight: waits until it {what}")
-        end = time.monotonic() + READY
-        while not done():
-            time.sleep(0.002)  # MSP is not all that it has to do
-            self._check()
-            if time.monotonic() > end:
-                reason = why()
-                raise WorkbenchError(
-                    f"Betaflight does not get to where it {what} within {READY:g} s"
-                    + (f": {reason}" if reason else "")
-                )
+        self._heard, self._watched = time.monotonic(), True
+        end = self._heard + READY
+        try:
+            while not done():
+                time.sleep(0.002)  # MSP is not all that it has to do
+                self._check()
+                if time.monotonic() > end:
+                    reason = why()
+                    raise WorkbenchError(
+                        f"Betaflight does not get to where it {what} within {READY:g} s"
+                        + (f": {reason}" if reason else "")
+                    )
+        finally:
+            self._watched = False
 
 
 def check_ports(output: socket.socket) -> None:
@@ -485,5 +520,5 @@ def check_ports(output: socket.socket) -> None:
 def _received(console: socket.socket) -> bytes:
     found = console.recv(4096)
     if not found:
-        raise WorkbenchError("Betaflight closed its console")
+        raise ConnectionError("it closed it")
     return found

@@ -6,6 +6,7 @@ All runs at 512 Hz, in ArduPilot at its main loop's 400. LPF_f is a low-pass of 
 
     sqrtP(e; k, a) = k e                             where |e| <= a / k²,  else
                      sgn(e) (2 a (|e| - a / (2 k²)))^½              a = 0: k e
+                     k = 0: sgn(e) (2 a |e|)^½; of angles no more than e / dt
 
     v_sp = sqrtP(p_sp - p; POS_P, WP_ACC) + v_ff     level along the error; within WP_SPD
     e_f  = LPF_FLTE(v_sp - v),   a_sp = VEL_P e_f + I + VEL_D LPF_FLTD(de_f/dt) + a_ff
@@ -147,7 +148,7 @@ PARAMETERS = (
             (
                 (0.135, 0.135, 0.0036, 0.0, 0.5, 20.0, 0.0, 20.0),
                 (0.135, 0.135, 0.0036, 0.0, 0.5, 20.0, 0.0, 20.0),
-                (0.18, 0.018, 0.0, 0.0, 0.5, 20.0, 2.5, 0.0),
+                (0.18, 0.018, 0.0, 0.0, 0.5, 20.0, 2.5, 20.0),
             ),
             strict=True,
         )
@@ -310,26 +311,33 @@ def heading_limit(rate_p: float, angle_p: float, slope: float) -> float:
         rate_p: ATC_RAT_YAW_P.
         angle_p: ATC_ANG_YAW_P [1/s].
         slope: of the rate asked for, 0 without a limit [rad/s²].
+
+    Returns:
+        The error; half a turn, and so no limit, where one of the gains is 0.
     """
     if rate_p <= 0.0 or angle_p <= 0.0:
-        return MOST_HEADING
+        return math.pi
     rate = 1.0 / rate_p
     if slope <= 0.0 or rate < slope / angle_p:
         return min(rate / angle_p, MOST_HEADING)
     return min(0.5 * slope / angle_p**2 + 0.5 * rate * rate / slope, MOST_HEADING)
 
 
-def sqrt_p(e: Any, k: Any, slope: Any) -> Any:
+def sqrt_p(e: Any, k: Any, slope: Any, dt: float) -> Any:
     """Return ArduPilot's square-root controller of an error.
 
     Args:
         e: error.
-        k: gain near 0 [1/s].
+        k: gain near 0, 0 for the root alone [1/s].
         slope: largest slope of what it asks for; 0 for none.
+        dt: in which the root alone makes good no more than the error; 0 for any [s].
     """
-    if slope <= 0.0 or k <= 0.0:
+    if slope <= 0.0:
         return k * e
-    line = slope / (k * k)
+    line = slope / (k * k) if k > 0.0 else 0.0 * k
+    ahead = e if e > 0.0 else -e
+    if k <= 0.0 and ahead < 2.0 * slope * dt * dt:
+        return e / dt
     if e > line:
         return (2.0 * slope * (e - 0.5 * line)) ** 0.5
     if e < -line:
@@ -338,16 +346,16 @@ def sqrt_p(e: Any, k: Any, slope: Any) -> Any:
 
 
 def sqrt_p_level(x: Any, y: Any, k: Any, slope: Any, most: Any) -> Any:
-    """Return the square-root controller along a level error, within a largest length."""
+    """Return the square-root controller along a level error, within a length where k is not 0."""
     squared = x * x + y * y
     line = slope / (k * k) if slope > 0.0 and k > 0.0 else 0.0 * k
     b_x, b_y = k * x, k * y
-    if slope > 0.0 and k > 0.0 and squared > line * line:
+    if slope > 0.0 and squared > line * line:
         length = squared**0.5
-        scale = sqrt_p(length, k, slope) / length
+        scale = sqrt_p(length, k, slope, 0.0) / length
         b_x, b_y = scale * x, scale * y
     squared = b_x * b_x + b_y * b_y
-    if squared > most * most:
+    if k > 0.0 and squared > most * most:
         scale = most / squared**0.5
         b_x, b_y = scale * b_x, scale * b_y
     return b_x, b_y
@@ -365,7 +373,7 @@ def shaped(e: Any, rate: Any, slope: Any, k: Any, most: Any, limit: Any, dt: flo
         limit: largest rate, 0 for any [rad/s].
         dt: since the update before [s].
     """
-    wanted = sqrt_p(e, k, most)
+    wanted = sqrt_p(e, k, most, 0.0)
     ahead = wanted if wanted > 0.0 else -wanted
     wanted = wanted - (rate if k * ahead <= most else most / (k * ahead) * rate)
     if limit > 0.0:
@@ -457,9 +465,10 @@ def update(
     # position to velocity
     x, y, z = probe3(position_error(measured, setpoint), POSITION, loops)
     b_x, b_y = sqrt_p_level(x, y, g.PSC_NE_POS_P, g.WP_ACC, g.WP_SPD)
-    b_z = sqrt_p(z, g.PSC_D_POS_P, g.WP_ACC_Z)
-    b_z = b_z if b_z < g.WP_SPD_UP else g.WP_SPD_UP + 0.0 * b_z
-    b_z = b_z if b_z > -g.WP_SPD_DN else -g.WP_SPD_DN + 0.0 * b_z
+    b_z = sqrt_p(z, g.PSC_D_POS_P, g.WP_ACC_Z, 0.0)
+    if g.PSC_D_POS_P > 0.0:
+        b_z = b_z if b_z < g.WP_SPD_UP else g.WP_SPD_UP + 0.0 * b_z
+        b_z = b_z if b_z > -g.WP_SPD_DN else -g.WP_SPD_DN + 0.0 * b_z
     s_x, s_y, s_z, yaw_rate = velocity_setpoint((b_x, b_y, b_z), measured, setpoint, g)
 
     # velocity to acceleration
@@ -547,9 +556,9 @@ def update(
         away = unit(product(corrected, small_turn(0.0 * e_z, 0.0 * e_z, e_z)))
         q_t = unit(product(q, away))
     e_x, e_y, e_z = probe3((e_x, e_y, e_z), ATTITUDE, loops)
-    r_x = sqrt_p(e_x, g.ATC_ANG_RLL_P, g.angle_slope_x)
-    r_y = sqrt_p(e_y, g.ATC_ANG_PIT_P, g.angle_slope_y)
-    r_z = sqrt_p(e_z, g.ATC_ANG_YAW_P, g.angle_slope_z)
+    r_x = sqrt_p(e_x, g.ATC_ANG_RLL_P, g.angle_slope_x, dt)
+    r_y = sqrt_p(e_y, g.ATC_ANG_PIT_P, g.angle_slope_y, dt)
+    r_z = sqrt_p(e_z, g.ATC_ANG_YAW_P, g.angle_slope_z, dt)
     r_x, r_y, r_z = within_rates(
         (r_x, r_y, r_z),
         RADIANS * g.ATC_RATE_R_MAX,

@@ -498,8 +498,9 @@ PER_GAIN = P_SCALE * DEGREES / MIXER
 def rule(vehicle: Any) -> dict[str, float]:
     """Return values for a vehicle: motors, throttle in hover, and gains where it is no 5-inch quad.
 
-    Those gains are of the PD cascade in this form: rate P = kd, angle P = 0.3 kd, integrals and
-    derivatives in the proportions of Betaflight's defaults, integrals slower as the loop is.
+    Roll and pitch, or yaw, of one that turns as quickly as that keep Betaflight's. Other gains are
+    of the PD cascade in this form: rate P = kd, angle P = 0.3 kd, integrals and derivatives in the
+    proportions of Betaflight's defaults, integrals slower as the loop is.
     """
     pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
     fastest = vehicle.rotors[0].max_rot_velocity
@@ -522,20 +523,24 @@ def rule(vehicle: Any) -> dict[str, float]:
         "outer_i_climb": 0.5 * pd["kp_velocity_z"],
         "max_climb_rate": pd["max_climb_rate"],
     }
-    alike = all(1.0 / ALIKE < a / b < ALIKE for a, b in zip(turned, FIVE_INCH, strict=True))
-    if alike and frame.spin_up_time > LEAST_SPIN_UP:
-        return values
-    for axis, kp, place in (
-        ("roll", "kd_roll", 0),
-        ("pitch", "kd_pitch", 1),
-        ("yaw", "kp_yaw_rate", 2),
+    alike = [1.0 / ALIKE < a / b < ALIKE for a, b in zip(turned, FIVE_INCH, strict=True)]
+    kept_level = alike[0] and alike[1]
+    kept_yaw = kept_level and alike[2] and frame.spin_up_time > LEAST_SPIN_UP
+    for axis, kp, place, kept in (
+        ("roll", "kd_roll", 0, kept_level),
+        ("pitch", "kd_pitch", 1, kept_level),
+        ("yaw", "kp_yaw_rate", 2, kept_yaw),
     ):
+        if kept:
+            continue
         p = min(pd[kp] / (float(turned[place]) * PER_GAIN), 250.0)
         values[f"p_{axis}"] = p
         slower = min(1.0, pd[kp] / FIVE_INCH_RATE)
         values[f"i_{axis}"] = min((0.7 if axis == "yaw" else 1.8) * p * slower, 250.0)
         values[f"d_{axis}"] = 0.0 if axis == "yaw" else min(0.7 * p, 180.0)
         values[f"d_max_{axis}"] = 0.0 if axis == "yaw" else min(0.95 * p, 250.0)
-    values["spin_up_feedforward"] = pd["spin_up_feedforward"]
-    values["angle_p_gain"] = min(3.0 * min(pd["kd_roll"], pd["kd_pitch"]), 200.0)
+    if not kept_yaw:
+        values["spin_up_feedforward"] = pd["spin_up_feedforward"]
+    if not kept_level:
+        values["angle_p_gain"] = min(3.0 * min(pd["kd_roll"], pd["kd_pitch"]), 200.0)
     return values

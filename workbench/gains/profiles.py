@@ -7,8 +7,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
@@ -221,6 +219,8 @@ def _leading_comment(text: str) -> str:
 
 def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
     """Return a gain file's text."""
+    import yaml  # slow to load, and most who look for gains write none
+
     whose = {} if gains.controller == DEFAULT else {"controller": gains.controller}
     head = {
         "vehicle": gains.vehicle,

@@ -124,6 +124,16 @@ def test_given_files_of_ardupilot_come_back(tmp_path, case):
     assert with_gains >= 7
 
 
+@pytest.mark.skipif(not GIVEN.is_dir(), reason="the given files of ArduPilot are not there")
+def test_defaults_are_those_that_a_vehicle_with_arducopter_4_6_had():
+    """A file that its ground station saved before anything was set; 4.7 has a smaller D."""
+    found = import_gains(GIVEN / "Holybro_X500_V2/00_default.param")
+    defaults = {row.name: row.default for row in found.law.parameters}
+    assert len(found.values) == len(found.firmware.rows(found.law)) == 71
+    other = {name: value for name, value in found.values.items() if value != defaults[name]}
+    assert other == {"PSC_NE_VEL_D": 0.5}
+
+
 def log_parameters(path: Path) -> dict[str, tuple[float, int]]:
     """Return value and type of each parameter in a ULog, from its specification alone."""
     data, at, found = path.read_bytes(), 16, {}
@@ -297,3 +307,30 @@ def test_the_profile_of_betaflight_that_is_in_use_counts(tmp_path):
     values = {**everything(second), "p_roll": 60.0}
     made = export_gains(values, second.law, second.firmware, "", second)
     assert made.text == text.replace("= 50", "= 60")
+
+
+def test_what_is_beyond_the_firmwares_own_ranges_is_named_and_taken(tmp_path, case):
+    """Ranges are those of mc_rate_control_params.yaml and of @Range in AC_AttitudeControl.cpp."""
+    for text, said in (
+        ("1\t1\tMC_ROLLRATE_P\t0.8\t9\n", "MC_ROLLRATE_P 0.8 (0.01 .. 0.5)"),
+        ("1\t1\tMC_ROLLRATE_P\t0.5\t9\n", ""),
+        ("1\t1\tMC_YAWRATE_I\t15\t9\n", ""),  # has no largest value
+        ("ATC_ANG_RLL_P,26\nATC_RAT_RLL_FLTD,0\n", "ATC_ANG_RLL_P 26 (3 .. 12)"),
+        ("PSC_ACCZ_P,0.05\n", "PSC_D_ACC_P 0.005 (0.01 .. 0.25)"),
+    ):
+        with case(text):
+            found = import_gains(put(tmp_path / "x", text))
+            made = export_gains(everything(found), found.law, found.firmware)
+            assert len(found.values) == text.count("\n")
+            for remarks in (found.remarks, made.remarks):
+                told = [each for each in remarks if "states itself" in each]
+                assert [each.rpartition("advice: ")[2] for each in told] == ([said] if said else [])
+
+
+def test_advised_ranges_are_within_the_laws_rows():
+    for firmware in FIRMWARES:
+        rows = {row.name: row for row in firmware.rows(load_controller(firmware.laws[0]))}
+        assert firmware.advised.keys() <= rows.keys()
+        for name, (least, most) in firmware.advised.items():
+            assert rows[name].minimum <= least < most <= rows[name].maximum, name
+            assert (least, most) != (rows[name].minimum, rows[name].maximum), name

@@ -106,8 +106,9 @@ class ArduPilot:
         g = self.g
         v_desired, a_desired = (R_NED_ENU @ wish.v)[:2], (R_NED_ENU @ wish.a)[:2]
         error = (R_NED_ENU @ (wish.p - motion.p))[:2] * wish.holds_xy
-        most = inv_sqrt_controller(g.WP_SPD, g.PSC_NE_POS_P, g.WP_ACC)
-        error = shortened(error, most)
+        if g.PSC_NE_POS_P > 0.0:  # AC_P_2D::set_limits: without P there is none
+            most = inv_sqrt_controller(g.WP_SPD, g.PSC_NE_POS_P, g.WP_ACC)
+            error = shortened(error, most)
         length = np.linalg.norm(error)
         v = v_desired.copy()
         if length > 0.0:
@@ -137,9 +138,10 @@ class ArduPilot:
         g = self.g
         lower, upper = self.motors.limits[3:]
         error = -(wish.p[2] - motion.p[2]) * wish.holds_z
-        up = inv_sqrt_controller(g.WP_SPD_UP, g.PSC_D_POS_P, g.WP_ACC_Z)
-        down = inv_sqrt_controller(g.WP_SPD_DN, g.PSC_D_POS_P, g.WP_ACC_Z)
-        error = min(max(error, -up), down)
+        if g.PSC_D_POS_P > 0.0:
+            up = inv_sqrt_controller(g.WP_SPD_UP, g.PSC_D_POS_P, g.WP_ACC_Z)
+            down = inv_sqrt_controller(g.WP_SPD_DN, g.PSC_D_POS_P, g.WP_ACC_Z)
+            error = min(max(error, -up), down)
         v = sqrt_controller(error, g.PSC_D_POS_P, g.WP_ACC_Z, 0.0) - wish.v[2]
         error = v + motion.v[2]
         if self.d_error is None:

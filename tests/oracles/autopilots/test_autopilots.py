@@ -6,6 +6,7 @@ errors from none to far beyond every limit, gains around their defaults, motors 
 """
 
 from collections import namedtuple
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -86,7 +87,15 @@ def test_a_law_and_its_oracle_are_one_over_10000_updates(name, case):
     compare(name, 10_000, case)
 
 
-def compare(name, count, case):
+def test_ardupilots_gains_of_exactly_zero_ask_for_the_root_of_the_error_alone(case):
+    """As in its sqrt_controller: a P of 0 is no loop that is switched off."""
+    names = ("PSC_NE_POS_P", "PSC_D_POS_P", "ATC_ANG_RLL_P", "ATC_ANG_PIT_P", "ATC_ANG_YAW_P")
+    for given in (dict.fromkeys(names, 0.0), {"ATC_ANG_YAW_P": 0.0}, {"ATC_RAT_YAW_P": 0.0}):
+        with case(given):
+            compare("ardupilot", 200, case, given)
+
+
+def compare(name, count, case, given=MappingProxyType({})):
     make_oracle, vehicles = ORACLES[name]
     law = load_controller(name)
     saturated = 0
@@ -94,7 +103,7 @@ def compare(name, count, case):
         rng = np.random.default_rng(seed)
         with case(f"{vehicles[seed % len(vehicles)]}, seed {seed}"):
             vehicle = VEHICLES[vehicles[seed % len(vehicles)]]
-            g = drawn_gains(law, vehicle, rng)
+            g = drawn_gains(law, vehicle, rng, given)
             oracle = make_oracle(g, oracle_vehicle(vehicle))
             ours, theirs = flown(law, oracle, g, vehicle, rng)
             force, moment = np.max(np.abs(theirs[:, 0])), np.max(np.abs(theirs[:, 1:]))
@@ -135,8 +144,9 @@ def oracle_vehicle(vehicle):
     return vehicle._replace(rotors=rotors)
 
 
-def drawn_gains(law, vehicle, rng):
-    """Return the law's g: around their defaults, some at a limit, and those that it designs."""
+def drawn_gains(law, vehicle, rng, given):
+    """Return the law's g: around their defaults, some at a limit, those given, and those that it
+    designs."""
     values = {}
     for row in law.parameters:
         default = row.default if row.default else 0.05 * row.maximum
@@ -148,7 +158,9 @@ def drawn_gains(law, vehicle, rng):
         if row.name == "MOT_THST_EXPO":  # at 1 a first touch of thrust has infinite slope
             drawn = rng.uniform(-0.9, 0.9)
         values[row.name] = float(np.clip(drawn, row.minimum, row.maximum))
-    values |= {name: rng.choice(SWITCHES[name]) for name in SWITCHES if name in values} | OPEN
+    values |= (
+        {name: rng.choice(SWITCHES[name]) for name in SWITCHES if name in values} | OPEN | given
+    )
     every = [*values, *law.designed]
     return namedtuple("Gains", every)(*law.gains(values, vehicle, law.period))
 

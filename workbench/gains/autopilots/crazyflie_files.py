@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.yaml_files import FastLoader, refuse_bombs
+from workbench.common.yaml_files import fast_loader, refuse_bombs
 from workbench.gains.autopilots.numbers import number_in, shortest
 from workbench.gains.autopilots.parameter_file import Entry, ParameterFile
 
@@ -28,7 +28,7 @@ def read_parameters(path: Path, text: str) -> ParameterFile:
     """
     try:
         refuse_bombs(path, text)
-        root = yaml.compose(text, Loader=FastLoader)
+        root = yaml.compose(text, Loader=fast_loader())
     except (yaml.YAMLError, ValueError, UnicodeError) as error:
         mark = getattr(error, "problem_mark", None)
         where = f":{mark.line + 1}" if mark else ""

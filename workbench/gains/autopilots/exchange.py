@@ -17,6 +17,7 @@ from workbench.gains.autopilots.firmware import (
 )
 from workbench.gains.autopilots.numbers import tidy
 from workbench.gains.autopilots.parameter_file import ParameterFile, joined
+from workbench.gains.autopilots.ranges import beyond
 from workbench.scenario.parameters import parameter_table
 
 _SELECTED = "stabilizer.controller"
@@ -116,7 +117,7 @@ def import_gains(
             f"{path}: sets none of the {len(rows)} gains of {law.name}, as "
             f"{joined([found.file_name(name) for name in rows], 3)}"
         )
-    remarks += _renamed(found, numbers, version)
+    remarks += [*_renamed(found, numbers, version), *_beyond(found, law, values)]
     if found.steps and "begins at the defaults" in " ".join(remarks):
         values = {name: row.default for name, row in rows.items() if name not in wrong} | values
     others = tuple(
@@ -164,7 +165,7 @@ def export_gains(
         said = unsafe(table.find(name), value)
         if said:
             raise WorkbenchError(f"{firmware.file_name(name)} {said}; nothing is exported")
-    remarks = _rounded(firmware, gains)
+    remarks = (*_rounded(firmware, gains), *_beyond(firmware, law, gains))
     wanted = firmware.to_file(gains, version)
     if present is None:
         return Exported(firmware.new(wanted, version), wanted, (), remarks)
@@ -219,6 +220,13 @@ def _renamed(firmware: Firmware, values: Mapping[str, float], version: str) -> t
     if any(f"d_min_{axis}" in values for axis in versions.AXES):
         said.append("d and d_min of before 4.6 are read as d_max and d")
     return tuple(said)
+
+
+def _beyond(firmware: Firmware, law: Controller, gains: Mapping[str, float]) -> tuple[str, ...]:
+    """Return what to say of gains beyond the ranges that a firmware states itself."""
+    found = beyond(firmware.advised, firmware.rows(law), gains)
+    said = f"beyond the range that {firmware.name} states itself, which is advice: {joined(found)}"
+    return (said,) if found else ()
 
 
 def _rounded(firmware: Firmware, gains: Mapping[str, float]) -> tuple[str, ...]:

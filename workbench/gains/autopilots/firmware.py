@@ -7,7 +7,7 @@ them, the limits of every law and the motors of the bench, stands in no file.
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError, find_row
@@ -18,6 +18,7 @@ from workbench.gains.autopilots import (
     betaflight_files,
     crazyflie_files,
     px4_files,
+    ranges,
     versions,
 )
 from workbench.gains.autopilots.numbers import single
@@ -42,6 +43,7 @@ class Firmware:
         new: makes the text of a new file from values and version.
         renames: names and scales of former versions.
         families: matches names that belong to its flight control, flown here or not.
+        advised: ranges that it states itself, where they are narrower than the law's.
         steps: whether all its gains are whole numbers.
     """
 
@@ -53,6 +55,7 @@ class Firmware:
     new: Callable[[Mapping[str, float], str], str]
     renames: tuple[versions.Rename, ...]
     families: re.Pattern[str]
+    advised: ranges.Ranges = field(default_factory=dict)
     steps: bool = False
 
     def law_name(self, name: str) -> str:
@@ -68,11 +71,11 @@ class Firmware:
 
     def rows(self, law: Controller) -> tuple[Parameter, ...]:
         """Return those of a law's parameters that the firmware has."""
-        return tuple(
-            row
-            for row in law.parameters
-            if row.name not in _COMMON and not _BENCH.fullmatch(row.name)
-        )
+        return tuple(row for row in law.parameters if self.has(row.name))
+
+    def has(self, name: str) -> bool:
+        """Return whether the firmware has a law's parameter, and not the bench alone."""
+        return name not in _COMMON and not _BENCH.fullmatch(name)
 
     def to_law(self, values: Mapping[str, float], version: str) -> dict[str, float]:
         """Return a file's values by the law's names, in its scales.
@@ -106,6 +109,7 @@ PX4 = Firmware(
     px4_files.new_file,
     versions.PX4,
     re.compile(r"MC_|MPC_|THR_MDL|IMU_D?GYRO_"),
+    ranges.PX4,
 )
 ARDUPILOT = Firmware(
     "ardupilot",
@@ -116,11 +120,12 @@ ARDUPILOT = Firmware(
     ardupilot_files.new_file,
     versions.ARDUPILOT,
     re.compile(r"ATC_|PSC_|MOT_|INS_GYRO_FILTER|ANGLE_MAX"),
+    ranges.ARDUPILOT,
 )
 BETAFLIGHT = Firmware(
     "betaflight",
     "4.6.0",
-    ("betaflight",),
+    ("betaflight", "betaflight-sitl"),
     ".txt",
     betaflight_files.written_value,
     betaflight_files.new_file,
