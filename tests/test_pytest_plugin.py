@@ -70,6 +70,34 @@ def test_cases_become_items_that_pass_once_recorded(pytester, plugin):
     pytester.runpytest_inprocess(*plugin, "-v").assert_outcomes(passed=2)
 
 
+LOG = """\
+cases:
+  - {name: there, log: flown.csv, limits: {peak_speed: {max: 2}}}
+  - {name: no motors, log: {file: flown.csv, missing: skip}, limits: {trim: {max: 1}}}
+  - {name: gone, log: {file: gone.ulg, missing: skip}, limits: {trim: {max: 1}}}
+  - {name: too fast, log: flown.csv, limits: {peak_speed: {max: 0.5}}}
+"""
+
+
+def test_logs_are_judged_and_what_they_lack_is_skipped(pytester, plugin):
+    rows = [f"{0.01 * number},1.0,0,0" for number in range(200)]
+    (pytester.path / "flown.csv").write_text("\n".join(["t,vx,vy,vz", *rows]))
+    (pytester.path / "flown.mapping.yaml").write_text(
+        "time: {column: t, unit: s}\ncolumns:\n"
+        + "".join(f"  v{a}: {{signal: velocity_data.v_{a}, unit: m/s}}\n" for a in "xyz")
+    )
+    pytester.makefile(".spec.yaml", log=LOG)
+    done = pytester.runpytest_inprocess(*plugin, "-rs")
+    done.assert_outcomes(passed=1, skipped=2, failed=1)
+    done.stdout.fnmatch_lines(
+        [
+            "peak_speed is 1 m/s, and should be at most 0.5 m/s: 0.5 m/s above",
+            "SKIPPED*trim: *says nothing of what the motors were told*",
+            "SKIPPED*there is no log gone.ulg",
+        ]
+    )
+
+
 def test_a_failure_is_a_sentence_and_no_traceback(pytester, plugin):
     pytester.makefile(".spec.yaml", two=BAD)
     done = pytester.runpytest_inprocess(*plugin)

@@ -68,9 +68,11 @@ class SpecItem(pytest.Item):
     def runtest(self) -> None:
         from workbench.design.regress.judging import Job, baseline_files, compare, measure
         from workbench.design.regress.loading import load_spec
+        from workbench.logs.judged_log import read_case
 
         # a controller of this repository runs as its conftest.py does
-        job = Job(load_spec(self.path, trusted=self.config.rootpath), self.name)
+        spec = load_spec(self.path, trusted=self.config.rootpath)
+        job = Job(spec, self.name).with_log(read_case)
         measured = measure(job)
         if self.config.getoption(UPDATE):
             for path, text in baseline_files(job, measured).items():
@@ -79,6 +81,8 @@ class SpecItem(pytest.Item):
         result = compare(job, measured)
         if not result.passed:
             raise RegressionError("\n".join(result.story))
+        if result.skipped:
+            pytest.skip("; ".join(result.skips))
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Return sentences where that says all, and a traceback only for what is unforeseen."""

@@ -267,6 +267,20 @@ columns:
 """
 
 
+def test_commands_that_are_speeds_are_commands():
+    """`identify` takes them, so `log` says that it can; the full speed no log knows."""
+    time = np.arange(0.0, 10.0, 0.002)
+    kinds = ("linear_acceleration", "angular_velocity")
+    names = [f"imu.{kind}.{axis}" for kind in kinds for axis in "xyz"]
+    values = {name: np.sin(time) for name in names}
+    values |= {f"rotors.speed_command.{k}": 500.0 * (time >= 4.0) for k in range(4)}
+    signals = {name: make_signal(name, "", time, each) for name, each in values.items()}
+    contents = contents_of(FlightRecord("a", Path("a.csv"), "made up", signals, end=10.0))
+    assert contents.turning == pytest.approx(6.0, abs=0.005) and np.isnan(contents.saturated)
+    found = {each.what: each.can for each in contents.findable}
+    assert found["rotor lag"] and found["inertia"] and not found["thrust over voltage"]
+
+
 def test_a_csv_with_a_mapping(tmp_path, case):
     table = tmp_path / "own.csv"
     rows = [f"{10 * i};{90};{1000 + i};{11100}" for i in range(50)]
@@ -340,6 +354,23 @@ def test_an_imported_log_is_the_flight_again(tmp_path):
     assert np.isfinite(shown.values).sum() == len(signals["estimate.x"].time)
     with pytest.raises(WorkbenchError, match="flown elsewhere"):
         open_log(path).scenario()
+
+
+def test_a_damaged_table_of_states_is_read_as_far_as_it_is_whole(tmp_path):
+    path = tmp_path / "flight.csv"
+    groups = {"p_W": "xyz", "q_WB": "wxyz", "v_W": "xyz", "w_W": "xyz", "vdot_W": "xyz"}
+    head = ["t [s]", *(f"{name}.{axis} [m]" for name, axes in groups.items() for axis in axes)]
+    rows = [[0.01 * i, *(float(i + k) for k in range(1, len(head)))] for i in range(20)]
+    lines = [",".join(map(str, row)) for row in (head, *rows)]
+    lines[5] = lines[5].replace(",", ",x", 1)
+    path.write_text("\n".join(lines)[:-30], encoding="utf-8")
+    flight = read_flight(path)
+    assert flight.remarks == ("2 damaged rows were left out",)
+    expected = [row[3] for i, row in enumerate(rows[:-1]) if i != 4]
+    assert flight["position_data.z"].values.tolist() == expected
+    path.write_text("\n".join(lines[:3]), encoding="utf-8")
+    with pytest.raises(WorkbenchError, match="no three whole rows"):
+        read_flight(path)
 
 
 def test_our_own_log_is_a_flight_record(log):

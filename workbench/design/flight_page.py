@@ -34,7 +34,8 @@ def fly_and_film(
     target = np.array(session.snapshot().p_WB)
     meshcat.SetCameraPose(target + session.vehicle.span * _EYE, target)
     meshcat.StartRecording()
-    session.run(progress)
+    with session.programs():
+        session.run(progress)
     meshcat.PublishRecording()
     page.write_text(meshcat.StaticHtml(), encoding="utf-8")
     return session

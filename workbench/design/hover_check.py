@@ -3,7 +3,7 @@
 import copy
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -70,12 +70,17 @@ class HoverReport:
         drift: (N) distance from the place where it began [m].
         tilt: (N) angle between body z and where it pointed at the beginning [rad].
         steps: along x, y, z and about yaw.
+        exchange: how that with a program went that ran the law, in all flights together, see
+            `Session.exchange`.
+        ended: why that program ended in one of them, "" else.
     """
 
     hover: Recording
     drift: np.ndarray
     tilt: np.ndarray
     steps: tuple[StepResponse, ...]
+    exchange: Mapping[str, float] = field(default_factory=dict)
+    ended: str = ""
 
     @property
     def rotor_use(self) -> float:
@@ -121,8 +126,8 @@ def check_hover(
         if progress:
             progress((done + share) / flights)
 
-    hover = _hover(scenario, settings, report)
-    steps = []
+    session = _hover(scenario, settings, report)
+    hover, steps = session.recording(), []
     for axis, amplitude in STEPS:
         done += 1
         steps.append(
@@ -137,17 +142,21 @@ def check_hover(
         )
     up = hover.z_axis_W
     across = np.linalg.norm(np.cross(up, up[0]), axis=1)
+    exchanges = [session.exchange, *(step.exchange for step in steps)]
+    endings = (session.ended, *(step.ended for step in steps))
     return HoverReport(
         hover=hover,
         drift=np.linalg.norm(hover.p_WB - hover.p_WB[0], axis=1),
         tilt=np.arctan2(across, up @ up[0]),
         steps=tuple(steps),
+        exchange={name: sum(each[name] for each in exchanges) for name in session.exchange},
+        ended=next(filter(None, endings), ""),
     )
 
 
 def _hover(
     scenario: Scenario, settings: Mapping[str, float] | None, progress: Callable[[float], None]
-) -> Recording:
+) -> Session:
     """Fly the ten seconds, begun with rotors at hover speed and a nudge."""
     flight = copy.deepcopy(scenario)
     flight.start = Start(
@@ -161,4 +170,4 @@ def _hover(
     session = Session(flight, settings)
     with session.programs():
         session.run(progress)
-    return session.recording()
+    return session

@@ -3,7 +3,7 @@
 import copy
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,6 +38,8 @@ class LoadResponse:
         recording: the whole flight; the load acts from `EDGE` on.
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
+        exchange: how that with a program went that ran the law, see `Session.exchange`.
+        ended: why that program ended in flight, "" else.
     """
 
     load: str
@@ -45,6 +47,8 @@ class LoadResponse:
     recording: "Recording"
     metrics: LoadMetrics
     peak_rotor_use: float
+    exchange: Mapping[str, float] = field(default_factory=dict)
+    ended: str = ""
 
     @property
     def time(self) -> np.ndarray:
@@ -99,7 +103,8 @@ def fly_load_step(
     check_load(load, size)
     check_duration(duration)
     session = Session(load_scenario(row, size, duration, common, vehicle, acts), settings)
-    session.run(progress)
+    with session.programs():
+        session.run(progress)
     after = session.recording().between(EDGE, np.inf)
     return LoadResponse(
         load=load,
@@ -107,6 +112,8 @@ def fly_load_step(
         recording=session.recording(),
         metrics=load_metrics(after.time - EDGE, moved(row, after)),
         peak_rotor_use=float(after.rotor_use.max()),
+        exchange=session.exchange,
+        ended=session.ended,
     )
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -87,7 +87,8 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
     """
     (case,) = content.cases
     law = load_controller(content.controller)
-    head = {"title": content.title, "vehicle": _vehicle(content.vehicle, path.parent, profile)}
+    flown = vehicle_head(content.vehicle, path.parent) | {"gains": profile.name}
+    head: dict[str, object] = {"title": content.title, "vehicle": flown}
     if content.controller != DEFAULT:
         head["controller"] = _controller(content.controller, path.parent)
     if content.estimator != TRUTH:
@@ -107,7 +108,7 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
         lines += ["    set:"]
         lines += [f"      {name}: {_number(name, value, law)}" for name, value in case.set.items()]
     lines += ["    limits:"]
-    lines += [f"      {name}: {_limit(limit)}" for name, limit in case.limits.items()]
+    lines += [f"      {name}: {limit_text(limit)}" for name, limit in case.limits.items()]
     lines += ["    baseline:"]
     for signal, tolerance in case.baseline.items():
         lines += [f"      {signal}: {{absolute: {tolerance.absolute!r}}}"]
@@ -115,7 +116,7 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
         lines += ["margins:"]
     for loop, limits in content.margins.items():
         lines += [f"  {loop}:"]
-        lines += [f"    {name}: {_limit(limit)}" for name, limit in limits.items()]
+        lines += [f"    {name}: {limit_text(limit)}" for name, limit in limits.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -124,7 +125,7 @@ def _number(name: str, value: float, law: Controller) -> str:
     return f"{value!r}" if unit == "1" else f"{value!r} # {unit}"
 
 
-def _limit(limit: Limit) -> str:
+def limit_text(limit: Limit) -> str:
     """Return a limit as a spec has it."""
     if limit.min > -float("inf") and limit.max < float("inf"):
         return f"[{limit.min!r}, {limit.max!r}]"
@@ -138,8 +139,8 @@ def _controller(name: str, folder: Path) -> str:
     return _beside(Path(name).resolve(), folder) if name.endswith(".py") else name
 
 
-def _vehicle(config: VehicleConfig, folder: Path, profile: Path) -> dict[str, object]:
-    """Return a vehicle as a spec in a folder names it."""
+def vehicle_head(config: VehicleConfig, folder: Path) -> dict[str, object]:
+    """Return a vehicle as a spec in a folder names it, without its gains."""
     found: dict[str, object] = {"model": config.model}
     found |= yaml.safe_load(dump_changes(config)) or {}
     if config.model not in list_models():
@@ -151,7 +152,8 @@ def _vehicle(config: VehicleConfig, folder: Path, profile: Path) -> dict[str, ob
             name: _beside(Path(place).expanduser().resolve(), folder)
             for name, place in config.packages.items()
         }
-    return found | {"gains": profile.name}
+    found.pop("gains", None)
+    return found
 
 
 def _beside(file: Path, folder: Path) -> str:
@@ -170,9 +172,9 @@ def step_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
             continue
         if name in SHARES or name == "peak":
             room = SHARES.get(name, PEAK) * abs(value)
-            found[name] = _between(value - room, value + room)
+            found[name] = limit_between(value - room, value + room)
         elif name in SPANS:
-            found[name] = _between(value - SPANS[name], value + SPANS[name])
+            found[name] = limit_between(value - SPANS[name], value + SPANS[name])
         else:
             times, more = MOST[name]
             found[name] = Limit(max=_rounded(times * value + more, up=True))
@@ -199,7 +201,7 @@ def margin_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
         if not math.isfinite(value):
             continue
         if name == "crossover":
-            found[name] = _between((1.0 - CROSSOVER) * value, (1.0 + CROSSOVER) * value)
+            found[name] = limit_between((1.0 - CROSSOVER) * value, (1.0 + CROSSOVER) * value)
         elif name in LEAST and value > 0.0:
             found[name] = Limit(min=_rounded(_less(name, value), up=False))
     return found
@@ -212,8 +214,8 @@ def _less(name: str, value: float) -> float:
     return LEAST[name] * value
 
 
-def _between(low: float, high: float) -> Limit:
-    """Return a limit with few digits around a span; none of these numbers can be below 0."""
+def limit_between(low: float, high: float) -> Limit:
+    """Return a limit with few digits around a span; none of its numbers can be below 0."""
     if low <= 0.0:
         return Limit(max=_rounded(high, up=True))
     return Limit(min=_rounded(low, up=False), max=_rounded(high, up=True))
@@ -288,7 +290,7 @@ def pin_step(
     check_duration(duration)
     path = Path(path).expanduser().absolute()
     profile = _profile(path)
-    _check_files(path, profile, overwrite)
+    check_name(path, (path, profile, baseline_folder(path)), overwrite)
     tell = progress or _tell_nobody
     if scenario.estimator not in ESTIMATORS:
         raise WorkbenchError(
@@ -388,13 +390,19 @@ def _profile(path: Path) -> Path:
     return path.with_name(f"{spec_name(path)}.gains.yaml")
 
 
-def _check_files(path: Path, profile: Path, overwrite: bool) -> None:
-    """Refuse names that are no spec's, and files that must not be lost."""
+def check_name(path: Path, files: Sequence[Path], overwrite: bool) -> None:
+    """Refuse names that are no spec's, and files that must not be lost.
+
+    Raises:
+        WorkbenchError: naming what is to be named otherwise.
+    """
     if not path.name.endswith(SUFFIX) or path.name == SUFFIX:
         raise WorkbenchError(f"{path}: is no name for a spec: name it NAME{SUFFIX}")
-    for file in (path, profile, baseline_folder(path)):
+    for file in files:
         if file.exists() and not overwrite:
-            raise WorkbenchError(f"{file}: is there already: take another name, or overwrite it")
+            raise WorkbenchError(
+                f"{file}: is there already: take another name, or overwrite it with --force"
+            )
 
 
 def _make_folder(folder: Path) -> None:

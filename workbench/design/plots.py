@@ -114,5 +114,8 @@ def widen(axes: Axes, *values: np.ndarray | float, least: float = 0.0) -> None:
 
 
 def write_png(figure: Figure, to: Path | BinaryIO) -> None:
-    """Write a figure; `savefig` would draw it twice, once only to lay it out."""
-    FigureCanvasAgg(figure).print_png(to)
+    """Write a figure; `savefig` would draw it twice, once only to lay it out.
+
+    A tenth more of bytes takes two thirds of the time to compress.
+    """
+    FigureCanvasAgg(figure).print_png(to, pil_kwargs={"compress_level": 3})

@@ -6,7 +6,7 @@ A step that cannot be flown is refused before Drake is loaded.
 import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -56,6 +56,8 @@ class StepResponse:
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
         coupling: on the other axes, [m] and [rad]; the commanded one is 0.
         before: velocity or yaw rate at the edge of a step from a steady flight; 0 for hover.
+        exchange: how that with a program went that ran the law, see `Session.exchange`.
+        ended: why that program ended in flight, "" else.
     """
 
     axis: str
@@ -65,6 +67,8 @@ class StepResponse:
     peak_rotor_use: float
     coupling: Coupling
     before: float = 0.0
+    exchange: Mapping[str, float] = field(default_factory=dict)
+    ended: str = ""
 
     @property
     def time(self) -> np.ndarray:
@@ -134,6 +138,8 @@ def fly_step(
         peak_rotor_use=float(after.rotor_use.max()),
         coupling=coupling(after, axis, velocity),
         before=before,
+        exchange=session.exchange,
+        ended=session.ended,
     )
 
 

@@ -19,7 +19,7 @@ GROUND = 2.0
 FULL = 0.995
 """Share of the full command, from which on a motor can give no more."""
 FAST = 180.0
-"""Rate of gyro and commands that rotor lag and inertia need [Hz]."""
+"""Rate of gyro and commands that rotor lag and inertia need [Hz], as `identify` has it."""
 _GRID = 0.005
 """Of the search for an offset [s]."""
 _BRIDGE = 0.05
@@ -63,7 +63,8 @@ class FlightContents:
 
     Attributes:
         turning: time in which a motor turns [s]; NaN without commands.
-        saturated: share of that in which a motor gives all that it can.
+        saturated: share of that in which a motor gives all that it can; NaN where commands are
+            speeds, of which the log does not say how fast a motor can be.
         known_until: time after which no on-board signal was measured [s].
         offsets: between streams.
         findable: what may be identified.
@@ -104,8 +105,20 @@ def contents_of(flight: FlightRecord) -> FlightContents:
     )
 
 
-def _commands(flight: FlightRecord) -> list[str]:
+def _shares(flight: FlightRecord) -> list[str]:
     return [name for name in flight.names("motors") if name.startswith("motors.command_")]
+
+
+def _commands(flight: FlightRecord) -> list[str]:
+    """Return the motors' commands: shares of the full one, or else speeds."""
+    speeds = [name for name in flight.names("rotors") if name.startswith("rotors.speed_command.")]
+    return _shares(flight) or speeds
+
+
+def _turns(flight: FlightRecord, command: str, values: np.ndarray) -> np.ndarray:
+    """Return when a motor turns, by commands of its log; the largest counts as full, of speeds."""
+    full = 1.0 if command in _shares(flight) else float(np.nanmax(values, initial=0.0))
+    return np.asarray(values > TURNING * full)
 
 
 def _motors(flight: FlightRecord) -> tuple[float, float]:
@@ -118,8 +131,10 @@ def _motors(flight: FlightRecord) -> tuple[float, float]:
     largest = np.nanmax(np.where(np.isfinite(values), values, 0.0), axis=1)
     steps = np.diff(time, append=time[-1])
     steps = np.minimum(steps, 5.0 * float(np.median(steps)))
-    turns = largest > TURNING
+    turns = _turns(flight, names[0], largest)
     total = float(steps[turns].sum())
+    if not _shares(flight):
+        return total, np.nan
     return total, float(steps[largest >= FULL].sum()) / total if total else 0.0
 
 
@@ -236,7 +251,7 @@ def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
     end = min(float(flight[name].time[-1]) for name in names)
     motor = next(iter(_commands(flight)), None)
     if motor is not None:
-        turns = flight[motor].time[flight[motor].values > TURNING]
+        turns = flight[motor].time[_turns(flight, motor, flight[motor].values)]
         if len(turns) and turns[-1] - turns[0] > 4.0 * GROUND:
             begin, end = max(begin, turns[0] + GROUND), min(end, turns[-1] - GROUND)
     return (begin, end) if end - begin > 4.0 * LONGEST_OFFSET else None
@@ -271,7 +286,11 @@ def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
         judged("thrust over mass", {"commands": commands, "accelerometer": force}),
         judged(
             "thrust over voltage",
-            {"commands": commands, "accelerometer": force, "voltage": ["battery.voltage"]},
+            {
+                "commands as shares": _shares(flight),
+                "accelerometer": force,
+                "voltage": ["battery.voltage"],
+            },
         ),
         judged("rotor lag", {"commands": commands, "accelerometer": force}, [*commands, force[2]]),
         judged("inertia", {"commands": commands, "gyro": gyro}, [*commands, *gyro]),

@@ -6,16 +6,34 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.identify.flight import SHARE, SPEED, Flight, free_flight, held_on_grid
+from workbench.design.identify.flight import (
+    LEAST_RATE,
+    SHARE,
+    SPEED,
+    Flight,
+    free_flight,
+    held_on_grid,
+)
 from workbench.logs.flight_record import FlightRecord, Signal
 
 GYRO = tuple(f"imu.angular_velocity.{axis}" for axis in "xyz")
 FORCE = tuple(f"imu.linear_acceleration.{axis}" for axis in "xyz")
-FILTERS = {"Crazyflie": (30.0, 80.0)}
-"""Cut-offs of accelerometer and gyro in firmwares whose logs hold filtered samples [Hz]: that of a
-Crazyflie has two low-passes of second order (sensors_bmi088_bmp388.c)."""
+FILTERS = {"Crazyflie": ((30.0, 145.0), (80.0, 116.0))}
+"""Cut-offs of accelerometer and gyro where logs hold filtered samples, of firmware and chip [Hz]. A
+Crazyflie 2.1 has low-passes of second order at 1 kHz (`ACCEL_LPF_CUTOFF_FREQ` 30,
+`GYRO_LPF_CUTOFF_FREQ` 80), and its BMI088 those of `BMI088_ACCEL_BW_OSR4` at 1600 Hz, which is
+145 Hz, and `BMI088_GYRO_BW_116_ODR_1000_HZ`: crazyflie-firmware, from 2021.06 to 2025.12.1,
+src/hal/src/sensors_bmi088_bmp3xx.c, before 2024 sensors_bmi088_bmp388.c. A Crazyflie 2.0 has the
+same low-passes behind an MPU-9250 at 41 and 98 Hz (sensors_mpu9250_lps25h.c). Logs do not tell
+which of the two flew: there the options of `identify` say it."""
 BRIDGE = 2.5
 """Samples that may be missing in a row."""
+SLOW_BRIDGE = 0.15
+"""Longest gap in a flight whose log is too slow for rates anyway [s]."""
+LIFTED = 0.2
+"""Height by which a flight rises above where its motors began to turn [m]."""
+VELOCITY_BRIDGE = 0.25
+"""Longest gap in velocity and attitude [s]."""
 _MOTIONS = (
     (("velocity_data.v_x", "velocity_data.v_y", "velocity_data.v_z"), "attitude"),
     (("estimate.v_x", "estimate.v_y", "estimate.v_z"), "estimate"),
@@ -45,13 +63,14 @@ def measured_flight(
         WorkbenchError: where the log has no gyro, accelerometer or commands, or no flight.
     """
     names, kind = _commands(record, rotors, order)
-    usual = FILTERS.get(record.firmware, (0.0, 0.0))
+    usual = [in_series(cutoffs) for cutoffs in FILTERS.get(record.firmware.split(" ")[0], ((), ()))]
     for what, needed in (("a gyro", GYRO), ("an accelerometer", FORCE)):
         if not record.has(needed):
             raise WorkbenchError(
                 f"{record.source}: has no signals of {what} ({needed[0]}): nothing can be "
                 "identified from it; log the IMU, as fast as the flight controller can"
             )
+    _refuse_grounded(record, names)
     clock = _slowest([record[GYRO[0]], record[FORCE[0]]])
     period = float(np.median(np.diff(clock.time)))
     sources = [record[name] for name in (*GYRO, *FORCE, *names)]
@@ -60,8 +79,12 @@ def measured_flight(
     if end - begin < 1.0:
         raise WorkbenchError(f"{record.source}: IMU and motors share {end - begin:.2g} s: fly more")
     grid = np.arange(begin, end, period)
-    gyro, gyro_known = _at(record, GYRO, grid, period)
-    force, force_known = _at(record, FORCE, grid, period)
+    slow = min(each.rate for each in sources) < LEAST_RATE
+    bridge = SLOW_BRIDGE if slow else BRIDGE * period
+    gyro, gyro_known = _at(record, GYRO, grid, bridge)
+    force, force_known = _at(record, FORCE, grid, bridge)
+    told_every = float(np.median(np.diff(record[names[0]].time)))
+    _, told = _at(record, names, grid, max(bridge, BRIDGE * told_every))
     commands = np.column_stack(
         [held_on_grid(record[name].time, record[name].values, grid) for name in names]
     )
@@ -78,7 +101,7 @@ def measured_flight(
         velocity=velocity,
         voltage=voltage,
         kind=kind,
-        good=gyro_known & force_known & velocity_known,
+        good=gyro_known & force_known & velocity_known & told,
         command_rate=record[names[0]].rate,
         force_lowpass=usual[0] if force_lowpass is None else force_lowpass,
         gyro_lowpass=usual[1] if gyro_lowpass is None else gyro_lowpass,
@@ -135,15 +158,39 @@ def _commands(record: FlightRecord, rotors: int, order: Sequence[int]) -> tuple[
     raise WorkbenchError(f"{record.source}: says nothing of what the motors were told{hint}")
 
 
+def _refuse_grounded(record: FlightRecord, names: Sequence[str]) -> None:
+    """Refuse a log that begins on the ground, and stays there.
+
+    Raises:
+        WorkbenchError: if the height is known, and never that of a flight.
+    """
+    height = next((record[z] for z in ("position_data.z", "estimate.z") if z in record), None)
+    turns = record[names[0]]
+    running = turns.values > 0.05 * max(float(np.nanmax(turns.values, initial=0.0)), 1e-12)
+    if height is None or running[:1].any() or not running.any():
+        return
+    z = height.values[np.isfinite(height.values) & (height.time >= turns.time[running.argmax()])]
+    if len(z) and float(z.max() - z[0]) < LIFTED:
+        raise WorkbenchError(
+            f"{record.source}: rises by {float(z.max() - z[0]):.2f} m while its motors turn: it "
+            "never leaves the ground; identify needs a flight"
+        )
+
+
+def in_series(cutoffs: Sequence[float]) -> float:
+    """Return the cut-off of one low-pass that delays as several do [Hz], 0 for none of them."""
+    return 1.0 / sum(1.0 / cutoff for cutoff in cutoffs) if cutoffs else 0.0
+
+
 def _slowest(signals: Sequence[Signal]) -> Signal:
     return min(signals, key=lambda each: each.rate)
 
 
 def _at(
-    record: FlightRecord, names: Sequence[str], grid: np.ndarray, period: float
+    record: FlightRecord, names: Sequence[str], grid: np.ndarray, bridge: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return signals on a grid (N, k), and where all of them are known (N)."""
-    found = [record[name].at(grid, BRIDGE * period) for name in names]
+    found = [record[name].at(grid, bridge) for name in names]
     values = np.column_stack([np.nan_to_num(each) for each, _ in found])
     return values, np.all([known for _, known in found], axis=0)
 
@@ -153,9 +200,8 @@ def _velocity(record: FlightRecord, grid: np.ndarray) -> tuple[np.ndarray | None
     for names, whose in _MOTIONS:
         turn = [f"{whose}.q_{part}" for part in "wxyz"]
         if record.has((*names, *turn)):
-            longest = 0.1
-            v_W, known = _at(record, names, grid, longest)
-            q, turned = _at(record, turn, grid, longest)
+            v_W, known = _at(record, names, grid, VELOCITY_BRIDGE)
+            q, turned = _at(record, turn, grid, VELOCITY_BRIDGE)
             q /= np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-9)
             return _into_body(q, v_W), known & turned
     return None, np.ones(len(grid), dtype=bool)

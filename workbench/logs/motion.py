@@ -1,11 +1,15 @@
-"""A flight record as the arrays that predictions start from."""
+"""A flight record as what predictions start from: its motion, and the law that flew."""
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import SHIPPED, load_controller
 from workbench.design.predict.motion import Motion
+from workbench.design.predict.what_if import Law
+from workbench.gains.gains import flight_gains
 from workbench.logs.flight_record import FlightRecord
 from workbench.plant.vehicle import Vehicle
 
@@ -17,17 +21,89 @@ BRIDGE = math.inf
 """Longest gap that is interpolated across [s]."""
 GAP = 0.2
 """In a longer one nothing counts as measured [s]."""
-Q = tuple(f"q_{axis}" for axis in "wxyz")
-NEEDED = (
-    *(f"attitude.{field}" for field in Q),
+FARTHEST = 1e6
+"""Beyond it is no place of a drone [m]."""
+JUMP = 1.0
+"""Between two samples, what moves farther was not measured right [m]."""
+TRUE = (
+    *(f"attitude.q_{axis}" for axis in "wxyz"),
     *(f"position_data.{axis}" for axis in "xyz"),
     *(f"velocity_data.v_{axis}" for axis in "xyz"),
-    *(f"setpoint.{axis}" for axis in "xyz"),
 )
+"""Attitude, position and velocity as they were."""
+KNOWN = (
+    *(f"estimate.q_{axis}" for axis in "wxyz"),
+    *(f"estimate.{axis}" for axis in "xyz"),
+    *(f"estimate.v_{axis}" for axis in "xyz"),
+)
+"""As the flight computer knew them."""
+ASKED = tuple(f"setpoint.{axis}" for axis in "xyz")
+WANTED = tuple(f"attitude_setpoint.{name}" for name in ("roll", "pitch", "yaw", "thrust"))
+LAWS = {
+    **{name: name for name in SHIPPED},
+    "PID": "crazyflie",
+    "Mellinger": "mellinger",
+}
+"""Control laws, by what logs call them."""
+FIRMWARES = {
+    "PX4": "px4",
+    "ArduCopter": "ardupilot",
+    "Betaflight": "betaflight",
+    "Crazyflie": "crazyflie",
+}
+"""Likewise by how the name of a firmware begins, where a log does not say which law flew."""
+UNKNOWN = ("", "?")
+
+
+def law_name(flight: FlightRecord, own: Mapping[str, str] | None = None) -> str:
+    """Return which law flew, as far as the log tells; "" where it does not.
+
+    Args:
+        flight: the log.
+        own: where files of the user's own are, by the names of their laws.
+
+    Raises:
+        WorkbenchError: if it names one that is not known.
+    """
+    said, known = str(flight.parameters.get("controller", "")), LAWS | dict(own or {})
+    if said in known:
+        return known[said]
+    if said not in UNKNOWN:
+        raise WorkbenchError(
+            f"{flight.source}: was flown by {said}, which is no shipped control law: name its file"
+        )
+    found = (law for name, law in FIRMWARES.items() if flight.firmware.startswith(name))
+    return next(found, "")
+
+
+def flown_law(
+    flight: FlightRecord, vehicle: Vehicle, name: str, values: Mapping[str, float] | None = None
+) -> Law:
+    """Return a law with the gains that the log tells, over other values.
+
+    Args:
+        flight: the log.
+        vehicle: that flew, as the law knows it.
+        name: of a shipped law, or the path of a file.
+        values: of its parameters that the log need not tell; those for the vehicle without it.
+
+    Raises:
+        WorkbenchError: if the law cannot be read, or a value is out of its range.
+    """
+    controller = load_controller(name)
+    names = {row.name for row in controller.parameters}
+    known = {
+        key: float(value)
+        for key, value in {**(values or {}), **flight.parameters}.items()
+        if key in names and isinstance(value, int | float)
+    }
+    return Law(controller, flight_gains(vehicle, "", known, controller))
 
 
 def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
     """Return a flight's motion, from its begin to where the on-board data end.
+
+    Where nothing beside the flight computer measured it, the motion is what that knew.
 
     Args:
         flight: with position, attitude, setpoint and motor commands.
@@ -36,62 +112,99 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
     Raises:
         WorkbenchError: if a signal is missing, or too much of one.
     """
-    rotors = len(vehicle.rotors)
-    commands = tuple(f"motors.command_{i + 1}" for i in range(rotors))
-    speeds = tuple(f"rotors.speed.{i}" for i in range(rotors))
-    full = np.ones(rotors)
-    if not flight.has(commands) and flight.has(speeds):
-        commands, full = speeds, np.array([each.max_rot_velocity for each in vehicle.rotors])
-    missing = [name for name in (*NEEDED, *commands) if name not in flight]
-    if missing:
-        raise WorkbenchError(
-            f"{flight.source}: has no {', '.join(missing[:4])}: a prediction needs position, "
-            "velocity, attitude, the setpoint of the position, and the motors' commands; "
-            "`workbench log` lists what there is"
-        )
+    truth = TRUE if flight.has(TRUE) or not flight.has(KNOWN) else KNOWN
+    commands, full = _commands(flight, vehicle)
+    _check(flight, truth, commands)
     gyro = tuple(f"imu.angular_velocity.{axis}" for axis in "xyz")
-    rates = gyro if flight.has(gyro) else tuple(f"attitude.w_{axis}" for axis in "xyz")
-    known = (
-        *(f"estimate.{field}" for field in Q),
-        *(f"estimate.{axis}" for axis in "xyz"),
-        *(f"estimate.v_{axis}" for axis in "xyz"),
-    )
-    wanted = (*(f"attitude_setpoint.{name}" for name in ("roll", "pitch", "yaw", "thrust")),)
-    names = (*NEEDED, *commands, *rates)
-    names += known if flight.has(known) else ()
-    names += wanted if flight.has(wanted) else ()
+    turning = "attitude" if truth is TRUE else "estimate"
+    rates = gyro if flight.has(gyro) else tuple(f"{turning}.w_{axis}" for axis in "xyz")
+    names = (*truth, *ASKED, *commands, *rates)
+    names += KNOWN if truth is TRUE and flight.has(KNOWN) else ()
+    names += WANTED if flight.has(WANTED) else ()
     names += ("battery.voltage",) if "battery.voltage" in flight else ()
-    period = FINE if flight[NEEDED[4]].rate > FAST else PERIOD
+    period = FINE if flight[truth[4]].rate > FAST else PERIOD
     grid = flight.resample(names, period, BRIDGE)
     if len(grid.time) < 2:
         raise WorkbenchError(f"{flight.source}: its signals have no time in common")
+    p = np.column_stack([grid[name] for name in truth[4:7]])
+    if not (np.abs(p) < FARTHEST).all():
+        at = grid.time[np.argmin((np.abs(p) < FARTHEST).all(axis=1))]
+        raise WorkbenchError(
+            f"{flight.source}: the position at {at:.2f} s is no place ({np.abs(p).max():.3g} m): "
+            "leave out what is damaged"
+        )
+    jumps = np.linalg.norm(np.diff(p, axis=0), axis=1) > JUMP
     measured = flight.resample(names, period, GAP).whole
+    measured &= ~(np.append(jumps, False) | np.append(False, jumps))
 
-    def columns(*wanted: str) -> np.ndarray:
+    def columns(wanted: Sequence[str]) -> np.ndarray:
         return np.column_stack([grid[name] for name in wanted])
 
     def unit(q: np.ndarray) -> np.ndarray:
         return np.asarray(q / np.linalg.norm(q, axis=1)[:, None])
 
     nothing = np.full(len(grid.time), np.nan)
-    q, p, v = unit(columns(*NEEDED[0:4])), columns(*NEEDED[4:7]), columns(*NEEDED[7:10])
-    estimate = flight.has(known)
+    known = KNOWN if flight.has(KNOWN) else truth
+    wanted = columns(WANTED) if flight.has(WANTED) else np.repeat(nothing[:, None], 4, axis=1)
+    q = unit(columns(truth[0:4]))
     return Motion(
         name=flight.name,
         period=period,
         q=q,
         p=p,
-        v=v,
-        w=columns(*rates),
-        q_known=unit(columns(*known[0:4])) if estimate else q,
-        p_known=columns(*known[4:7]) if estimate else p,
-        v_known=columns(*known[7:10]) if estimate else v,
-        setpoint=columns(*NEEDED[10:13]),
-        attitude_setpoint=columns(*wanted[0:3])
-        if flight.has(wanted)
-        else np.repeat(nothing[:, None], 3, axis=1),
-        thrust_setpoint=columns(wanted[3])[:, 0] if flight.has(wanted) else nothing,
-        commands=columns(*commands) / full,
-        voltage=columns("battery.voltage")[:, 0] if "battery.voltage" in flight else nothing,
+        v=columns(truth[7:10]),
+        w=columns(rates),
+        q_known=unit(columns(known[0:4])),
+        p_known=columns(known[4:7]),
+        v_known=columns(known[7:10]),
+        setpoint=columns(ASKED),
+        attitude_setpoint=wanted[:, 0:3],
+        thrust_setpoint=wanted[:, 3],
+        commands=columns(commands) / full,
+        voltage=columns(["battery.voltage"])[:, 0] if "battery.voltage" in flight else nothing,
         measured=measured,
     )
+
+
+def _commands(flight: FlightRecord, vehicle: Vehicle) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return the signals of the rotors' commands, or of their speeds, and the full ones.
+
+    None where the log has neither.
+
+    Raises:
+        WorkbenchError: if it has those of another number of rotors.
+    """
+    rotors = len(vehicle.rotors)
+    full = np.array([each.max_rot_velocity for each in vehicle.rotors])
+    for head, first, most in (("motors.command_", 1, np.ones(rotors)), ("rotors.speed.", 0, full)):
+        told = sum(name.startswith(head) for name in flight.signals)
+        if told not in (0, rotors):
+            raise WorkbenchError(
+                f"{flight.source}: tells of {told} motors, and {vehicle.name} has {rotors}: name "
+                "the drone that flew"
+            )
+        if told:
+            return tuple(f"{head}{first + i}" for i in range(rotors)), most
+    return (), full
+
+
+def _check(flight: FlightRecord, truth: Sequence[str], commands: Sequence[str]) -> None:
+    """Refuse a log without what a prediction needs.
+
+    Raises:
+        WorkbenchError: naming what is missing.
+    """
+    needed = {
+        "position": truth[4:7],
+        "velocity": truth[7:10],
+        "attitude": truth[0:4],
+        "setpoint of the position": ASKED,
+        "motors' commands": commands or ("motors.command_1",),
+    }
+    missing = [what for what, names in needed.items() if not flight.has(names)]
+    if missing:
+        raise WorkbenchError(
+            f"{flight.source}: has no {', no '.join(missing)}: a prediction needs position, "
+            "velocity, attitude, the setpoint of the position, and the motors' commands; "
+            "`workbench log` lists what there is"
+        )

@@ -12,6 +12,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model
 from workbench.design.identify.flight import Flight
 from workbench.design.identify.quantities import level_drag, spin_up
+from workbench.design.identify.report import make_report
 from workbench.design.identify.result import rows_of
 from workbench.design.identify.search import Found, identify
 from workbench.plant.loading import load_vehicle
@@ -78,7 +79,11 @@ def errors(found: Found, truth: Truth) -> dict[str, tuple[float, float]]:
 def test_half_a_minute_tells_of_the_vehicle() -> None:
     vehicle = vehicles()["44 g"]
     truth, flight = flown(vehicle, 3, 30.0)
-    found = identify(vehicle, [flight])
+    shares = [0.0]
+    # stopped within the second search, whose numbers are then no measure of the first ones
+    report = make_report(vehicle, [flight], [], shares.append, lambda: shares[-1] > 0.6)
+    assert report.held_back is None
+    found = report.found
     assert found.fit.complete
     off = errors(found, truth)
     for name, most in (("lag", 0.05), ("thrust", 0.01), ("inertia_x", 0.2), ("drag", 0.1)):
@@ -104,11 +109,10 @@ def test_errors_are_small(kind: str, inside: dict[str, list[bool]]) -> None:
         for name, (off, width) in errors(identify(vehicle, [flight]), truth).items():
             inside.setdefault(name, []).append(abs(off) <= width)
             sizes.setdefault(name, []).append(abs(off))
-    for name, most in (("lag", 0.05), ("thrust", 0.01), ("inertia_x", 0.05), ("drag", 0.04)):
+    for name, most in (("lag", 0.05), ("thrust", 0.01), ("drag", 0.02)):
         assert np.median(sizes[name]) < most, name  # drags are 0.2 .. 0.45 1/s
-    assert np.median(sizes["inertia_y"]) < 0.05
-    # the 8 kg drone hardly yaws in a minute: 6 % were measured where 5 are wanted
-    assert np.median(sizes["inertia_z"]) < (0.08 if kind == "8 kg" else 0.05)
+    for axis in "xyz":
+        assert np.median(sizes[f"inertia_{axis}"]) < 0.05, axis
 
 
 @pytest.mark.slow
@@ -117,10 +121,11 @@ def test_intervals_hold_what_flew(inside: dict[str, list[bool]]) -> None:
         pytest.skip("it counts what all vehicles of the test above gave: run the whole file")
     shares = {name: float(np.mean(held)) for name, held in inside.items()}
     print(shares)
-    # 0.93 to 0.97 each are wanted. In 115 runs lag, delay, thrust, centre y, turn, climb drag had
-    # them, inertias, centre x, spin-up and drag 0.88 to 0.92, all together 0.93: known limits
-    assert 0.91 <= np.mean(list(shares.values())) <= 0.975, shares
-    assert min(shares.values()) >= 0.80, shares
+    # 0.93 to 0.97 each are wanted; 0.92 to 0.97 were measured, 0.94 in all, where chance of 102
+    # flights makes 0.02. Delay, centre x, turn and drag are the four at 0.92; on 510 other draws,
+    # linearised, turn, rotor inertia, climb drag and inertia z are
+    assert 0.92 <= np.mean(list(shares.values())) <= 0.975, shares
+    assert min(shares.values()) >= 0.90, shares
 
 
 def test_it_refuses_what_a_log_cannot_give() -> None:

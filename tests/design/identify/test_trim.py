@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.identify.trim import EXPONENT, trim
+from workbench.design.identify.trim import ACROSS, EXPONENT, trim
 from workbench.plant.loading import load_vehicle
 from workbench.plant.rotors import allocation_matrix
 
@@ -16,13 +16,17 @@ FLIGHTS = Path(__file__).parents[4] / "shared" / "flights" / "given" / "crazypad
 ON_M3 = ("add_weight_W1", "add_weight_W3", "cut_propeller", "weight_on_string", "tape")
 
 
-def hover(thrusts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and commands of ten seconds in the air at thrusts (n), on the ground around."""
+def hover(thrusts: np.ndarray, gusts: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and commands of ten seconds in the air at thrusts (n), on the ground around.
+
+    In gusts the thrusts differ from second to second by a share.
+    """
     rng = np.random.default_rng(1)
     time = np.arange(0.0, 14.0, 0.01)
     flies = (time > 1.0) & (time < 13.0)
     share = (thrusts / thrusts.sum()) ** (1.0 / EXPONENT)
     commands = share * (1.0 + 0.05 * rng.normal(size=(len(time), 1)))
+    commands = commands * np.repeat(np.exp(gusts * rng.normal(size=(14, len(thrusts)))), 100, 0)
     return time, commands * flies[:, None]
 
 
@@ -41,6 +45,14 @@ def test_a_rotor_that_carries_more_is_named() -> None:
     ):
         rows = trim(vehicle, *hover(thrusts))
         assert [row.name for row in rows if row.finding] == found, name
+        for row, share in zip(rows, thrusts / thrusts.mean(), strict=True):
+            assert row.share == pytest.approx(share, rel=0.01), name
+    # in gusts the same weight may be chance: the interval reaches down to what is normal
+    rows = trim(vehicle, *hover(heavy, gusts=0.3))
+    assert max(row.over_opposite for row in rows) > ACROSS
+    assert not any(row.finding for row in rows)
+    # a motor that stands still is no division by zero
+    assert trim(vehicle, *hover(np.array([1.0, 1.0, 0.0, 1.0])))[0].finding
 
 
 def test_it_refuses_what_it_cannot_tell() -> None:
@@ -54,7 +66,7 @@ def test_it_refuses_what_it_cannot_tell() -> None:
 
 
 @pytest.mark.skipif(not FLIGHTS.is_dir(), reason="put the real flights into ../shared/flights")
-def test_real_damages_are_found_in_nine_of_eleven_logs() -> None:
+def test_real_damages_are_found_in_ten_of_eleven_logs() -> None:
     from workbench.logs.flight_reader import read_flight
     from workbench.logs.measured_flight import motor_commands
 
@@ -74,4 +86,4 @@ def test_real_damages_are_found_in_nine_of_eleven_logs() -> None:
         if not damaged:
             assert found == [], path
         right += found == (["m3"] if damaged else [])
-    assert right >= 9
+    assert right >= 10

@@ -1,6 +1,7 @@
-"""Gains for a bandwidth and a phase margin, against python-control and a random search."""
+"""Gains for a bandwidth and a phase or disk margin, against python-control and a random search."""
 
 import math
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -44,7 +45,10 @@ def shaper(vehicle, name):
 
 
 def truth(vehicle, name, gains):
-    """Return bandwidth [rad/s] and phase margin [deg] by python-control; None where unstable."""
+    """Return bandwidth [rad/s], phase margin [deg] and disk margin by python-control.
+
+    None where it is unstable.
+    """
     about = subject(vehicle)
     model = shaper(vehicle, name)[0]({**about.gains({}), **gains})
     loop = about.table.controller.loop(name)
@@ -61,7 +65,10 @@ def truth(vehicle, name, gains):
     level = np.median(size[flat]) * 10.0**-0.15
     fall = np.nonzero((size[:-1] > level) & (size[1:] <= level))[0][0]
     between = np.interp(level, size[[fall + 1, fall]], frequencies[[fall + 1, fall]])
-    return between, float(np.min(np.abs(margins)))
+    with warnings.catch_warnings():  # python-control's own, of numpy's
+        warnings.simplefilter("ignore", DeprecationWarning)
+        disk, _, _ = control.disk_margins(opened, frequencies)
+    return between, float(np.min(np.abs(margins))), float(disk)
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
@@ -74,7 +81,7 @@ def test_what_is_reached_is_what_was_asked_by_python_control(vehicle, name):
         for turn in TURNS:
             asked = share * own.bandwidth, own.phase_margin + math.radians(turn)
             found = shapes.shape(*asked)
-            bandwidth, margin = truth(vehicle, name, found.gains)
+            bandwidth, margin, _ = truth(vehicle, name, found.gains)
             assert bandwidth == pytest.approx(found.margins.bandwidth, rel=0.01)
             if not found.reached:
                 continue
@@ -83,6 +90,27 @@ def test_what_is_reached_is_what_was_asked_by_python_control(vehicle, name):
             if len(subject(vehicle).table.controller.loop(name).gains) > 1:
                 assert margin == pytest.approx(math.degrees(asked[1]), abs=1.0)
     assert reached >= 4
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+@pytest.mark.parametrize("name", ("pitch", "velocity_z", "position_x"))
+def test_a_disk_margin_that_is_reached_is_the_asked_one_by_python_control(vehicle, name):
+    shapes = shaper(vehicle, name)[1]
+    own, reached = shapes.margins({}), 0
+    for share in (0.5, 0.8, 1.0, 1.3):
+        for more in (-0.2, 0.0, 0.1):
+            asked = share * own.bandwidth, own.disk_margin + more
+            found = shapes.shape_disk(*asked)
+            bandwidth, _, disk = truth(vehicle, name, found.gains)
+            assert disk == pytest.approx(found.margins.disk_margin, abs=0.01)
+            if not found.reached:
+                assert disk >= asked[1] - 0.01 or bandwidth <= 1.03 * asked[0]
+                continue
+            reached += 1
+            assert bandwidth == pytest.approx(asked[0], rel=0.03)
+            if len(subject(vehicle).table.controller.loop(name).gains) > 1:
+                assert disk == pytest.approx(asked[1], abs=0.01)
+    assert reached >= 6
 
 
 def test_gains_do_not_depend_on_those_that_are_repaired():

@@ -7,11 +7,13 @@ import pytest
 from scipy.signal import dlsim, dlti
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import load_controller
 from workbench.design.judge.loop_measurement import fly_measurement
 from workbench.design.judge.measured_loop import COHERENT, measured_loop
 from workbench.scenario.multisine import multisine
 from workbench.scenario.scenario import Injection, Scenario
 from workbench.session.injected import Injected
+from workbench.session.session import Session
 
 LIGHT = {"turbulence": 7.7}
 ASKED = Injection("acceleration_x", 0.5, 1.0, 40.0, 6)
@@ -112,3 +114,43 @@ def test_what_cannot_be_measured_is_refused(case):
     ):
         with case(said), pytest.raises(WorkbenchError, match=said):
             fly_measurement(**arguments)
+
+
+def test_a_point_counts_at_the_rate_of_the_part_that_reads_it(case):
+    """As the firmwares have it: PX4's position and attitude loops, Crazyflie's and Betaflight's
+    outer loops run in every n-th update."""
+    for name, wanted in (
+        ("px4", {"position": 5, "velocity": 5, "attitude": 2, "rate": 1, "torque": 1}),
+        ("crazyflie", {"position": 5, "velocity": 5, "attitude": 1, "rate": 1, "torque": 1}),
+        ("betaflight", {"position": 8, "velocity": 8, "angle": 1, "rate": 1, "torque": 1}),
+    ):
+        for point, divider in load_controller(name).point_dividers.items():
+            with case((name, point)):
+                assert divider == wanted[point.split("_")[0]]
+    assert set(load_controller("pd").point_dividers.values()) == {1}
+
+
+def test_an_injection_is_held_over_the_updates_in_which_its_part_does_not_run():
+    session = Session(Scenario(controller="px4"))
+    session.tick(0.013)
+    session.inject(Injection("velocity_z_error", 0.1, 20.0, 200.0, 3))
+    while session.injecting < 1.0:
+        session.tick(0.1)
+    injected = session.injected
+    assert injected.multisine.spacing == 5 / 512 and np.abs(injected.came).min() > 0.0
+    with pytest.raises(WorkbenchError, match="up to 321.7 rad/s"):
+        session.inject(Injection("velocity_z_error", 0.1, 20.0, 400.0, 3))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("settings", [{}, LIGHT], ids=["still", "light turbulence"])
+@pytest.mark.parametrize("controller", ["px4", "crazyflie", "betaflight"])
+def test_loops_of_laws_with_parts_at_several_rates_are_those_of_the_model(
+    controller, settings, case
+):
+    for name in ("velocity_x", "velocity_z", "pitch"):
+        with case(name):
+            found = fly_measurement(
+                name, scenario=Scenario(controller=controller), settings=settings
+            )
+            close(found, least=2)

@@ -1,5 +1,6 @@
 """Predictions beside flights of the diagram, and of real Crazyflies with motion capture."""
 
+import dataclasses
 import gzip
 import json
 from pathlib import Path
@@ -9,8 +10,10 @@ import pytest
 
 from workbench.commands.cli import main
 from workbench.control.controller import load_controller
-from workbench.design.predict.past import ALL, lagged, mean_before
-from workbench.design.predict.prediction import CLOSED, GIVEN, METHODS, Predictor, lag, summarized
+from workbench.design.predict.flown import make_craft
+from workbench.design.predict.past import ALL, Past, lagged, mean_before, thrust_doubt
+from workbench.design.predict.prediction import CLOSED, GIVEN, METHODS, Predictor, summarized
+from workbench.design.tracking import lag
 from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
@@ -50,6 +53,27 @@ def test_thrust_behind_the_rotors_lag_is_steady_before_the_log(simulate):
     flown = simulate(Scenario(), duration=0.5)
     steady = lagged(np.full((10, 4), 0.7), flown.motion, flown.vehicle)
     assert steady == pytest.approx(0.7)
+
+
+def test_a_drone_whose_thrust_does_not_fit_is_doubted(simulate):
+    flown = simulate(Scenario(), duration=0.5)
+    assert thrust_doubt(flown.motion, flown.vehicle) == ""
+    heavier = dataclasses.replace(flown.vehicle, mass=1.5 * flown.vehicle.mass)
+    assert "0.67 times its weight" in thrust_doubt(flown.motion, heavier)
+
+
+def test_integrals_of_another_firmware_are_those_of_the_log(simulate):
+    """PX4 has integrals of rates, too, but none of the Crazyflie's gains that scale them."""
+    flown = simulate(Scenario(controller="px4"), duration=1.0)
+    px4 = load_controller("px4")
+    gains = dict(flight_gains(flown.vehicle, controller=px4))
+    craft = make_craft(flown.vehicle, px4, gains, px4.period, 2)
+
+    def listen(*arguments):
+        return np.tile(np.arange(float(len(px4.memory))), (int(1.0 / px4.period), 1))
+
+    start = Past(flown.motion, flown.vehicle, px4, gains, craft, listen).start(np.array([100]))
+    assert start.memory[0].tolist() == list(range(len(px4.memory)))
 
 
 def test_what_cannot_be_predicted_is_a_sentence(tmp_path, capsys):

@@ -1,18 +1,21 @@
 """Flights again: with their own law they are the log, with another one what the diagram flies."""
 
+import dataclasses
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from workbench.control.controller import load_controller
 from workbench.design.predict.motion import resampled
-from workbench.design.predict.what_if import Law, Uncertainty, what_if
+from workbench.design.predict.what_if import Explained, Law, Uncertainty
 from workbench.gains.gains import flight_gains
 from workbench.plant.variation import Variation
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
-PERIOD, STEPS = 1 / 128, 8
+DRONES = Path(__file__).parents[2] / "drones"
 SOFTER = {"kp_position_xy": 1.5, "kp_velocity_x": 1.2, "kp_velocity_y": 1.2}
-NOTHING = Uncertainty(*[0.0] * len(Uncertainty._fields))
+NOTHING = Uncertainty(*[0.0] * len(dataclasses.fields(Uncertainty)))
 
 
 def laws(vehicle, changed):
@@ -21,11 +24,16 @@ def laws(vehicle, changed):
     return Law(controller, own), Law(controller, own | changed)
 
 
+def flown_again(flown, own, other, uncertainty, draws=40):
+    explained = Explained(flown.motion, flown.vehicle, own, uncertainty, draws)
+    return explained.compare(list(explained.flights(other)))
+
+
 def test_the_own_law_returns_the_log_and_a_push_is_found(simulate):
     push = (0.4, -0.3, 0.2)
     flown = simulate(Scenario(), push=push)
     own, _ = laws(flown.vehicle, {})
-    found = what_if(flown.motion, flown.vehicle, own, own, PERIOD, STEPS, NOTHING, draws=2)
+    found = flown_again(flown, own, own, NOTHING, draws=2)
     assert np.abs(found.again - found.logged)[:, 4:7].max() < 1e-3
     assert np.abs(found.other - found.logged)[:, 4:7].max() < 1e-3
     assert np.all(found.high - found.low >= 2e-3 - 1e-9)
@@ -39,11 +47,27 @@ def test_other_gains_make_the_flight_that_the_diagram_makes(simulate):
     wind = {"wind_x": 1.5, "wind_y": -1.0}
     flown, truth = simulate(Scenario(), wind), simulate(Scenario(), {**wind, **SOFTER})
     own, other = laws(flown.vehicle, SOFTER)
-    found = what_if(flown.motion, flown.vehicle, own, other, PERIOD, STEPS, NOTHING, draws=2)
+    found = flown_again(flown, own, other, NOTHING, draws=2)
     real = resampled(truth.states[:, 4:7], flown.motion.period, found.time)
     changed = np.abs(real - found.logged[:, 4:7]).max()
     assert changed > 0.1
     assert np.abs(found.other[:, 4:7] - real).max() < 0.05 * changed
+
+
+def test_another_law_of_another_period_makes_the_flight_that_the_diagram_makes(simulate):
+    """A Crazyflie that pd flew at 128 Hz, and its own firmware's law would at 500 Hz; a push."""
+    drone, push = VehicleConfig(model=str(DRONES / "nanobench.urdf")), (0.1, -0.08, 0.05)
+    flown = simulate(Scenario(vehicle=drone), push=push)
+    truth = simulate(Scenario(controller="crazyflie", vehicle=drone), push=push)
+    own, other = (
+        Law(controller, dict(flight_gains(flown.vehicle, controller=controller)))
+        for controller in map(load_controller, ("pd", "crazyflie"))
+    )
+    found = flown_again(flown, own, other, NOTHING, draws=2)
+    real = resampled(truth.states[:, 4:7], flown.motion.period, found.time)
+    changed = np.abs(real - found.logged[:, 4:7]).max()
+    assert changed > 0.1
+    assert np.abs(found.other[:, 4:7] - real).max() < 0.02 * changed
 
 
 @pytest.mark.slow
@@ -62,7 +86,7 @@ def test_the_truth_lies_in_the_band_nine_times_of_ten_and_not_always(simulate):
         flown = simulate(scenario, hidden)
         truth = simulate(scenario, {**hidden, **SOFTER})
         own, other = laws(flown.vehicle, SOFTER)
-        found = what_if(flown.motion, flown.vehicle, own, other, PERIOD, STEPS, uncertainty)
+        found = flown_again(flown, own, other, uncertainty)
         real = resampled(truth.states[:, 4:7], flown.motion.period, found.time)
         settled = found.time > 0.5  # nothing differs before
         within = (real >= found.low[:, :3]) & (real <= found.high[:, :3])

@@ -17,6 +17,8 @@ FAST = 17.0
 """Angular velocity that is a crash [rad/s]."""
 AWAY = 1.0
 """Before and after ground, blows and crashes that is left out [s]."""
+LEAST_RATE = 180.0
+"""Of gyro and commands, below which a rate loop's commands are aliased [1/s]."""
 SPEED, SHARE = "speed", "share"
 """What commands are: speeds of rotors [rad/s], or shares of what motors can (0 .. 1)."""
 

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from workbench.design.identify.fit import make_piece, model_rows
 from workbench.design.identify.report import Report
@@ -17,8 +18,11 @@ STRETCH = 6.0
 
 def draw_identified(report: Report, path: Path) -> None:
     """Draw it into a file."""
-    from matplotlib.figure import Figure
+    plot_identified(report).savefig(path, dpi=120)
 
+
+def plot_identified(report: Report) -> Figure:
+    """Return the figure of an identification."""
     figure = Figure(figsize=(11.0, 8.5), layout="constrained")
     grid = figure.add_gridspec(2, 1)
     upper, lower = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
@@ -26,7 +30,7 @@ def draw_identified(report: Report, path: Path) -> None:
     _draw_intervals(left, report)
     _draw_whiteness(right, report)
     _draw_flight(lower.subplots(2, 1, sharex=True), report)
-    figure.savefig(path, dpi=120)
+    return figure
 
 
 def _draw_intervals(axes, report: Report) -> None:  # type: ignore[no-untyped-def]
@@ -66,7 +70,8 @@ def _draw_flight(rows, report: Report) -> None:  # type: ignore[no-untyped-def]
     many = min(len(run.time), round((STRETCH + 1.0) * run.rate))
     begin = max(0, (len(run.time) - many) // 2)
     run = run.cut(slice(begin, begin + many))
-    piece = make_piece(run, 1.0 if run.voltage is None else float(np.mean(run.voltage)))
+    voltage = 1.0 if run.voltage is None else float(np.mean(run.voltage))
+    piece = make_piece(run, voltage, found.vehicle)
     model = model_rows(found.vehicle, found.fit.named, piece)
     time = run.time[0] + np.arange(len(model)) * piece.period * piece.every * piece.block
     skip = time > time[0] + 0.5

@@ -58,7 +58,7 @@ class Report:
     @property
     def sentences(self) -> list[str]:
         """What is to be known beside the table."""
-        said = [told_apart(self.found)]
+        said = [told_apart(self.found)] if self.found.fast else []
         said += [f"no {what}: {why}" for what, why in self.found.refused.items()]
         if any(row.name.startswith("inertia") for row in self.rows):
             said.append(
@@ -122,7 +122,8 @@ def make_report(
     found = identify(vehicle, flights, lambda share: tell(0.6 * share), stopped)
     rows = rows_of(found)
     run = found.flights[0].pieces(SHORTEST)[0]
-    piece = make_piece(run, 1.0 if run.voltage is None else float(np.mean(run.voltage)))
+    voltage = 1.0 if run.voltage is None else float(np.mean(run.voltage))
+    piece = make_piece(run, voltage, found.vehicle)
     correlations = whiteness(found.fit, piece.period * piece.every * piece.block)
     return Report(
         vehicle=vehicle,
@@ -154,6 +155,6 @@ def _held_back(
     except WorkbenchError:  # what is left is too short to be identified from
         return None
     rest = replace(blind, flights=tuple(last))
-    if not any(flight.pieces(1.0) for flight in last):
+    if stopped() or not any(flight.pieces(1.0) for flight in last):
         return None
     return predicted(rest)

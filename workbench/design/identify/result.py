@@ -75,7 +75,6 @@ _FAST = "level flight to and fro at 2 m/s and more, with velocity measured"
 def rows_of(found: Found) -> list[Row]:
     """Return what was found, in the order in which it is read."""
     fit, vehicle = found.fit, found.vehicle
-    made = with_quantities(vehicle, fit.named)
     half = 0.5 * vehicle.span
     names = set(fit.names)
     rows: list[Row] = []
@@ -85,17 +84,17 @@ def rows_of(found: Found) -> list[Row]:
         limit: float, flight: str,
     ) -> None:  # fmt: skip
         value, low, high = ends
-        rows.append(
-            Row(
-                name, unit, value, low, high, described, _verdict(0.5 * (high - low), limit), flight
-            )
-        )
+        verdict = _verdict(0.5 * (high - low), limit)
+        if verdict == WELL and not fit.complete:
+            verdict = ROUGHLY
+        rows.append(Row(name, unit, value, low, high, described, verdict, flight))
 
-    described_lag = vehicle.rotor_lag
-    lag = _factor(found, "lag", described_lag)
-    add("rotor_lag", "s", lag, described_lag, 0.15 * lag[0], _THROTTLE)
-    add("delay", "s", _plain(found, "delay"), None, 0.003, _THROTTLE)
-    add("lag_with_delay", "s", _together(found, described_lag), None, 0.15 * lag[0], _THROTTLE)
+    if found.fast:
+        described_lag = vehicle.rotor_lag
+        lag = _factor(found, "lag", described_lag)
+        add("rotor_lag", "s", lag, described_lag, 0.15 * lag[0], _THROTTLE)
+        add("delay", "s", _plain(found, "delay"), None, 0.003, _THROTTLE)
+        add("lag_with_delay", "s", _together(found, described_lag), None, 0.15 * lag[0], _THROTTLE)
     if "thrust" in names:
         known = float(np.mean([each.motor_constant for each in vehicle.rotors]))
         thrust = _factor(found, "thrust", known)
@@ -116,8 +115,8 @@ def rows_of(found: Found) -> list[Row]:
             add(name, "kg m^2", ends, known, 0.15 * ends[0], flight)
     if "spin_up" in names:
         known = float(np.mean([each.inertia for each in vehicle.rotors]))
-        weight = float(np.mean([each.inertia for each in made.rotors]))
-        scale = weight / fit.value("spin_up") if fit.value("spin_up") else 0.0
+        one = with_quantities(vehicle, fit.named | {"spin_up": 1.0})
+        scale = float(np.mean([each.inertia for each in one.rotors]))
         ends = _plain(found, "spin_up", scale)
         add("rotor_inertia", "kg m^2", ends, known or None, 0.3 * abs(scale) * 0.1, _YAW)
         for axis, name in enumerate(("center_x", "center_y")):
@@ -175,19 +174,25 @@ def thrust_at(found: Found, command: float) -> tuple[float, float, float]:
 
 
 def hover_command(found: Found) -> tuple[float, float, float]:
-    """Return the command at which thrust is the weight, and its interval."""
+    """Return the command at which thrust is the weight, and its interval.
+
+    Where the curve comes to the weight for good; that of thrust over its slope is the interval.
+    """
     grid = np.linspace(0.02, 1.0, 491)
-    ends = np.array([thrust_at(found, command) for command in grid])
-
-    def crossing(column: int) -> float:
-        over = ends[:, column] >= 1.0
-        return float(grid[np.argmax(over)]) if over.any() else 1.0
-
-    return crossing(0), crossing(2), crossing(1)
+    thrust = np.array([thrust_at(found, command)[0] for command in grid])
+    below = np.flatnonzero(thrust < 1.0)
+    place = min(int(below[-1]) + 1 if len(below) else 0, len(grid) - 1)
+    value, low, high = thrust_at(found, grid[place])
+    slope = max(0.1, float(np.gradient(thrust, grid)[place]))
+    at = float(grid[place]) + (1.0 - value) / slope if len(below) else float(grid[0])
+    width = 0.5 * (high - low) / slope
+    return at, at - width, at + width
 
 
 def told_apart(found: Found) -> str:
     """Return whether lag and delay can be told apart, and whether the lag is one number."""
+    if not found.fast:
+        return "nothing is said of lag and delay"
     lag, low, high = _factor(found, "lag", found.vehicle.rotor_lag)
     alone = 0.5 * (high - low)
     _, first, last = _together(found, found.vehicle.rotor_lag)
@@ -247,7 +252,7 @@ def predicted(found: Found, ahead: float = 0.2) -> Prediction:
     for flight in found.flights:
         for run in flight.pieces(ahead + 0.5):
             voltage = 1.0 if run.voltage is None else float(np.mean(run.voltage))
-            piece = make_piece(run, voltage)
+            piece = make_piece(run, voltage, found.vehicle)
             rows = model_rows(found.vehicle, found.fit.named, piece)
             skip = round(0.3 / (piece.period * piece.every * piece.block))
             force.append((piece.force - rows[:, 3:])[skip:, 2])
@@ -273,6 +278,8 @@ def identified_vehicle(found: Found) -> Vehicle:
     that of the full command.
     """
     values = found.fit.named
+    if not found.fast:
+        values |= {"lag": 0.0}
     for name in ("drag", "climb_drag"):
         if name in values:
             values[name] = max(0.0, values[name])

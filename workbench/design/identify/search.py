@@ -9,7 +9,7 @@ from scipy.stats import t as student
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.identify.fit import CHANNELS, Fit, Fitter, make_piece
-from workbench.design.identify.flight import Flight, check_finite
+from workbench.design.identify.flight import LEAST_RATE, Flight, check_finite
 from workbench.design.identify.quantities import Quantity, looked_for
 from workbench.plant.vehicle import Vehicle
 
@@ -17,8 +17,6 @@ SHORTEST = 3.0
 """Run of free flight that counts [s]."""
 LEAST = 8.0
 """Of free flight, in all [s]."""
-LEAST_RATE = 95.0
-"""Of gyro and commands, below which a rate loop's input is aliased [1/s]."""
 SURE = 0.95
 APART = Quantity("lag_turn", 0.0, 0.01, math.inf, "turn")
 """By which the lag that turning shows is longer than that of thrust, as a logarithm."""
@@ -48,6 +46,11 @@ class Found:
     apart: tuple[float, float, float, float] | None
     refused: dict[str, str]
     seconds: float
+
+    @property
+    def fast(self) -> bool:
+        """Whether the logs are fast enough to tell of lag and inertia."""
+        return "turn_x" in self.fit.channels
 
     @property
     def quantile(self) -> float:
@@ -86,7 +89,7 @@ def identify(
         )
     first = flights[0]
     mean_voltage = float(np.mean(np.concatenate([_voltage(run) for run in runs])))
-    pieces = [make_piece(run, mean_voltage) for run in runs]
+    pieces = [make_piece(run, mean_voltage, vehicle) for run in runs]
     channels, refused = _channels(flights)
     needs = {"force"} | {each.split("_")[0] for each in channels}
     needs |= {"climb"} if "level" in needs else set()
@@ -172,9 +175,9 @@ def _channels(flights: Sequence[Flight]) -> tuple[list[str], dict[str, str]]:
     channels = list(CHANNELS)
     if rate < LEAST_RATE:
         channels = [each for each in channels if not each.startswith("turn")]
-        refused["inertia, centre of mass, gyro delay"] = (
+        refused["rotor lag, inertia, centre of mass, gyro delay"] = (
             f"{rate:.0f} samples a second: a rate loop closes faster than that, so commands are "
-            f"aliased; log gyro and motors at {2 * LEAST_RATE:.0f} Hz or more, 500 if you can"
+            f"aliased; log gyro and motors at {LEAST_RATE:.0f} Hz or more, 500 if you can"
         )
     if any(each.velocity is None for each in flights):
         channels = [each for each in channels if not each.startswith("level")]

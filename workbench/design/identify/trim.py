@@ -7,26 +7,35 @@ It takes commands alone. In a hover the rotors' thrusts balance the drone, whate
     the drag torque: a propeller that gives less torque over its thrust, as one whose tips are cut
     does, has its pair, which turns the same way, told to give more than the other rotors.
 
-Rotors across each other and pairs are compared, and not neighbours: normal drones differ by up to a
-quarter between any two motors, but by a tenth across, and by a fifth between pairs.
+Rotors across each other and pairs are compared, and not neighbours. One stands out where its
+interval of 95 %, from the means of seconds, lies above what normal flights of a Crazyflie show.
+Some normal drones differ by more: a finding is a reason to look at the rotor, and no proof. Where
+the pair alone stands out, which of the two it is rests on the little by which one gives more.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import binary_erosion, uniform_filter1d
+from scipy.stats import t as student
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.vehicle import Vehicle
 
-HEAVY = 1.13
-"""Thrust over that of the rotor across from which on one is suspected."""
-TWISTED = 1.28
-"""Thrust of a pair over that of the others from which on a propeller of it is suspected."""
+ACROSS = 1.107
+"""Largest thrust over that of the rotor across in two normal flights, one each of two Crazyflies of
+CrazyPAD; neither of them alone has both limits."""
+PAIRS = 1.232
+"""Likewise of a pair over the others."""
+BLOCK = 1.0
+"""In which shares hang together [s]."""
 EXPONENT = 1.68
 """Of thrust over a command that is a share of the voltage: 1.52 to 1.83 on flights of a Crazyflie;
 that over a speed is 2."""
+STOPPED = 1e-3
+"""Share of the largest command that a rotor has at least, so that ratios are numbers."""
 LEAST_HOVER = 5.0
 """[s]."""
 EDGE = 1.5
@@ -42,6 +51,8 @@ class RotorTrim:
         share: its thrust over the mean of all.
         over_opposite: its thrust over that of the rotor across.
         pair_over_others: mean thrust of it and the rotor across, over that of all others.
+        least_over_opposite: low end of its interval of 95 %, and so the next.
+        least_pair_over_others: see there.
         finding: what is suspected, "" for nothing.
     """
 
@@ -49,6 +60,8 @@ class RotorTrim:
     share: float
     over_opposite: float
     pair_over_others: float
+    least_over_opposite: float
+    least_pair_over_others: float
     finding: str
 
 
@@ -73,26 +86,41 @@ def trim(
         raise WorkbenchError(
             f"there are {good.sum() / rate:.1f} s of flight: {LEAST_HOVER:g} s are the least"
         )
-    thrusts = np.maximum(commands[good], 0.0) ** exponent
-    shares = thrusts.mean(axis=0) / thrusts.mean()
+    thrusts = np.maximum(commands[good], STOPPED * commands.max()) ** exponent
+    means = thrusts.mean(axis=0)
+    many = int(len(thrusts) / (BLOCK * rate))
+    seconds = np.array([each.mean(axis=0) for each in np.array_split(thrusts, many)])
+    shares = means / means.mean()
     found = []
     for i, rotor in enumerate(vehicle.rotors):
         pair = [i, across[i]]
-        over = float(shares[i] / shares[across[i]])
-        twist = float(shares[pair].mean() / np.delete(shares, pair).mean())
-        found.append(RotorTrim(rotor.name, float(shares[i]), over, twist, _finding(over, twist)))
+        over, least_over = _ratio(seconds[:, i], seconds[:, across[i]])
+        twist, least_twist = _ratio(
+            seconds[:, pair].mean(axis=1), np.delete(seconds, pair, axis=1).mean(axis=1)
+        )
+        finding = _finding(over, least_over, least_twist)
+        found.append(
+            RotorTrim(rotor.name, float(shares[i]), over, twist, least_over, least_twist, finding)
+        )
     return found
 
 
-def _finding(over: float, twist: float) -> str:
+def _ratio(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+    """Return the ratio of two thrusts (N), and the low end of its interval of 95 %."""
+    ratio = float(np.log(one.mean() / other.mean()))
+    spread = float(np.std(np.log(one / other), ddof=1)) / math.sqrt(len(one))
+    return math.exp(ratio), math.exp(ratio - float(student.ppf(0.975, len(one) - 1)) * spread)
+
+
+def _finding(over: float, least_over: float, least_twist: float) -> str:
     """Return what is suspected of a rotor: of two across each other of the one that gives more."""
     if over <= 1.0:
         return ""
-    if over >= HEAVY and twist >= TWISTED:
+    if least_over > ACROSS and least_twist > PAIRS:
         return "+ carries more, and its pair turns the drone less: cut propeller, or a heavy weight"
-    if over >= HEAVY:
-        return "+ carries more: a weight near it, or its propeller gives less"
-    if twist >= TWISTED:
+    if least_over > ACROSS:
+        return "+ carries more: a weight or the battery nearer to it, or its propeller gives less"
+    if least_twist > PAIRS:
         return "+ its pair turns the drone less than it should: its propeller is cut or damaged"
     return ""
 

@@ -42,8 +42,8 @@ ROOM, TILT, SPEED = 0.1, math.radians(6.0), 0.7
 ERROR = 0.03
 """And errors of angles at loop points, likewise [rad]: a loop of much gain takes back nearly all of
 what is injected, and what is nonlinear in that would be seen instead of the small rest."""
-ANGLES = ("1", "rad")
-"""Units of such points."""
+ANGLES = {"1": 1.0, "rad": 1.0, "deg": math.degrees(1.0)}
+"""Units of such points, each in a radian."""
 
 
 @dataclass(frozen=True)
@@ -143,18 +143,14 @@ def loop_injection(
     """
     controller = model.controller
     assert controller is not None
-    if controller.dividers:
-        raise WorkbenchError(
-            f"{controller.name} has parts that run in every n-th update only: a signal of theirs "
-            "is not seen in between, so its loops cannot be measured in flight"
-        )
     point = loop.point(cut)
+    spacing = controller.point_dividers[point] * model.period
     margins = response_margins(loop_responses(model, [point]))[0]
     if not margins.stable:
         raise WorkbenchError(f"the loop {loop.name} is unstable, so it cannot be measured")
     if highest is None and lowest > 0.0:
         fastest = np.nanmax([margins.crossover, margins.bandwidth, 4.0 * lowest])
-        highest = min(ABOVE * float(fastest), 0.9 * math.pi / model.period)
+        highest = min(ABOVE * float(fastest), 0.9 * math.pi / spacing)
     highest = lowest if highest is None else highest  # which is refused
     found = Injection(point, 1.0 if size is None else size, lowest, highest, periods)
     check_injection(found, controller, Rates(control_period=model.period))
@@ -235,11 +231,16 @@ def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
     most = np.array([rotor.max_thrust for rotor in frame.rotors])
     hover = frame.hover_thrusts
     room = np.minimum(most - hover, hover - frame.idle_thrusts)
-    wave = multisine(injection.lowest, injection.highest, model.period)
+    law = model.controller
+    divider = law.point_dividers[injection.point] if law else 1
+    wave = multisine(injection.lowest, injection.highest, divider * model.period)
     names = [*(f"thrust_{index + 1}" for index in range(len(most))), "roll", "pitch"]
     names += ["v_x", "v_y", "v_z"]
-    law = model.controller
-    errors = [name for name, unit in law.points.items() if unit in ANGLES] if law else []
+    errors = {
+        name: ERROR * ANGLES[unit]
+        for name, unit in (law.points if law else {}).items()
+        if unit in ANGLES and name.endswith("_error")
+    }
     names += errors
     point = np.exp(1j * wave.frequency * model.period)[:, None, None]
     B, C = model.B([injection.point]), model.C(names)
@@ -251,5 +252,5 @@ def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
     sines = np.abs(np.fft.rfft(wave.values)[wave.lines]) / len(wave.values)
     rms = np.sqrt(2.0 * (response**2 * sines[:, None] ** 2).sum(axis=0))
     allowed = [*(ROOM * np.where(room > 0.0, room, np.inf)), TILT, TILT, *[SPEED] * 3]
-    allowed += [ERROR] * len(errors)
+    allowed += errors.values()
     return float((np.array(allowed) / np.maximum(rms, 1e-12)).min())

@@ -1,15 +1,16 @@
-"""Gains of a loop for a bandwidth and a phase margin: both as `LoopMargins` has them.
+"""Gains of a loop for a bandwidth and a phase or disk margin: all as `LoopMargins` has them.
 
 The response of a loop that is cut where its gains act is affine in these gains. So for each
 frequency w two gains that turn and stretch L(jw) to exp(j (phase margin - pi)) follow from two
 linear equations. Along such a curve of gains the phase margin is the asked one, and the bandwidth
-is looked for; what is found is made exact with the model itself.
+is looked for; what is found is made exact with the model itself. A disk margin is looked for among
+the gains of a bandwidth, from phase margin to phase margin.
 """
 
 import itertools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -21,7 +22,9 @@ from workbench.design.judge.loop_response import INTEGRATOR, growth_rates, loop_
 from workbench.design.judge.margins import (
     HALF_POWER,
     LoopMargins,
+    Robustness,
     complementary,
+    disk_margins,
     frequency_grid,
     plateaus,
     response_margins,
@@ -42,13 +45,20 @@ LEAST = 1e-4
 """The smallest of them, as share of the largest; 0 has no ratio."""
 SAME = math.radians(0.05)
 """Phase margins that differ by less are the same on a grid of frequencies."""
-EXACT = (1e-3, math.radians(0.05))
-"""How exact an answer is: bandwidth as a share, and phase margin [rad]."""
+EXACT = 1e-3
+"""How exact the bandwidth of an answer is, as a share."""
+EXACTLY = {Robustness.PHASE: math.radians(0.05), Robustness.DISK: 1e-3}
+"""And its phase margin [rad], or disk margin."""
 AFFINE = 0.02
 """The response of a loop is, in its gains, where it differs by no more than this share."""
+NEARLY = 1.1
+"""A disk margin beyond its reach by less is tried: the reach is read between phase margins, and
+bandwidths that differ by less are alike there."""
 BISECTIONS = 14
 USUAL = math.radians(45.0)
 """A phase margin that most loops can have [rad]."""
+NOTHING = 0.1
+"""So little of what is exact enough need not be made better."""
 OTHER = 0.7
 """Gains that tell how a response depends on them are so many times their own."""
 
@@ -85,16 +95,39 @@ class Shaped:
     Attributes:
         gains: of the loop, and of what moves along, by name.
         margins: of the loop with them, exact.
-        reached: whether bandwidth and phase margin are the asked ones, to `EXACT`.
-        bandwidth: reach at this phase margin [rad/s].
-        phase_margin: reach at this bandwidth [rad]; both ends the same of a loop with one gain.
+        reached: whether bandwidth and phase or disk margin are the asked ones, to `EXACT`.
+        bandwidth: reach at this phase or disk margin [rad/s].
+        robustness: reach of that margin at this bandwidth; both ends the same of a loop with one
+            gain.
     """
 
     gains: dict[str, float]
     margins: LoopMargins
     reached: bool
     bandwidth: Reach
-    phase_margin: Reach
+    robustness: Reach
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What gains are looked for: a bandwidth [rad/s], and unless it follows from that, a margin."""
+
+    bandwidth: float
+    robustness: Robustness = Robustness.PHASE
+    margin: float | None = None
+
+    def missed(self, margins: LoopMargins) -> tuple[float, float]:
+        """Return by how much margins differ, in tolerances."""
+        if not margins.stable or math.isnan(margins.bandwidth):
+            return math.inf, math.inf
+        wide = math.log(margins.bandwidth / self.bandwidth) / EXACT
+        if self.margin is None:
+            return wide, 0.0
+        return wide, (self.robustness.of(margins) - self.margin) / EXACTLY[self.robustness]
+
+    def is_reached(self, margins: LoopMargins) -> bool:
+        """Return whether margins are what is asked."""
+        return max(map(abs, self.missed(margins))) < 1.0
 
 
 @dataclass(frozen=True)
@@ -145,6 +178,8 @@ class LoopShaper:
         self._low = np.array([group.low for group in self._groups])
         self._high = np.array([group.high for group in self._groups])
         self._own = np.array([_value(group, gains) for group in self._groups])
+        self._last: tuple[float, _Curve] | None = None
+        self._last_reach: tuple[float, Reach] | None = None
         self._look()
 
     @property
@@ -181,21 +216,172 @@ class LoopShaper:
             WorkbenchError: if no gains of the loop make it stable.
         """
         if not self._is_affine:
-            return self._found_nearby(bandwidth, phase_margin)
+            return self._found_nearby(_Asked(bandwidth, Robustness.PHASE, phase_margin))
         if len(self._groups) == 1:
-            k, asked = self._at(self._single, bandwidth)
-            k = self._polished(k, asked, None)
-            margins = self.margins(self.values(k))
-            follows = Reach(margins.phase_margin, margins.phase_margin)
-            reach = self._bandwidth_reach([self._single])
-            return self._shaped(k, (bandwidth, None), reach, follows)
+            return self._shape_single(bandwidth, Robustness.PHASE)
         own = self._nearest_curve(phase_margin)
         robust = [each for each in self._sparse() if each.phase_margin > own.phase_margin]
         curve = self._wide_enough(own, robust, bandwidth)
         k, asked = self._at(curve, bandwidth)
-        k = self._polished(k, asked, curve.phase_margin)
+        k = self._polished(k, _Asked(asked, Robustness.PHASE, curve.phase_margin))
         reach = self._bandwidth_reach([own, *robust])
-        return self._shaped(k, (bandwidth, phase_margin), reach, self._phase_reach(asked))
+        wanted = _Asked(bandwidth, Robustness.PHASE, phase_margin)
+        return self._shaped(k, wanted, reach, self._phase_reach(asked))
+
+    def shape_disk(self, bandwidth: float, disk_margin: float) -> Shaped:
+        """Return gains for a bandwidth and a disk margin; where that cannot be, the nearest.
+
+        A disk margin may be more than the asked one, where the bandwidth goes with no less; else
+        the bandwidth gives way to it.
+
+        Args:
+            bandwidth: asked [rad/s].
+            disk_margin: asked; of a loop with one gain it follows.
+
+        Raises:
+            WorkbenchError: if no gains of the loop make it stable.
+        """
+        asked = _Asked(bandwidth, Robustness.DISK, disk_margin)
+        if not self._is_affine:
+            return self._found_nearby(asked)
+        if len(self._groups) == 1:
+            return self._shape_single(bandwidth, Robustness.DISK)
+        if self._last_reach is None or self._last_reach[0] != disk_margin:
+            self._last_reach = disk_margin, self._disk_bandwidths(disk_margin)
+        reach = self._last_reach[1]
+        slices = self._slices(bandwidth)
+        margins = self._disk_reach(slices)
+        if margins.low / NEARLY < disk_margin < margins.high * NEARLY:
+            k = self._polished(self._with_disk(slices, disk_margin), asked)
+            found = self._shaped(k, asked, reach, margins)
+            if found.reached:
+                return found
+        own = self._shaped(self._own, asked, reach, margins)
+        if own.reached:
+            return own
+        at = bandwidth
+        if not slices or margins.high < disk_margin:
+            at = min(max(bandwidth, reach.low), reach.high)
+            slices = self._slices(at)
+        k = self._with_disk(slices, disk_margin)
+        margins = self._disk_reach(slices)
+        nearest = min(max(disk_margin, margins.low), margins.high)
+        k = self._polished(k, replace(asked, bandwidth=at, margin=nearest))
+        return self._shaped(k, asked, reach, margins)
+
+    @staticmethod
+    def _disk_reach(slices: "list[_Slice]") -> Reach:
+        disks = [each.disk_margin for each in slices]
+        return Reach(min(disks), max(disks), End.PHASE) if disks else Reach(math.nan, math.nan)
+
+    def _shape_single(self, bandwidth: float, robustness: Robustness) -> Shaped:
+        """Return the value of a single gain for a bandwidth."""
+        k, asked = self._at(self._single, bandwidth)
+        k = self._polished(k, _Asked(asked))
+        follows = robustness.of(self.margins(self.values(k)))
+        reach = self._bandwidth_reach([self._single])
+        return self._shaped(k, _Asked(bandwidth), reach, Reach(follows, follows))
+
+    def _slices(self, bandwidth: float) -> "list[_Slice]":
+        """Return gains of a bandwidth, by rising phase margin.
+
+        Raises:
+            WorkbenchError: if no gains of the loop make it stable.
+        """
+        found = []
+        for curve, _ in self._disks():
+            value = curve.bandwidth
+            with np.errstate(invalid="ignore"):
+                between = (value[:-1] - bandwidth) * (value[1:] - bandwidth) <= 0.0
+            for place in np.flatnonzero(between):
+                first, last = value[place], value[place + 1]
+                share = (bandwidth - first) / (last - first) if first != last else 0.0
+                found.append(curve.k[place] + share * (curve.k[place + 1] - curve.k[place]))
+        if not found:
+            return []
+        k = np.array(found)
+        with np.errstate(invalid="ignore"):  # a bandwidth may leap over the asked one
+            good = np.abs(np.log(self._judged(k, math.nan)[0] / bandwidth)) < math.log(NEARLY)
+        k, response = k[good], self._response(k[good])
+        rising = np.argsort(_phase_margins(response))
+        disks = disk_margins(response[rising])
+        return [_Slice(*each) for each in zip(k[rising], disks.tolist(), strict=True)]
+
+    def _disks(self) -> "list[tuple[_Curve, np.ndarray]]":
+        """Return curves at `PHASE_MARGINS` and along the gains' limits; made once.
+
+        With each go the disk margins along it.
+        """
+        if not self._curve_disks:
+            for curve in [*self._sparse(), *self._along_limits()]:
+                disks = np.full(len(curve.at), math.nan)
+                if curve.fits.any():
+                    disks[curve.fits] = disk_margins(self._response(curve.k[curve.fits]))
+                self._curve_disks.append((curve, disks))
+        return self._curve_disks
+
+    def _along_limits(self) -> "list[_Curve]":
+        """Return curves along which one unknown is its smallest or largest, and the other goes."""
+        found = []
+        for held, limit in itertools.product((0, 1), (self._low, self._high)):
+            moved = 1 - held
+            low = max(self._low[moved], LEAST * self._high[moved])
+            k = np.full((SINGLE, 2), limit[held])
+            k[:, moved] = np.geomspace(low, self._high[moved], SINGLE)
+            found.append(_Curve(math.nan, k[:, moved], k, *self._judged(k, math.nan)))
+        return found
+
+    def _with_disk(self, slices: "list[_Slice]", disk_margin: float) -> np.ndarray:
+        """Return unknowns with a disk margin out of those of a bandwidth, or with the nearest."""
+        found = []
+        for first, last in itertools.pairwise(slices):
+            low, high = first.disk_margin, last.disk_margin
+            if (low - disk_margin) * (high - disk_margin) <= 0.0 and low != high:
+                share = (disk_margin - low) / (high - low)
+                found.append(first.k + share * (last.k - first.k))
+        if found:
+            k = np.array(found)
+            nearest: np.ndarray = k[np.argmin(self._ways(k))]
+            return nearest
+        return min(slices, key=lambda each: abs(each.disk_margin - disk_margin)).k
+
+    def _disk_bandwidths(self, disk_margin: float) -> Reach:
+        """Return the least and the largest bandwidth with no less than a disk margin.
+
+        Where no gains have it, those with the largest one.
+        """
+        looked = [(curve, disks) for curve, disks in self._disks() if curve.fits.any()]
+        if not looked:
+            raise WorkbenchError("no gains of this loop make it stable: tune another loop first")
+        most = max(float(np.nanmax(disks)) for _, disks in looked)
+        wanted = min(disk_margin, most * (1.0 - 1e-9))
+        with np.errstate(invalid="ignore"):
+            good = [np.flatnonzero(disks >= wanted) for _, disks in looked]
+        spans = [
+            (float(curve.bandwidth[place]), curve, int(place))
+            for (curve, _), places in zip(looked, good, strict=True)
+            for place in places
+        ]
+        low, high = (end(spans, key=lambda each: each[0]) for end in (min, max))
+        _, curve, place = high
+        beyond = [each for each in (place - 1, place + 1) if 0 <= each < len(curve.ends)]
+        limits = [each for each in beyond if curve.ends[each] is End.LARGEST]
+        end = End.LARGEST if limits else End.PHASE
+        culprit = self._culprit(end, curve.k[limits[0]]) if limits else ""
+        ends = [self._disk_edge(each[0], step, wanted) for each, step in ((low, 0.8), (high, 1.25))]
+        return Reach(ends[0], ends[1], end, culprit)
+
+    def _disk_edge(self, inside: float, step: float, disk_margin: float) -> float:
+        """Return how far a bandwidth goes with no less than a disk margin, from one that has it."""
+        outside = inside * step
+        for _ in range(BISECTIONS // 2):
+            middle = math.sqrt(inside * outside)
+            disks = [each.disk_margin for each in self._slices(middle)]
+            if disks and max(disks) >= disk_margin:
+                inside = middle
+            else:
+                outside = middle
+        return inside
 
     def _look(self) -> None:
         """Find how the response depends on the gains, on a grid of frequencies."""
@@ -223,6 +409,7 @@ class LoopShaper:
         if len(self._groups) == 1 and self._is_affine:
             self._single = self._curve_of_one()
         self._curves: dict[float, _Curve] = {}
+        self._curve_disks: list[tuple[_Curve, np.ndarray]] = []
 
     def _stable_unknowns(self) -> np.ndarray:
         """Return unknowns with which the closed loop is stable, if a look finds some.
@@ -310,9 +497,16 @@ class LoopShaper:
     def _nearest_curve(self, phase_margin: float) -> "_Curve":
         """Return the curve of a phase margin, or of the nearest one that any gains have.
 
+        It is kept while that margin is asked for: a slider of the bandwidth moves along it.
+
         Raises:
             WorkbenchError: if none do.
         """
+        if self._last is None or self._last[0] != phase_margin:
+            self._last = phase_margin, self._found_nearest(phase_margin)
+        return self._last[1]
+
+    def _found_nearest(self, phase_margin: float) -> "_Curve":
         curve = self._curve(phase_margin)
         if curve.fits.any():
             return curve
@@ -381,39 +575,34 @@ class LoopShaper:
         ways: np.ndarray = np.linalg.norm((k - self._own) / sizes, axis=1)
         return ways
 
-    def _polished(self, k: np.ndarray, bandwidth: float, phase_margin: float | None) -> np.ndarray:
+    def _polished(self, k: np.ndarray, asked: _Asked) -> np.ndarray:
         """Return unknowns with which both numbers are exact, if they can be; else as they were."""
         sizes = np.maximum(np.abs(k), LEAST * self._high)
 
         def missed(scaled: np.ndarray) -> np.ndarray:
-            margins = self.margins(self.values(scaled * sizes))
-            if not margins.stable or math.isnan(margins.bandwidth):
+            wide, turned = asked.missed(self.margins(self.values(scaled * sizes)))
+            if math.isinf(wide):
                 return np.full(len(k), 10.0)
-            wide = math.log(margins.bandwidth / bandwidth)
-            return np.array([wide, margins.phase_margin - (phase_margin or 0.0)][: len(k)])
+            scale = EXACTLY[asked.robustness]
+            if max(abs(wide), abs(turned)) < NOTHING:  # at 0 the search ends
+                return np.zeros(len(k))
+            return np.array([wide * EXACT, turned * scale][: len(k)])
 
         first = missed(k / sizes)
-        if np.all(np.abs(first) < 0.1 * np.array(EXACT[: len(k)])):
+        if not first.any():
             return k
-        found = root(missed, k / sizes, method="hybr", options={"eps": 1e-6, "maxfev": 24})
+        found = root(
+            missed, k / sizes, method="hybr", options={"eps": 1e-6, "xtol": 1e-4, "maxfev": 24}
+        )
         if not np.linalg.norm(missed(found.x)) < np.linalg.norm(first):
             return k
-        polished: np.ndarray = np.clip(found.x * sizes, self._low, self._high)
+        polished: np.ndarray = found.x * sizes
         return polished
 
-    def _shaped(
-        self,
-        k: np.ndarray,
-        asked: tuple[float, float | None],
-        bandwidth: Reach,
-        phase_margin: Reach,
-    ) -> Shaped:
+    def _shaped(self, k: np.ndarray, asked: _Asked, bandwidth: Reach, robustness: Reach) -> Shaped:
         gains = self.values(np.clip(k, self._low, self._high))
         margins = self.margins(gains)
-        reached = margins.stable and abs(math.log(margins.bandwidth / asked[0])) < EXACT[0]
-        if asked[1] is not None:
-            reached &= abs(margins.phase_margin - asked[1]) < EXACT[1]
-        return Shaped(gains, margins, reached, bandwidth, phase_margin)
+        return Shaped(gains, margins, asked.is_reached(margins), bandwidth, robustness)
 
     def _wide_enough(self, own: "_Curve", robust: "list[_Curve]", bandwidth: float) -> "_Curve":
         """Return the curve of the least phase margin from one's own on that has a bandwidth.
@@ -443,9 +632,14 @@ class LoopShaper:
         high, end, outside = max(self._ends(fastest), key=lambda each: each[0])
         return Reach(low, high, end, self._culprit(end, outside))
 
-    def _ends(self, curve: "_Curve") -> list[tuple[float, End, np.ndarray | None]]:
+    def _ends(self, curve: "_Curve") -> "list[_Limit]":
         """Return bandwidths where a curve ends or turns back, why, and the unknowns beyond."""
-        found: list[tuple[float, End, np.ndarray | None]] = [
+        if not curve.turns:
+            curve.turns.extend(self._found_ends(curve))
+        return curve.turns
+
+    def _found_ends(self, curve: "_Curve") -> "list[_Limit]":
+        found: list[_Limit] = [
             (float(each), End.PHASE, None) for each in curve.bandwidth[curve.fits]
         ]
         for good, bad in curve.edges():
@@ -482,17 +676,29 @@ class LoopShaper:
         group = self._groups[int(np.argmax(over))]
         return next(iter(group.sizes))
 
-    def _found_nearby(self, bandwidth: float, phase_margin: float) -> Shaped:
+    def _found_nearby(self, asked: _Asked) -> Shaped:
         """Return gains near the present ones, of a loop whose response is no sum over its gains."""
-        target = phase_margin if len(self._groups) == 2 else None
-        k = self._polished(self._own, bandwidth, target)
-        gains = self.values(k)
-        margins = self.margins(gains)
-        reached = margins.stable and abs(math.log(margins.bandwidth / bandwidth)) < EXACT[0]
-        if target is not None:
-            reached &= abs(margins.phase_margin - target) < EXACT[1]
+        if len(self._groups) == 1:
+            asked = replace(asked, margin=None)
         nothing = Reach(math.nan, math.nan)
-        return Shaped(gains, margins, reached, nothing, nothing)
+        return self._shaped(self._polished(self._own, asked), asked, nothing, nothing)
+
+
+@dataclass(frozen=True)
+class _Slice:
+    """Gains of some bandwidth.
+
+    Attributes:
+        k: unknowns (2).
+        disk_margin: that they have.
+    """
+
+    k: np.ndarray
+    disk_margin: float
+
+
+_Limit = tuple[float, End, np.ndarray | None]
+"""A bandwidth, what ends it there, and the unknowns beyond."""
 
 
 @dataclass(frozen=True)
@@ -505,6 +711,7 @@ class _Curve:
         k: unknowns (S, n).
         bandwidth: [rad/s], NaN where they do not do.
         ends: why not.
+        turns: bandwidths where it ends or turns back, see `LoopShaper._ends`; found once.
     """
 
     phase_margin: float
@@ -512,6 +719,7 @@ class _Curve:
     k: np.ndarray
     bandwidth: np.ndarray
     ends: np.ndarray
+    turns: "list[_Limit]" = field(default_factory=list)
 
     @property
     def fits(self) -> np.ndarray:

@@ -6,6 +6,7 @@ A grid of frequencies finds where a response crosses or turns; zooming in makes 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
@@ -62,6 +63,18 @@ class LoopMargins:
     bandwidth: float
     crossover: float
     stable: bool = True
+
+
+class Robustness(Enum):
+    """The number that says how robust a loop is, of `LoopMargins`."""
+
+    PHASE = "phase_margin"
+    DISK = "disk_margin"
+
+    def of(self, margins: LoopMargins) -> float:
+        """Return it of a loop: the phase margin [rad], or the disk margin."""
+        found: float = getattr(margins, self.value)
+        return found
 
 
 UNSTABLE = LoopMargins(1.0, 1.0, 0.0, 0.0, 0.0, math.inf, math.nan, math.nan, stable=False)
@@ -204,6 +217,12 @@ def _shapes(response: np.ndarray, level: np.ndarray) -> np.ndarray:
     return np.stack(
         [response.imag, size - 1.0, size - level**2 * (size + 2.0 * response.real + 1.0)]
     )
+
+
+def disk_margins(response: np.ndarray) -> np.ndarray:
+    """Return the disk margins (S) of L (S, F), at the frequencies of a grid."""
+    found: np.ndarray = _distances(response)[1].min(axis=1)
+    return found
 
 
 def _lowest(

@@ -366,7 +366,8 @@ def plot_phase(budgets: Sequence[PhaseBudget], title: str) -> Figure:
     axes.invert_yaxis()
     axes.set_xlabel("phase at the crossover [deg]; what is left to the dashed line is the margin")
     axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
-    figure.legend(loc="outside lower center", ncols=len(PARTS), fontsize=8, frameon=False)
+    if axes.containers:  # of what is unstable there is no phase to share out
+        figure.legend(loc="outside lower center", ncols=len(PARTS), fontsize=8, frameon=False)
     return figure
 
 

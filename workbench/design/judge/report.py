@@ -71,6 +71,7 @@ def judge(
     point: OperatingPoint = HOVER,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
+    modelled: Callable[[LinearModel, LinearModel | None], None] | None = None,
 ) -> Judgement:
     """Judge the closed loop that flies: margins, modes, steps, and the slowest safe rate.
 
@@ -79,6 +80,8 @@ def judge(
         point: where to linearise; steps and position loops are judged at hover only.
         settings: parameter values.
         progress: called with the share done, 0 .. 1.
+        modelled: called with `Judgement.steering` and `Judgement.holding` as soon as they are
+            there; all else takes ten times as long.
 
     Raises:
         WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.
@@ -90,6 +93,8 @@ def judge(
     steering = study.sampled(steers, gains)
     at_hover = steers == HOVER
     holding = study.sampled(HOLD, gains) if at_hover else None
+    if modelled:
+        modelled(steering, holding)
     say = progress or (lambda share: None)
     steps = []
     if at_hover:
@@ -108,7 +113,7 @@ def judge(
     loops = judge_loops(steering, holding)
     unstable = growing_loops(steering) or (growing_loops(holding) if holding else ())
     has_imu = any(isinstance(sensor, Imu) for sensor in study.vehicle.sensors)
-    slowest = slowest_rate(scenario, point=point, settings=settings)
+    slowest = slowest_rate(scenario, point=point, settings=settings, study=study)
     say(1.0)
     return Judgement(
         vehicle=study.vehicle.name,

@@ -74,6 +74,7 @@ def slowest_rate(
     *,
     point: OperatingPoint = HOVER,
     settings: Mapping[str, float] | None = None,
+    study: LinearStudy | None = None,
 ) -> SlowestRate:
     """Return how slow the law may run, to the physics step.
 
@@ -81,12 +82,13 @@ def slowest_rate(
         scenario: its vehicle and physics step are used.
         point: where to linearise.
         settings: parameter values.
+        study: of the same scenario, if there is one already.
 
     Raises:
         WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.
     """
     scenario = scenario or Scenario()
-    study = LinearStudy(scenario)
+    study = study or LinearStudy(scenario)
     most = math.floor(SLOWEST["control_period"] / scenario.rates.physics_step + 1e-9)
     samples: dict[int, RateSample] = {}
 

@@ -45,8 +45,6 @@ from workbench.estimation.gyro import (
     stepped_filters,
 )
 from workbench.estimation.imu import measured
-from workbench.plant.description import Description
-from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, laden, payload_of
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
@@ -140,7 +138,7 @@ class Derivatives:
 
     Args:
         controller: whose law flies.
-        description: what flies, without its payload.
+        flown: what flies, without its payload.
         vehicle: as the law knows it, without that, too.
         gains: parameter values by name.
         rates: of physics and control.
@@ -149,16 +147,16 @@ class Derivatives:
     def __init__(
         self,
         controller: Controller,
-        description: Description,
+        flown: Vehicle,
         vehicle: Vehicle,
         gains: Mapping[str, float],
         rates: Rates,
     ) -> None:
         self.controller = controller
         self._law = flight_law(controller)
-        self._flown, self._vehicle = make_vehicle(description), vehicle
+        self._flown, self._vehicle = flown, vehicle
         self._carry(payload_of(gains))
-        self._rows = rotor_rows(description.rotors, rates.physics_step).tolist()
+        self._rows = rotor_rows(flown.rotors, rates.physics_step).tolist()
         self._physics_step, self._control_period = rates.physics_step, rates.control_period
         self._whole = [1.0] * len(self._rows)
         self._estimate = sampled_estimate(rates.control_period)

@@ -1,13 +1,14 @@
 """Linear models for python-control, in one call."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import CUTS, Controller
-from workbench.design.linear.model import LinearModel
+from workbench.design.linear.model import LinearModel, Matrices
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
 from workbench.design.linear.study import HOVER, LinearStudy
 from workbench.scenario.scenario import Scenario
@@ -33,6 +34,38 @@ def linearize(
     minimal: bool = False,
 ) -> Any:
     """Return an exact linear model as a `control.StateSpace` with names.
+
+    Arguments are those of `linear_matrices`.
+
+    Raises:
+        WorkbenchError: if a name is unknown, or there is no such flight.
+    """
+    return linear_matrices(
+        scenario,
+        at=at,
+        loop=loop,
+        cut=cut,
+        time=time,
+        inputs=inputs,
+        outputs=outputs,
+        gains=gains,
+        minimal=minimal,
+    ).state_space()
+
+
+def linear_matrices(
+    scenario: Scenario | None = None,
+    *,
+    at: OperatingPoint | str = HOVER,
+    loop: str = CLOSED,
+    cut: str = "actuator",
+    time: str = "sampled",
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    gains: Mapping[str, float] | None = None,
+    minimal: bool = False,
+) -> Matrices:
+    """Return an exact linear model as its numbers, without python-control.
 
     Args:
         scenario: its vehicle, variation, gains and rates are used.
@@ -60,15 +93,15 @@ def linearize(
     else:
         found = study.sampled if time == "sampled" else study.continuous
         if loop == CLOSED:
-            system = found(point, gains).state_space(inputs or ASKED, outputs or SHOWN)
+            system = found(point, gains).matrices(inputs or ASKED, outputs or SHOWN)
         elif inputs or outputs:
             raise WorkbenchError("an open loop goes from its cut to its cut: leave the names out")
         else:
             wanted = study.controller.loop(loop)
             if wanted.hold and not point.hold:
                 point = OperatingPoint(hold=True)
-            system = found(point, gains).open_loop(wanted.point(cut))
-    return minimal_realisation(system) if minimal else system
+            system = found(point, gains).loop_matrices(wanted.point(cut))
+    return _least(system) if minimal else system
 
 
 def _check_cut(controller: Controller, loop: str, cut: str, point: OperatingPoint) -> None:
@@ -95,18 +128,18 @@ def _vehicle(
     study: LinearStudy,
     inputs: Sequence[str] | None,
     outputs: Sequence[str] | None,
-) -> Any:
+) -> Matrices:
     """Return the vehicle's model, sampled under held commands where that is asked."""
     commands = [signal.name for signal in model.inputs]
     motions = [signal.name for signal in model.outputs[:12]]
-    system = model.state_space(inputs or commands, outputs or motions)
+    system = model.matrices(inputs or commands, outputs or motions)
     if time == "continuous":
         return system
     import control
 
-    return control.sample_system(
-        system, study.scenario.rates.control_period, method="zoh", name=system.name
-    )
+    period = study.scenario.rates.control_period
+    held = control.sample_system(system.state_space(), period, method="zoh")
+    return replace(system, A=held.A, B=held.B, C=held.C, D=held.D, dt=period)
 
 
 def minimal_realisation(system: Any) -> Any:
@@ -119,15 +152,18 @@ def minimal_realisation(system: Any) -> Any:
     Args:
         system: a `control.StateSpace`.
     """
-    import control
+    labels = (), tuple(system.input_labels), tuple(system.output_labels)
+    numbers = system.A, system.B, system.C, system.D, system.dt
+    return _least(Matrices(*numbers, *labels, system.name)).state_space()
 
+
+def _least(system: Matrices) -> Matrices:
     A, B, C = system.A, system.B, system.C
     reach = reachable(A, _unit(B))
     A, B, C = reach.T @ A @ reach, reach.T @ B, C @ reach
     seen = reachable(A.T, _unit(C.T))
     A, B, C = seen.T @ A @ seen, seen.T @ B, C @ seen
-    names = {"inputs": system.input_labels, "outputs": system.output_labels, "name": system.name}
-    return control.ss(A, B, C, system.D, system.dt, **names)
+    return replace(system, A=A, B=B, C=C, state_labels=())
 
 
 def reachable(A: np.ndarray, B: np.ndarray) -> np.ndarray:

@@ -21,6 +21,54 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class Matrices:
+    """A linear system as numbers and names: all that `control.StateSpace` has of it.
+
+    Attributes:
+        A: (m, m).
+        B: (m, k).
+        C: (l, m).
+        D: (l, k).
+        dt: period of a sampled one [s]; 0 for a continuous one.
+        state_labels: (m) names; none where states are combinations that have none.
+        input_labels: (k) names.
+        output_labels: (l) names.
+        name: of the whole.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    dt: float
+    state_labels: tuple[str, ...]
+    input_labels: tuple[str, ...]
+    output_labels: tuple[str, ...]
+    name: str
+
+    @property
+    def poles(self) -> np.ndarray:
+        """Eigenvalues of A (m)."""
+        return np.linalg.eigvals(self.A).astype(complex)
+
+    def state_space(self) -> Any:
+        """Return it as a `control.StateSpace`."""
+        import control  # takes a second to load
+
+        return control.ss(
+            self.A,
+            self.B,
+            self.C,
+            self.D,
+            self.dt,
+            inputs=list(self.input_labels),
+            outputs=list(self.output_labels),
+            states=list(self.state_labels) or None,
+            name=self.name,
+        )
+
+
+@dataclass(frozen=True)
 class Trim:
     """A flight that is steady, or held still for an instant.
 
@@ -158,11 +206,19 @@ class LinearModel:
 
     def open_loop(self, point: str) -> Any:
         """Return the open loop L at a loop point as a `control.StateSpace`."""
+        return self.loop_matrices(point).state_space()
+
+    def loop_matrices(self, point: str) -> Matrices:
+        """Return the open loop L at a loop point."""
         A, b, c = self.cut(point)
         return self._named(A, b[:, None], -c[None, :], np.zeros((1, 1)), [point], [point])
 
     def state_space(self, inputs: Sequence[str], outputs: Sequence[str]) -> Any:
         """Return the closed loop between some of its signals as a `control.StateSpace`."""
+        return self.matrices(inputs, outputs).state_space()
+
+    def matrices(self, inputs: Sequence[str], outputs: Sequence[str]) -> Matrices:
+        """Return the closed loop between some of its signals."""
         return self._named(
             self.A, self.B(inputs), self.C(outputs), self.D(outputs, inputs), inputs, outputs
         )
@@ -175,20 +231,9 @@ class LinearModel:
         D: np.ndarray,
         inputs: Sequence[str],
         outputs: Sequence[str],
-    ) -> Any:
-        import control  # takes a second to load
-
-        return control.ss(
-            A,
-            B,
-            C,
-            D,
-            self.period,
-            inputs=list(inputs),
-            outputs=list(outputs),
-            states=list(self.state_names),
-            name=self.trim.point.label,
-        )
+    ) -> Matrices:
+        names = self.state_names, tuple(inputs), tuple(outputs)
+        return Matrices(A, B, C, D, self.period, *names, self.trim.point.label)
 
     @cached_property
     def _inputs(self) -> dict[str, int]:

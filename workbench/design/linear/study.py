@@ -577,26 +577,32 @@ class LinearStudy:
     Args:
         scenario: its vehicle, variation, gains and rates are used; the air is calm.
         description: of its vehicle, if that has been read already.
+        vehicle: of that description, if that has been made already.
 
     Raises:
         WorkbenchError: if the vehicle cannot be read.
     """
 
     def __init__(
-        self, scenario: Scenario | None = None, description: Description | None = None
+        self,
+        scenario: Scenario | None = None,
+        description: Description | None = None,
+        vehicle: Vehicle | None = None,
     ) -> None:
         self.scenario = at_own_period(scenario or Scenario())
         check_scenario(self.scenario)
         config = self.scenario.vehicle
         self._description = description or read_configured(config)
-        self.vehicle = make_vehicle(self._description)
+        self.vehicle = vehicle or make_vehicle(self._description)
         self.controller = flown_controller(self.scenario)
         self.gains: Mapping[str, float] = flight_gains(
             self.vehicle, config.gains, controller=self.controller
         )
         self._flown = varied(self._description, self.vehicle, config.variation)
+        same = self._flown is self._description
+        flown = self.vehicle if same else make_vehicle(self._flown)
         self._derivatives = Derivatives(
-            self.controller, self._flown, self.vehicle, self.gains, self.scenario.rates
+            self.controller, flown, self.vehicle, self.gains, self.scenario.rates
         )
         own = self.controller.estimator
         self._estimator = own or find_estimator(self.scenario.estimator)
@@ -624,7 +630,7 @@ class LinearStudy:
 
         Reading a description takes most of the time that a study does.
         """
-        return LinearStudy(scenario, self._description)
+        return LinearStudy(scenario, self._description, self.vehicle)
 
     def trim(self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None) -> Trim:
         """Return the trim of an operating point.

@@ -20,14 +20,13 @@ import numpy as np
 from workbench.common.compiled import compile_cached
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
-from workbench.control.flight_law import FILTERED, flight_law
-from workbench.design.predict.flown import GO_TO, PUSH, SOURCES, fly_period, seen, times
+from workbench.design.predict.flown import SOURCES, begun, fly_period, make_update, seen, times
 from workbench.dynamics.rigid_body import into_body, rotation
 
 CLOSES = 0.05
 """Time in which a difference of position or attitude is closed [s]."""
 TRIALS = 3
-"""Of a control period, the last of which counts."""
+"""Of a control period, to find its push."""
 
 
 @register_jitable
@@ -68,110 +67,26 @@ def correct(push, state, asked, craft):  # type: ignore[no-untyped-def]
 
 
 @lru_cache(maxsize=16)
-def compiled_disturbed(controller: Controller) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return `follow` and `refly` of a controller, compiled at their first call."""
+def compiled_refly(controller: Controller) -> Callable[..., Any]:
+    """Return `refly` of a controller, see `make_refly`, compiled at its first call."""
     whose = "" if controller.shipped else f" with {controller.name}"
-    follow, refly = (
-        compile_cached(
-            function,
-            (*SOURCES, "design/predict/disturbed.py"),
-            f"{what}{whose}",
-            parts=80,
-            text=controller.digest,
-            file=str(controller.file),
-            error_model="numpy",
-        )
-        for function, what in (
-            (make_follow(controller), "flights along a log"),
-            (make_refly(controller), "flights with another law"),
-        )
+    return compile_cached(
+        make_refly(controller),
+        (*SOURCES, "design/predict/disturbed.py"),
+        f"flights along a log{whose}",
+        parts=80,
+        text=controller.digest,
+        file=str(controller.file),
+        error_model="numpy",
     )
-    return follow, refly
-
-
-def make_follow(controller: Controller) -> Callable[..., Any]:
-    """Return a function that finds the pushes along a log."""
-    update = register_jitable(flight_law(controller).packed_update)
-
-    def follow(  # type: ignore[no-untyped-def]
-        targets,
-        speeds,
-        memory,
-        count,
-        errors,
-        references,
-        voltages,
-        shares,
-        pressure,
-        estimate,
-        share,
-        craft,
-    ):
-        """Return states (K+1, 13) along a log, and the pushes (K, 9) of each control period.
-
-        Args:
-            targets: states of the log at each update and at the end (K+1, 13).
-            speeds: of the rotors at the start (n) [rad/s].
-            memory: of the law at the start (k).
-            count: of its updates before.
-            errors: of the estimate, see `flown.ERROR` (K, 11).
-            references: (K, 8).
-            voltages: see `guidance.Measured` (K).
-            shares: of their thrust that rotors give (n).
-            pressure: see `flown.fly_period`.
-            estimate: see `acceleration_estimate.sampled_estimate`.
-            share: 1 / `CLOSES` [1/s].
-            craft: see `flown.Craft`.
-        """
-        updates, n = len(references), len(craft.rotors)
-        states, pushes = np.empty((updates + 1, 13)), np.zeros((updates, PUSH))
-        state, turning, kept = targets[0].copy(), speeds.copy(), memory.copy()
-        before, commands = speeds.copy(), speeds.copy()
-        filtered, last, measured = np.zeros(FILTERED), np.zeros(6), np.zeros(13)
-        filtered[0:3] = state[10:13]
-        whole, still, plain = np.ones(n), np.zeros(3), np.zeros(3)
-        room, asked = np.empty((3, n)), np.empty(6)
-        for k in range(updates):
-            states[k] = state
-            seen(state, errors[k], measured)
-            update(
-                measured,
-                voltages[k : k + 1],
-                references[k],
-                GO_TO,
-                still,
-                craft.gains,
-                whole,
-                craft.known,
-                craft.probes,
-                estimate,
-                plain,
-                filtered,
-                kept,
-                commands,
-                count + k,
-            )
-            wanted(state, targets[k + 1], share, craft.steps[0] * craft.steps[1], asked)
-            for trial in range(TRIALS):
-                tried, end, spun = state.copy(), last.copy(), turning.copy()
-                fly_period(
-                    tried, end, spun, before, commands, shares, pushes[k], pressure, craft, room
-                )
-                if trial + 1 < TRIALS:
-                    correct(pushes[k], tried, asked, craft)
-            state[:], last[:], turning[:], before[:] = tried, end, spun, commands
-        states[updates] = state
-        return states, pushes
-
-    return unique(follow, controller.key)
 
 
 def make_refly(controller: Controller) -> Callable[..., Any]:
-    """Return a function that flies with pushes over time."""
-    update = register_jitable(flight_law(controller).packed_update)
+    """Return a function that flies along a log with pushes, or finds them."""
+    update = make_update(controller)
 
     def refly(  # type: ignore[no-untyped-def]
-        start,
+        targets,
         speeds,
         memory,
         count,
@@ -182,41 +97,49 @@ def make_refly(controller: Controller) -> Callable[..., Any]:
         pushes,
         pressure,
         estimate,
+        share,
         craft,
+        trials,
     ):
-        """Return states (K+1, 13); arguments are those of `follow`, and pushes (K, 9)."""
+        """Return states (K+1, 13) of a flight with pushes, which trials correct in place.
+
+        Args:
+            targets: states of the log at each update and at the end (K+1, 13); the first one is
+                where the flight begins.
+            speeds: of the rotors at the start (n) [rad/s].
+            memory: of the law at the start (k).
+            count: of its updates before.
+            errors: of the estimate, see `flown.ERROR` (K, 11).
+            references: (K, 8).
+            voltages: see `guidance.Measured` (K).
+            shares: of their thrust that rotors give (n).
+            pushes: of each control period, see `flown.PUSH` (K, 9).
+            pressure: see `flown.fly_period`.
+            estimate: see `acceleration_estimate.sampled_estimate`.
+            share: 1 / `CLOSES` [1/s].
+            craft: see `flown.Craft`.
+            trials: of each control period. The last one counts; after each one before, the push is
+                corrected for what its end lacked. With 1 the pushes stay.
+        """
         updates, n = len(references), len(craft.rotors)
-        states = np.empty((updates + 1, 13))
-        state, turning, kept = start.copy(), speeds.copy(), memory.copy()
-        before, commands = speeds.copy(), speeds.copy()
-        filtered, last, measured = np.zeros(FILTERED), np.zeros(6), np.zeros(13)
-        filtered[0:3] = state[10:13]
-        whole, still, plain = np.ones(n), np.zeros(3), np.zeros(3)
-        room = np.empty((3, n))
+        states, asked, room = np.empty((updates + 1, 13)), np.empty(6), np.empty((3, n))
+        state, last = targets[0].copy(), np.zeros(6)
+        turning, before = speeds.copy(), speeds.copy()
+        computer = begun(memory, speeds, state[10:13])
+        commands = computer.commands
         for k in range(updates):
             states[k] = state
-            seen(state, errors[k], measured)
-            update(
-                measured,
-                voltages[k : k + 1],
-                references[k],
-                GO_TO,
-                still,
-                craft.gains,
-                whole,
-                craft.known,
-                craft.probes,
-                estimate,
-                plain,
-                filtered,
-                kept,
-                commands,
-                count + k,
-            )
-            fly_period(
-                state, last, turning, before, commands, shares, pushes[k], pressure, craft, room
-            )
-            before[:] = commands
+            seen(state, errors[k], computer.measured)
+            update(computer, voltages[k : k + 1], references[k], estimate, craft, count + k)
+            wanted(state, targets[k + 1], share, craft.steps[0] * craft.steps[1], asked)
+            for trial in range(trials):
+                tried, end, spun = state.copy(), last.copy(), turning.copy()
+                fly_period(
+                    tried, end, spun, before, commands, shares, pushes[k], pressure, craft, room
+                )
+                if trial + 1 < trials:
+                    correct(pushes[k], tried, asked, craft)
+            state[:], last[:], turning[:], before[:] = tried, end, spun, commands
         states[updates] = state
         return states
 

@@ -222,6 +222,71 @@ def fly_period(state, last, speeds, before, commands, shares, push, pressure, cr
             speeds[i] = room[2, i]
 
 
+class Computer(NamedTuple):
+    """What a flight computer has between two updates of its law, changed in place.
+
+    Attributes:
+        measured: what it takes the state for (13), see `rigid_body.State`.
+        filtered: of the acceleration estimate.
+        memory: of the law (k).
+        commands: of the rotors (n) [rad/s].
+        shares: of their thrust that rotors give, as the law knows it: all of it (n).
+        nothing: zeros (3): neither feedforward nor a resolution of commands.
+    """
+
+    measured: np.ndarray
+    filtered: np.ndarray
+    memory: np.ndarray
+    commands: np.ndarray
+    shares: np.ndarray
+    nothing: np.ndarray
+
+
+@register_jitable
+def begun(memory, commands, velocity):  # type: ignore[no-untyped-def]
+    """Return a `Computer` at its start, of copies of a memory, commands, and velocity."""
+    filtered = np.zeros(FILTERED)
+    filtered[0:3] = velocity
+    return Computer(
+        np.zeros(13),
+        filtered,
+        memory.copy(),
+        commands.copy(),
+        np.ones(len(commands)),
+        np.zeros(3),
+    )
+
+
+def make_update(controller: Controller) -> Callable[..., Any]:
+    """Return a function that lets a law update on what was measured, for compiled flights.
+
+    Its arguments are a `Computer`, the voltage (1), see `guidance.Measured`, the reference (8), the
+    acceleration estimate, the `Craft`, and how many updates were before.
+    """
+    packed_update = register_jitable(flight_law(controller).packed_update)
+
+    def update(computer, voltage, reference, estimate, craft, count):  # type: ignore[no-untyped-def]
+        packed_update(
+            computer.measured,
+            voltage,
+            reference,
+            GO_TO,
+            computer.nothing,
+            craft.gains,
+            computer.shares,
+            craft.known,
+            craft.probes,
+            estimate,
+            computer.nothing,
+            computer.filtered,
+            computer.memory,
+            computer.commands,
+            count,
+        )
+
+    return register_jitable(unique(update, controller.key))
+
+
 class Functions(NamedTuple):
     """Compiled functions of a controller.
 
@@ -259,7 +324,7 @@ def compiled_flights(controller: Controller) -> Functions:
 
 def make_fly(controller: Controller) -> Callable[..., Any]:
     """Return a function that flies from many starts on with a controller."""
-    update = register_jitable(flight_law(controller).packed_update)
+    update = make_update(controller)
 
     def fly(  # type: ignore[no-untyped-def]
         starts,
@@ -298,42 +363,24 @@ def make_fly(controller: Controller) -> Callable[..., Any]:
         many, updates = references.shape[0], references.shape[1]
         n = len(craft.rotors)
         found = np.empty((many, updates // keep + 1, 13))
-        whole, still, plain = np.ones(n), np.zeros(3), np.zeros(3)
         dt = craft.steps[0] * craft.steps[1]
         for i in range(many):
-            state, turning = starts[i].copy(), speeds[i].copy()
-            before, commands = speeds[i].copy(), speeds[i].copy()
-            kept, error = memory[i].copy(), errors[i].copy()
-            filtered, last, measured = np.zeros(FILTERED), np.zeros(6), np.zeros(13)
-            filtered[0:3] = state[10:13]
-            room = np.empty((3, n))
+            state, last, error = starts[i].copy(), np.zeros(6), errors[i].copy()
+            turning, before, room = speeds[i].copy(), speeds[i].copy(), np.empty((3, n))
+            computer = begun(memory[i], speeds[i], state[10:13])
             for k in range(updates):
                 if k % keep == 0:
                     found[i, k // keep] = state
-                seen(state, error, measured)
+                seen(state, error, computer.measured)
                 step_error(error, state[10:12], observer, dt)
                 update(
-                    measured,
-                    voltages[i : i + 1],
-                    references[i, k],
-                    GO_TO,
-                    still,
-                    craft.gains,
-                    whole,
-                    craft.known,
-                    craft.probes,
-                    estimate,
-                    plain,
-                    filtered,
-                    kept,
-                    commands,
-                    counts[i] + k,
+                    computer, voltages[i : i + 1], references[i, k], estimate, craft, counts[i] + k
                 )
-                push = pushes[i, min(k, pushes.shape[1] - 1)]
+                push, asked = pushes[i, min(k, pushes.shape[1] - 1)], computer.commands
                 fly_period(
-                    state, last, turning, before, commands, shares[i], push, pressure, craft, room
+                    state, last, turning, before, asked, shares[i], push, pressure, craft, room
                 )
-                before[:] = commands
+                before[:] = asked
             if updates % keep == 0:
                 found[i, updates // keep] = state
         return found
@@ -343,7 +390,7 @@ def make_fly(controller: Controller) -> Callable[..., Any]:
 
 def make_listen(controller: Controller) -> Callable[..., Any]:
     """Return a function that runs a controller's law along a log."""
-    update = register_jitable(flight_law(controller).packed_update)
+    update = make_update(controller)
 
     def listen(measured, references, voltages, told, places, first, estimate, craft):  # type: ignore[no-untyped-def]
         """Return what the law remembers after each of K updates on logged states (K, k).
@@ -359,28 +406,12 @@ def make_listen(controller: Controller) -> Callable[..., Any]:
             estimate: see `acceleration_estimate.sampled_estimate`.
             craft: see `Craft`.
         """
-        n = len(craft.rotors)
-        kept, filtered, commands = first.copy(), np.zeros(FILTERED), np.zeros(n)
-        whole, still, plain = np.ones(n), np.zeros(3), np.zeros(3)
+        computer = begun(first, np.zeros(len(craft.rotors)), np.zeros(3))
+        kept = computer.memory
         found = np.empty((len(measured), len(kept)))
         for k in range(len(measured)):
-            update(
-                measured[k],
-                voltages[k : k + 1],
-                references[k],
-                GO_TO,
-                still,
-                craft.gains,
-                whole,
-                craft.known,
-                craft.probes,
-                estimate,
-                plain,
-                filtered,
-                kept,
-                commands,
-                float(k),
-            )
+            computer.measured[:] = measured[k]
+            update(computer, voltages[k : k + 1], references[k], estimate, craft, float(k))
             for row in range(len(places)):
                 value = told[k, row]
                 if not math.isnan(value):

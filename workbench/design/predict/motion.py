@@ -69,6 +69,16 @@ class Motion(NamedTuple):
         return int(high[0]) + margin, max(int(high[-1]) - margin, int(high[0]) + margin)
 
     @property
+    def longest_gap(self) -> tuple[float, float]:
+        """When the longest time in the air begins of which nothing was measured, and ends [s]."""
+        first, last = self.airborne
+        known = np.flatnonzero(self.measured[first:last])
+        edges = np.concatenate([[-1], known, [last - first]])
+        longest = int(np.argmax(np.diff(edges)))
+        begin, end = edges[longest] + 1, edges[longest + 1]
+        return self.period * (first + float(begin)), self.period * (first + float(end))
+
+    @property
     def wanted_known(self) -> bool:
         """Whether the log tells which attitude and thrust the law asked for."""
         return bool(np.isfinite(self.attitude_setpoint).all())

@@ -35,6 +35,9 @@ RECENT = 0.1
 """Likewise of the velocity at which the air makes its moment [s]."""
 FOLLOWS = 0.1
 """Time in which integrals follow what the log says was asked for [s]."""
+DOUBTED = 1.33
+"""Thrust in flight over weight from which on, or below its inverse, a vehicle is doubted: that of
+33 flights of a Crazyflie is within 0.94 and 1.04, that of other drones beyond 0.84 and 1.18."""
 EXPONENT = 1.68
 """Of the thrust over a Crazyflie's command, measured on NanoBench's flights."""
 ASKED = (
@@ -115,6 +118,21 @@ def thrusts(motion: Motion, vehicle: Vehicle) -> np.ndarray:
         return np.asarray(np.maximum(np.polynomial.polynomial.polyval(volts, CURVE), 0.0))
     largest = np.array([rotor.max_thrust for rotor in vehicle.rotors])
     return np.asarray(commands**2 * largest)
+
+
+def thrust_doubt(motion: Motion, vehicle: Vehicle) -> str:
+    """Return why a vehicle may not be the one that flew; "" where its thrust fits its weight."""
+    first, last = motion.airborne
+    if last <= first:
+        return ""
+    thrust = np.median(thrusts(motion, vehicle)[first:last].sum(axis=1))
+    share = float(thrust) / (GRAVITY * vehicle.mass)
+    if 1.0 / DOUBTED < share < DOUBTED:
+        return ""
+    return (
+        f"at the commands of {motion.name}, {vehicle.name} gives {share:.2g} times its weight as "
+        "thrust: is it the drone that flew?"
+    )
 
 
 def driven_thrust(motion: Motion, vehicle: Vehicle) -> np.ndarray:
@@ -260,7 +278,7 @@ class Past:
             return np.tile(np.array(self._controller.initial_memory, float), (len(samples), 1))
         place = np.clip(counts.astype(int) - 1, 0, len(self._remembered) - 1)
         memory = self._remembered[place].copy()
-        if "i_rate_x" not in names:
+        if "pid_rate_roll_ki" not in self._gains:  # `_held` is about the Crazyflie's integrals
             return memory
         held = np.zeros((len(samples), 3))
         if effects.moment:

@@ -28,6 +28,7 @@ from workbench.design.predict.flown import (
 )
 from workbench.design.predict.motion import Motion, resampled, rotation
 from workbench.design.predict.past import ALL, Effects, Past, air_rates, driven_thrust, lagged
+from workbench.design.tracking import lag
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
 
@@ -53,8 +54,6 @@ SETTLED = 1.0
 """In the air before the first start: the past that a prediction goes by [s]."""
 MOVES = 0.3
 """An axis whose setpoint moves less than this tells of no lag [m]."""
-LAGS = np.arange(0.0, 1.2, 0.01)
-"""Among which that of a flight is looked for [s]."""
 PERIOD = 1 / 128
 """Between updates of a law that states none [s]."""
 TRUE = Observer(drag=0.0)
@@ -269,20 +268,6 @@ def blend(motion: Motion) -> np.ndarray:
     between = (attitude.inv() * rotation(motion.q_known)).as_rotvec()
     q = (attitude * Rotation.from_rotvec(BLEND * between)).as_quat()[:, [3, 0, 1, 2]]
     return np.asarray(q)
-
-
-def lag(time: np.ndarray, setpoint: np.ndarray, position: np.ndarray) -> float:
-    """Return by how much a position (k) is late [s], by least squares with a gain and an offset."""
-    found = []
-    known = time > time[0] + LAGS[-1]
-    if known.sum() < 3:
-        return math.nan
-    for late in LAGS:
-        past = np.interp(time - late, time, setpoint)[known]
-        columns = np.column_stack([past, np.ones(len(past))])
-        rest = position[known] - columns @ np.linalg.lstsq(columns, position[known], rcond=None)[0]
-        found.append((float(rest @ rest), float(late)))
-    return min(found)[1]
 
 
 def _rmse(errors: np.ndarray) -> float:

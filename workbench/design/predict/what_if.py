@@ -8,17 +8,25 @@ not known, and has no width where it does not: with its own law each of them fli
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
-from workbench.design.predict.disturbed import CLOSES, compiled_disturbed
-from workbench.design.predict.flown import ERROR, Craft, compiled_flights, estimate_of, make_craft
+from workbench.design.predict.disturbed import CLOSES, TRIALS, compiled_refly
+from workbench.design.predict.flown import (
+    ERROR,
+    PUSH,
+    Craft,
+    compiled_flights,
+    estimate_of,
+    make_craft,
+)
 from workbench.design.predict.motion import Motion, resampled, rotation
-from workbench.design.predict.past import Past
+from workbench.design.predict.past import Past, thrust_doubt
 from workbench.plant.drag import AIR_DENSITY, drag_area
 from workbench.plant.vehicle import Vehicle
 
@@ -26,9 +34,18 @@ COVERED = 0.95
 """Share of the sampled vehicles whose flights lie in the band."""
 FLOOR = 1e-3
 """Least half width of the band of a position [m]: of the log's own rounding."""
+LONG = 1.0
+"""From which on a gap of the log is told of [s]."""
+DRAWS = 40
+"""Vehicles that are sampled for the band."""
+PERIOD = 1 / 128
+"""Between updates of a law that states none [s]."""
+STEP = 1 / 1000
+"""About as long is a step of physics, of which an even number makes an update [s]."""
 
 
-class Law(NamedTuple):
+@dataclass(frozen=True)
+class Law:
     """A law and its gains.
 
     Attributes:
@@ -39,8 +56,14 @@ class Law(NamedTuple):
     controller: Controller
     gains: dict[str, float]
 
+    @property
+    def period(self) -> float:
+        """Between two updates [s]."""
+        return self.controller.period or PERIOD
 
-class Uncertainty(NamedTuple):
+
+@dataclass(frozen=True)
+class Uncertainty:
     """Standard deviations of factors on what flies, whose logarithms are normal, and of the wind.
 
     Attributes:
@@ -67,24 +90,28 @@ class WhatIf:
     Attributes:
         flight: its name.
         time: from the start of the log on (k) [s].
+        setpoint: position that was asked for, in W (k, 3) [m].
         logged: states (k, 13), see `rigid_body.State`.
         again: with its own law, which shows how exactly the disturbance explains it (k, 13).
         other: with the other law (k, 13).
         low: lower edges of the band of position and velocity (k, 6) [m, m/s].
         high: upper edges.
         disturbance: force in W [N] and moment in B [N·m] (k, 6).
-        lost: sampled vehicles whose flight with the other law does not stay in the air.
-        drawn: sampled vehicles.
+        stays: how many samples the nominal vehicle is not lost for: all of them, if it never is.
+        lost: vehicles whose flight with the other law does not stay in the air.
+        drawn: vehicles that were flown.
     """
 
     flight: str
     time: np.ndarray
+    setpoint: np.ndarray
     logged: np.ndarray
     again: np.ndarray
     other: np.ndarray
     low: np.ndarray
     high: np.ndarray
     disturbance: np.ndarray
+    stays: int
     lost: int
     drawn: int
 
@@ -94,75 +121,161 @@ class WhatIf:
         places = [4, 5, 6, 10, 11, 12]
         return np.asarray(self.other[:, places] - self.logged[:, places])
 
+    @property
+    def off_setpoint(self) -> np.ndarray:
+        """RMS over time of how far log and other flight are off the setpoint (2, 3) [m]."""
+        off = np.array([each[:, 4:7] - self.setpoint for each in (self.logged, self.other)])
+        return np.asarray(np.sqrt(np.mean(off**2, axis=1)))
 
-def what_if(
-    motion: Motion,
-    vehicle: Vehicle,
-    flown: Law,
-    other: Law,
-    period: float,
-    steps: int,
-    uncertainty: Uncertainty | None = None,
-    draws: int = 40,
-    seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-) -> WhatIf | None:
-    """Return a logged flight with another law; None where it is never in the air.
+
+class Explained:
+    """A logged flight as what a vehicle and its law do, and what they cannot explain of it.
+
+    What each sampled vehicle cannot explain is found when it is first flown, and kept: another law
+    costs one flight a vehicle from then on. The flights of the last law are kept, too.
 
     Args:
         motion: the flight.
         vehicle: as its law knows it.
         flown: the law that flew.
-        other: the one that would have.
-        period: between their updates [s].
-        steps: of physics in one.
         uncertainty: of the vehicle.
         draws: how many vehicles are sampled, the nominal one besides.
         seed: of the sample.
-        progress: takes the share done.
+
+    Attributes:
+        vehicle: see there.
+        flown: see there.
+        doubt: why an answer may be wrong: by the vehicle, or a gap of the log; "" for nothing.
+
+    Raises:
+        WorkbenchError: if it is never in the air.
     """
-    first, last = motion.airborne
-    if last - first < 2:
-        return None
-    uncertainty = uncertainty or Uncertainty()
-    nominal = make_craft(vehicle, flown.controller, flown.gains, period, steps)
-    course = _course(motion, first, last, period)
-    own = _law(motion, vehicle, flown, nominal, first)
-    changed_craft = make_craft(vehicle, other.controller, other.gains, period, steps)
-    changed = _law(motion, vehicle, other, changed_craft, first)
-    again, pushes = _follow(course, own, vehicle, nominal)
-    random = np.random.default_rng(seed)
-    flights, lost = [], 0
-    for number in range(draws + 1):
-        real, wind, found = vehicle, (0.0, 0.0, 0.0), pushes
-        if number:
-            real, wind = _drawn(vehicle, uncertainty, random)
-            craft = make_craft(vehicle, flown.controller, flown.gains, period, steps, real)
-            found = _follow(course, own, real, craft._replace(wind=wind))[1]
-        craft = make_craft(vehicle, other.controller, other.gains, period, steps, real)
-        states = _refly(course, changed, found, real, craft._replace(wind=wind))
-        if number == 0:
-            nominal_flight = states
-        if _stays(states, course.targets):
-            flights.append(states)
-        else:
-            lost += 1
-        if progress:
-            progress((number + 1) / (draws + 1))
-    low, high = _band(flights or [nominal_flight])
-    check = _refly(course, own, pushes, vehicle, nominal)
-    return WhatIf(
-        flight=motion.name,
-        time=course.time,
-        logged=course.targets,
-        again=check,
-        other=nominal_flight,
-        low=low,
-        high=high,
-        disturbance=np.vstack([pushes, pushes[-1:]])[:, [0, 1, 2, 6, 7, 8]],
-        lost=lost,
-        drawn=draws + 1,
-    )
+
+    def __init__(
+        self,
+        motion: Motion,
+        vehicle: Vehicle,
+        flown: Law,
+        uncertainty: Uncertainty | None = None,
+        draws: int = DRAWS,
+        seed: int = 0,
+    ) -> None:
+        first, last = motion.airborne
+        self._motion, self.vehicle, self.flown = motion, vehicle, flown
+        begin, end = motion.longest_gap
+        gap = (
+            f"{motion.name} was not measured from {begin:.1f} to {end:.1f} s: that is interpolated"
+        )
+        self.doubt = thrust_doubt(motion, vehicle) or (gap if end - begin > LONG else "")
+        if last - first < 2:
+            raise WorkbenchError(f"{motion.name}: is never in the air, so there is nothing to fly")
+        random = np.random.default_rng(seed)
+        uncertain = uncertainty or Uncertainty()
+        self._drawn = [
+            _Real(vehicle, (0.0, 0.0, 0.0)),
+            *(_drawn(vehicle, uncertain, random) for _ in range(draws)),
+        ]
+        self._own = _begun(motion, vehicle, flown, self._craft(flown, vehicle))
+        self._pushes: list[np.ndarray] = []
+        self._other, self._flights = self._own, list[np.ndarray]()
+
+    @property
+    def drawn(self) -> int:
+        """How many vehicles there are: the nominal one, and those that are sampled."""
+        return len(self._drawn)
+
+    def flights(self, other: Law) -> Iterator[np.ndarray]:
+        """Yield states (k, 13) of the flight with another law, of one vehicle after the other.
+
+        The nominal one is the first. A law of another period meets the same disturbance: of each of
+        its own periods the mean, so that no impulse is lost.
+        """
+        if other != self._other.law:
+            craft = self._craft(other, self.vehicle)
+            self._other, self._flights = _begun(self._motion, self.vehicle, other, craft), []
+        begun, flights = self._other, self._flights
+        for number, real in enumerate(self._drawn):
+            if number == len(flights):
+                pushes = _averaged(self._explain(number), self.flown.period, begun)
+                flights.append(self._at_own_times(begun, self._fly(begun, real, pushes)))
+            yield flights[number]
+
+    def compare(self, flights: Sequence[np.ndarray]) -> WhatIf:
+        """Return what flights of vehicles, the nominal one first, make of the log."""
+        course, pushes = self._own.course, self._explain(0)
+        whole = len(course.time)
+        staying = [each for each in flights if stays(each, course.targets) == whole]
+        low, high = _band(staying or [flights[0]])
+        return WhatIf(
+            flight=self._motion.name,
+            time=course.time,
+            setpoint=resampled(self._motion.setpoint, self._motion.period, course.time),
+            logged=course.targets,
+            again=self._fly(self._own, self._drawn[0], pushes),
+            other=flights[0],
+            low=low,
+            high=high,
+            disturbance=np.vstack([pushes, pushes[-1:]])[:, [0, 1, 2, 6, 7, 8]],
+            stays=stays(flights[0], course.targets),
+            lost=len(flights) - len(staying),
+            drawn=len(flights),
+        )
+
+    def _explain(self, number: int) -> np.ndarray:
+        """Return what a sampled vehicle cannot explain of the log (K, 9)."""
+        if number == len(self._pushes):
+            pushes = np.zeros((len(self._own.course.errors), PUSH))
+            states = self._fly(self._own, self._drawn[number], pushes, TRIALS)
+            if not np.isfinite(states).all():
+                raise WorkbenchError(
+                    f"{self._motion.name}: {self.vehicle.name} cannot be brought along this log: "
+                    "name the drone that flew, and the law that flew it"
+                )
+            self._pushes.append(pushes)
+        return self._pushes[number]
+
+    def _at_own_times(self, begun: "_Begun", states: np.ndarray) -> np.ndarray:
+        """Return states at the updates of the law that flew."""
+        if begun.law.period == self.flown.period:
+            return states
+        own, other = self._own.course.time, begun.course.time
+        return resampled(states, begun.law.period, own - other[0])
+
+    def _craft(self, law: Law, real: Vehicle) -> Craft:
+        steps = max(1, round(0.5 * law.period / STEP)) * 2
+        return make_craft(self.vehicle, law.controller, law.gains, law.period, steps, flown=real)
+
+    def _fly(
+        self, begun: "_Begun", real: "_Real", pushes: np.ndarray, trials: int = 1
+    ) -> np.ndarray:
+        """Return states (K+1, 13), see `disturbed.make_refly`; several trials write the pushes."""
+        course, vehicle = begun.course, real.vehicle
+        craft = self._craft(begun.law, vehicle)._replace(wind=real.wind)
+        return np.asarray(
+            compiled_refly(begun.law.controller)(
+                course.targets,
+                begun.speeds,
+                begun.memory,
+                begun.updates,
+                course.errors,
+                begun.references,
+                begun.voltages,
+                np.ones(len(craft.rotors)),
+                pushes,
+                0.5 * AIR_DENSITY * drag_area(vehicle.mass),
+                estimate_of(craft.period),
+                1.0 / CLOSES,
+                craft,
+                trials,
+            )
+        )
+
+
+class _Real(NamedTuple):
+    """What may have flown: a vehicle, and the wind [m/s]."""
+
+    vehicle: Vehicle
+    wind: tuple[float, float, float]
 
 
 class _Course(NamedTuple):
@@ -172,13 +285,11 @@ class _Course(NamedTuple):
         time: (K+1).
         targets: states (K+1, 13).
         errors: of the estimate (K, 11).
-        voltage: (K).
     """
 
     time: np.ndarray
     targets: np.ndarray
     errors: np.ndarray
-    voltage: np.ndarray
 
 
 class _Begun(NamedTuple):
@@ -186,6 +297,7 @@ class _Begun(NamedTuple):
 
     Attributes:
         law: which one.
+        course: the log at its updates.
         memory: (k).
         updates: done before.
         speeds: of the rotors (n).
@@ -194,6 +306,7 @@ class _Begun(NamedTuple):
     """
 
     law: Law
+    course: _Course
     memory: np.ndarray
     updates: float
     speeds: np.ndarray
@@ -217,20 +330,21 @@ def _course(motion: Motion, first: int, last: int, period: float) -> _Course:
     errors = np.zeros((updates + 1, ERROR))
     errors[:, 0:3], errors[:, 3:6] = at(motion.p_known) - p, at(motion.v_known) - v
     errors[:, 8:11] = (rotation(q).inv() * rotation(q_known)).as_rotvec()
-    return _Course(time, targets, errors[:-1], at(motion.voltage[:, None])[:-1, 0])
+    return _Course(time, targets, errors[:-1])
 
 
-def _law(motion: Motion, vehicle: Vehicle, law: Law, craft: Craft, first: int) -> _Begun:
+def _begun(motion: Motion, vehicle: Vehicle, law: Law, craft: Craft) -> _Begun:
+    first, last = motion.airborne
+    course = _course(motion, first, last, law.period)
     listen = compiled_flights(law.controller).listen
     past = Past(motion, vehicle, law.controller, law.gains, craft, listen)
     start = past.start(np.array([first]))
-    last = motion.airborne[1]
-    duration = craft.period * math.floor(motion.period * (last - first) / craft.period + 1e-9)
-    references = past.references(np.array([first]), duration)[0]
+    references = past.references(np.array([first]), craft.period * len(course.errors))[0]
     times = motion.period * first + craft.period * np.arange(len(references))
     voltage = resampled(motion.voltage[:, None], motion.period, times)[:, 0] / past.full_voltage
     return _Begun(
         law,
+        course,
         start.memory[0],
         float(start.counts[0]),
         start.speeds[0],
@@ -239,59 +353,20 @@ def _law(motion: Motion, vehicle: Vehicle, law: Law, craft: Craft, first: int) -
     )
 
 
-def _pressure(vehicle: Vehicle) -> float:
-    return 0.5 * AIR_DENSITY * drag_area(vehicle.mass)
+def _averaged(pushes: np.ndarray, period: float, begun: _Begun) -> np.ndarray:
+    """Return pushes (K, 9) of periods [s] in those of another law, with the same impulse."""
+    if begun.law.period == period:
+        return pushes
+    impulse = period * np.vstack([np.zeros(PUSH), np.cumsum(pushes, axis=0)])
+    time = begun.course.time - begun.course.time[0]
+    return np.diff(resampled(impulse, period, time), axis=0) / begun.law.period
 
 
-def _follow(
-    course: _Course, begun: _Begun, real: Vehicle, craft: Craft
-) -> tuple[np.ndarray, np.ndarray]:
-    follow, _ = compiled_disturbed(begun.law.controller)
-    states, pushes = follow(
-        course.targets,
-        begun.speeds,
-        begun.memory,
-        begun.updates,
-        course.errors,
-        begun.references,
-        begun.voltages,
-        np.ones(len(craft.rotors)),
-        _pressure(real),
-        estimate_of(craft.period),
-        1.0 / CLOSES,
-        craft,
-    )
-    return states, pushes
-
-
-def _refly(
-    course: _Course, begun: _Begun, pushes: np.ndarray, real: Vehicle, craft: Craft
-) -> np.ndarray:
-    _, refly = compiled_disturbed(begun.law.controller)
-    return np.asarray(
-        refly(
-            course.targets[0],
-            begun.speeds,
-            begun.memory,
-            begun.updates,
-            course.errors,
-            begun.references,
-            begun.voltages,
-            np.ones(len(craft.rotors)),
-            pushes,
-            _pressure(real),
-            estimate_of(craft.period),
-            craft,
-        )
-    )
-
-
-def _drawn(
-    vehicle: Vehicle, uncertainty: Uncertainty, random: np.random.Generator
-) -> tuple[Vehicle, tuple[float, float, float]]:
+def _drawn(vehicle: Vehicle, uncertainty: Uncertainty, random: np.random.Generator) -> _Real:
     """Return a vehicle out of the uncertain ones, and a wind [m/s]."""
     drawn = random.standard_normal(7)
-    factors = Uncertainty._make([*np.exp(drawn[:5] * uncertainty[:5]).tolist(), 0.0])
+    deviations = np.array(dataclasses.astuple(uncertainty)[:5])
+    factors = Uncertainty(*np.exp(drawn[:5] * deviations).tolist())
     wind = (uncertainty.wind * float(drawn[5]), uncertainty.wind * float(drawn[6]), 0.0)
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = (factors.inertia * vehicle.inertia).tolist()
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
@@ -307,15 +382,16 @@ def _drawn(
         for rotor in vehicle.rotors
     )
     mass = factors.mass * vehicle.mass
-    return dataclasses.replace(vehicle, mass=mass, I_BBcm_B=rows, rotors=rotors), wind
+    real = dataclasses.replace(vehicle, mass=mass, I_BBcm_B=rows, rotors=rotors)
+    return _Real(real, wind)
 
 
-def _stays(states: np.ndarray, logged: np.ndarray) -> bool:
-    """Return whether a flight is not lost: it stays finite, above the ground, and not far off."""
-    if not np.isfinite(states).all():
-        return False
+def stays(states: np.ndarray, logged: np.ndarray) -> int:
+    """Return for how many samples a flight is not lost: it stays finite, and not far off."""
     size = 5.0 + 5.0 * float(np.ptp(logged[:, 4:7], axis=0).max())
-    return bool(np.abs(states[:, 4:7] - logged[:, 4:7]).max() < size)
+    off = np.abs(states[:, 4:7] - logged[:, 4:7]).max(axis=1)
+    lost = ~(np.isfinite(states).all(axis=1) & (off < size))  # NaN is not below
+    return int(lost.argmax()) if lost.any() else len(states)
 
 
 def _band(flights: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

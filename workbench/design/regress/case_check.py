@@ -10,13 +10,26 @@ from workbench.control.controller import load_controller
 from workbench.design.load_metrics import LOAD_NUMBERS
 from workbench.design.regress.measures import HOVER, Need, find_measure
 from workbench.design.regress.signals import AXIS_SIGNALS, POINT, find_signal
-from workbench.design.regress.spec import Case, Limit, Tolerance
+from workbench.design.regress.spec import MISSING, Case, Limit, LogConfig, Tolerance
 from workbench.design.step_response import DURATIONS, LEAST_DURATION, MOST_DURATION
 from workbench.scenario.axes import AXES
 from workbench.scenario.loads import LOADS
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, Start, check_scenario
 
+FLOWN = (
+    "axis",
+    "load",
+    "acts",
+    "amplitude",
+    "duration",
+    "start",
+    "script",
+    "edge",
+    "command",
+    "set",
+)
+"""Keys of a flight that a log has not."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.+-]*")
 
 
@@ -33,7 +46,11 @@ def check_case(case: Case, index: int, file: YamlFile, controller: str) -> None:
         raise _refuse(file, (*keys, "duration"), f"must be {DURATIONS}")
     if case.acts is not None and not case.load:
         raise _refuse(file, (*keys, "acts"), "belongs to a load")
-    if case.axis or case.load:
+    if case.log is not None:
+        _check_log(case, case.log, file, keys)
+    elif case.loop:
+        raise _refuse(file, (*keys, "loop"), "belongs to a log: a flight has an axis or a signal")
+    elif case.axis or case.load:
         _check_step(case, file, keys)
     else:
         _check_script(case, file, keys, controller)
@@ -89,6 +106,26 @@ def _check_step(case: Case, file: YamlFile, keys: Keys) -> None:
             )
 
 
+def _check_log(case: Case, log: LogConfig, file: YamlFile, keys: Keys) -> None:
+    """Refuse a case with a log that is also flown, or whose log cannot be judged."""
+    usual = Case()
+    for key in FLOWN:
+        if getattr(case, key) != getattr(usual, key):
+            raise _refuse(file, (*keys, key), "belongs to a flight: a log has a span and a loop")
+    if not log.file:
+        raise _refuse(file, (*keys, "log"), "must name a file")
+    if log.missing not in MISSING:
+        raise _refuse(file, (*keys, "log", "missing"), f"must be {' or '.join(MISSING)}")
+    span = log.span
+    if span and not (len(span) == 2 and 0.0 <= span[0] < span[1] < math.inf):
+        raise _refuse(file, (*keys, "log", "span"), "must be two times in seconds, as [12, 40]")
+    if sorted(log.order) != list(range(1, len(log.order) + 1)):
+        order = "must have the number of each motor once, as [2, 1, 4, 3]"
+        raise _refuse(file, (*keys, "log", "order"), order)
+    if case.signal:
+        _check_signal(case.signal, file, (*keys, "signal"))
+
+
 def _check_script(case: Case, file: YamlFile, keys: Keys, controller: str) -> None:
     """Refuse a case without an axis and a load that is no flight."""
     if not case.script and case.start is None:
@@ -122,13 +159,15 @@ def _check_metric(case: Case, file: YamlFile, keys: Keys, name: str) -> None:
         raise WorkbenchError(f"{file.where(*keys)}{error}") from None
     if measure.signal:
         _check_signal(measure.signal, file, keys)
-    step = bool(case.axis or case.load)
-    commanded = case.axis or (case.signal and case.command)
+    step = bool(case.axis or case.load or case.loop)
+    commanded = case.axis or case.loop or (case.signal and case.command)
     missing = {
         Need.SIGNAL: not (step or case.signal),
         Need.COMMAND: not (commanded or (case.load and name in LOAD_NUMBERS)),
         Need.AXIS: not case.axis,
-        Need.HOVER: not step and case.edge < HOVER,
+        Need.LOOP: not (case.axis or case.loop),
+        Need.LOG: not case.loop,
+        Need.HOVER: not (step or case.log) and case.edge < HOVER,
     }
     if missing.get(measure.need):
         raise _refuse(file, keys, f"needs {measure.need.value}, which '{case.name}' has not")

@@ -2,17 +2,18 @@
 
 import copy
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.errors import FlightBrokenError
+from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.design.load_metrics import LoadMetrics, load_metrics
 from workbench.design.load_step import load_scenario
 from workbench.design.lost import find_loss
+from workbench.design.regress.band import Curve
 from workbench.design.regress.signals import (
     AXIS_SIGNALS,
     POINT,
@@ -22,7 +23,13 @@ from workbench.design.regress.signals import (
 )
 from workbench.design.regress.spec import Case, Spec
 from workbench.design.response_metrics import ResponseMetrics, response_metrics, why_withheld
-from workbench.design.step_response import EDGE, START_HEIGHT, step_scenario
+from workbench.design.step_response import (
+    EDGE,
+    START_HEIGHT,
+    axis_command,
+    axis_velocity,
+    step_scenario,
+)
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.configured import read_configured
 from workbench.scenario.loads import find_load
@@ -30,6 +37,9 @@ from workbench.scenario.scenario import Scenario, Start, at_own_period, check_sc
 from workbench.session.recording import Recording
 from workbench.session.session import Session
 from workbench.systems.sensors.samples import Samples
+
+LONGEST_LAG = 0.75
+"""Of a velocity behind its command [s]; the hover before a step is longer."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,26 @@ class Changes:
         return self != Changes()
 
 
+class UnknownError(WorkbenchError):
+    """A log does not tell what a metric needs."""
+
+
+class Followed(NamedTuple):
+    """A set-point and its response.
+
+    Attributes:
+        time: (N), from before the edge on [s].
+        setpoint: (N).
+        response: (N).
+        longest: lag that is looked for [s].
+    """
+
+    time: np.ndarray
+    setpoint: np.ndarray
+    response: np.ndarray
+    longest: float
+
+
 @dataclass(frozen=True)
 class Flight:
     """A flown case.
@@ -84,6 +114,11 @@ class Flight:
     load: str = ""
     samples: tuple[Samples, ...] = ()
 
+    @property
+    def parts(self) -> "Mapping[float, Flight]":
+        """The steps that are judged, by when they begin [s]: this one."""
+        return {self.edge: self}
+
     @cached_property
     def judged(self) -> Recording:
         """The part from the edge on."""
@@ -98,6 +133,27 @@ class Flight:
     def time(self) -> np.ndarray:
         """Time from the edge on [s]."""
         return self.judged.time - self.edge
+
+    def curve(self, name: str) -> Curve:
+        """Return a signal of the judged part."""
+        return Curve(self.time, self.find_signal(name).of(self.judged))
+
+    @cached_property
+    def followed(self) -> Followed:
+        """Set-point and response of the step's axis, from so much before it as a lag may be."""
+        whole = self.recording.between(self.edge - LONGEST_LAG, np.inf)
+        until = axis_command(whole, self.axis)  # a sample has what was asked for until then
+        setpoint = np.append(until[1:], until[-1:])
+        return Followed(whole.time, setpoint, axis_velocity(whole, self.axis), LONGEST_LAG)
+
+    def knowing(self, names: Sequence[str]) -> "Flight":
+        """Return the flight where arrays of its recording, or signals, are known: all of it.
+
+        Raises:
+            UnknownError: where too little of them is known.
+        """
+        del names
+        return self
 
     @cached_property
     def response(self) -> np.ndarray:
@@ -123,6 +179,11 @@ class Flight:
     def loaded(self) -> LoadMetrics:
         """The metrics of the response to the load."""
         return load_metrics(self.time, self.response, changed=self.changed)
+
+    @property
+    def known(self) -> str:
+        """Why what is judged is not all of the time, else ""."""
+        return ""
 
     @cached_property
     def doubt(self) -> str:

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,11 +20,19 @@ from workbench.design.regress.baseline import (
     read_conditions,
     read_curves,
 )
-from workbench.design.regress.flight import Changes, Flight, changed, fly_case
-from workbench.design.regress.measures import find_measure
-from workbench.design.regress.spec import Case, Spec
+from workbench.design.regress.flight import (
+    Changes,
+    Flight,
+    UnknownError,
+    changed,
+    fly_case,
+)
+from workbench.design.regress.judged_log import JudgedLog
+from workbench.design.regress.measures import MEASURED, Need, find_measure
+from workbench.design.regress.spec import Case, Limit, Spec
 from workbench.design.regress.spec_names import MARGINS, find_part, spec_title
 from workbench.design.regress.verdict import CaseResult, Check, Comparison, Difference
+from workbench.design.step_responses import SHORTEST
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
@@ -107,13 +115,46 @@ def differences(baseline: Mapping[str, float], now: Mapping[str, float]) -> tupl
     )
 
 
+ReadLog = Callable[[Spec, Case], JudgedLog]
+
+
 @dataclass(frozen=True)
 class Job:
-    """One part of a spec to judge, with what the run has otherwise."""
+    """One part of a spec to judge.
+
+    Attributes:
+        spec: that it is of.
+        part: the name of a case, or `MARGINS`.
+        changes: what the run has otherwise.
+        logged: the flight of a case that has a log, see `with_log`.
+    """
 
     spec: Spec
     part: str
     changes: Changes = field(default_factory=Changes)
+    logged: JudgedLog | None = None
+
+    @property
+    def case(self) -> Case | None:
+        """The case; None of margins."""
+        return None if self.part == MARGINS else find_case(self.spec, self.part)
+
+    def with_log(self, read: ReadLog) -> "Job":
+        """Return the job with the flight of its log, if its case has one.
+
+        Args:
+            read: makes that flight, `workbench.logs.judged_log.read_case`.
+
+        Raises:
+            WorkbenchError: if the log cannot be read, or lacks a signal that the case names.
+        """
+        case = self.case
+        if case is None or case.log is None:
+            return self
+        try:
+            return dataclasses.replace(self, logged=read(self.spec, case))
+        except WorkbenchError as error:
+            raise WorkbenchError(f"{self.spec.path}: {case.name}: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -146,7 +187,10 @@ def measure(job: Job) -> Measured:
     else:
         case = find_case(spec, job.part)
         try:
-            result = _flown(result, case, fly_case(case, common, changes.settings))
+            if case.log is None:
+                result = _flown(result, case, fly_case(case, common, changes.settings))
+            else:
+                result = _logged(result, case, job.logged)
         except WorkbenchError as error:
             raise WorkbenchError(f"{spec.path}: {case.name}: {error}") from None
     result = dataclasses.replace(result, seconds=time.perf_counter() - began)
@@ -162,7 +206,7 @@ def compare(job: Job, measured: Measured) -> CaseResult:
     path, result = job.spec.path, measured.result
     recorded = read_conditions(conditions_file(path))
     changes = differences(recorded, measured.conditions) if recorded else ()
-    if result.trouble or job.part == MARGINS:
+    if result.trouble or result.absent or job.part == MARGINS:
         return dataclasses.replace(result, differences=changes)
     case = find_case(job.spec, job.part)
     baselines = read_curves(curves_file(path, case.name)) if case.baseline else {}
@@ -186,13 +230,17 @@ def baseline_files(job: Job, measured: Measured) -> dict[Path, str]:
     Raises:
         WorkbenchError: if a curve is infinite somewhere, as a range where nothing is seen.
     """
-    if measured.result.trouble:
+    if measured.result.trouble or measured.result.absent:
         return {}
     path = job.spec.path
     files = {conditions_file(path): conditions_text(measured.conditions)}
     if job.part != MARGINS:
         wanted = find_case(job.spec, job.part).baseline
-        curves = [curve for curve in measured.result.curves if curve.signal in wanted]
+        curves = [
+            curve
+            for curve in measured.result.curves
+            if curve.signal in wanted and len(curve.flown.time)
+        ]
         for curve in curves:
             infinite = ~np.isfinite(curve.flown.values)
             if infinite.any():
@@ -208,26 +256,61 @@ def baseline_files(job: Job, measured: Measured) -> dict[Path, str]:
 def _flown(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
     """Return a result with a flight's checks and curves, or with what was the trouble."""
     names = dict.fromkeys([*case.baseline, *filter(None, [flight.signal])])
-    signals = [flight.find_signal(name) for name in names]
-    curves = tuple(
-        Comparison(each.name, each.unit, Curve(flight.time, each.of(flight.judged)))
-        for each in signals
-    )
+    curves = tuple(_curve(name, flight) for name in names)
     if flight.trouble:
         return dataclasses.replace(result, trouble=flight.trouble, curves=curves)
-    checks = []
-    for name, limit in case.limits.items():
-        measure = find_measure(name)
-        value, doubt = measure.of(flight), measure.doubt_of(flight)
-        checks.append(Check(name, measure.unit_of(flight), value, limit, doubt))
+    checks = [each for name, limit in case.limits.items() for each in _checks(name, limit, flight)]
     return dataclasses.replace(result, checks=tuple(checks), curves=curves)
+
+
+def _curve(name: str, flight: Flight) -> Comparison:
+    """Return a flown curve; an empty one of a log that does not tell."""
+    unit = flight.find_signal(name).unit
+    try:
+        return Comparison(name, unit, flight.curve(name))
+    except UnknownError as reason:
+        return Comparison(name, unit, Curve(np.empty(0), np.empty(0)), missing=str(reason))
+
+
+def _logged(result: CaseResult, case: Case, flight: JudgedLog | None) -> CaseResult:
+    """Return a result with the checks and curves of a log, or why there is none."""
+    if flight is None:
+        raise WorkbenchError(
+            "is judged from a log: give regress and record "
+            "read_log=workbench.logs.judged_log.read_case"
+        )
+    if flight.absent:
+        return dataclasses.replace(result, absent=flight.absent)
+    return _flown(result, case, flight)
+
+
+def _checks(name: str, limit: Limit, flight: Flight) -> list[Check]:
+    """Return a limit's check; of a log with several steps, one for each."""
+    measure = find_measure(name)
+    parts = flight.parts if measure.need is Need.COMMAND else {flight.edge: flight}
+    many = len(parts) > 1
+    found = []
+    try:
+        for begin, part in parts.items():
+            said = f"{name} of the step at {begin:.2f} s" if many else name
+            value, doubt = measure.measured(part)
+            found.append(Check(said, measure.unit_of(part), value, limit, doubt))
+        if not found:
+            raise UnknownError(
+                f"the set-point has no step that stands for {SHORTEST:g} s before and after its "
+                f"edge: {' and '.join(MEASURED[:2])} take any flying"
+            )
+    except UnknownError as reason:
+        skipped = isinstance(flight, JudgedLog) and flight.skip
+        return [Check(name, measure.unit_of(flight), math.nan, limit, str(reason), skipped)]
+    return found
 
 
 def _beside(
     curve: Comparison, case: Case, baselines: Mapping[str, Curve], path: Path
 ) -> Comparison:
     """Return a flown curve with its baseline and its band, if one is demanded."""
-    if curve.signal not in case.baseline:
+    if curve.missing or curve.signal not in case.baseline:
         return curve
     baseline = baselines.get(curve.signal)
     if baseline is None or baseline.time[-1] < curve.flown.time[-1] - 1e-6:

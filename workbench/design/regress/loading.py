@@ -12,7 +12,7 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import YamlFile, check_schema, read_yaml, with_numbers
 from workbench.control.controller import DEFAULT
 from workbench.design.regress.case_check import check_case
-from workbench.design.regress.spec import Spec, SpecFile
+from workbench.design.regress.spec import SKIP, Case, Spec, SpecFile
 from workbench.design.regress.spec_names import MARGINS, slug
 from workbench.estimation.settings import ESTIMATORS
 from workbench.scenario.scenario import (
@@ -64,6 +64,7 @@ def load_spec(path: Path | str, controller: str = "", trusted: Path | None = Non
         raise WorkbenchError(f"{file.where()}a spec has cases, or margins")
     names = {MARGINS}
     for index, case in enumerate(content.cases):
+        _find_log(case, index, file)
         check_case(case, index, file, content.controller)
         if slug(case.name) in names:
             where = file.where("cases", index, "name")
@@ -92,12 +93,34 @@ def check_named(path: Path, controller: str) -> None:
         )
 
 
+def _find_log(case: Case, index: int, file: YamlFile) -> None:
+    """Let a case's log, and its mapping, be found beside the spec; refuse what is not there.
+
+    A log that may be missing is looked for when the case is judged.
+    """
+    if case.log is None:
+        return
+    for key in ("file", "mapping"):
+        name = getattr(case.log, key)
+        if name:
+            place = (file.path.parent / Path(name).expanduser()).resolve()
+            setattr(case.log, key, str(place))
+            if not place.is_file() and case.log.missing != SKIP:
+                where = file.where("cases", index, "log", key)
+                raise WorkbenchError(
+                    f"{where}there is no {name} beside the spec: name a log, or write "
+                    f"missing: {SKIP} to leave the case out where it is not there"
+                )
+
+
 def _with_plain_limits(file: YamlFile) -> YamlFile:
-    """Return a file with the limits that are written as [least, most] spelt out."""
+    """Return a file with limits that are written as [least, most], and logs as FILE, spelt out."""
     data = copy.deepcopy(file.data)
     cases, margins = data.get("cases"), data.get("margins")
     for case in cases if isinstance(cases, list) else []:
         _spell_out(case.get("limits") if isinstance(case, dict) else None)
+        if isinstance(case, dict) and isinstance(case.get("log"), str):
+            case["log"] = {"file": case["log"]}
     for limits in margins.values() if isinstance(margins, dict) else []:
         _spell_out(limits)
     return dataclasses.replace(file, data=data)

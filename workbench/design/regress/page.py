@@ -22,6 +22,7 @@ th { font-weight: 600; } td.number { font-variant-numeric: tabular-nums; }
 .note { color: #666; } summary { cursor: pointer; } svg { max-width: 100%; height: auto; }
 a { color: inherit; }
 """
+_SKIPPED = '<span class="note">skipped</span>'
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -66,13 +67,14 @@ def _summary_row(number: int, result: CaseResult) -> str:
         reason += f" (and {len(result.failures) - 1} more)"
     return (
         f'<tr><td>{escape(result.spec)}</td><td><a href="#case{number}">{escape(result.case)}</a>'
-        f"</td><td>{_word(result.passed)}</td><td>{escape(reason)}</td></tr>"
+        f"</td><td>{_verdict(result)}</td><td>{escape(reason or '; '.join(result.skips))}</td></tr>"
     )
 
 
 def _case(number: int, result: CaseResult) -> str:
     """Return the section of a case; one that passed is folded up."""
     parts = [f'<p class="failed">{escape(result.trouble)}</p>'] if result.trouble else []
+    parts += [f'<p class="note">{escape(result.absent)}</p>'] if result.absent else []
     if result.checks:
         rows = "\n".join(map(_check_row, result.checks))
         parts.append(
@@ -82,7 +84,7 @@ def _case(number: int, result: CaseResult) -> str:
     parts += map(_curve, result.curves)
     return (
         f'<h2 id="case{number}">{escape(result.spec)}: {escape(result.case)} '
-        f"{_word(result.passed)}</h2>\n"
+        f"{_verdict(result)}</h2>\n"
         f"<details{'' if result.passed else ' open'}><summary>limits and curves</summary>\n"
         + "\n".join(parts)
         + "</details>"
@@ -96,7 +98,8 @@ def _check_row(check: Check) -> str:
         f"<tr><td>{escape(check.name)}</td>"
         f'<td class="number">{escape(with_unit(check.value, check.unit))}</td>'
         f'<td class="number">{escape(check.demand)}</td>'
-        f"<td>{_word(check.met)}{escape(beyond)}{escape(doubt)}</td></tr>"
+        f"<td>{_SKIPPED if check.skipped else _word(check.met)}{escape(beyond)}{escape(doubt)}</td>"
+        "</tr>"
     )
 
 
@@ -110,7 +113,11 @@ def _curve(curve: Comparison) -> str:
         said = (
             f'<p class="note">{escape(curve.signal)} uses {100 * curve.use:.0f} % of its band</p>'
         )
-    return said + inline_svg(plot_curve(curve))
+    return said + (inline_svg(plot_curve(curve)) if len(curve.flown.time) else "")
+
+
+def _verdict(result: CaseResult) -> str:
+    return _SKIPPED if result.skipped else _word(result.passed)
 
 
 def _word(good: bool) -> str:
@@ -132,6 +139,8 @@ def junit_xml(results: Sequence[CaseResult]) -> str:
                 file=str(result.path),
                 time=f"{result.seconds:.3f}",
             )
+            if result.skipped:
+                ElementTree.SubElement(case, "skipped", message=_clean("; ".join(result.skips)))
             if not result.passed:
                 failure = ElementTree.SubElement(
                     case, "failure", message=_clean(result.failures[0]), type="regression"
@@ -147,7 +156,7 @@ def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
         "tests": str(len(results)),
         "failures": str(failed),
         "errors": "0",
-        "skipped": "0",
+        "skipped": str(sum(result.skipped for result in results)),
         "time": f"{sum(result.seconds for result in results):.3f}",
     }
 

@@ -9,7 +9,14 @@ from typing import NamedTuple, Self
 from workbench.design.executor.executor import Executor, InThisProcess
 from workbench.design.executor.local_processes import LocalProcesses
 from workbench.design.regress.flight import Changes, changed
-from workbench.design.regress.judging import Job, Measured, baseline_files, compare, measure
+from workbench.design.regress.judging import (
+    Job,
+    Measured,
+    ReadLog,
+    baseline_files,
+    compare,
+    measure,
+)
 from workbench.design.regress.loading import check_named, load_spec
 from workbench.design.regress.spec_names import MARGINS
 from workbench.design.regress.verdict import CaseResult
@@ -32,6 +39,7 @@ def regress(
     processes: int = 1,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    read_log: ReadLog | None = None,
 ) -> list[CaseResult]:
     """Fly the cases of specs and judge them.
 
@@ -41,6 +49,8 @@ def regress(
         processes: that fly; 1 flies in this one.
         executor: where cases fly instead, as on a cluster.
         progress: called with the share that is done, 0 .. 1.
+        read_log: makes the flight of a case that has a log,
+            `workbench.logs.judged_log.read_case`.
 
     Returns:
         A result for each case, and one for a spec's margins, in the order of the specs.
@@ -48,7 +58,7 @@ def regress(
     Raises:
         WorkbenchError: if a spec is wrong or its vehicle cannot be built.
     """
-    jobs = all_jobs(specs, changes or Changes())
+    jobs = all_jobs(specs, changes or Changes(), read_log)
     measured = measure_all(jobs, executor or local(processes), progress)
     return [compare(job, each) for job, each in zip(jobs, measured, strict=True)]
 
@@ -60,6 +70,7 @@ def record(
     processes: int = 1,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    read_log: ReadLog | None = None,
 ) -> Recorded:
     """Fly the cases of specs for their baselines, and judge their limits.
 
@@ -69,13 +80,14 @@ def record(
         processes: that fly; 1 flies in this one.
         executor: where cases fly instead, as on a cluster.
         progress: called with the share that is done, 0 .. 1.
+        read_log: as for `regress`.
 
     Raises:
         WorkbenchError: if a spec is wrong or its vehicle cannot be built.
     """
     for path in specs:
         check_named(Path(path), controller)
-    jobs = all_jobs(specs, Changes(controller=controller))
+    jobs = all_jobs(specs, Changes(controller=controller), read_log)
     measured = measure_all(jobs, executor or local(processes), progress)
     files: dict[Path, str] = {}
     for job, each in zip(jobs, measured, strict=True):
@@ -83,14 +95,16 @@ def record(
     return Recorded([each.result for each in measured], files)
 
 
-def all_jobs(specs: Sequence[Path | str], changes: Changes) -> list[Job]:
+def all_jobs(
+    specs: Sequence[Path | str], changes: Changes, read_log: ReadLog | None = None
+) -> list[Job]:
     """Return a job for each case of specs, and one for a spec's margins."""
     found = []
     for path in specs:
         spec = load_spec(path, changes.controller)
         parts = [case.name for case in spec.content.cases] + [MARGINS] * bool(spec.content.margins)
         found += [Job(spec, part, changes) for part in parts]
-    return found
+    return [job.with_log(read_log) for job in found] if read_log else found
 
 
 def local(processes: int) -> Executor:

@@ -17,6 +17,8 @@ from workbench.scenario.parameters import MOST_ROTORS
 from workbench.session.recording import Recording
 from workbench.systems.sensors.samples import Samples
 
+USE = "use"
+"""In what a signal reads: speeds of the rotors, or the share of them that a log was told."""
 POINT = "."
 """Between a sensor's name and the channel of its samples."""
 LATE = 1e-9
@@ -25,11 +27,19 @@ LATE = 1e-9
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal: its name, its unit, and how it is read off a recording as (N)."""
+    """A signal.
+
+    Attributes:
+        name: its own.
+        unit: SI.
+        of: how it is read off a recording, as (N).
+        reads: arrays of the recording that it takes, which a log may lack.
+    """
 
     name: str
     unit: str
     of: Callable[[Recording], np.ndarray]
+    reads: tuple[str, ...] = ()
 
 
 def find_signal(name: str) -> Signal:
@@ -98,33 +108,34 @@ def _column(recording: Recording, field: str, index: int) -> np.ndarray:
 
 def _vector(name: str, unit: str, field: str) -> list[Signal]:
     """Return the three components of a recorded vector in W."""
+    reads = ("thrusts", "q_WB") if field == "force_W" else (field,)
     return [
-        Signal(f"{name}_{axis}", unit, partial(_column, field=field, index=index))
+        Signal(f"{name}_{axis}", unit, partial(_column, field=field, index=index), reads)
         for index, axis in enumerate("xyz")
     ]
 
 
 def _rotors(name: str, unit: str, field: str) -> list[Signal]:
     return [
-        Signal(f"{name}_{number + 1}", unit, partial(_column, field=field, index=number))
+        Signal(f"{name}_{number + 1}", unit, partial(_column, field=field, index=number), (field,))
         for number in range(MOST_ROTORS)
     ]
 
 
 SIGNALS: tuple[Signal, ...] = (
     *_vector("v", "m/s", "v_WB"),
-    Signal("yaw_rate", "rad/s", lambda flown: flown.w_WB[:, 2]),
+    Signal("yaw_rate", "rad/s", lambda flown: flown.w_WB[:, 2], ("w_WB",)),
     *_vector("p", "m", "p_WB"),
-    Signal("roll", "rad", _roll),
-    Signal("pitch", "rad", _pitch),
-    Signal("yaw", "rad", lambda flown: unwrapped_yaw(flown.q_WB)),
-    Signal("tilt", "rad", lambda flown: flown.tilt),
+    Signal("roll", "rad", _roll, ("q_WB",)),
+    Signal("pitch", "rad", _pitch, ("q_WB",)),
+    Signal("yaw", "rad", lambda flown: unwrapped_yaw(flown.q_WB), ("q_WB",)),
+    Signal("tilt", "rad", lambda flown: flown.tilt, ("q_WB",)),
     *_vector("w", "rad/s", "w_WB"),
     *_vector("a", "m/s^2", "vdot_WB"),
     *_vector("force", "N", "force_W"),
-    Signal("thrust", "N", lambda flown: flown.total_thrust),
-    Signal("rotor_use", "1", lambda flown: flown.rotor_use),
-    Signal("charge", "1", lambda flown: flown.charge),
+    Signal("thrust", "N", lambda flown: flown.total_thrust, ("thrusts",)),
+    Signal("rotor_use", "1", lambda flown: flown.rotor_use, (USE,)),
+    Signal("charge", "1", lambda flown: flown.charge, ("charge",)),
     *_rotors("speed", "rad/s", "rotor_speeds"),
     *_rotors("thrust", "N", "thrusts"),
 )

@@ -37,12 +37,40 @@ class Tolerance:
     time_shift: float = 0.0
 
 
+FAIL, SKIP = MISSING = ("fail", "skip")
+"""What a limit does whose metric a log cannot give, and a case whose log is not there."""
+
+
+@dataclass
+class LogConfig:
+    """A log that stands for a case's flight.
+
+    Attributes:
+        file: of any format that `workbench import` reads.
+        mapping: file that names the columns of a CSV; "" where it lies beside it, or none is
+            needed.
+        order: for each rotor of the description the number of its motor in the log, from 1; empty
+            for the log's own order.
+        span: from and to [s]; empty for all of it.
+        missing: `FAIL` or `SKIP`.
+    """
+
+    file: str = ""
+    mapping: str = ""
+    order: list[int] = field(default_factory=list)
+    span: list[float] = field(default_factory=list)
+    missing: str = FAIL
+
+
 @dataclass
 class Case:
     """A flight and what is demanded of it.
 
     Attributes:
         name: unique in its spec.
+        log: that is judged in place of a flight; None where one is flown.
+        loop: of a log: the set-point and the response that are judged, see `LOOPS` of
+            `workbench/logs/step_response.py`, or SETPOINT:RESPONSE of any two signals.
         axis: of a step from hover: x, y, z or yaw; "" where a script is flown.
         load: of a step of a load in hover: force_x, torque_roll, gust_z …; "" where there is none.
         acts: for how long the load acts [s]; None to the end, a gust for 1 s.
@@ -60,6 +88,8 @@ class Case:
     """
 
     name: str = ""
+    log: LogConfig | None = None
+    loop: str = ""
     axis: str = ""
     load: str = ""
     acts: float | None = None

@@ -6,12 +6,16 @@ from workbench.design.regress.verdict import CaseResult
 
 
 def summary(results: Sequence[CaseResult]) -> str:
-    """Return how many passed or failed, in words."""
-    count, failed = len(results), sum(not result.passed for result in results)
+    """Return how many passed or failed, in words; and how many were skipped."""
+    skipped = sum(result.skipped for result in results)
+    beside = f", {skipped} skipped" if skipped else ""
+    count, failed = len(results) - skipped, sum(not result.passed for result in results)
+    if not count:
+        return "the case was skipped" if skipped == 1 else f"all {skipped} cases were skipped"
     if 0 < failed < count:
-        return f"{failed} of {count} cases failed"
+        return f"{failed} of {count} cases failed{beside}"
     word = "failed" if failed else "passed"
-    return f"the case {word}" if count == 1 else f"all {count} cases {word}"
+    return (f"the case {word}" if count == 1 else f"all {count} cases {word}") + beside
 
 
 def since_baseline(results: Sequence[CaseResult]) -> list[str]:

@@ -19,7 +19,9 @@ class Check:
         unit: of value and limit.
         value: the flown one.
         limit: what it must be within.
-        doubt: why the value means little, as of a step that has not settled, else "".
+        doubt: why the value means little, as of a step that has not settled, or why a log does not
+            have it, else "".
+        skipped: whether nothing is demanded, as the log does not have it.
     """
 
     name: str
@@ -27,11 +29,12 @@ class Check:
     value: float
     limit: Limit
     doubt: str = ""
+    skipped: bool = False
 
     @property
     def met(self) -> bool:
-        """Whether it is as demanded; a NaN never is."""
-        return self.limit.min <= self.value <= self.limit.max
+        """Whether it is as demanded, or skipped; a NaN never is."""
+        return self.skipped or self.limit.min <= self.value <= self.limit.max
 
     @property
     def excess(self) -> float:
@@ -147,6 +150,7 @@ class CaseResult:
         trouble: why the flight came to nothing, else "".
         differences: from the baseline's values.
         seconds: that it took.
+        absent: why there is no log to judge, else ""; such a case is skipped.
     """
 
     spec: str
@@ -157,6 +161,19 @@ class CaseResult:
     trouble: str = ""
     differences: tuple[Difference, ...] = ()
     seconds: float = 0.0
+    absent: str = ""
+
+    @property
+    def skips(self) -> list[str]:
+        """A sentence for everything that was not judged, as a log does not tell."""
+        found = [self.absent] if self.absent else []
+        return found + [f"{each.name}: {each.doubt}" for each in self.checks if each.skipped]
+
+    @property
+    def skipped(self) -> bool:
+        """Whether nothing was judged."""
+        judged = [each for each in self.checks if not each.skipped]
+        return bool(self.skips) and not judged and not self.failures
 
     @property
     def failures(self) -> list[str]:

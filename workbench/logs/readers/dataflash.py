@@ -66,8 +66,12 @@ def read_dataflash(path: Path) -> FlightRecord:
                 firmware = str(message.Message)
             elif name not in _UNWANTED and "TimeUS" in message.fmt.columns:
                 whose = _whose(message)
-                columns[whose] = list(message.fmt.columns)
-                rows[whose].append(tuple(getattr(message, each) for each in columns[whose]))
+                fields = list(message.fmt.columns)
+                if columns.setdefault(whose, fields) != fields:
+                    raise ValueError(f"message {whose} is defined anew")
+                # a damaged definition may name fields that are not there: then nothing is kept
+                row = tuple(getattr(message, each) for each in fields)
+                rows[whose].append(row)
     except Exception as error:  # it raises whatever its parsing meets in a damaged file
         if not rows:
             raise WorkbenchError(f"{path}: cannot be read as a DataFlash log: {error}") from error

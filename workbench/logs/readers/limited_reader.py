@@ -24,8 +24,7 @@ READERS = {
 SECONDS, SECONDS_A_MEGABYTE = 15.0, 4.0
 MEGABYTES, MEGABYTES_A_MEGABYTE = 1500, 40
 MOST_SECONDS, MOST_MEGABYTES = 900.0, 12_000
-"""Bounds, by the size of the file: blackbox logs take some 2 s and 20 MB a megabyte, and pyulog
-never ends on some files whose head is damaged."""
+"""Bounds, by the size of the file: blackbox logs take some 2 s and 20 MB a megabyte."""
 
 
 def read_limited(path: Path, format_: str) -> FlightRecord:

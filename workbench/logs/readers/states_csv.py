@@ -4,22 +4,25 @@ It has the true motion; gyro and accelerometer are those of a perfect IMU at the
 """
 
 import csv
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FlightRecord, make_signal
+from workbench.logs.flight_record import FlightRecord, make_signal, rising_rows
 from workbench.logs.readers.packed import read_packed, stem
 from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
 from workbench.plant.gravity import GRAVITY
 
 FORMAT = "states of a simulated flight"
 HEAD = b"t [s],p_W.x [m],"
+_COMMANDS = {"v_x": "m/s", "v_y": "m/s", "v_z": "m/s", "yaw_rate": "rad/s"}
 
 
 def read_states(path: Path) -> FlightRecord:
-    """Read the states of a flight.
+    """Read the states of a flight, without the rows that are damaged.
 
     Raises:
         WorkbenchError: if it cannot be read, or lacks what such a file has.
@@ -27,8 +30,12 @@ def read_states(path: Path) -> FlightRecord:
     data, cut = read_packed(path)
     lines = data.decode("utf-8", "replace").splitlines()
     head = next(csv.reader(lines[:1]))
+    table = _table(lines[1:], len(head))
+    if len(table) < 3:
+        raise WorkbenchError(f"{path}: has no three whole rows: it is empty or damaged")
+    lost = len(lines) - 1 - len(table)
+    damage = f"{lost} damaged rows were left out" if lost else ""
     try:
-        table = np.array([row for row in csv.reader(lines[1:]) if row], dtype=float)
         columns = dict(zip((name.split(" [")[0] for name in head), table.T, strict=True))
         time = columns["t"]
         q = continuous(_three(columns, "q_WB", "wxyz"))
@@ -38,6 +45,7 @@ def read_states(path: Path) -> FlightRecord:
         groups = [
             (tuple(f"position_data.{axis}" for axis in "xyz"), "m", _three(columns, "p_W")),
             (tuple(f"velocity_data.v_{axis}" for axis in "xyz"), "m/s", _three(columns, "v_W")),
+            (tuple(f"velocity_data.w_{axis}" for axis in "xyz"), "rad/s", _three(columns, "w_W")),
             (tuple(f"attitude.{part}" for part in QUATERNION), "1", q),
             (tuple(f"attitude.w_{axis}" for axis in "xyz"), "rad/s", gyro),
             (tuple(f"imu.angular_velocity.{axis}" for axis in "xyz"), "rad/s", gyro),
@@ -53,12 +61,16 @@ def read_states(path: Path) -> FlightRecord:
         for names, unit, table in groups
         for name, values in zip(names, table.T, strict=True)
     }
+    for field, unit in _COMMANDS.items():
+        name = f"command_velocity.{field}"
+        if f"command.{field}" in columns:
+            values = _from_then_on(columns[f"command.{field}"])
+            signals[name] = make_signal(name, unit, time, values, end=end, delay=0.0)
     number = 1
     while f"speed_command.{number}" in columns:
         for source, name in (("speed_command", "speed_command"), ("speed", "speed")):
             values = columns[f"{source}.{number}"]
-            if source == "speed_command":  # a row has what was asked for until then
-                values = np.append(values[1:], values[-1:])
+            values = _from_then_on(values) if source == "speed_command" else values
             name = f"rotors.{name}.{number - 1}"
             signals[name] = make_signal(name, "rad/s", time, values, end=end, delay=0.0)
         number += 1
@@ -67,10 +79,29 @@ def read_states(path: Path) -> FlightRecord:
         source=path,
         format=FORMAT,
         firmware="workbench",
-        remarks=tuple(filter(None, (cut,))),
+        remarks=tuple(filter(None, (cut, damage))),
         signals=signals,
         end=end,
     )
+
+
+def _table(lines: Sequence[str], width: int) -> np.ndarray:
+    """Return the rows of numbers (n, width) that are whole, with times that rise."""
+    rows = []
+    for line in lines:
+        try:
+            row = [float(cell) for cell in line.split(",")]
+        except ValueError:
+            continue
+        if len(row) == width and math.isfinite(row[0]):
+            rows.append(row)
+    table = np.array(rows, dtype=float).reshape(len(rows), width)
+    return table[rising_rows(table[:, 0])]
+
+
+def _from_then_on(values: np.ndarray) -> np.ndarray:
+    """Return what was asked for from each row on (n), of what was asked for until then."""
+    return np.append(values[1:], values[-1:])
 
 
 def _three(columns: dict[str, np.ndarray], name: str, axes: str = "xyz") -> np.ndarray:

@@ -8,6 +8,7 @@ one. Only the first instance of a topic has the workbench's names.
 Source: msg/ of PX4-Autopilot, as facts; docs.px4.io/main/en/dev_log/ulog_file_format.html.
 """
 
+import io
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -32,11 +33,39 @@ from workbench.logs.readers.rotations import (
 FORMAT = "PX4 ULog"
 MAGIC = b"ULog\x01\x12\x35"
 NEEDS = "pyulog"
+HEADER = 3
+"""Bytes before each message."""
 MOST_FIELDS = 20_000
+MOST_MOTORS = 32
 PWM_LOW, PWM_FULL = 1000.0, 2000.0
 """Of a motor's output where the parameters do not say it [us]."""
 _RPM = np.pi / 30.0
 Data = Mapping[str, np.ndarray]
+
+
+class _Forward(io.BufferedReader):
+    """A log that pyulog cannot read in circles.
+
+    After an unknown message in the head it goes back by the size that the message claims. Where
+    that is more than the file has, it would come to earlier messages, and so on for ever.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(io.FileIO(path))
+        self._path = path
+        self._last = 0
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        data = super().read(size)
+        self._last = len(data)
+        return data
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET, /) -> int:
+        if whence == io.SEEK_CUR and -offset > self._last + HEADER:
+            raise WorkbenchError(
+                f"{self._path}: is damaged: at byte {self.tell()} a message ends behind the file"
+            )
+        return super().seek(offset, whence)
 
 
 def read_ulog(path: Path) -> FlightRecord:
@@ -48,7 +77,8 @@ def read_ulog(path: Path) -> FlightRecord:
     from pyulog import ULog
 
     try:
-        log = ULog(str(path))
+        with _Forward(path) as file:
+            log = ULog(file)
     except WorkbenchError:
         raise
     except Exception as error:  # it raises whatever its parsing meets in a damaged file
@@ -114,6 +144,11 @@ def _time(data: Data, begin: int) -> np.ndarray:
     if sampled is not None and (sampled > 0).all():
         stamp = sampled.astype(np.int64)
     return np.asarray((stamp - begin) * 1e-6)
+
+
+def _count(data: Data, field: str) -> int:
+    """Return the largest value of a field that counts, of a damaged log no more than can be."""
+    return int(np.clip(np.max(data.get(field, [0]), initial=0), 0, MOST_MOTORS))
 
 
 def _vector(data: Data, fields: Sequence[str]) -> np.ndarray | None:
@@ -210,7 +245,7 @@ def _add_all(
         if field in data:
             add(f"battery.{name}", unit, data, np.asarray(data[field], dtype=float))
     data = topics.get("esc_status", {})
-    for i in range(int(np.max(data.get("esc_count", [0]), initial=0))):
+    for i in range(_count(data, "esc_count")):
         turns = data.get(f"esc[{i}].esc_rpm")
         if turns is not None:
             add(f"rotors.speed.{i}", "rad/s", data, _RPM * np.asarray(turns, dtype=float))
@@ -237,7 +272,7 @@ def _add_motors(
     full = parameters.get("PWM_MAIN_MAX", parameters.get("PWM_MAX", PWM_FULL))
     if not (isinstance(low, int | float) and isinstance(full, int | float) and full > low):
         low, full = PWM_LOW, PWM_FULL
-    for i in range(int(np.max(data.get("noutputs", [0]), initial=0))):
+    for i in range(_count(data, "noutputs")):
         output = data.get(f"output[{i}]")
         if output is not None and np.ptp(output) > 0.0:
             share = np.clip((np.asarray(output, dtype=float) - low) / (full - low), 0.0, 1.0)

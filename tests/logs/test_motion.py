@@ -1,0 +1,85 @@
+"""What predictions start from, out of records that are made up here: signals, motors, laws."""
+
+import numpy as np
+import pytest
+
+from workbench.common.errors import WorkbenchError
+from workbench.logs.flight_record import FlightRecord, make_signal
+from workbench.logs.motion import ASKED, KNOWN, TRUE, flown_law, law_name, motion_of
+from workbench.plant.loading import make_vehicle
+from workbench.scenario.configured import read_configured
+from workbench.scenario.scenario import VehicleConfig
+
+TIME = np.arange(0.0, 2.0, 0.01)
+MOTORS = tuple(f"motors.command_{number}" for number in (1, 2, 3, 4))
+RATES = tuple(f"estimate.w_{axis}" for axis in "xyz")
+
+
+@pytest.fixture(scope="module")
+def vehicle():
+    """The shipped drone, of four rotors."""
+    return make_vehicle(read_configured(VehicleConfig(model="dh_drone")))
+
+
+@pytest.fixture
+def make(tmp_path):
+    """Returns a record of signals that all rise from 0.1, but for some values."""
+
+    def made(names, values=None, **about) -> FlightRecord:
+        found = {name: 0.1 + 0.01 * TIME for name in names} | (values or {})
+        signals = {
+            name: make_signal(name, "1", TIME, each, end=TIME[-1]) for name, each in found.items()
+        }
+        source = tmp_path / "flight.csv"
+        return FlightRecord("flight", source, "made up", signals, end=TIME[-1], **about)
+
+    return made
+
+
+def test_the_estimate_is_the_motion_where_nothing_else_measured_it(make, vehicle):
+    motion = motion_of(make((*KNOWN, *RATES, *ASKED, *MOTORS)), vehicle)
+    assert np.array_equal(motion.p, motion.p_known) and np.array_equal(motion.q, motion.q_known)
+    names = (*KNOWN, *TRUE, *RATES, *ASKED, *MOTORS, *(f"attitude.w_{axis}" for axis in "xyz"))
+    both = motion_of(make(names, {"position_data.x": 0.5 + 0.0 * TIME}), vehicle)
+    assert both.p[0, 0] == 0.5 and both.p_known[0, 0] == pytest.approx(0.1)
+
+
+def test_what_jumps_was_not_measured(make, vehicle):
+    x = np.where(np.arange(len(TIME)) == 100, 50.0, 0.1)
+    motion = motion_of(make((*KNOWN, *RATES, *ASKED, *MOTORS), {"estimate.x": x}), vehicle)
+    assert np.flatnonzero(~motion.measured).tolist() == [99, 100, 101]
+
+
+def test_what_makes_no_motion_is_a_sentence(make, vehicle, case):
+    whole = (*KNOWN, *RATES, *ASKED, *MOTORS)
+    far = {"estimate.z": np.where(TIME < 1.0, 0.1, 1e30)}
+    for said, record in (
+        ("no setpoint of the position, no motors' commands: a prediction", make((*KNOWN, *RATES))),
+        ("no position, no velocity, no attitude: a prediction", make((*ASKED, *MOTORS))),
+        ("tells of 6 motors, and .* has 4", make((*whole, "motors.command_5", "motors.command_6"))),
+        ("at 1.00 s is no place", make(whole, far)),
+    ):
+        with case(said), pytest.raises(WorkbenchError, match=said):
+            motion_of(record, vehicle)
+
+
+def test_the_law_that_flew_is_told_by_the_log_or_its_firmware(make, case):
+    for law, about in (
+        ("crazyflie", {"parameters": {"controller": "PID"}}),
+        ("geometric", {"parameters": {"controller": "geometric"}, "firmware": "workbench 0.1.0"}),
+        ("px4", {"firmware": "PX4 1.15.0, PX4_FMU_V6X"}),
+        ("ardupilot", {"firmware": "ArduCopter V4.6.0"}),
+        ("mine.py", {"parameters": {"controller": "mine"}}),
+        ("", {"parameters": {"controller": "?"}}),
+        ("", {}),
+    ):
+        with case(about):
+            assert law_name(make(MOTORS, **about), {"mine": "mine.py"}) == law
+    with pytest.raises(WorkbenchError, match="flown by yours"):
+        law_name(make(MOTORS, parameters={"controller": "yours"}), {"mine": "mine.py"})
+
+
+def test_a_law_has_the_gains_of_the_log_over_others(make, vehicle):
+    log = make(MOTORS, parameters={"controller": "pd", "kp_pitch": 123.0, "vehicle": "x"})
+    law = flown_law(log, vehicle, "pd", {"kp_pitch": 99.0, "kp_roll": 77.0})
+    assert (law.gains["kp_pitch"], law.gains["kp_roll"]) == (123.0, 77.0)

@@ -1,0 +1,224 @@
+"""Gains of a loop that bring a closed-loop pole to a place, as far as they can.
+
+From where the pole is, steps of Newton's method go to the place: the pole's derivatives by the
+gains are differences of eigenvalues of the sampled closed loop, and each step is the smallest
+change of the gains, as shares of what they are, that their limits allow.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.judge.loop_response import closed_poles
+from workbench.design.judge.modes import natural_poles
+from workbench.design.linear.model import LinearModel
+from workbench.scenario.parameters import ParameterTable
+
+Gains = Mapping[str, float]
+ModelOf = Callable[[Gains], LinearModel]
+"""Gives the sampled closed loop, for all gains."""
+DIFFERENCE = 1e-4
+"""By so much gains differ for a derivative, as a share."""
+SAME = 1e-2
+"""Poles that differ by less, as a share, are one place: loops about x and y are often alike."""
+REAL = 1e-6
+"""A pole with less of an imaginary part, as a share, is real."""
+STEP = 0.15
+"""A step moves a pole by no more than this share of its size, so that it is known again."""
+MOST = 0.5
+"""And no gain by more than this share."""
+KNOWN = 0.5
+"""It is the same pole where it has gone as far as its derivatives say, to this share of that."""
+HALVINGS = 4
+NEARER = 1e-3
+"""Steps that bring it nearer by no more than this share are the last."""
+STEPS = 60
+EXACT = 1e-3
+"""How near to the place, as a share of its size, is there."""
+RIDGE = 1e-3
+"""Of ways that lead to one place the smallest change is taken: its weight."""
+UNMOVED = 0.02
+"""Gains do not move a pole that doubling one of them would move by less, as a share."""
+LEAST = 1e-3
+"""What a gain of 0 counts as, as a share of its largest value."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Gains of a loop, and where a pole is with them.
+
+    Attributes:
+        gains: of the loop, and of what moves along, by name.
+        pole: where it is [1/s].
+        reached: whether that is the place, to `EXACT`.
+        limit: a gain that is at its limit, "" for none.
+        unmoved: whether no gain of the loop moves it, to be told from poles beside it.
+    """
+
+    gains: dict[str, float]
+    pole: complex
+    reached: bool
+    limit: str = ""
+    unmoved: bool = False
+
+
+class PolePlacer:
+    """Brings one pole to places, by the gains of a loop; all other gains are as they are.
+
+    A next place is looked for from the one before, so that a drag costs little.
+
+    Args:
+        model_of: gives the model whose poles these are.
+        names: the loop's gains.
+        gains: all values.
+        table: limits of the gains.
+        pole: about where it is now, in continuous terms [1/s].
+        linked: gains that have the same value as one of the loop's, by its name.
+
+    Raises:
+        WorkbenchError: if the loop has no gains.
+    """
+
+    def __init__(
+        self,
+        model_of: ModelOf,
+        names: tuple[str, ...],
+        gains: Gains,
+        table: ParameterTable,
+        pole: complex,
+        linked: Mapping[str, str] | None = None,
+    ) -> None:
+        if not names:
+            raise WorkbenchError("this loop names no gains: nothing can move its poles")
+        self._model_of, self._gains, self._linked = model_of, dict(gains), dict(linked or {})
+        rows = [table.find(name) for name in names]
+        self._names = names
+        self._low = np.array([row.minimum for row in rows])
+        self._high = np.array([row.maximum for row in rows])
+        self._k = np.array([float(gains[name]) for name in names])
+        self._sizes = np.maximum(np.abs(self._k), LEAST * self._high)
+        self._pole = self._nearest(self._poles(self._k), pole)
+        self._moved = False
+        self._is_real = abs(self._pole.imag) < REAL * abs(self._pole)
+
+    def values(self, k: np.ndarray) -> dict[str, float]:
+        """Return the gains of unknowns (n), and of what is linked with them."""
+        found = dict(zip(self._names, map(float, k), strict=True))
+        for name, other in self._linked.items():
+            if name in found:
+                found[other] = found[name]
+        return found
+
+    def place(self, target: complex) -> Placed:
+        """Return gains with which the pole is at a place [1/s], or the nearest to it.
+
+        A single real pole stays real; of a pair the upper one is meant.
+        """
+        target = complex(target.real, 0.0 if self._is_real else abs(target.imag))
+        k, pole = self._k, self._pole
+        limit = ""
+        for _ in range(STEPS):
+            missing = target - pole
+            if abs(missing) < EXACT * abs(target):
+                break
+            slopes = self._slopes(k, pole)
+            moves = float(np.abs(slopes * self._sizes).max()) / max(abs(pole), 1e-9)
+            wanted = missing * min(1.0, STEP * max(abs(pole), STEP * abs(target)) / abs(missing))
+            found = self._stepped(k, pole, slopes, wanted) if moves > UNMOVED else None
+            if found is None:
+                break
+            if abs(target - found[1]) > abs(missing) * (1.0 - NEARER):
+                limit = found[2] or limit
+                break
+            k, pole, limit = found
+            self._moved = True
+        self._k, self._pole = k, pole
+        reached = abs(target - pole) < EXACT * abs(target)
+        return Placed(
+            self.values(k), pole, reached, "" if reached else limit, not self._moved and not limit
+        )
+
+    def _stepped(
+        self, k: np.ndarray, pole: complex, slopes: np.ndarray, wanted: complex
+    ) -> tuple[np.ndarray, complex, str] | None:
+        """Return gains a step on, the pole there, and a gain that its limit stops.
+
+        None where the pole is not found again near the place that its derivatives say.
+        """
+        for _ in range(HALVINGS):
+            step, limit = self._step(k, slopes, wanted)
+            step *= min(1.0, MOST / max(float(np.abs(step / self._sizes).max()), 1e-12))
+            way = complex(slopes @ step)
+            other = np.clip(k + step, self._low, self._high)
+            found = self._nearest(self._poles(other), pole + way)
+            if abs(found - pole - way) <= KNOWN * abs(way):
+                return other, found, limit
+            wanted *= 0.5
+        return None
+
+    def _step(self, k: np.ndarray, slopes: np.ndarray, wanted: complex) -> tuple[np.ndarray, str]:
+        """Return a change of the gains (n), and a gain that its limit stops."""
+        scaled = slopes * self._sizes / max(abs(wanted), 1e-12)
+        rows = np.vstack([scaled.real, scaled.imag, RIDGE * np.eye(len(k))])
+        aim = np.array([wanted.real, wanted.imag]) / max(abs(wanted), 1e-12)
+        low, high = (self._low - k) / self._sizes, (self._high - k) / self._sizes
+        found = lsq_linear(rows, np.append(aim, np.zeros(len(k))), (low - 1e-12, high + 1e-12))
+        stopped = np.flatnonzero(found.active_mask)
+        return found.x * self._sizes, self._names[stopped[0]] if len(stopped) else ""
+
+    def _slopes(self, k: np.ndarray, pole: complex) -> np.ndarray:
+        """Return the derivatives of the pole by the gains (n).
+
+        Where several poles are at one place, as those about x and y of a symmetric vehicle, any
+        mixture of their vectors belongs to it: the gains move the one that they move most.
+        """
+        model = self._model(k)
+        z, right = np.linalg.eig(model.A)
+        with np.errstate(divide="ignore"):
+            ways = np.abs(np.log(z.astype(complex)) / model.period - pole)
+        alike = ways <= ways.min() + SAME * abs(pole)
+        left = np.linalg.pinv(right)[alike]
+        slopes = np.zeros(len(k), dtype=complex)
+        for place, size in enumerate(self._sizes):
+            step = DIFFERENCE * size
+            if k[place] + step > self._high[place]:
+                step = -step
+            other = k.copy()
+            other[place] += step
+            turned = left @ (self._model(other).A - model.A) @ right[:, alike] / step
+            moved = np.linalg.eigvals(turned)
+            at = z[np.argmin(ways)]
+            slopes[place] = moved[np.argmax(np.abs(moved))] / (at * model.period)
+        return slopes.real.astype(complex) if self._is_real else slopes
+
+    def _model(self, k: np.ndarray) -> LinearModel:
+        return self._model_of({**self._gains, **self.values(k)})
+
+    def _poles(self, k: np.ndarray) -> np.ndarray:
+        model = self._model(k)
+        found = natural_poles(closed_poles(model), model.period)
+        return found[found.imag >= -1e-9]
+
+    @staticmethod
+    def _nearest(poles: np.ndarray, place: complex) -> complex:
+        return complex(poles[np.argmin(np.abs(poles - place))])
+
+
+def state_shares(model: LinearModel, pole: complex) -> np.ndarray:
+    """Return how much each state takes part in a pole, (m), of 1 together.
+
+    Participation factors: of the pole's right and left vector, entry by entry (Pérez-Arriaga,
+    Verghese and Schweppe, 1982).
+
+    Args:
+        model: sampled.
+        pole: in continuous terms [1/s].
+    """
+    z, right = np.linalg.eig(model.A)
+    place = int(np.argmin(np.abs(z - np.exp(pole * model.period))))
+    left = np.linalg.pinv(right)[place]
+    size: np.ndarray = np.abs(left * right[:, place])
+    return size / size.sum()
