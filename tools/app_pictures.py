@@ -24,12 +24,14 @@ from PIL import Image
 from PyQt6.QtCore import QBuffer, QSettings
 from PyQt6.QtWidgets import QApplication
 
+from workbench.commands.cli import main as run_command
 from workbench.control.mode import FlightMode
 from workbench.gui.app import make_app
-from workbench.gui.main_window import MainWindow
+from workbench.gui.main_window import SMALLEST, MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.style import apply_style
+from workbench.gui.tuning.what_if_card import DRAWS
 from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.server.config import ServerConfig
@@ -44,6 +46,17 @@ CHOICE = Choice(
     world="obstacle_field",
     sensors=("imu", "gps", "lidar", "barometer", "range_finder"),
 )
+POINTS = """
+title: points
+script:
+  - {at: 0.1, set: {wind_x: 2.0, turbulence: 3.0}}
+  - {at: 0.2, go_to: [1.0, 0.0, 1.5]}
+  - {at: 3.0, go_to: [1.0, 1.0, 2.0]}
+  - {at: 6.0, go_to: [0.0, 0.0, 1.5]}
+
+duration: 9.0
+"""
+"""A scenario whose log is flown again."""
 LONG = 120.0
 """For a slow machine [s]."""
 
@@ -52,21 +65,15 @@ LONG = 120.0
 class Shot:
     """A picture for the docs: its file, screen and theme, and whether 3-D stands beside.
 
-    `phases` puts the Tuning screen's table of phases in front, and a filter on.
+    `prepare` is called before, and the window has `size`.
     """
 
     file: str
     screen: str
     theme: str
     beside: bool
-    phases: bool = False
-
-
-DOCS = (
-    Shot("app.png", "home", "light", True),
-    *(Shot(f"app-{row.name}.png", row.name, "light", False) for row in SCREENS),
-    Shot("app-tuning-dark.png", "tuning", "dark", False, phases=True),
-)
+    prepare: Callable[["Photographer"], None] = lambda _: None
+    size: tuple[int, int] = SMALL
 
 
 class Photographer:
@@ -152,11 +159,35 @@ class Photographer:
         tuning.tabs.setCurrentWidget(tuning.frequency)
         tuning.frequency.show_view("Phase")
 
+    def show_what_if(self) -> None:
+        """Fly from point to point, open the log of that, and fly it again with less gain."""
+        folder = Path(self._folder.name)
+        scenario, log = folder / "points.yaml", folder / "points.mcap"
+        scenario.write_text(POINTS)
+        made = ["--log", str(log), "--no-plots", "--output", str(folder)]
+        run_command(["fly", str(scenario), *made])
+        self.window.resize(*SMALLEST)
+        self.workspace.log.open(log)
+        self.workspace.log.what_if_wanted.emit()
+        tuning = self.window.stack.screen_of("tuning")
+        answers = []
+        self.workspace.analysis.flown_again.connect(answers.append)
+        tuning.gains.propose("kp_velocity_x", 0.4 * tuning.gains.flown["kp_velocity_x"])
+        self.until(lambda: bool(answers) and answers[-1].asked.draws == max(DRAWS))
+
     def close(self) -> None:
         """End the app."""
         self._stack.close()
         self.window.close()
         self._folder.cleanup()
+
+
+DOCS = (
+    Shot("app.png", "home", "light", True),
+    *(Shot(f"app-{row.name}.png", row.name, "light", False) for row in SCREENS),
+    Shot("app-tuning-dark.png", "tuning", "dark", False, Photographer.show_phases),
+    Shot("app-what-if.png", "tuning", "light", False, Photographer.show_what_if, SMALLEST),
+)
 
 
 def main() -> None:
@@ -184,9 +215,8 @@ def main() -> None:
 def take_for_docs(photographer: Photographer) -> None:
     """Write the pictures of README and docs."""
     for shot in DOCS:
-        if shot.phases:
-            photographer.show_phases()
-        picture = photographer.take(shot.screen, shot.theme, SMALL, shot.beside)
+        shot.prepare(photographer)
+        picture = photographer.take(shot.screen, shot.theme, shot.size, shot.beside)
         path = ROOT / "docs" / shot.file
         picture.convert("RGB").quantize(COLOURS).save(path, optimize=True)
         print(path.name)

@@ -26,7 +26,7 @@ def test_the_loop_that_is_judged_has_what_was_asked(answer):
     assert math.degrees(pitch.phase_margin) == pytest.approx(45.0, abs=0.05)
     low, high = shaped.bandwidths
     assert low < 40.0 < high
-    low, high = map(math.degrees, shaped.phase_margins)
+    low, high = map(math.degrees, shaped.reach)
     assert low < 45.0 < high
 
 

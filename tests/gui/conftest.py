@@ -5,6 +5,7 @@ from collections.abc import Callable
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
 from PyQt6.QtCore import QEvent, QPoint, QPointF, QSettings, Qt
 from PyQt6.QtGui import QMouseEvent, QWheelEvent
@@ -12,6 +13,8 @@ from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from workbench.analysis.questions import FlyAgain
+from workbench.analysis.replies import FlownAgain
 from workbench.gui.charts.chart import Chart
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
@@ -71,6 +74,35 @@ def canned() -> Canned:
         views.append(replace(begun, snapshot=session.snapshot()))
         published.append(tuple(each.published for each in session.drain()))
     return Canned(tuple(views), tuple(published))
+
+
+@pytest.fixture(scope="session")
+def fly_again():
+    """Returns an answer to a question about a logged flight: 0.1 m to the side of it."""
+
+    def make(question: FlyAgain, **other) -> FlownAgain:
+        time = np.linspace(4.0, 24.0, 400)
+        logged = np.column_stack([np.sin(time + phase) for phase in range(6)])
+        values = {
+            "vehicle": "dh_drone",
+            "logged_vehicle": "dh_drone",
+            "doubt": "",
+            "flown": "pd",
+            "flown_gains": {name: question.gains[name] for name in ("kp_pitch", "kp_velocity_x")},
+            "setpoint": logged[:, :3],
+            "other": logged + 0.1,
+            "low": logged + 0.08,
+            "high": logged + 0.12,
+            "off_setpoint": np.array([[0.0] * 3, [0.1] * 3]),
+            "difference": np.full(6, 0.1),
+            "band": np.full(6, 0.02),
+            "stays": True,
+            "lost": 0,
+            "drawn": 1 + question.draws,
+        }
+        return FlownAgain(asked=question, time=time, logged=logged, **{**values, **other})
+
+    return make
 
 
 @pytest.fixture

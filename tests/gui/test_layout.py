@@ -1,7 +1,12 @@
 """All screens in the real window: one window, names, no text cut, nothing on anything else."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import combinations, product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +20,7 @@ from PyQt6.QtWidgets import (
     QLineEdit,
     QMainWindow,
     QMenuBar,
+    QScrollArea,
     QSizeGrip,
     QSlider,
     QSplitterHandle,
@@ -26,16 +32,18 @@ from PyQt6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from workbench.analysis.questions import Judge, Predict
+from workbench.analysis.questions import FlyAgain, Judge, Predict
 from workbench.analysis.replies import Tuned, TunedStep, Wished
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work
 from workbench.analysis.worker import find_answerer
+from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_panel import GainGroup
 from workbench.gui.help_pages import about_page, keys_page
 from workbench.gui.screen_table import SCREENS
+from workbench.gui.view3d.view3d_panel import View3d
 
 LEAST_CHART = 110
 """Height below which a chart shows nothing [px]."""
@@ -44,7 +52,13 @@ NARROWEST_SLIDER, WIDE_SLIDER, LARGE = 70, 120, 1800
 INNER = (QAbstractSpinBox, QComboBox, QTabBar, QAbstractScrollArea)
 """They lay their parts out by themselves."""
 CONTROLS = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
-SIZES = ((1024, 640), (1024, 700), (1280, 720), (1366, 768), (1920, 1080), (3840, 2160))
+SCALE = float(os.environ.get("QT_SCALE_FACTOR", "1"))
+SIZES = (
+    ((1024, 640), (1024, 700), (1280, 720), (1366, 768), (1920, 1080), (3840, 2160))
+    if SCALE == 1.0
+    else tuple((round(x / SCALE), round(y / SCALE)) for x, y in ((1920, 1080), (3840, 2160)))
+)
+"""Of the window, in Qt's pixels: where Qt scales, each is several of the screen's."""
 TIME = np.linspace(0.0, 2.0, 50)
 TUNED = Tuned(
     before={"kp_velocity_x": 4.45},
@@ -71,13 +85,20 @@ def faults(window: QWidget) -> Iterator[str]:
         least = WIDE_SLIDER if window.width() >= LARGE else NARROWEST_SLIDER
         if isinstance(each, QSlider) and each.width() < least:
             yield f"{_name(each)} is {each.width()} px wide"
+        if isinstance(each, QTabBar):
+            needed = each.tabRect(each.count() - 1).right() - each.tabRect(0).left()
+            beside = any(view.isVisible() for view in window.findChildren(View3d))
+            if needed > each.width() and not beside:  # there they may be scrolled, by arrows
+                yield f"tabs of {_name(each)} are cut: {each.width()} of {needed} px"
+        if isinstance(each, QScrollArea) and each.horizontalScrollBar().maximum() > 0:
+            yield f"{_name(each)} is cut: {each.horizontalScrollBar().maximum()} px too wide"
         if not isinstance(each, INNER):
             yield from _places(each)
 
 
 def _cut_text(each: QWidget) -> Iterator[str]:
     """Yield whether a text is cut that no tool tip has."""
-    if isinstance(each, ElidedLabel) or "paintEvent" in vars(type(each)):
+    if isinstance(each, ElidedLabel) or _paints_itself(each):
         return
     if isinstance(each, QLabel) and each.text() and each.pixmap().isNull():
         room = each.contentsRect()
@@ -96,8 +117,10 @@ def _cut_text(each: QWidget) -> Iterator[str]:
         )
         words = each.text().replace("&", "")
         needed = each.fontMetrics().horizontalAdvance(words)
-        if not icon_only:
-            needed = max(needed, each.sizeHint().width() if isinstance(each, QToolButton) else 0)
+        if isinstance(each, QToolButton) and len(words) > 1:  # its hint has a blank at each side
+            blanks = each.fontMetrics().horizontalAdvance("  ")
+            needed = max(needed, each.sizeHint().width() - blanks)
+        elif not isinstance(each, QToolButton):
             needed = max(needed, each.minimumSizeHint().width())
         if not icon_only and needed > each.width() + 1:
             yield f"{_name(each)} is cut: {each.width()} of {needed} px"
@@ -105,6 +128,12 @@ def _cut_text(each: QWidget) -> Iterator[str]:
         needed = each.fontMetrics().horizontalAdvance(each.currentText()) + 24
         if needed > each.width() and each.currentText() not in each.toolTip():
             yield f"{_name(each)} cuts '{each.currentText()}': {each.width()} of {needed} px"
+
+
+def _paints_itself(each: QWidget) -> bool:
+    """Return whether a class of ours paints it; Qt's own have a paintEvent, too."""
+    ours = (kind for kind in type(each).__mro__ if kind.__module__.startswith("workbench"))
+    return any("paintEvent" in vars(kind) for kind in ours)
 
 
 def _places(parent: QWidget) -> Iterator[str]:
@@ -169,17 +198,24 @@ def windows(qapp):
     qapp.removeEventFilter(made)
 
 
+def no_engine():
+    raise WorkbenchError("The 3-D view needs PyQt6-WebEngine, which is not installed.")
+
+
 @pytest.fixture(scope="module")
-def window(request, windows, shared_window, workspace, canned):
+def window(request, windows, shared_window, workspace, canned, fly_again):
     """The window before a flight out of a can, with what opens on its screens open.
 
-    Margins and prediction are answered here, not by processes of which nobody knows when.
+    Margins and prediction are answered here, not by processes of which nobody knows when. In place
+    of the web engine's 3-D view there is Qt's own.
     """
     analysis, subject = workspace.analysis, Subject(canned.views[0].scenario, {})
     answers, answered = {Judge: analysis.judged, Predict: analysis.predicted}, set()
 
     def answer(question):
         kind = type(question)
+        if kind is FlyAgain:
+            QTimer.singleShot(0, lambda: analysis.flown_again.emit(fly_again(question)))
         if kind in answers:
             *_, reply = find_answerer(kind)(subject, question, Work(1, None, None))
             QTimer.singleShot(0, lambda: answers[kind].emit(reply))
@@ -188,8 +224,9 @@ def window(request, windows, shared_window, workspace, canned):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(analysis, "warm_up", lambda: None)
         patch.setattr(analysis, "ask", answer)
+        patch.setattr(shared_window.view3d, "_load", no_engine)
         for index in range(60):
-            view = canned.views[index]
+            view = replace(canned.views[index], url="http://localhost:7000")
             patch.setattr(workspace.flight, "_view", view)
             if index == 0:
                 workspace.flight.begun.emit(view)
@@ -198,6 +235,7 @@ def window(request, windows, shared_window, workspace, canned):
         shared_window.show_screen("tuning")
         shared_window.stack.current.autotune.search()
         analysis.tuned.emit(TUNED)
+        workspace.log.open(Path("flight.csv"))
         QtBot(request).waitUntil(lambda: answered == set(answers), timeout=120_000)
         yield shared_window
 
@@ -246,6 +284,7 @@ def test_all_screens_are_laid_out_well(window, workspace, qapp, theme):
         window.resize(*size)
         if window.view3d.isVisibleTo(window) is not beside:
             window.actions_by_name["view_3d"].trigger()
+            workspace.flight.viewed.emit(workspace.flight.view)
         for row in SCREENS:
             window.show_screen(row.name)
             qapp.processEvents()
@@ -257,6 +296,23 @@ def test_all_screens_are_laid_out_well(window, workspace, qapp, theme):
         stop = window.top_bar.button("stop")
         assert stop.width() >= stop.sizeHint().width(), f"{size}, 3-D {beside}"
     assert found == []
+
+
+@pytest.mark.slow
+def test_all_screens_are_laid_out_well_where_each_pixel_is_four():
+    """As on small screens of many pixels: 1920 x 1080 and 3840 x 2160 of them.
+
+    Qt takes its scale from the environment, once, so this file runs again in a process of its own.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", __file__, "-qn0", "-pno:cacheprovider", "-mnot slow"],
+        env={**os.environ, "QT_SCALE_FACTOR": "2"},
+        capture_output=True,
+        text=True,
+        timeout=600.0,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-6000:]
 
 
 def test_what_opens_on_the_tuning_screen_is_laid_out_well(window, qapp):
@@ -274,6 +330,15 @@ def test_what_opens_on_the_tuning_screen_is_laid_out_well(window, qapp):
             qapp.processEvents()
         found += [f"{page}: {fault}" for fault in faults(window)]
     assert found == []
+
+
+def test_a_log_leads_to_the_flight_that_would_have_been(window, qtbot):
+    window.show_screen("visualization")
+    window.stack.current.log_bar.again.click()
+    tuning = window.stack.current
+    assert tuning.title == "Tuning" and tuning.tabs.currentWidget() is tuning.what_if
+    qtbot.waitUntil(lambda: "again" in tuning.what_if.plot.names)
+    assert tuning.what_if.said.text() == "dh_drone flies flight.csv: as it flew"
 
 
 @pytest.mark.parametrize("kind", [keys_page, about_page])

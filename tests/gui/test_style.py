@@ -43,7 +43,7 @@ def test_the_sheet_is_understood(qtbot, colours):
 def test_the_pictures_that_it_names_are_there(colours, check):
     sheet = style_sheet(colours, 10.0, PICTURES.as_posix())
     named = {Path(name).name for name in re.findall(r'url\("([^"]+)"\)', sheet)}
-    assert named == {"up.svg", "down.svg", check}
+    assert named == {"up.svg", "down.svg", "left.svg", "right.svg", check}
     assert all((PICTURES / name).is_file() for name in named)
 
 

@@ -24,21 +24,8 @@ ATTEMPTS = 5
 
 
 @pytest.fixture(scope="module")
-def address():
-    words = [sys.executable, "-m", "workbench", "serve", "--scenario", "hover", "--port", "0"]
-    with subprocess.Popen(
-        [*words, "--duration", "600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
-        try:
-            line = process.stdout.readline()
-            assert line, process.stderr.read()
-            yield line.split()[-1]
-        finally:
-            process.terminate()
-            try:
-                process.communicate(timeout=LIMIT)
-            except subprocess.TimeoutExpired:
-                process.kill()
+def address(served):
+    return served("hover")
 
 
 class Watcher:

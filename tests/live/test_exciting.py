@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.resources import models_dir
 from workbench.control.mode import FlightMode
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.measured_loop import measured_loop
@@ -796,6 +797,77 @@ def test_a_swing_is_told_once_with_its_loop_and_frequency(case):
             (turns,) = np.nonzero((rate[:-1] < 0.0) & (rate[1:] >= 0.0))
             found = float(alarm.split(", at ")[1].split()[0])
             assert found == pytest.approx(1.0 / np.diff(flown.time[turns]).mean(), rel=0.1)
+
+
+def test_a_slow_swing_is_told_with_the_velocity_or_position_loop(case):
+    """Below 1 Hz; the frequency is that of the flown velocity, by its turns."""
+    for gains, loop in (
+        ({"ki_velocity_xy": 12.0, "kp_velocity_xy": 1.5}, "velocity x"),
+        ({"kp_position_xy": 5.0, "kp_velocity_xy": 1.8}, "position x"),
+    ):
+        with case(loop):
+            bench = Bench(dataclasses.replace(HIGH, controller="pid"))
+            told = kept_events(bench)
+            bench.obey(Action(set=gains))
+            bench.obey(Action(velocity=[0.9, 0.0, 0.0]))
+            bench.fly(0.7)
+            bench.obey(AT_REST)
+            for _ in range(30):
+                bench.fly(1.0)
+                if told:
+                    break
+            (alarm,) = told
+            assert f"swings through {loop}, at 0." in alarm
+            assert f"give {loop} more phase margin" in alarm
+            flown = bench.session.recording().between(bench.session.time - 6.0, np.inf)
+            speed = flown.v_WB[:, 0]
+            (turns,) = np.nonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
+            found = float(alarm.split(", at ")[1].split()[0])
+            assert found == pytest.approx(1.0 / np.diff(flown.time[turns]).mean(), rel=0.1)
+
+
+def watched(session, seconds):
+    """What alarms tell of a flight that nobody excites."""
+    told = []
+    watch = Alarms(session, told.append)
+    step = session.scenario.rates.physics_step
+    for part in watch.parts(round(seconds / step)):
+        session.tick(part * step)
+        watch.look(excited=False)
+    return told
+
+
+SCENARIOS = [
+    "estimate-complementary",
+    "estimate-ekf",
+    "figure-eight",
+    "full-speed",
+    "hover",
+    "paper-steps",
+    "square",
+    "take-off-and-land",
+    "windy",
+]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "paper-steps",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in SCENARIOS if "steps" not in name),
+    ],
+)
+def test_no_shipped_scenario_raises_an_alarm(name):
+    scenario = load_scenario(models_dir() / "scenarios" / f"{name}.yaml")
+    assert watched(Session(scenario), scenario.duration) == []
+
+
+@pytest.mark.slow
+def test_moderate_turbulence_is_no_slow_swing(case):
+    for controller in ("pd", "pid", "px4"):
+        with case(controller):
+            scenario = dataclasses.replace(HIGH, controller=controller)
+            assert watched(Session(scenario, {"turbulence": 15.4}), 120.0) == []
 
 
 def test_a_pilot_who_swings_the_stick_and_air_that_shakes_are_no_swing():

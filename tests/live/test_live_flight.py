@@ -19,6 +19,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
+from workbench.plant.home import DEFAULT_HOME
 from workbench.scenario.scenario import Scenario, SensorsConfig, Start, VehicleConfig
 from workbench.session.recording import Recording
 from workbench.session.session import Session
@@ -73,6 +74,8 @@ def test_a_flight_begins_and_says_what_flies(flight):
     assert "lidar_fault" in view.values
     assert "gps_fault" not in view.values  # it has one, and does not measure
     assert view.snapshot.lidar is None or view.snapshot.lidar.rays == 5760
+    assert {"mast", "slab", "crate_1::crate"} <= {each.name for each in view.outlines}
+    assert view.home == DEFAULT_HOME
 
 
 def test_a_live_flight_equals_a_session_to_the_bit_and_so_does_its_scenario(paused):
@@ -158,6 +161,14 @@ def test_what_comes_over_needs_no_drake(paused):
     assert reading.ranges.size == 5760
     for thing in (paused.latest(), paused.flown().result(ENOUGH), reading):
         assert b"pydrake" not in pickle.dumps(thing)
+
+
+def test_a_predicted_way_is_drawn_and_is_no_order_to_fly(paused):
+    begun, flown = paused.latest().network.control, paused.flown().result(ENOUGH)
+    way = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]])
+    assert paused.foresee(5.0, way).result(ENOUGH) == 0.0
+    assert paused.flown().result(ENOUGH).scenario == flown.scenario
+    assert paused.latest().network.control == begun
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,24 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from workbench.live.messages import Pace
-from workbench.live.picture import CALM, DRONE, LONGEST, SHORTEST, TRAIL, Picture
+from workbench.live.messages import Foreseen, Pace
+from workbench.live.picture import (
+    AHEAD,
+    ARROWS,
+    CALM,
+    DRONE,
+    LIDAR,
+    LONGEST,
+    MOST_POINTS,
+    SHORTEST,
+    TRAIL,
+    Picture,
+)
+from workbench.scenario.scenario import Scenario, SensorsConfig
 from workbench.session.session import Session
 
 FRAME = 1 / 60
@@ -19,6 +32,7 @@ class Page:
     def __init__(self, pages=1):
         self.pages = pages
         self.poses, self.lines, self.deleted = [], [], []
+        self.clouds, self.matrices = [], {}
 
     def GetNumActiveConnections(self):
         return self.pages
@@ -29,9 +43,15 @@ class Page:
     def SetCameraTarget(self, target_in_world):
         pass
 
-    def SetTransform(self, path, X_ParentPath):
+    def SetTransform(self, path, pose):
         if path == DRONE:
-            self.poses.append(X_ParentPath)
+            self.poses.append(pose)
+        elif path.startswith(ARROWS):
+            self.matrices[path.removeprefix(f"{ARROWS}/")] = pose
+
+    def SetObject(self, path, shape, *look):
+        if path == LIDAR:
+            self.clouds.append(shape.xyzs().T)
 
     def SetLine(self, path, vertices, line_width, rgba):
         self.lines.append((path, vertices))
@@ -45,8 +65,12 @@ class Bench:
 
     def __init__(self, pages=1):
         self.page, self.drawn, self.wall = Page(pages), 0, 0.0
-        self.snapshot = Session().snapshot()
-        self.picture = Picture(self.page, self._draw, 0.25, lambda: self.wall)
+        session = Session()
+        self.vehicle, self.snapshot = session.vehicle, session.snapshot()
+        self.scan = None
+        self.picture = Picture(
+            self.page, self._draw, self.vehicle, lambda: self.wall, lambda: self.scan
+        )
 
     def _draw(self):
         self.drawn += 1
@@ -99,6 +123,116 @@ def test_the_trail_is_the_last_thirty_seconds_and_begins_anew_with_a_reset():
     bench.show(1.0)
     assert bench.page.deleted == [TRAIL]
     assert bench.page.lines[-1][1].shape[1] <= 11
+
+
+def ends(matrix):
+    """Return where a matrix puts tail and tip of the arrow of length 1 along z."""
+    x, y, z = matrix[:3, :3].T
+    assert np.linalg.det([x, y, z]) > 0.0  # nothing is turned inside out
+    assert np.linalg.norm(x) == pytest.approx(np.linalg.norm(y))  # and it is round
+    return matrix[:3, 3], (matrix @ [0.0, 0.0, 1.0, 1.0])[:3]
+
+
+def test_arrows_reach_from_the_hubs_along_the_thrusts_and_with_the_wind():
+    """By hand, upright and with the nose to the north.
+
+    A thrust that carries the rotor's share of the weight is two radii of a disc long, which are
+    0.35 of the rotors' way from the middle each; 1 m/s of wind is 0.25 m.
+    """
+    bench = Bench()
+    share = bench.vehicle.mass * 9.81 / 4.0
+    north = math.sqrt(0.5)
+    bench.snapshot = dataclasses.replace(
+        bench.snapshot,
+        p_WB=(1.0, 2.0, 3.0),
+        q_WB=(north, 0.0, 0.0, north),
+        thrusts=(share, 0.5 * share, 0.0, 2.0 * share),
+        wind=(0.0, -4.0, 0.0),
+    )
+    bench.show(FRAME)
+    x, y, _ = bench.snapshot.p_WB
+    centre = np.array(bench.vehicle.p_BoBcm_B)
+    ways = [np.linalg.norm(np.array(rotor.p_BR) - centre) for rotor in bench.vehicle.rotors]
+    full = 2.0 * 0.35 * sum(ways) / 4.0
+    for number, factor in enumerate((1.0, 0.5, 0.0, 2.0), 1):
+        p_x, p_y, p_z = bench.vehicle.rotors[number - 1].p_BR
+        hub = np.array([x - p_y, y + p_x, 3.0 + p_z])
+        tail, tip = ends(bench.page.matrices[f"thrust_{number}"])
+        assert tail == pytest.approx(hub)
+        assert tip == pytest.approx(hub + [0.0, 0.0, factor * full], abs=1e-3)
+    tail, tip = ends(bench.page.matrices["wind"])
+    middle = np.array([x - centre[1], y + centre[0], 3.0 + centre[2]])
+    assert tip == pytest.approx(middle)
+    assert tip - tail == pytest.approx([0.0, -1.0, 0.0])
+
+
+def test_the_lidar_is_shown_thinned_and_seldom_and_still_less_where_the_flight_is_behind():
+    bench = Bench()
+    flown = Session(Scenario(world="room", sensors=SensorsConfig(use=["lidar"])))
+    flown.tick(0.5)
+    bench.scan = flown.reading("lidar")
+    seen = flown.snapshot().lidar
+
+    def fly(seconds, lag=0.0):
+        before = len(bench.page.clouds)
+        for _ in range(round(seconds / FRAME)):
+            newer = dataclasses.replace(seen, stamp=bench.snapshot.time)
+            bench.snapshot = dataclasses.replace(bench.snapshot, lidar=newer)
+            bench.show(FRAME, lag)
+        return len(bench.page.clouds) - before
+
+    assert 6 <= fly(2.0) <= 9
+    cloud = bench.page.clouds[-1]
+    every = bench.scan.points_W()
+    step = round(len(every) / len(cloud))
+    assert len(cloud) <= MOST_POINTS < len(every)
+    np.testing.assert_allclose(cloud, every[::step], atol=1e-5)  # points are 32-bit
+    fly(5.0, lag=0.2)
+    assert fly(4.0, lag=0.2) <= 2
+
+
+def test_a_predicted_way_is_shown_until_its_time_is_over():
+    bench = Bench()
+    bench.show(0.5)
+    way = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0]])
+    bench.picture.foresee(Foreseen(bench.snapshot.time + 1.0, way))
+    path, points = bench.page.lines[-1]
+    assert path == AHEAD
+    np.testing.assert_array_equal(points, way.T)
+    bench.show(0.9)
+    assert bench.page.deleted == []
+    bench.show(0.2)
+    assert bench.page.deleted == [AHEAD]
+    bench.show(0.5)
+    bench.picture.foresee(Foreseen(99.0, way))
+    bench.picture.foresee(Foreseen(0.0, np.empty((0, 3))))
+    assert bench.page.deleted == [AHEAD, AHEAD]
+
+
+def test_meshcat_itself_takes_all_of_it():
+    class Watched:
+        """Meshcat at which somebody looks."""
+
+        def __init__(self):
+            self.real = Meshcat(MeshcatParams(host="localhost"))
+
+        def __getattr__(self, name):
+            return getattr(self.real, name)
+
+        def GetNumActiveConnections(self):
+            return 1
+
+    meshcat = Watched()
+    session = Session(Scenario(world="room", sensors=SensorsConfig(use=["lidar"])))
+    session.tick(0.5)
+    picture = Picture(
+        meshcat, lambda: None, session.vehicle, lambda: 0.0, lambda: session.reading("lidar")
+    )
+    picture.show(session.snapshot(), Pace(1.0, 1.0, 0.0, 0.0, False))
+    picture.foresee(Foreseen(9.0, np.zeros((2, 3))))
+    for path in (f"{ARROWS}/thrust_4/head", f"{ARROWS}/wind/shaft", LIDAR, AHEAD):
+        assert meshcat.real._GetPackedObject(path), path
+    assert meshcat.real._GetPackedTransform(f"{ARROWS}/thrust_1")
 
 
 @pytest.mark.parametrize("place", [math.nan, math.inf, 1e9])

@@ -14,9 +14,11 @@ from workbench.analysis.questions import (
     DrawFrequency,
     DrawMap,
     FindRanges,
+    FlyAgain,
     Fork,
     Judge,
     JudgePlantInput,
+    MovePole,
     Pin,
     PlanMeasurement,
     Predict,
@@ -33,12 +35,12 @@ from workbench.scenario.scenario import Scenario
 CLOSED = "the analyst is closed"
 MOST_DEATHS = 3
 """So many processes in a row may end without an answer; then no further one is started."""
-QUICK = (Judge, ShapeLoop, DrawFrequency, Predict, DrawMap, FindRanges)
+QUICK = (Judge, ShapeLoop, MovePole, DrawFrequency, Predict, DrawMap, FindRanges)
 """What is answered while a slider moves, by a process of its own."""
 SLOW = (JudgePlantInput, PlanMeasurement, Fork, Weigh, Pin, AskOther)
 """What takes a tenth of a second to some seconds, and waits until a slider rests."""
-LONG = (Tune,)
-"""What takes minutes, for which nothing else is to wait."""
+LONG = (Tune, FlyAgain)
+"""What takes minutes, a search or the reading of a log, for which nothing else is to wait."""
 QUICK_NICENESS, SLOW_NICENESS = 3, 10
 """A flight beside them must keep its time."""
 

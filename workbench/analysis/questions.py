@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from workbench.design.branches import Branch
+from workbench.design.judge.margins import Robustness
 
 if TYPE_CHECKING:
     from workbench.session.checkpoint import Checkpoint
@@ -102,23 +103,44 @@ class PlanMeasurement:
 
 @dataclass(frozen=True)
 class ShapeLoop:
-    """Which gains of a loop give it a bandwidth and a phase margin? Answered by `LoopShaped`.
+    """Which gains of a loop give it a bandwidth and a margin? Answered by `LoopShaped`.
 
     Attributes:
         gains: of the controller; where a slider is held, those that were as it was taken.
         loop: name of one of its loops.
         bandwidth: asked [rad/s]; None for what it is.
-        phase_margin: asked [rad]; None for what it is.
+        margin: asked: a phase margin [rad], or a disk margin; None for what it is.
         linked: gains that have the same values as the loop's, by the names of these.
         rests: whether nothing moves: then the answer tells of saturation and noise, too.
+        robustness: which margin is asked.
     """
 
     gains: Gains
     loop: str
     bandwidth: float | None = None
-    phase_margin: float | None = None
+    margin: float | None = None
     linked: Mapping[str, str] = field(default_factory=dict)
     rests: bool = False
+    robustness: Robustness = Robustness.PHASE
+
+
+@dataclass(frozen=True)
+class MovePole:
+    """Which gains of a loop bring a pole to a place? Answered by `PoleMoved`.
+
+    Attributes:
+        gains: of the controller, those that were as the pole was taken.
+        loop: name of one of its loops.
+        pole: where it was then, in continuous terms, the upper one of a pair [1/s].
+        place: where it is wanted [1/s].
+        linked: gains that have the same values as the loop's, by the names of these.
+    """
+
+    gains: Gains
+    loop: str
+    pole: complex
+    place: complex
+    linked: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -207,6 +229,26 @@ class Pin:
 
 
 @dataclass(frozen=True)
+class FlyAgain:
+    """How would a logged flight have gone with these gains? Answered by `FlownAgain`.
+
+    Attributes:
+        log: its file.
+        gains: of the controller that flies, of all sets where they are scheduled.
+        controller: another one that flies it instead, with its own gains; "" for that of the gains.
+        flown: the one that flew the log; "" for what the log says.
+        draws: uncertain vehicles that the band is made of, the vehicle itself besides. Those of the
+            question before are kept where nothing else is asked otherwise.
+    """
+
+    log: Path
+    gains: Gains
+    controller: str = ""
+    flown: str = ""
+    draws: int = 40
+
+
+@dataclass(frozen=True)
 class AskOther:
     """What is the answer if another controller flies? Answered by `OtherAnswered`.
 
@@ -224,6 +266,7 @@ Question = (
     | JudgePlantInput
     | DrawFrequency
     | ShapeLoop
+    | MovePole
     | PlanMeasurement
     | FindRanges
     | Predict
@@ -232,5 +275,6 @@ Question = (
     | Tune
     | Fork
     | Pin
+    | FlyAgain
     | AskOther
 )

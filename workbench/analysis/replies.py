@@ -14,8 +14,10 @@ from workbench.analysis.questions import (
     AskOther,
     DrawFrequency,
     DrawMap,
+    FlyAgain,
     Gains,
     LoadStep,
+    MovePole,
     PlanMeasurement,
     ShapeLoop,
     Step,
@@ -133,16 +135,17 @@ class FrequencyCurves:
 
 @dataclass(frozen=True)
 class LoopShaped:
-    """Gains of a loop for a bandwidth and a phase margin, see `design.judge.loop_shaping`.
+    """Gains of a loop for a bandwidth and a margin, see `design.judge.loop_shaping`.
 
     Attributes:
         asked: the question.
         gains: of the loop, and of what is linked with them.
         bandwidth: with them [rad/s], NaN where it is unstable; of `LoopMargins`.
         phase_margin: with them [rad].
-        reached: whether both are the asked ones.
-        bandwidths: least and largest with no less phase margin [rad/s], NaN where not known.
-        phase_margins: least and largest at this bandwidth [rad], likewise.
+        disk_margin: with them.
+        reached: whether the asked ones are.
+        bandwidths: least and largest with no less of the asked margin [rad/s], NaN where not known.
+        reach: least and largest of the asked margin at this bandwidth, likewise.
         said: what limits them, in a sentence.
     """
 
@@ -150,9 +153,29 @@ class LoopShaped:
     gains: Gains
     bandwidth: float
     phase_margin: float
+    disk_margin: float
     reached: bool
     bandwidths: tuple[float, float]
-    phase_margins: tuple[float, float]
+    reach: tuple[float, float]
+    said: str
+
+
+@dataclass(frozen=True)
+class PoleMoved:
+    """Gains of a loop that move a pole, see `design.judge.pole_placing`.
+
+    Attributes:
+        asked: the question.
+        gains: of the loop, and of what is linked with them.
+        pole: where it is with them [1/s].
+        reached: whether that is the asked place.
+        said: what is in the way, in a sentence, "" where it is reached.
+    """
+
+    asked: MovePole
+    gains: Gains
+    pole: complex
+    reached: bool
     said: str
 
 
@@ -351,6 +374,53 @@ class Pinned:
 
 
 @dataclass(frozen=True)
+class FlownAgain:
+    """A logged flight, and the one that would have been, see `design.predict.what_if`.
+
+    Columns of six are x, y, z, v_x, v_y, v_z [m, m/s].
+
+    Attributes:
+        asked: the question.
+        vehicle: whose model flew it again.
+        logged_vehicle: that flew, as the log names it; "" where it does not.
+        doubt: why it may be wrong, in a sentence; "" where nothing says so.
+        flown: the controller that flew.
+        flown_gains: its values, as far as the log tells them.
+        time: from the start of the log on (k) [s].
+        setpoint: position (k, 3) [m].
+        logged: (k, 6).
+        other: the flight that would have been (k, 6); NaN once it is lost.
+        low: lower edges of its band (k, 6).
+        high: upper edges.
+        off_setpoint: RMS by which log and other flight are off the setpoint (2, 3) [m].
+        difference: RMS between the two (6).
+        band: half its width, mean over time (6).
+        stays: whether the nominal vehicle is not lost.
+        lost: vehicles that are.
+        drawn: vehicles that were flown: the nominal one, and uncertain ones.
+    """
+
+    asked: FlyAgain
+    vehicle: str
+    logged_vehicle: str
+    doubt: str
+    flown: str
+    flown_gains: Gains
+    time: np.ndarray
+    setpoint: np.ndarray
+    logged: np.ndarray
+    other: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    off_setpoint: np.ndarray
+    difference: np.ndarray
+    band: np.ndarray
+    stays: bool
+    lost: int
+    drawn: int
+
+
+@dataclass(frozen=True)
 class OtherAnswered:
     """What was asked about another controller than the one that flies, and the answer to it."""
 
@@ -363,6 +433,7 @@ Reply = (
     | JudgedPlantInput
     | FrequencyCurves
     | LoopShaped
+    | PoleMoved
     | MeasurementPlanned
     | Ranges
     | Predicted
@@ -371,5 +442,6 @@ Reply = (
     | Tuned
     | Forked
     | Pinned
+    | FlownAgain
     | OtherAnswered
 )

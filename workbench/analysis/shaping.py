@@ -1,4 +1,4 @@
-"""Finds the gains of one loop for a bandwidth and a phase margin, and says what limits them."""
+"""Finds the gains of one loop for a bandwidth and a margin, and says what limits them."""
 
 import math
 from collections.abc import Mapping
@@ -10,14 +10,15 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.control.controller import Controller, Loop
 from workbench.design.judge.loop_shaping import End, LoopShaper, Shaped
+from workbench.design.judge.margins import Robustness
 from workbench.design.judge.noise import noise_effects
 from workbench.design.judge.step_pair import saturating_step
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.study import HOVER
 from workbench.scenario.axes import find_axis
 
-UNSTABLE_MARGIN = math.radians(45.0)
-"""What a loop is shown the reach for while it is unstable [rad]."""
+UNSTABLE_MARGINS = {Robustness.PHASE: math.radians(45.0), Robustness.DISK: 0.7}
+"""What a loop is shown the reach for while it is unstable: a phase margin [rad], a disk margin."""
 NEAR_SATURATION = 2.0
 """A step that saturates is told of where it is smaller than the usual one times this."""
 NOISY = 0.002
@@ -36,13 +37,15 @@ def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
     """Answer which gains do, exact, or the nearest."""
     shaper = _shaper(subject, question)
     yield None
-    now = shaper.margins({})
-    bandwidth, phase_margin = question.bandwidth, question.phase_margin
-    if bandwidth is None:
-        bandwidth = now.bandwidth if now.stable else 1.0
-    if phase_margin is None:
-        phase_margin = now.phase_margin if now.stable else UNSTABLE_MARGIN
-    found = shaper.shape(bandwidth, phase_margin)
+    bandwidth, margin, robustness = question.bandwidth, question.margin, question.robustness
+    if bandwidth is None or margin is None:
+        now = shaper.margins({})
+        if bandwidth is None:
+            bandwidth = now.bandwidth if now.stable else 1.0
+        if margin is None:
+            margin = robustness.of(now) if now.stable else UNSTABLE_MARGINS[robustness]
+    shape = shaper.shape_disk if robustness is Robustness.DISK else shaper.shape
+    found = shape(bandwidth, margin)
     names = subject.asked_names(question.gains)
     said = [_said(subject, question, found)]
     if question.rests and found.margins.stable:
@@ -53,9 +56,10 @@ def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
         gains={names.get(name, name): value for name, value in found.gains.items()},
         bandwidth=found.margins.bandwidth,
         phase_margin=found.margins.phase_margin,
+        disk_margin=found.margins.disk_margin,
         reached=found.reached,
         bandwidths=(found.bandwidth.low, found.bandwidth.high),
-        phase_margins=(found.phase_margin.low, found.phase_margin.high),
+        reach=(found.robustness.low, found.robustness.high),
         said=" ".join(filter(None, said)),
     )
 
@@ -63,10 +67,7 @@ def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
 def _shaper(subject: Subject, question: ShapeLoop) -> LoopShaper:
     """Return what shapes the loop; while only what is asked for changes, it is the same."""
     gains = subject.gains(question.gains)
-    linked = {
-        subject.flown.gain_of(name): subject.flown.gain_of(other)
-        for name, other in question.linked.items()
-    }
+    linked = subject.linked(question.linked)
     loop = subject.table.controller.loop(question.loop)
 
     def model_of(values: Mapping[str, float]) -> LinearModel:

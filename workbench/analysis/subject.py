@@ -17,10 +17,13 @@ if TYPE_CHECKING:
     from workbench.design.fork import Forker
     from workbench.design.judge.loop_shaping import LoopShaper
     from workbench.design.judge.phase_budget import PhaseStudy
+    from workbench.design.judge.pole_placing import PolePlacer
     from workbench.design.linear.model import LinearModel
     from workbench.design.linear.study import LinearStudy
+    from workbench.design.predict.what_if import Explained
     from workbench.design.rollout.engine import RolloutEngine
     from workbench.design.tune.retuned import LinearisedModels, RetunedModels
+    from workbench.logs.flight_record import FlightRecord
 
 OF_A_STEP = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
 """Whose parameters act on a step from hover."""
@@ -44,6 +47,8 @@ class Subject:
         table: of the parameters of its controller.
         law: names of the controller's own, gains and limits.
         shaper: the last one that shaped a loop, and of what it is.
+        log: the last one that was flown again: what it is, the flight, and what explains it.
+        placer: the last one that moved a pole, likewise.
     """
 
     def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
@@ -60,6 +65,8 @@ class Subject:
         self._around = tuple(row.name for system in SIGNAL_PATH for row in self.table.of(system))
         self._models: tuple[dict[str, float], RetunedModels | LinearisedModels] | None = None
         self.shaper: tuple[object, LoopShaper] | None = None
+        self.log: tuple[object, FlightRecord, Explained] | None = None
+        self.placer: tuple[object, PolePlacer] | None = None
         self._loading: Future[RolloutEngine] | None = None
         self._others: dict[str, Subject] = {}
 
@@ -155,6 +162,10 @@ class Subject:
     def asked_names(self, asked: Mapping[str, float]) -> dict[str, str]:
         """Return how a question names the controller's gains: those of a set by that set."""
         return {self.flown.gain_of(name): name for name in asked}
+
+    def linked(self, asked: Mapping[str, str]) -> dict[str, str]:
+        """Return which of the controller's gains has the same value as another, by its name."""
+        return {self.flown.gain_of(one): self.flown.gain_of(two) for one, two in asked.items()}
 
     def flown_gains(self, asked: Mapping[str, float]) -> dict[str, float]:
         """Return values of the controller that flies, those of all sets of its gains.

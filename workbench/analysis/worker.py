@@ -18,9 +18,11 @@ from workbench.analysis.questions import (
     DrawFrequency,
     DrawMap,
     FindRanges,
+    FlyAgain,
     Fork,
     Judge,
     JudgePlantInput,
+    MovePole,
     Pin,
     PlanMeasurement,
     Predict,
@@ -39,6 +41,7 @@ from workbench.ipc.worker_process import Answer, Refusal, Request
 ORDER = (
     Judge,
     ShapeLoop,
+    MovePole,
     DrawFrequency,
     Predict,
     JudgePlantInput,
@@ -49,6 +52,7 @@ ORDER = (
     Weigh,
     Tune,
     Pin,
+    FlyAgain,
     AskOther,
 )
 """The kinds of questions, the most urgent first."""
@@ -60,6 +64,7 @@ ANSWERERS = {
     JudgePlantInput: "judging:judge_plant_input",
     DrawFrequency: "judging:draw_frequency",
     ShapeLoop: "shaping:shape_loop",
+    MovePole: "placing:move_pole",
     PlanMeasurement: "judging:plan_measurement",
     FindRanges: "judging:find_ranges",
     Predict: "predicting:predict",
@@ -68,6 +73,7 @@ ANSWERERS = {
     Tune: "tuning:tune",
     Fork: "predicting:fork",
     Pin: "tuning:pin",
+    FlyAgain: "flying_again:fly_again",
     AskOther: "others:ask_other",
 }
 """File and function that answer a kind of question; loaded when it is first asked."""

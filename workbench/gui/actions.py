@@ -12,7 +12,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QAction, QKeySequence
 from PyQt6.QtWidgets import QMenu, QMenuBar, QWidget
 
-from workbench.control.controller import SHIPPED
+from workbench.control.controller import PROGRAMS, SHIPPED
 from workbench.gui.screen_table import SCREENS
 
 RECENT = "Recent &files"
@@ -108,6 +108,16 @@ ACTIONS: tuple[ActionRow, ...] = (
             submenu=CONTROLLER_MENU,
         )
         for name in SHIPPED
+    ),
+    *(
+        ActionRow(
+            f"controller_{name}",
+            FILE,
+            name,
+            f"Begin another flight with {name}, a program of its own that runs the law.",
+            submenu=CONTROLLER_MENU,
+        )
+        for name in PROGRAMS
     ),
     ActionRow(
         "open_controller",
@@ -222,6 +232,13 @@ ACTIONS: tuple[ActionRow, ...] = (
             ),
             ("top", "&Top", "Top", "See the drone from above, north up.", "Ctrl+8"),
             ("side", "&Side", "Side", "See the drone from the south, height up.", "Ctrl+Shift+8"),
+            (
+                "free",
+                "Fr&ee",
+                "Free",
+                "Leave the camera where it is, wherever the drone goes.",
+                "Ctrl+Shift+7",
+            ),
             ("reset", "&Reset view", "Reset", "See the drone as at the start.", "Ctrl+Shift+9"),
         )
     ),
@@ -231,6 +248,22 @@ ACTIONS: tuple[ActionRow, ...] = (
         "Trai&l",
         "Show the last 30 s of the path in the 3-D view, or hide them.",
         "Ctrl+9",
+        checkable=True,
+        submenu=CAMERA_MENU,
+    ),
+    ActionRow(
+        "arrows_3d",
+        VIEW,
+        "Thrust and &wind",
+        "Show arrows of each rotor's thrust and of the wind in the 3-D view, or hide them.",
+        checkable=True,
+        submenu=CAMERA_MENU,
+    ),
+    ActionRow(
+        "lidar_3d",
+        VIEW,
+        "Lidar &points",
+        "Show what the lidar has met in the 3-D view, or hide it.",
         checkable=True,
         submenu=CAMERA_MENU,
     ),
@@ -248,6 +281,13 @@ ACTIONS: tuple[ActionRow, ...] = (
         for theme in THEMES
     ),
     ActionRow("guide", HELP, "&First minutes", "Take off, fly a step, move a gain and keep it."),
+    ActionRow(
+        "explain",
+        HELP,
+        "&What is this?",
+        "Click on a card to read what it means, with a link into the docs.",
+        "Shift+F1",
+    ),
     ActionRow("keys", HELP, "&Keys", "All shortcuts on one page.", "F1"),
     ActionRow("about", HELP, "&About", "What this is, and its licence."),
 )

@@ -13,9 +13,11 @@ from workbench.analysis.questions import (
     DrawFrequency,
     DrawMap,
     FindRanges,
+    FlyAgain,
     Fork,
     Judge,
     JudgePlantInput,
+    MovePole,
     Pin,
     PlanMeasurement,
     Predict,
@@ -35,11 +37,13 @@ from workbench.scenario.scenario import Scenario
 STREAMED = (
     Judge,
     ShapeLoop,
+    MovePole,
     JudgePlantInput,
     DrawFrequency,
     Predict,
     DrawMap,
     FindRanges,
+    FlyAgain,
     AskOther,
 )
 """Questions that a moving slider asks all the time: why one has no answer stands beside it."""
@@ -62,6 +66,8 @@ class Analysis(QObject):
     """A `FrequencyCurves`."""
     loop_shaped = pyqtSignal(object)
     """A `LoopShaped`."""
+    pole_moved = pyqtSignal(object)
+    """A `PoleMoved`."""
     measurement_planned = pyqtSignal(object)
     """A `MeasurementPlanned`."""
     ranges_found = pyqtSignal(object)
@@ -82,6 +88,8 @@ class Analysis(QObject):
     """A `Forked`."""
     pinned = pyqtSignal(object)
     """A `Pinned`."""
+    flown_again = pyqtSignal(object)
+    """A `FlownAgain`."""
     other_answered = pyqtSignal(object)
     """An `OtherAnswered`."""
     refused = pyqtSignal(object, str)
@@ -102,6 +110,7 @@ class Analysis(QObject):
             JudgePlantInput: self.plant_input_judged,
             DrawFrequency: self.frequency_drawn,
             ShapeLoop: self.loop_shaped,
+            MovePole: self.pole_moved,
             PlanMeasurement: self.measurement_planned,
             FindRanges: self.ranges_found,
             Predict: self.predicted,
@@ -110,6 +119,7 @@ class Analysis(QObject):
             Tune: self.tuned,
             Fork: self.forked,
             Pin: self.pinned,
+            FlyAgain: self.flown_again,
             AskOther: self.other_answered,
         }
         queued = Qt.ConnectionType.QueuedConnection  # it comes from a thread of the analyst's

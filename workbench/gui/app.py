@@ -13,6 +13,7 @@ from workbench.control.mode import FlightMode
 from workbench.gui.crash import CrashGuard
 from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight
 from workbench.gui.flight_model import FlightModel
+from workbench.gui.home.route import FOLLOWS
 from workbench.gui.main_window import MainWindow
 from workbench.gui.notices import Notices
 from workbench.gui.style import apply_style
@@ -30,8 +31,6 @@ LEG = 7.0
 """Simulated time from one place to the next [s]."""
 SETTLING = 0.2
 """After an order, until it shows in the mode and in what is asked of the drone [s]."""
-FOLLOWS = slice(4, 8)
-"""Of a `Reference`: the place, and whether it is gone to."""
 ORGANISATION, NAME = "drake-drone-workbench", "workbench"
 BEAT = 200
 """Between two looks whether Ctrl-C was pressed in the terminal [ms]."""

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from PyQt6.QtCore import QObject
 
+from workbench.control.controller import PROGRAMS
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_model import FlightModel, with_controller
 from workbench.gui.preferences import Preferences
@@ -12,6 +13,15 @@ from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 from workbench.scenario.scenario import Scenario, VehicleConfig
+
+NO_FLIGHT = "Nothing flies: open a scenario first."
+STARTING = "The flight is starting."
+BROKEN = "The flight cannot go on: reset it first."
+AUTOPILOT_ENDED = "The autopilot has ended: reset the flight first."
+PAUSED = "The flight is paused: resume it first."
+ON_THE_GROUND = "On the ground: take off first."
+LANDING = "Landing: fly it after the next take-off."
+FIGURE_EIGHT = "The scenario flies its figure of eight: nobody else has a say."
 
 _ON_GROUND = (FlightMode.OFF, FlightMode.ARMED)
 
@@ -53,12 +63,13 @@ class FlightControl(QObject):
     def fly_controller(self, name: str) -> None:
         """Let another control law take over in flight; where nothing flies, begin a flight with it.
 
-        It begins with its own gains: those of a gain file are of another law.
+        One that is a program of its own begins another flight in any case. Each begins with its own
+        gains: those of a gain file are of another law.
 
         Args:
             name: a shipped one's, or a file's path.
         """
-        if self._flight.is_flying:
+        if self._flight.is_flying and name not in PROGRAMS:
             self._flight.asks_first(
                 lambda: self._flight.order(lambda live: live.fly_controller(name))
             )
@@ -120,11 +131,13 @@ def possible(view: LiveView) -> frozenset[str]:
         return frozenset({"reset"})
     if view.phase is Phase.BROKEN:
         return frozenset({"reset", "speed", "record"})
-    if view.snapshot is None:
+    if view.snapshot is None or view.phase is Phase.STARTING:
         return frozenset()
     able = {"stop", "pause", "reset", "speed", "record"}
     if view.phase is Phase.PAUSED:
         able.add("step")
+    if view.autopilot is not None and view.autopilot.ended:  # nobody flies what is asked for
+        return frozenset(able)
     mode = view.snapshot.mode
     if mode is FlightMode.OFF:
         able.add("arm")
@@ -132,3 +145,29 @@ def possible(view: LiveView) -> frozenset[str]:
     if mode is FlightMode.LANDING:  # it ends the landing
         able.add("take_off")
     return frozenset(able)
+
+
+def barrier(view: LiveView) -> str:
+    """Return why a flight cannot be flown by hand now, "" if it can."""
+    if view.phase is Phase.ENDED:
+        return NO_FLIGHT
+    if view.phase is Phase.BROKEN:
+        return BROKEN
+    if view.snapshot is None:
+        return STARTING
+    if view.autopilot is not None and view.autopilot.ended:
+        return AUTOPILOT_ENDED
+    if view.scenario is not None and view.scenario.figure_eight:
+        return FIGURE_EIGHT
+    if view.phase is Phase.PAUSED:
+        return PAUSED
+    if view.snapshot.mode in (FlightMode.OFF, FlightMode.ARMED):
+        return ON_THE_GROUND
+    if view.snapshot.mode is FlightMode.LANDING:
+        return LANDING
+    return ""
+
+
+def barrier_of(flight: FlightModel) -> str:
+    """Return the same; also where there is no flight at all."""
+    return barrier(flight.view) if flight.live is not None else NO_FLIGHT

@@ -290,7 +290,10 @@ class FlightModel(QObject):
         self.viewed.emit(view)
 
     def _tell_trouble(self, before: LiveView, view: LiveView) -> None:
-        """Tell why an excitation has ended by itself."""
+        """Tell why an autopilot, or an excitation, has ended by itself."""
+        lived = before.autopilot is None or not before.autopilot.ended
+        if lived and view.autopilot is not None and view.autopilot.ended:
+            self._notices.fail(view.autopilot.ended)
         ended = view.excitation_ended
         if ended and not before.excitation_ended:
             self._notices.warn(f"The excitation has ended: {ended}.")

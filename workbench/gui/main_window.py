@@ -36,11 +36,12 @@ from PyQt6.QtWidgets import (
     QSplitter,
     QTextEdit,
     QVBoxLayout,
+    QWhatsThis,
     QWidget,
 )
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import SHIPPED
+from workbench.control.controller import PROGRAMS, SHIPPED
 from workbench.gui.actions import RECENT, SPEEDS, THEMES, fill_menus, make_actions
 from workbench.gui.banner import Banner
 from workbench.gui.flight_control import FlightControl, possible
@@ -53,7 +54,7 @@ from workbench.gui.screen_stack import ScreenStack, SideBar
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
 from workbench.gui.style import dressed
 from workbench.gui.top_bar import TopBar
-from workbench.gui.view3d.view3d_panel import LOOKS, View3d
+from workbench.gui.view3d.view3d_panel import LOOKS, PARTS, View3d
 from workbench.gui.workspace import Workspace
 from workbench.live.choice import Choice, with_arguments
 from workbench.live.messages import Phase
@@ -82,9 +83,11 @@ from a slider to its margins.
 """
 TITLE = "Drake drone workbench"
 FIRST_SIZE = (1280, 720)
-SMALLEST = (1024, 640)
+SMALLEST = (960, 540)
 SHARES = (760, 430)
 """Of the width, for the screens and the 3-D view, at first."""
+NARROWEST_SCREEN = 619
+"""Of all screens, so that none scrolls across [px]."""
 GROUP = "window/1"
 """Of settings; another number where what is kept would no longer fit."""
 CLOSING = 2.0
@@ -289,7 +292,8 @@ class MainWindow(QMainWindow):
         self.side_bar = SideBar(self.actions_by_name, workspace.look)
         self.top_bar = TopBar(workspace, self.actions_by_name, self.control, self.recorder)
         self.stack = ScreenStack(workspace, rows)
-        self.actions_by_name["trail_3d"].setChecked(True)
+        for name in PARTS:
+            self.actions_by_name[name].setChecked(True)
         self.view3d = View3d(workspace, self.actions_by_name)
         self.banner = Banner(workspace, self.actions_by_name)
         self.guide = Guide(workspace.flight, workspace.notices, store, self._show_tuning, self)
@@ -329,19 +333,21 @@ class MainWindow(QMainWindow):
             "reset": control.reset,
             "view_3d": self._toggle_beside,
             "browse_3d": lambda: self.view3d.browse(),
-            "trail_3d": lambda: self.view3d.show_trail(),
             "dismiss": lambda: self.banner.dismiss(),
             "full_screen": self._toggle_full_screen,
             "guide": lambda: self.guide.begin(),
+            "explain": QWhatsThis.enterWhatsThisMode,
             "keys": lambda: keys_page(self).show(),
             "about": lambda: about_page(self).show(),
         }
-        for name in SHIPPED:
+        for name in (*SHIPPED, *PROGRAMS):
             handlers[f"controller_{name}"] = partial(control.fly_controller, name)
         for screen in SCREENS:
             handlers[f"show_{screen.name}"] = partial(self.show_screen, screen.name)
         for factor in SPEEDS:
             handlers[f"speed_{factor:g}"] = partial(control.set_speed, factor)
+        for name in PARTS:
+            handlers[name] = lambda: self.view3d.show_parts()
         for way in LOOKS:
             handlers[f"look_{way}"] = partial(self._look, way)
         for theme in THEMES:
@@ -362,6 +368,7 @@ class MainWindow(QMainWindow):
         self.recent.changed.connect(fill)
         fill()
         self.splitter.setChildrenCollapsible(False)
+        self.stack.setMinimumWidth(NARROWEST_SCREEN)
         self.splitter.addWidget(self.stack)
         self.splitter.addWidget(self.view3d)
         self.splitter.setStretchFactor(0, 3)
@@ -391,6 +398,7 @@ class MainWindow(QMainWindow):
         self.recorder.changed.connect(self._show_recording)
         self.stack.completed.connect(spare_collector)
         self.stack.switched.connect(self.side_bar.mark)
+        self.workspace.log.what_if_wanted.connect(self._show_what_if)
         self.workspace.preferences.changed.connect(lambda name: self._show_theme())
         self._able: frozenset[str] | None = None
         self._show_possible(flight.view)
@@ -464,9 +472,18 @@ class MainWindow(QMainWindow):
 
     def _show_tuning(self) -> "GainEditor | None":
         """Show the tuning screen, and return its gains; None where it cannot be made."""
-        self.show_screen("tuning")
-        screen = cast("TuningScreen | None", self.stack.screen_of("tuning"))
+        screen = self._tuning_screen()
         return screen.gains if screen is not None else None
+
+    def _show_what_if(self) -> None:
+        screen = self._tuning_screen()
+        if screen is not None:
+            screen.tabs.setCurrentWidget(screen.what_if)
+
+    def _tuning_screen(self) -> "TuningScreen | None":
+        """Show the tuning screen, and return it; None where it cannot be made."""
+        self.show_screen("tuning")
+        return cast("TuningScreen | None", self.stack.screen_of("tuning"))
 
     def _toggle_beside(self) -> None:
         self._set_beside(not self.view3d.isVisibleTo(self))

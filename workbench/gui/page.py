@@ -2,7 +2,7 @@
 
 from PyQt6.QtCore import QEvent, QObject, QSize, Qt
 from PyQt6.QtGui import QResizeEvent
-from PyQt6.QtWidgets import QFrame, QLayout, QScrollArea, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QBoxLayout, QFrame, QLayout, QScrollArea, QVBoxLayout, QWidget
 
 WIDEST = 1500
 TALLEST = 1000
@@ -39,6 +39,41 @@ def scrolled(part: QWidget) -> QScrollArea:
     area.setMinimumWidth(part.minimumSizeHint().width() + BAR)
     area.setWidget(part)
     return area
+
+
+class Pair(QWidget):
+    """Two cards beside each other, or one below the other where that would cut them.
+
+    Args:
+        left: or above.
+        right: or below.
+        shares: of the width that both take [ratio].
+        spacing: between them [px].
+    """
+
+    def __init__(
+        self, left: QWidget, right: QWidget, shares: tuple[int, int], spacing: int
+    ) -> None:
+        super().__init__()
+        self._parts = (left, right)
+        self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._box.setContentsMargins(0, 0, 0, 0)
+        self._box.setSpacing(spacing)
+        for part, share in zip(self._parts, shares, strict=True):
+            self._box.addWidget(part, share)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the width of the wider one, and the height of both as they stand."""
+        widest = max(part.minimumSizeHint().width() for part in self._parts)
+        return QSize(widest, self._box.minimumSize().height())
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Stand as the width allows."""
+        needed = sum(part.minimumSizeHint().width() for part in self._parts)
+        across = self.width() >= needed + self._box.spacing()
+        directions = QBoxLayout.Direction
+        self._box.setDirection(directions.LeftToRight if across else directions.TopToBottom)
+        super().resizeEvent(event)
 
 
 class _Ground(QWidget):

@@ -9,7 +9,7 @@ What a widget is for is said by its property `class`, several with spaces betwee
   with a word or a shape besides)
 - buttons: `primary` (what to press next, one a card), `danger` (stops or destroys), `quiet` (no
   frame until it is pointed at), `compact` (narrow, for icons and table rows), `small` (as high as a
-  line of text)
+  line of text), `tight` (as high as its own text)
 - number fields: `bare` (without arrows); fields: `bad` (what stands in it cannot be)
 
 Everything else is styled by its kind. A class that changes later needs `restyle(widget)`. Digits
@@ -78,6 +78,8 @@ QPushButton[class~="primary"]:disabled {
 *[class~="compact"]:focus, *[class~="compact"]:checked { padding: 2px 5px; }
 QToolButton[class~="small"] { padding: 1px 3px; min-height: 16px; }
 QToolButton[class~="small"]:focus, QToolButton[class~="small"]:checked { padding: 0 2px; }
+QToolButton[class~="tight"] { padding: 0 4px; min-height: 0; }
+QToolButton[class~="tight"]:focus, QToolButton[class~="tight"]:checked { padding: 0 3px; }
 QToolButton::menu-indicator { image: none; }
 QFrame#side_bar { background: $card; border: none; border-right: 1px solid $line; }
 *[class~="side"] {
@@ -190,6 +192,8 @@ QTabBar::tab {
 QTabBar::tab:hover { color: $ink; }
 QTabBar::tab:selected { color: $ink; border-bottom-color: $accent; }
 QTabBar::tab:focus { background: $line; }
+QTabBar QToolButton::left-arrow { image: url("$pictures/left.svg"); width: 10px; height: 10px; }
+QTabBar QToolButton::right-arrow { image: url("$pictures/right.svg"); width: 10px; height: 10px; }
 
 QHeaderView { background: transparent; border: none; }
 QHeaderView::section {

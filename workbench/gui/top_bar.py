@@ -4,8 +4,8 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from PyQt6.QtCore import QSize, Qt
-from PyQt6.QtGui import QAction, QResizeEvent
+from PyQt6.QtCore import QEvent, QSize, Qt, QTimer
+from PyQt6.QtGui import QAction, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -35,6 +35,8 @@ PLAIN, GOOD, WARNING, BAD, MUTED = "", "good", "warning", "bad", "muted"
 
 CHIP_ICON = 16
 
+LOST = 0.01
+"""Of an autopilot's answers; more of them need a look."""
 WARNINGS = 2
 """Places for warnings."""
 
@@ -95,6 +97,8 @@ def mode_said(view: LiveView) -> Said:
         said = _PHASES.get(view.phase, _PHASES[Phase.STARTING])
         return Said(said.text, said.icon, said.tone, f"{said.text}: {view.said}")
     mode = view.snapshot.mode
+    if view.autopilot is not None and view.autopilot.ended:
+        return Said(f"{mode.label}, held", "failure", BAD, view.autopilot.ended)
     if view.phase is Phase.PAUSED:
         return Said(f"paused, {mode.label}", "pause", WARNING, f"paused while {mode.label}")
     return Said(mode.label, _MODES[mode], PLAIN, f"flight mode: {mode.label}")
@@ -102,7 +106,7 @@ def mode_said(view: LiveView) -> Said:
 
 def time_said(view: LiveView) -> Said:
     """Return the simulated time."""
-    if view.snapshot is None:
+    if view.snapshot is None or view.phase is Phase.STARTING:
         return Said(view.said or "–", "clock", MUTED, view.said)
     time = view.snapshot.time
     minutes, seconds = divmod(int(time * 10.0) / 10.0, 60.0)
@@ -151,6 +155,18 @@ def link_said(view: LiveView) -> Said:
     return Said(f"{count}, {who}", "link", PLAIN, f"{full}; {control.reason}")
 
 
+def autopilot_said(view: LiveView) -> Said | None:
+    """Return how the exchange with a program goes that runs the law, None where none does."""
+    if view.autopilot is None or view.controller is None or not view.autopilot.exchange:
+        return None
+    name = view.controller.name
+    if view.autopilot.ended:
+        return Said(f"{name} ended", "failure", BAD, view.autopilot.ended)
+    sent, lost = (round(view.autopilot.exchange[what]) for what in ("packets", "lost"))
+    full = f"{name} did not answer {lost} of {sent} packets in time; the motors were held then"
+    return Said(f"{name}: {lost} lost", "link", WARNING if lost > LOST * sent else PLAIN, full)
+
+
 def warnings_said(view: LiveView) -> tuple[Said, ...]:
     """Return what needs a look now, what is nearest to harm first."""
     if view.snapshot is None or view.phase not in (Phase.FLYING, Phase.PAUSED):
@@ -184,19 +200,25 @@ class Chip(QWidget):
         self._shape = QLabel()
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
-        self._text.setMinimumWidth(characters * self._text.fontMetrics().horizontalAdvance("0"))
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(5)
         layout.addWidget(self._shape)
-        layout.addWidget(self._text)
+        layout.addWidget(self._text, 1)
+        beside = CHIP_ICON + layout.spacing()
+        self._reserved = beside + characters * self.fontMetrics().horizontalAdvance("0")
+        self.reserve(characters > 0)
         look.changed.connect(self._draw)
 
     @property
     def text(self) -> str:
         """What is shown."""
         return self._text.text()
+
+    def reserve(self, reserves: bool) -> None:
+        """Keep room for the longest usual text, or take no more than the present one needs."""
+        self.setMinimumWidth(self._reserved if reserves else 0)
 
     def show_said(self, said: Said) -> None:
         """Show other words."""
@@ -234,6 +256,8 @@ class StatusStrip(QFrame):
         self.battery = Chip("Battery", look, 5)
         self.reached = Chip("Speed", look, 14)
         self.link = Chip("Link", look)
+        self.autopilot = Chip("Autopilot", look)
+        self.autopilot.hide()
         self.recording = Chip("Recording", look)
         self.recording.hide()
         self.opening = Chip("Opening", look)
@@ -247,6 +271,7 @@ class StatusStrip(QFrame):
             self.battery,
             self.reached,
             self.link,
+            self.autopilot,
             self.recording,
             self.opening,
         ):
@@ -269,6 +294,10 @@ class StatusStrip(QFrame):
         self.battery.show_said(battery_said(view))
         self.reached.show_said(reached_said(view))
         self.link.show_said(link_said(view))
+        exchange = autopilot_said(view)
+        self.autopilot.setVisible(exchange is not None)
+        if exchange is not None:
+            self.autopilot.show_said(exchange)
         said = warnings_said(view)
         for at, chip in enumerate(self.warnings):
             chip.setVisible(at < len(said))
@@ -340,6 +369,7 @@ class TopBar(QFrame):
         self.speed.edited.connect(control.set_speed)
         self.strip = StatusStrip(workspace.look)
         self._buttons: dict[str, QToolButton] = {}
+        self._shortened = 0
         self._lay_out()
         workspace.look.changed.connect(self._draw)
         recorder.changed.connect(self._show_recording)
@@ -365,19 +395,35 @@ class TopBar(QFrame):
         super().resizeEvent(event)
         self._fit()
 
+    def event(self, event: QEvent | None) -> bool:
+        """Look again where something has grown wider than there is room for."""
+        done = super().event(event)
+        if event is not None and event.type() is QEvent.Type.LayoutRequest:
+            wide = self._row.minimumSize().width() > self.width()
+            if wide and self._shortened <= len(SHORTENED):
+                self._fit()
+        return done
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Look again once all is shown: buttons have the style's size only from then on."""
+        super().showEvent(event)
+        QTimer.singleShot(0, self._fit)
+
     def minimumSizeHint(self) -> QSize:
         """Return the height of both rows; what is too wide is shortened."""
         return QSize(0, super().minimumSizeHint().height())
 
     def _fit(self) -> None:
         """Shorten one group after the other, until all has room."""
-        for shortened in range(len(SHORTENED) + 1):
+        for shortened in range(len(SHORTENED) + 2):
             for index, names in enumerate(SHORTENED):
                 for name in names:
                     self._show_words(name, index >= shortened)
             self._speed_label.setVisible(shortened < len(SHORTENED))
+            self.badge.reserve(shortened <= len(SHORTENED))
             if self._row.minimumSize().width() <= self.width():
-                return
+                break
+        self._shortened = shortened
 
     def _show_words(self, name: str, shown: bool) -> None:
         styles = Qt.ToolButtonStyle

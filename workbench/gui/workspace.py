@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
+
+from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.gui.analysis import Analysis
 from workbench.gui.errands import Errands
@@ -10,9 +13,32 @@ from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
 from workbench.gui.signals import Signals
 from workbench.gui.theme import Look
+from workbench.gui.view3d.scene import Scene
 from workbench.gui.visualization.event_list import EventList
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
+
+
+class OpenedLog(QObject):
+    """The log that was opened last: charts show it, and it can be flown again.
+
+    Attributes:
+        path: of it; None before the first one.
+    """
+
+    changed = pyqtSignal()
+    """Another one was opened."""
+    what_if_wanted = pyqtSignal()
+    """It is to be flown again."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.path: Path | None = None
+
+    def open(self, path: Path) -> None:
+        """Take a log for the one that is opened."""
+        self.path = path
+        self.changed.emit()
 
 
 @dataclass(frozen=True)
@@ -27,6 +53,8 @@ class Workspace:
         notices: where anything that went wrong is told.
         look: colours and sizes, light or dark.
         errands: what is written to files in the background.
+        log: that was opened last.
+        scene: what the 3-D view shows besides the flight.
     """
 
     flight: FlightModel
@@ -36,6 +64,8 @@ class Workspace:
     notices: Notices
     look: Look
     errands: Errands = field(default_factory=Errands)
+    log: OpenedLog = field(default_factory=OpenedLog)
+    scene: Scene = field(default_factory=Scene)
 
     def close(self) -> None:
         """End what was started, and wait until it is gone; the last call."""

@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-from multiprocessing import Pipe
 from pathlib import Path
 from typing import IO, Any
 
@@ -68,6 +67,8 @@ class ChildProcess:
     """
 
     def __init__(self, module: str, name: str) -> None:
+        from multiprocessing import Pipe  # slow to load, and most who import this start none
+
         self.name = name
         with contextlib.ExitStack() as opened:
             try:

@@ -28,13 +28,22 @@ LEAST_RATE, LEAST_SPEED = 0.6, 0.3
 """Of a swing to both sides [rad/s] and, up and down, [m/s]."""
 TURNS, UNEVEN = 4, 0.3
 """A swing passes its middle so often at least, at times as even as this share."""
+SLOW_SEEN = (5.0, 15.0)
+"""A slow swing, of a velocity or position loop, is seen over one of these times [s]."""
+SLOW_TURNS, SLOW_UNEVEN, STEADY = 5, 0.2, 0.6
+"""It passes its middle so often at least, so evenly, and each wave is so large as the one before
+at least: air that shakes has waves of all sizes, and a drone with damping of 0.16 comes to rest."""
+SLOW_LOOK = 0.5
+"""Between two looks for a slow swing [s]."""
 LEAST_ASKED = 0.05
 """Of what a pilot asks for from one side to the other [m/s] or [rad/s]."""
 RESONANT, BLAMED = 1.25, 0.7
-"""An attitude that swings by so many times what is asked of it is to blame, seen over whole waves
-for this long at least [s]."""
+"""What swings by so many times what is asked of it is to blame, seen over whole waves for this
+long at least [s]."""
 ANGLES = ("1", "rad")
 """Units of the error of an attitude loop."""
+SPEEDS = ("m/s",)
+"""And of a velocity loop."""
 FULL, FULL_TIME = 0.985, 0.5
 """A rotor at this share of its largest thrust for this long saturates [s]."""
 SLOW_TIME = 2.0
@@ -51,16 +60,28 @@ class Swing:
 
     Args:
         least: amplitude to both sides.
+        seen: over which time [s].
+        turns: how often it passes its middle, at least.
+        uneven: spread of the times between, as a share of their mean, at most.
+        steady: size of each half wave over that of the one before, at least.
     """
 
-    def __init__(self, least: float) -> None:
-        self._least = least
+    def __init__(
+        self,
+        least: float,
+        seen: float = SEEN,
+        turns: int = TURNS,
+        uneven: float = UNEVEN,
+        steady: float = 0.0,
+    ) -> None:
+        self._least, self._span = least, seen
+        self._turns, self._uneven, self._steady = turns, uneven, steady
         self._seen: deque[tuple[float, float]] = deque()
 
     def look(self, time: float, value: float) -> None:
         """Take the signal at a time [s]."""
         self._seen.append((time, value))
-        while self._seen[0][0] < time - SEEN - 1e-9:
+        while self._seen[0][0] < time - self._span - 1e-9:
             self._seen.popleft()
 
     def clear(self) -> None:
@@ -70,7 +91,7 @@ class Swing:
     @property
     def frequency(self) -> float:
         """Of the swing that there is [Hz], 0 for none."""
-        if not self._seen or self._seen[-1][0] - self._seen[0][0] < SEEN - 2.0 * PERIOD:
+        if not self._seen or self._seen[-1][0] - self._seen[0][0] < self._span - 2.0 * LOOK:
             return 0.0
         time, value = np.array(self._seen).T
         value = value - value.mean()
@@ -80,12 +101,16 @@ class Swing:
         # with a dead band, so that noise around the middle is no turn
         side = np.sign(np.where(np.abs(value) > 0.3 * self._least, value, 0.0))
         kept = side != 0.0
-        time, side = time[kept], side[kept]
-        turns = time[1:][side[1:] != side[:-1]]
-        if len(turns) < TURNS:
+        time, value, side = time[kept], value[kept], side[kept]
+        places = 1 + np.flatnonzero(side[1:] != side[:-1])
+        if len(places) < self._turns:
             return 0.0
-        gaps = np.diff(turns)
-        if gaps.std() > UNEVEN * gaps.mean():
+        gaps = np.diff(time[places])
+        if gaps.std() > self._uneven * gaps.mean():
+            return 0.0
+        # the first and the last half wave are seen in part
+        sizes = np.maximum.reduceat(np.abs(value), places)[:-1]
+        if (sizes[1:] < self._steady * sizes[:-1]).any():
             return 0.0
         return float(0.5 / gaps.mean())
 
@@ -108,13 +133,21 @@ class Alarms:
             "height": Swing(LEAST_SPEED),
         }
         self._asked = [Swing(LEAST_ASKED) for _ in range(4)]
+        least = {"x": LEAST_SPEED, "y": LEAST_SPEED, "yaw": LEAST_RATE, "height": LEAST_SPEED}
+        self._slow = {
+            axis: [Swing(each, seen, SLOW_TURNS, SLOW_UNEVEN, STEADY) for seen in SLOW_SEEN]
+            for axis, each in least.items()
+        }
         self._slow_since = math.inf
         self.begin()
 
     def begin(self) -> None:
         """Begin with a new flight."""
-        for swing in (*self._axes.values(), *self._asked):
+        self._forget_swings()
+        for swing in self._asked:
             swing.clear()
+        self._wish: tuple[float, ...] = ()
+        self._next_slow_look = 0.0
         self._last: dict[str, float] = {}
         self._full_since = self._slow_since = math.inf
         self._next_look = 0.0
@@ -140,10 +173,10 @@ class Alarms:
         before, self._motion = self._motion, state
         if excited:
             self._suspect = None
-            for swing in self._axes.values():
-                swing.clear()
+            self._forget_swings()
         else:
             self._look_for_swing(time, state)
+            self._look_for_slow_swing(time, state)
             self._look_at_suspect(time)
         self._look_for_hit(before, state, time)
         if time >= self._next_look:
@@ -188,10 +221,47 @@ class Alarms:
         found = {axis: swing.frequency for axis, swing in self._axes.items()}
         axis = next((axis for axis, frequency in found.items() if frequency), "")
         if not axis:
-            self._suspect = None
-        elif self._suspect is None or self._suspect.axis != axis:
+            if self._suspect is not None and not self._suspect.slow:
+                self._suspect = None
+        elif self._suspect is None or self._suspect.slow or self._suspect.axis != axis:
             law = self._session.controller
             self._suspect = Suspect(law, axis, found[axis], time)
+
+    def _look_for_slow_swing(self, time: float, state: np.ndarray) -> None:
+        """Look for a swing of a velocity or position loop, while one thing is asked for."""
+        wish = self._session.asked
+        if wish != self._wish or self._session.scenario.figure_eight:
+            self._wish = wish
+            self._forget_slow_swings()
+            if self._suspect is not None and self._suspect.slow:
+                self._suspect = None
+            return
+        if time < self._next_look:
+            return
+        values = {"x": state[10], "y": state[11], "yaw": state[9], "height": state[12]}
+        for axis, value in values.items():
+            for swing in self._slow[axis]:
+                swing.look(time, float(value))
+        if self._suspect is not None or time < self._next_slow_look:
+            return
+        self._next_slow_look = time + SLOW_LOOK
+        for axis, swings in self._slow.items():
+            frequency = next(filter(None, (swing.frequency for swing in swings)), 0.0)
+            if frequency:
+                held = not any(wish[:3])
+                law = self._session.controller
+                self._suspect = Suspect(law, axis, frequency, time, slow=True, held=held)
+                return
+
+    def _forget_slow_swings(self) -> None:
+        for swings in self._slow.values():
+            for swing in swings:
+                swing.clear()
+
+    def _forget_swings(self) -> None:
+        for swing in self._axes.values():
+            swing.clear()
+        self._forget_slow_swings()
 
     def _look_at_suspect(self, time: float) -> None:
         """Find out which loop swings, and tell it."""
@@ -199,17 +269,23 @@ class Alarms:
         if suspect is None:
             return
         if suspect.needs_signals:
-            roll, pitch, _ = self._session.snapshot().roll_pitch_yaw
-            tilt = roll if suspect.axis == "roll" else pitch
-            suspect.look(time, tilt, self._session.loop_signals())
+            now = self._session.snapshot()
+            x, y, z = now.v_WB
+            roll, pitch, _ = now.roll_pitch_yaw
+            moves = {"roll": roll, "pitch": pitch, "x": x, "y": y, "height": z}
+            update = round(time / self._session.scenario.rates.control_period)
+            signals = self._session.loop_signals()
+            suspect.look(time, moves[suspect.axis], signals, update)
         if suspect.is_known(time):
-            loop = suspect.loop
-            frequency = self._axes[suspect.axis].frequency or suspect.frequency
+            loop, frequency = suspect.loop, suspect.frequency
+            if suspect.axis in self._axes:
+                frequency = self._axes[suspect.axis].frequency or frequency
             self._suspect = None
+            digits = 1 if frequency >= 1.0 else 2
             self._alarm(
                 "swing",
-                f"the drone swings through {loop}, at {frequency:.1f} Hz "
-                f"({2.0 * math.pi * frequency:.0f} rad/s)",
+                f"the drone swings through {loop}, at {frequency:.{digits}f} Hz "
+                f"({2.0 * math.pi * frequency:.{digits - 1}f} rad/s)",
                 f"Bring the kept gains back (Ctrl+Shift+K), or give {loop} more phase margin: "
                 "Tuning > Frequency",
             )
@@ -220,8 +296,7 @@ class Alarms:
         if not speed:
             return
         self._suspect = None
-        for swing in self._axes.values():
-            swing.clear()
+        self._forget_swings()
         height = state[6] - self._session.vehicle.ground_clearance
         _, x, y, _ = state[0:4]
         upright = 1.0 - 2.0 * (x * x + y * y) > UPRIGHT
@@ -269,38 +344,64 @@ class Alarms:
 class Suspect:
     """Finds out which loop along an axis makes the drone swing.
 
-    An attitude loop that amplifies the tilt that the loops around it ask for is to blame; one that
-    follows it is not, and the loop around it is: T = θ / (θ + e) at the frequency of the swing, of
-    the tilt θ and the attitude loop's error e.
+    A loop that amplifies what the loops around it ask of it is to blame; one that follows that is
+    not, and the loop around it is: T = y / (y + e) at the frequency of the swing, of what the loop
+    controls y and its error e. For a swing of roll and pitch that is the attitude's, and velocity
+    is around it; for a slow one the velocity's, and position is around it where a place is held.
 
     Args:
         controller: that flies.
-        axis: roll, pitch, yaw or height.
+        axis: roll, pitch, yaw, height, or x and y of a slow swing.
         frequency: of the swing [Hz].
         begun: when it is looked at first [s].
+        slow: whether it is one of a velocity or position loop.
+        held: whether a place is held.
     """
 
-    def __init__(self, controller: Controller, axis: str, frequency: float, begun: float) -> None:
-        self.axis, self.frequency, self._begun = axis, frequency, begun
-        along = {"roll": "y", "pitch": "x", "yaw": "yaw", "height": "z"}[axis]
-        self._loops = [loop for loop in controller.loops if loop.axis == along and not loop.hold]
-        tilting = (loop for loop in self._loops if controller.points[loop.error] in ANGLES)
-        attitude = next(tilting, None) if axis in ("roll", "pitch") else None
-        self._attitude = attitude
-        if attitude is not None:
-            self._place = controller.point_names.index(attitude.error)
+    def __init__(
+        self,
+        controller: Controller,
+        axis: str,
+        frequency: float,
+        begun: float,
+        *,
+        slow: bool = False,
+        held: bool = False,
+    ) -> None:
+        self.axis, self.frequency, self._begun, self.slow = axis, frequency, begun, slow
+        along = {"roll": "y", "pitch": "x", "height": "z"}.get(axis, axis)
+        loops = [loop for loop in controller.loops if loop.axis == along]
+        moving = [loop for loop in loops if not loop.hold]
+        holding = [loop for loop in loops if loop.hold and slow and held]
+        inner = {"roll": ANGLES, "pitch": ANGLES, "yaw": ()}.get(axis, SPEEDS if slow else ())
+        follows = (loop for loop in moving if controller.points[loop.error] in inner)
+        self._outer = next(iter(holding + moving), None)
+        self._inner = next(follows, None)
+        if self._inner is not None:
+            self._place = controller.point_names.index(self._inner.error)
+            self._divider = controller.point_dividers[self._inner.error]
+        self._error = 0.0
         self._phasors = [0j, 0j]
 
     @property
     def needs_signals(self) -> bool:
         """Whether the law's signals tell more than the axis does."""
-        return self._attitude is not None
+        return self._inner is not None and self._inner is not self._outer
 
-    def look(self, time: float, tilt: float, signals: np.ndarray) -> None:
-        """Take tilt [rad] and the signals at the loop points at a time [s]."""
+    def look(self, time: float, value: float, signals: np.ndarray, update: int) -> None:
+        """Take what the inner loop controls, and the signals at the loop points.
+
+        Args:
+            time: now [s].
+            value: of the loop, in its unit.
+            signals: that the next update sees.
+            update: its number; a part that does not run in it says nothing of its signal.
+        """
+        if update % self._divider == 0:
+            self._error = float(signals[self._place])
         turn = cmath.exp(-2j * math.pi * self.frequency * time)
-        for index, value in enumerate((tilt, float(signals[self._place]))):
-            self._phasors[index] += turn * value
+        for index, each in enumerate((value, self._error)):
+            self._phasors[index] += turn * each
 
     def is_known(self, time: float) -> bool:
         """Return whether enough was seen at a time [s]."""
@@ -310,10 +411,10 @@ class Suspect:
     @property
     def loop(self) -> str:
         """The loop to blame, in words."""
-        if not self._loops:
+        if self._outer is None:
             return self.axis
-        found = self._loops[0]
-        tilt, error = self._phasors
-        if self._attitude is not None and abs(tilt) > RESONANT * abs(tilt + error):
-            found = self._attitude
+        found = self._outer
+        value, error = self._phasors
+        if self._inner is not None and abs(value) > RESONANT * abs(value + error):
+            found = self._inner
         return found.name.replace("_", " ")

@@ -20,6 +20,8 @@ REMEDIES = {
     Reason.HEADING_DRIFTS: "Land, or repair the magnetometer",
 }
 """What to do where an estimate lacks something."""
+TOLD_ELSEWHERE = (Reason.BATTERY_LOW, Reason.BATTERY_EMPTY, Reason.AUTOPILOT_ENDED)
+"""Reasons for which there is a sentence of its own."""
 LOW_CHARGE = 0.1
 """Up to this charge above the reserve a battery is low."""
 
@@ -62,10 +64,11 @@ class Announcer:
     def reasons(self, now: Reason) -> Iterator[tuple[str, int]]:
         """Yield a sentence and its severity where something failed, or works again.
 
-        The battery's reasons are told with its charge, see `changes`.
+        The battery's reasons are told with its charge, see `changes`, and that the autopilot has
+        ended is told with its cause by whoever flies.
         """
         before, self._reason = self._reason, now
-        if now is before or now in (Reason.BATTERY_LOW, Reason.BATTERY_EMPTY):
+        if now is before or now in TOLD_ELSEWHERE:
             return
         if now is not Reason.NONE:
             yield f"{now.label}. {REMEDIES[now]}", WARNING

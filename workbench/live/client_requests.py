@@ -41,13 +41,14 @@ class ClientRequests:
 
     Attributes:
         broken: why the flight cannot go on, "" while it can.
+        ended: why the program that runs the law is gone, "" while it is not.
     """
 
     def __init__(
         self, session: Session, bridge: Bridge, did: Callable[[Action, str], None]
     ) -> None:
         self._session, self._bridge, self._did = session, bridge, did
-        self.broken = ""
+        self.broken = self.ended = ""
         self._values: dict[str, float] = {}  # to look all of them up takes milliseconds
         self._seen = -1
 
@@ -129,6 +130,8 @@ class ClientRequests:
         Raises:
             DeniedError: if the flight mode does not hear a request now.
         """
+        if self.ended and what != "stop":
+            raise DeniedError("not_now", self.ended)
         if action.request not in REQUESTS:
             return
         mode, wanted = self._session.snapshot().mode, Request[action.request.upper()]

@@ -9,6 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+import numpy as np
+
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.worker_process import WorkerProcess
 from workbench.link.backplane import Disconnect, Published
@@ -21,6 +23,7 @@ from workbench.live.messages import (
     Failed,
     Flown,
     FlyOn,
+    Foreseen,
     GetCheckpoint,
     GetFlown,
     GetParameter,
@@ -57,7 +60,16 @@ MOST_STREAMED = 4000
 """Samples that are kept for who draws them, some 20 s; then the oldest go."""
 
 Wanted = (
-    Action | Excite | Measure | StopExciting | Hold | SetSpeed | FlyOn | Question | NetworkOrder
+    Action
+    | Excite
+    | Measure
+    | StopExciting
+    | Hold
+    | SetSpeed
+    | FlyOn
+    | Foreseen
+    | Question
+    | NetworkOrder
 )
 
 
@@ -273,6 +285,10 @@ class LiveFlight:
     def fly_on(self, duration: float) -> Future[float]:
         """Fly on for a time [s], up to 60, as fast as it goes; only in a pause."""
         return self._order(lambda: FlyOn(_number("duration", duration)))
+
+    def foresee(self, ends: float, p_WB: np.ndarray) -> Future[float]:
+        """Draw a way that is predicted in Meshcat, until a simulated time [s]; see `Foreseen`."""
+        return self._order(lambda: Foreseen(float(ends), np.asarray(p_WB, dtype=float)))
 
     def get(self, name: str) -> Future[float]:
         """Ask for the present value of a live parameter."""

@@ -15,17 +15,19 @@ from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.link.backplane import Disconnect
 from workbench.live.alarms import Alarms
-from workbench.live.announcer import INFORMATION, WARNING
+from workbench.live.announcer import FAILURE, INFORMATION, WARNING
 from workbench.live.exciter import Exciter
 from workbench.live.hard_hit import hit_speed
 from workbench.live.law_compiler import LawCompiler
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.measurer import Measurer
 from workbench.live.messages import (
+    AutopilotView,
     Close,
     Excite,
     Flown,
     FlyOn,
+    Foreseen,
     GetCheckpoint,
     GetFlown,
     GetParameter,
@@ -234,6 +236,7 @@ class Flying:
 
     Attributes:
         shown: told of every snapshot that is reported, and in a pause again and again.
+        foresee: told of a way that is predicted.
     """
 
     def __init__(
@@ -268,11 +271,12 @@ class Flying:
         self._law = session.controller
         self._law_file = LawFile(self._law, now())
         self._shown = self._network.view
-        self._broken = ""
+        self._broken = self._ended = self._starting = ""
         self._hit: Hit | None = None
         self._flight = 1
         self._seen = session.snapshot()
         self.shown: Callable[[Snapshot, Pace], None] = lambda snapshot, pace: None
+        self.foresee: Callable[[Foreseen], None] = lambda foreseen: None
         self._next_report = now()
 
     def run(self, connection: Connection, wanted: Callable[[], bool]) -> None:
@@ -341,7 +345,7 @@ class Flying:
         self._next_report = max(self._next_report + REPORT_PERIOD, now)
         self._shown = self._network.view
         paused = Phase.PAUSED if self._clock.paused else Phase.FLYING
-        phase = Phase.BROKEN if self._broken else paused
+        phase = Phase.BROKEN if self._broken else Phase.STARTING if self._starting else paused
         if not self._broken:  # of what broke, nothing can be computed any more
             self._seen = self._session.snapshot()
         snapshot, pace = self._seen, self._clock.pace(now)
@@ -352,7 +356,7 @@ class Flying:
         ended, hit = self._exciter.ended or self._measurer.ended, self._hit
         report = Report(
             phase,
-            self._broken,
+            self._broken or self._starting,
             snapshot,
             pace,
             self._shown,
@@ -361,6 +365,7 @@ class Flying:
             ended,
             hit,
             self._measurer.share,
+            self._autopilot(),
         )
         self._send_queue.show(report)
         if not self._broken:
@@ -375,6 +380,8 @@ class Flying:
                 return self._session.reading(sensor)
             case GetFlown():
                 return self._flown()
+            case Foreseen() as foreseen:
+                self.foresee(foreseen)
             case Serve() | KeepLog() | Network() | Disconnect() as wanted:
                 answer = self._network.order(order.number, wanted)
                 self._exciter.watch()
@@ -387,6 +394,10 @@ class Flying:
                 self._set_speed(factor)
             case _ if self._broken:
                 raise WorkbenchError(f"{self._broken}: reset it first")
+            case Action(request=str(asked)) if self._ended and asked != "stop":
+                raise WorkbenchError(self._ended)
+            case Excite() | Measure() if self._ended:
+                raise WorkbenchError(self._ended)
             case Hold.RESUME:
                 self._clock.resume(self._now())
             case FlyOn(duration):
@@ -495,6 +506,8 @@ class Flying:
         self._network.event(said, severity)
 
     def _reset(self) -> None:
+        if self._broken:  # by a program that does not arm, it may be
+            self._session.end_program()
         self._session.reset()
         self._flight += 1
         self._exciter.drop()
@@ -503,7 +516,7 @@ class Flying:
         self._exciter.ended, self._measurer.ended, self._hit = "", "", None
         self._network.begin()
         self._show_law()
-        self._broken = ""
+        self._broken = self._ended = ""
         self._note_interpreted()
         self._clock.restart(self._now())
 
@@ -548,6 +561,7 @@ class Flying:
 
     def _fly(self, steps: int) -> None:
         try:
+            self._start_program()
             for whole in self._exciter.parts(steps):
                 for part in self._measurer.parts(whole):
                     self._fly_part(part)
@@ -559,7 +573,41 @@ class Flying:
             self.report()
         self._network.flown()
         if not self._broken:
+            self._note_ended()
             self._show_law()
+
+    def _start_program(self) -> None:
+        """Start the program that runs the law, after a reset, where there is one: that takes long.
+
+        Raises:
+            WorkbenchError: if it cannot be started.
+        """
+        if self._law.program is None or self._session.program:
+            return
+        self._starting = f"starting the program that runs {self._law.name}"
+        self.report()
+        try:
+            self._session.tick(0.0)
+        finally:
+            self._starting = ""
+        self._clock.restart(self._now())
+
+    def _note_ended(self) -> None:
+        """Tell once that the program that runs the law has ended; the flight goes on."""
+        if self._session.ended == self._ended:
+            return
+        self._ended = self._session.ended
+        self._exciter.drop()
+        self._measurer.drop()
+        self._network.ended(self._ended)
+        if self._ended:
+            self._tell(self._ended, FAILURE)
+        self.report()
+
+    def _autopilot(self) -> AutopilotView | None:
+        if self._law.program is None:
+            return None
+        return AutopilotView(self._session.exchange, self._ended)
 
     def _fly_part(self, steps: int) -> None:
         """Fly steps that nothing is to be done between."""

@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING
 
 from workbench.control.controller import Controller
 from workbench.link.backplane import Disconnect
+from workbench.plant.home import DEFAULT_HOME, Home
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from workbench.link.backplane import Published, ServerStatus
     from workbench.link.server.config import ServerConfig
     from workbench.link.server_messages import ControlState
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
     from workbench.live.choice import Choice
     from workbench.plant.formats.xacro_arguments import XacroArgument
     from workbench.plant.vehicle import Vehicle
+    from workbench.plant.worlds.outline import Outline
     from workbench.scenario.excitation import Excitation, Exciting
     from workbench.scenario.scenario import Injection, Scenario
     from workbench.session.injected import Injected
@@ -210,6 +214,19 @@ class Network(Enum):
     """Let clients ask for control again."""
 
 
+@dataclass(frozen=True, eq=False)
+class Foreseen:
+    """Draw the way that the drone would fly, instead of the one drawn before.
+
+    Attributes:
+        ends: simulated time at which it is over [s].
+        p_WB: places on it (N, 3) [m]; fewer than two draw none.
+    """
+
+    ends: float
+    p_WB: np.ndarray
+
+
 NetworkOrder = Serve | KeepLog | Network | Disconnect
 
 
@@ -247,6 +264,8 @@ class Started:
         scenario: what is flown.
         topics: that it publishes.
         controller: that flies it.
+        outlines: of the obstacles around it.
+        home: where on the earth the world's origin lies.
     """
 
     vehicle: Vehicle
@@ -255,6 +274,8 @@ class Started:
     scenario: Scenario
     topics: tuple[Topic, ...]
     controller: Controller
+    outlines: tuple[Outline, ...] = ()
+    home: Home = DEFAULT_HOME
 
 
 @dataclass(frozen=True)
@@ -288,6 +309,20 @@ class Hit:
 
 
 @dataclass(frozen=True)
+class AutopilotView:
+    """How the exchange with a program goes that runs the law.
+
+    Attributes:
+        exchange: numbers of it since the program's start, by name, see `Program.report`; none
+            before.
+        ended: why the program has ended in flight, and what to do; "" while it lives.
+    """
+
+    exchange: Mapping[str, float]
+    ended: str = ""
+
+
+@dataclass(frozen=True)
 class NetworkView:
     """How the network and the log do.
 
@@ -315,7 +350,8 @@ class Report:
     `exciting` is the excitation that is flown, None while none is; `flight` counts the flights that
     this process has begun, one at its start and one with every reset; `excitation_ended` says why
     the last excitation ended before it was over, "" where it did not; `hit` is the last hard hit,
-    if any; `measuring` is how much of a measurement is flown, 0 .. 1, None while none is.
+    if any; `measuring` is how much of a measurement is flown, 0 .. 1, None while none is;
+    `autopilot` is the program that runs the law, None where none does.
     """
 
     phase: Phase
@@ -328,6 +364,7 @@ class Report:
     excitation_ended: str = ""
     hit: Hit | None = None
     measuring: float | None = None
+    autopilot: AutopilotView | None = None
 
 
 @dataclass(frozen=True)

@@ -530,13 +530,17 @@ class FlightNetwork:
         self._scripted = 0
         self._show_log()
         self._broadcast_due = 0.0
-        self._requests.broken = ""
+        self._requests.broken = self._requests.ended = ""
         self.event("the flight began anew")
         known = {row.name for row in parameter_table(self._session.controller)}
         for name in sorted(changed & known):
             value = self._session.get(name)
             self._publish(self._announcer.parameter(self._session.time, name, value))
         self._watch_control()
+
+    def ended(self, said: str) -> None:
+        """Let clients ask for no flight operation but stop, for a reason; "" lets them again."""
+        self._requests.ended = said
 
     def broke(self, said: str) -> None:
         """Let everybody know that the flight cannot go on."""

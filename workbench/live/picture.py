@@ -2,14 +2,18 @@
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
-from pydrake.geometry import Meshcat, Rgba
+from pydrake.geometry import Cylinder, Meshcat, MeshcatCone, Rgba
 from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.perception import PointCloud
 
-from workbench.live.messages import Pace
+from workbench.live.arrows import arrows, disc_radius
+from workbench.live.messages import Foreseen, Pace
+from workbench.plant.vehicle import Vehicle
 from workbench.session.snapshot import Snapshot
+from workbench.systems.sensors.readings import LidarScan, Reading
 
 SHORTEST, LONGEST = 1 / 30, 0.5
 """Between two pictures [s of wall]."""
@@ -28,6 +32,26 @@ TRAIL_STEP = 0.1
 TRAIL_PERIOD = 0.25
 """Between two lines sent, each of which is a new object for the page [s of wall]."""
 TRAIL_COLOUR = Rgba(1.0, 0.55, 0.0, 1.0)
+AHEAD = "/ahead"
+"""Meshcat's path of the line that is predicted."""
+AHEAD_COLOUR = Rgba(0.65, 0.35, 0.95, 0.6)
+ARROWS = "/arrows"
+"""Meshcat's path of the arrows: `thrust_1` and so on, and `wind`."""
+THICK, HEAD = 0.25, 0.3
+"""Radius of an arrow's head in radii of a rotor's disc, and its share of the length."""
+SHORTEST_ARROW = 1e-4
+"""Nothing is drawn by a matrix that cannot be inverted [m]."""
+THRUST_COLOUR, WIND_COLOUR = Rgba(0.1, 0.7, 0.35, 1.0), Rgba(0.2, 0.65, 0.95, 1.0)
+LIDAR = "/lidar"
+"""Meshcat's path of the points that the lidar has met."""
+MOST_POINTS = 3000
+"""Of a scan that are drawn."""
+LIDAR_PERIOD = 0.25
+"""Between two clouds sent, each of which is a new object for the page [s of wall]..."""
+LIDAR_SHARE = 6.0
+"""... and at least so many pictures."""
+POINT_SIZE = 0.04
+LIDAR_COLOUR = Rgba(0.95, 0.25, 0.45, 1.0)
 FARTHEST = 1e5
 """A drone farther off is lost, and a page's numbers with it [m]."""
 
@@ -50,16 +74,30 @@ class Picture:
     Args:
         meshcat: where to draw.
         draw: draws the scene there as it is now.
-        reach: from the drone's origin to its farthest rotor [m].
+        vehicle: that flies.
         now: tells the wall time [s].
+        scan: returns the lidar's last scan, None before the first.
     """
 
     def __init__(
-        self, meshcat: Meshcat, draw: Callable[[], None], reach: float, now: Callable[[], float]
+        self,
+        meshcat: Meshcat,
+        draw: Callable[[], None],
+        vehicle: Vehicle,
+        now: Callable[[], float],
+        scan: Callable[[], Reading | None] = lambda: None,
     ) -> None:
-        self._meshcat, self._draw, self._now = meshcat, draw, now
+        self._meshcat, self._draw, self._now, self._scan = meshcat, draw, now, scan
+        self._vehicle = vehicle
+        reach = max(math.dist((0.0, 0.0, 0.0), rotor.p_BR) for rotor in vehicle.rotors)
         self._camera = ChaseCamera(meshcat, reach)
-        self._due = self._trail_due = -math.inf
+        numbers = range(1, len(vehicle.rotors) + 1)
+        thrusts = {f"{ARROWS}/thrust_{number}": THRUST_COLOUR for number in numbers}
+        colours = {**thrusts, f"{ARROWS}/wind": WIND_COLOUR}
+        self._arrows = Arrows(meshcat, colours, THICK * disc_radius(vehicle))
+        self._due = self._trail_due = self._scan_due = -math.inf
+        self._stamp = -math.inf
+        self._ahead_ends = -math.inf
         self._late = now()
         self._trail: deque[tuple[float, ...]] = deque()
         self._time = -math.inf
@@ -79,10 +117,39 @@ class Picture:
         yaw = RollPitchYaw(0.0, 0.0, snapshot.roll_pitch_yaw[2])
         self._meshcat.SetTransform(DRONE, RigidTransform(yaw, np.array(snapshot.p_WB)))
         self._camera.follow(snapshot)
+        self._arrows.reach(*arrows(self._vehicle, snapshot))
+        self._show_scan(snapshot, now)
+        if snapshot.time > self._ahead_ends:
+            self.foresee(None)
         if now >= self._trail_due and len(self._trail) > 1:
             self._trail_due = now + TRAIL_PERIOD
             points = np.array(self._trail)[:, 1:].T
             self._meshcat.SetLine(TRAIL, points, 2.0, TRAIL_COLOUR)
+
+    def foresee(self, foreseen: Foreseen | None) -> None:
+        """Show the way that is predicted until its time is over, or none any more."""
+        if foreseen is not None and len(foreseen.p_WB) > 1:
+            self._ahead_ends = foreseen.ends
+            self._meshcat.SetLine(AHEAD, foreseen.p_WB.T, 2.0, AHEAD_COLOUR)
+        elif self._ahead_ends > -math.inf:
+            self._ahead_ends = -math.inf
+            self._meshcat.Delete(AHEAD)
+
+    def _show_scan(self, snapshot: Snapshot, now: float) -> None:
+        """Show the lidar's points, where there is a new scan and it is due."""
+        seen = snapshot.lidar
+        if seen is None or seen.stamp == self._stamp or now < self._scan_due:
+            return
+        scan = self._scan()
+        if not isinstance(scan, LidarScan):
+            return
+        self._stamp = seen.stamp
+        self._scan_due = now + max(LIDAR_PERIOD, LIDAR_SHARE * self.period)
+        points = scan.points_W()
+        points = points[:: 1 + len(points) // MOST_POINTS]
+        cloud = PointCloud(len(points))
+        cloud.mutable_xyzs()[:] = points.T
+        self._meshcat.SetObject(LIDAR, cloud, POINT_SIZE, LIDAR_COLOUR)
 
     def _remember(self, snapshot: Snapshot) -> None:
         """Keep where the drone is for the trail; a reset begins it anew."""
@@ -103,6 +170,50 @@ class Picture:
         elif now - self._late > CALM and self.period > SHORTEST:
             self.period = max(self.period / 2.0, SHORTEST)
             self._late = now
+
+
+class Arrows:
+    """Arrows that are drawn once, and then only turned, moved and stretched.
+
+    Args:
+        meshcat: where.
+        colours: of each, by its path there.
+        radius: of their heads [m].
+    """
+
+    def __init__(self, meshcat: Meshcat, colours: Mapping[str, Rgba], radius: float) -> None:
+        self._meshcat, self._paths, self._radius = meshcat, tuple(colours), radius
+        # of length and radius 1 along z; a cone of Meshcat's stands on its tip
+        tip = RigidTransform(RollPitchYaw(math.pi, 0.0, 0.0), np.array([0.0, 0.0, 1.0]))
+        shaft = 1.0 - HEAD
+        for path, colour in colours.items():
+            meshcat.SetObject(f"{path}/head", MeshcatCone(HEAD, 1.0, 1.0), colour)
+            meshcat.SetTransform(f"{path}/head", tip)
+            meshcat.SetObject(f"{path}/shaft", Cylinder(0.3, shaft), colour)
+            meshcat.SetTransform(f"{path}/shaft", RigidTransform(np.array([0.0, 0.0, shaft / 2])))
+
+    def reach(self, tails: np.ndarray, tips: np.ndarray) -> None:
+        """Reach from tails to tips in W (N, 3) [m]; one without a length is too small to be seen.
+
+        The columns of a matrix are the arrow's x, y and z, and its tail. All are worked out at
+        once: an arrow by itself takes numpy as long as all of them.
+        """
+        z = tips - tails
+        length = np.sqrt((z * z).sum(axis=1))
+        none = length < SHORTEST_ARROW
+        z[none], length[none] = [0.0, 0.0, SHORTEST_ARROW], SHORTEST_ARROW
+        x = np.zeros_like(z)  # across z, in the plane of its two larger components
+        rows, small = np.arange(len(z)), np.abs(z).argmin(axis=1)
+        one, other = (small + 1) % 3, (small + 2) % 3
+        x[rows, one], x[rows, other] = -z[rows, other], z[rows, one]
+        thick = np.where(none, SHORTEST_ARROW, self._radius)
+        x *= (thick / np.sqrt((x * x).sum(axis=1)))[:, None]
+        matrices = np.tile(np.eye(4), (len(z), 1, 1))
+        matrices[:, :3, 0], matrices[:, :3, 2], matrices[:, :3, 3] = x, z, tails
+        for to, (first, second) in enumerate(((1, 2), (2, 0), (0, 1))):  # z × x / |z|
+            matrices[:, to, 1] = (z[:, first] * x[:, second] - z[:, second] * x[:, first]) / length
+        for path, matrix in zip(self._paths, matrices, strict=True):
+            self._meshcat.SetTransform(path, matrix)
 
 
 class ChaseCamera:

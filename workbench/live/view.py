@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from workbench.control.controller import Controller
 from workbench.link.topics import Topic
 from workbench.live.messages import (
+    AutopilotView,
     Hit,
     Measured,
     NetworkView,
@@ -19,7 +20,9 @@ from workbench.live.messages import (
     Told,
 )
 from workbench.plant.formats.xacro_arguments import XacroArgument
+from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.vehicle import Vehicle
+from workbench.plant.worlds.outline import Outline
 from workbench.scenario.excitation import Exciting
 from workbench.scenario.scenario import Scenario
 from workbench.session.injected import Injected
@@ -50,6 +53,9 @@ class LiveView:
         excitation_ended: why the last excitation ended before it was over, "" where it did not.
         hit: the last hard hit of this flight, None before the first.
         needed: arguments of its xacro file without which it could not begin.
+        autopilot: the program that runs the law, None where none does.
+        outlines: of the obstacles around it.
+        home: where on the earth the world's origin lies.
     """
 
     phase: Phase = Phase.STARTING
@@ -71,29 +77,18 @@ class LiveView:
     measured: Injected | None = None
     hit: Hit | None = None
     needed: tuple[XacroArgument, ...] = ()
+    autopilot: AutopilotView | None = None
+    outlines: tuple[Outline, ...] = ()
+    home: Home = DEFAULT_HOME
 
     def after(self, message: object) -> "LiveView":
         """Return the view once a message was heard; itself where that changes nothing."""
         match message:
-            case Report(
-                phase, said, snapshot, pace, network, exciting, flight, why, hit, measuring
-            ):
-                return dataclasses.replace(
-                    self,
-                    phase=phase,
-                    said=said,
-                    snapshot=snapshot,
-                    pace=pace,
-                    network=network,
-                    exciting=exciting,
-                    flight=flight,
-                    excitation_ended=why,
-                    hit=hit,
-                    measuring=measuring,
-                )
+            case Report():
+                return dataclasses.replace(self, **vars(message))
             case Measured(injected):
                 return dataclasses.replace(self, measured=injected)
-            case Started(vehicle, values, url, scenario, topics, controller):
+            case Started(vehicle, values, url, scenario, topics, controller, outlines, home):
                 return dataclasses.replace(
                     self,
                     vehicle=vehicle,
@@ -102,6 +97,8 @@ class LiveView:
                     scenario=scenario,
                     topics=topics,
                     controller=controller,
+                    outlines=outlines,
+                    home=home,
                 )
             case TakenOver(controller, values, named, gains) if self.scenario:
                 config = dataclasses.replace(self.scenario.vehicle, gains=gains)

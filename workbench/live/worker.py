@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from multiprocessing.connection import Connection
 
 from workbench.common.cache import PROGRESS_LOGGER
@@ -71,6 +72,8 @@ def _fly(
     from workbench.live.flying import Flying
     from workbench.live.picture import Picture
     from workbench.live.stream import NoStream, Stream
+    from workbench.plant.home import DEFAULT_HOME
+    from workbench.plant.worlds.footprint import outlines
     from workbench.scenario.scenario import without_arrays
     from workbench.session.session import Session
     from workbench.systems.bridge import Bridge
@@ -103,7 +106,10 @@ def _fly(
         session.reset()
     url = meshcat.web_url() if meshcat else ""
     values = session.parameters()
-    send_queue.post(Started(session.vehicle, values, url, scenario, session.topics, law))
+    around, home = outlines(session.world), session.world.home or DEFAULT_HOME
+    send_queue.post(
+        Started(session.vehicle, values, url, scenario, session.topics, law, around, home)
+    )
     stream = Stream(send_queue) if begin.stream else NoStream()
     flying = Flying(
         session,
@@ -115,8 +121,9 @@ def _fly(
         begin.watch,
     )
     if meshcat:
-        reach = max(math.dist((0.0, 0.0, 0.0), rotor.p_BR) for rotor in session.vehicle.rotors)
-        flying.shown = Picture(meshcat, session.draw, reach, time.perf_counter).show
+        scan = partial(session.reading, "lidar")
+        picture = Picture(meshcat, session.draw, session.vehicle, time.perf_counter, scan)
+        flying.shown, flying.foresee = picture.show, picture.foresee
     flying.run(connection, wanted)
 
 

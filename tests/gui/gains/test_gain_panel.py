@@ -1,5 +1,7 @@
 """The form, driven by mouse and keyboard."""
 
+import re
+
 import pytest
 from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
@@ -39,6 +41,28 @@ def shown(panel):
 
 def test_every_row_of_the_controller_has_a_line(panel):
     assert set(panel.rows) == {row.name for row in parameter_table().of("controller")}
+
+
+def test_a_firmwares_gains_have_its_own_names_and_none_is_cut(rig, panel, qtbot, case):
+    panel.resize(440, 600)  # as in a window of 1400 pixels
+    for name, known, file_name in (
+        ("px4", "MPC_Z_VEL_MAX_DN", "MPC_Z_VEL_MAX_DN"),
+        ("ardupilot", "ATC_RAT_RLL_FLTD", "ATC_RAT_RLL_FLTD"),
+        ("betaflight", "dterm_lpf1_dyn_min_hz", "dterm_lpf1_dyn_min_hz"),
+        ("crazyflie", "pid_attitude_roll_kp", "pid_attitude.roll_kp"),
+    ):
+        with case(name):
+            law = load_controller(name)
+            values = parameter_table(law).defaults()
+            rig.editor.begin(LiveView(values=values, vehicle=object(), controller=law))
+            qtbot.waitUntil(lambda known=known: known in panel.rows)
+            assert rig.editor.words(known) == file_name
+            assert panel.rows[known]._name.text() == file_name
+            for row in panel.rows.values():
+                for part in (row._name, row._unit_shown):
+                    text = re.sub("<[^>]*>", "", part.text())
+                    needed = part.fontMetrics().horizontalAdvance(text)
+                    assert part.width() >= needed or not row.isVisible(), part.text()
 
 
 def test_limits_wait_behind_their_heading(panel):

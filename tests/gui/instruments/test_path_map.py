@@ -13,6 +13,7 @@ from workbench.gui.instruments.map_frame import (
     SteadyScale,
     round_reach,
 )
+from workbench.plant.worlds.outline import Outline
 
 HOME = Place(0.0, 0.0)
 
@@ -124,6 +125,17 @@ def test_the_drone_is_painted_where_it_is(shown):
     north, south = range(0, half - 12), range(half + 12, image.height())
     assert count_colour(image, accent, north) > 10
     assert count_colour(image, accent, south) == 0
+
+
+def test_obstacles_are_painted_where_they_stand_and_the_nearest_is_in_sight(shown):
+    """One 7 m to the north: 10 m is the least round reach around it with a margin."""
+    box = Outline("box", ((-1.0, 7.0), (1.0, 7.0), (1.0, 8.0), (-1.0, 8.0)), 0.0, 2.0)
+    shown.begin(HOME, (box,))
+    assert shown.frame.reach == 10.0
+    image, bare = shown.grab().toImage(), shown.colour("field").name()
+    # 10 px a metre: from 90 to 110 to the right, from 20 to 30 down
+    for x, y, inside in ((95, 25, True), (107, 22, True), (85, 25, False), (95, 35, False)):
+        assert (image.pixelColor(x, y).name() != bare) is inside, (x, y)
 
 
 def painted(shown):

@@ -9,9 +9,10 @@ from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QLineEdit, QMainWindow, QPushButton, QVBoxLayout, QWidget
 
 from workbench.control.mode import FlightMode
+from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND, PAUSED
 from workbench.gui.joystick.game_pad import PadButton, PadReading
 from workbench.gui.joystick.joystick_screen import JoystickScreen
-from workbench.gui.joystick.pilot import CENTRE, NO_FLIGHT, ON_THE_GROUND, PAUSED, Device
+from workbench.gui.joystick.pilot import CENTRE, Device
 from workbench.gui.joystick.piloting import NEUTRAL, Stick, Sticks
 from workbench.gui.preferences import Preferences
 from workbench.gui.workspace import make_workspace
@@ -154,6 +155,23 @@ def test_a_held_key_flies_and_its_repeats_count_nothing(bench, qtbot):
     assert bench.screen.left_pad.stick.y > 0.3  # the stick on the screen follows
     QTest.keyRelease(bench.screen, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: bench.asked[2] == 0.0, timeout=LONG)
+
+
+def test_near_an_obstacle_keys_are_gentle_and_the_mouse_is_not(bench, qtbot):
+    """By hand: within a second of the obstacle, at 2.4 m no more than 2.4 m/s of the 8 m/s."""
+    pilot = bench.pilot
+    QTest.keyPress(bench.screen, Qt.Key.Key_W)
+    qtbot.waitUntil(lambda: pilot.sticks.left.y == 1.0, timeout=LONG)
+    assert 0.5 < pilot.clearance < 7.0
+    assert pilot.wish.climb == pytest.approx(pilot.clearance)
+    line = bench.screen._keys_line
+    qtbot.waitUntil(lambda: "An obstacle is" in line.text(), timeout=LONG)
+    assert "held down they ask for" in line.text()
+    QTest.keyRelease(bench.screen, Qt.Key.Key_W)
+    bench.hold(bench.screen.right_pad, 0.0, 1.0)
+    assert pilot.wish.forward == pytest.approx(8.0, rel=0.05)
+    bench.let_go(bench.screen.right_pad)
+    qtbot.waitUntil(lambda: bench.asked == (0.0, 0.0, 0.0, 0.0), timeout=LONG)
 
 
 def test_keys_fly_with_the_focus_on_a_button_elsewhere_but_not_in_a_field(bench, qtbot):

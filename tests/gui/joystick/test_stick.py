@@ -6,16 +6,9 @@ from dataclasses import replace
 import pytest
 
 from workbench.control.mode import FlightMode
+from workbench.gui.flight_control import LANDING, ON_THE_GROUND, PAUSED, barrier
 from workbench.gui.joystick.joystick_screen import answered
-from workbench.gui.joystick.pilot import (
-    CENTRE,
-    LANDING,
-    ON_THE_GROUND,
-    PAUSED,
-    Courier,
-    Gate,
-    barrier,
-)
+from workbench.gui.joystick.pilot import CENTRE, Courier, Gate
 from workbench.gui.joystick.piloting import (
     MIDDLE,
     NOTHING,
@@ -33,6 +26,17 @@ from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 
 STRAIGHT = Handling(8.0, 0.4, StickCurve())
+
+
+def test_a_tap_near_an_obstacle_is_a_smaller_step(case):
+    """A tenth of the stick, of a full stick that takes a second to the obstacle."""
+    tap = Sticks(right=Stick(0.0, 0.1))
+    for clearance, asked in ((math.inf, 0.8), (20.0, 0.8), (4.0, 0.4), (1.0, 0.1), (-0.1, 0.05)):
+        with case(clearance):
+            wish = STRAIGHT.near(clearance).wish(tap)
+            assert wish.forward == pytest.approx(asked)
+    turn = Sticks(left=Stick(1.0, 0.0))
+    assert STRAIGHT.near(0.1).wish(turn).yaw_rate == -0.4  # turning brings it no nearer
 
 
 def test_a_stick_stays_in_its_circle():

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import pytest
 from PyQt6.QtCore import Qt
@@ -9,9 +10,11 @@ from PyQt6.QtWidgets import QMainWindow
 
 from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTIONS, make_actions
-from workbench.gui.flight_control import FlightControl, possible
+from workbench.gui.flight_control import AUTOPILOT_ENDED, FlightControl, barrier, possible
 from workbench.gui.icons import DRAWN
+from workbench.gui.main_window import MainWindow
 from workbench.gui.recorder import Recorder
+from workbench.gui.style import apply_style
 from workbench.gui.top_bar import (
     BAD,
     PLAIN,
@@ -20,6 +23,7 @@ from workbench.gui.top_bar import (
     Said,
     SpeedBox,
     TopBar,
+    autopilot_said,
     battery_said,
     link_said,
     mode_said,
@@ -31,7 +35,7 @@ from workbench.gui.top_bar import (
 from workbench.link.backplane import ClientStatus, ServerStatus
 from workbench.link.operations import Role
 from workbench.link.server_messages import ControlState, Hand, Stage
-from workbench.live.messages import NetworkView, Pace, Phase
+from workbench.live.messages import AutopilotView, NetworkView, Pace, Phase
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Clearance
 
@@ -164,6 +168,26 @@ def test_only_what_has_an_effect_can_be_pressed(view, phase, mode, able, unable)
     assert not unable & found
 
 
+def test_an_autopilot_says_what_it_lost_and_that_it_has_ended(view):
+    assert autopilot_said(view) is None
+    law = SimpleNamespace(name="betaflight-sitl")
+    view = dataclasses.replace(with_snapshot(view, mode=FlightMode.HOVERING), controller=law)
+    for lost, tone in ((3, PLAIN), (30, WARNING)):
+        flies = AutopilotView({"packets": 1024, "lost": lost})
+        said = autopilot_said(dataclasses.replace(view, autopilot=flies))
+        assert (said.text, said.tone) == (f"betaflight-sitl: {lost} lost", tone)
+        assert f"{lost} of 1024 packets" in said.full
+    ended = dataclasses.replace(flies, ended="it was killed: reset")
+    view = dataclasses.replace(view, autopilot=ended)
+    assert autopilot_said(view).tone == BAD and autopilot_said(view).full == ended.ended
+    assert (mode_said(view).text, mode_said(view).tone) == ("hovering, held", BAD)
+    assert mode_said(view).full == ended.ended
+    assert possible(view) == {"stop", "pause", "reset", "speed", "record"}
+    assert barrier(view) == AUTOPILOT_ENDED
+    anew = dataclasses.replace(view, phase=Phase.STARTING, said="Betaflight: arms", autopilot=None)
+    assert time_said(anew).text == "Betaflight: arms" and not possible(anew)
+
+
 def test_nothing_but_stop_can_be_pressed_before_the_flight_begins():
     assert possible(LiveView()) == frozenset()
 
@@ -294,3 +318,17 @@ def test_no_text_is_cut_at_the_smallest_width(bar, view):
     bar.strip.recording.show()
     bar.strip.recording.show_said(Said("612:03  1.23 GB", "record", BAD))
     assert bar.minimumSizeHint().width() <= 1190
+
+
+def test_a_window_that_begins_narrow_cuts_no_word(qapp, qtbot, workspace):
+    """It is 1024 px wide before it is shown, as where that size was kept."""
+    apply_style(qapp, workspace.look)
+    window = MainWindow(workspace, first="home", view3d=False)
+    qtbot.addWidget(window)
+    window.resize(1024, 700)
+    window.show()
+    for _ in range(5):  # a layout may ask for another one
+        qapp.processEvents()
+    stop = window.top_bar.button("stop")
+    assert stop.width() >= stop.sizeHint().width()
+    window.close()

@@ -5,12 +5,20 @@ import dataclasses
 import numpy as np
 import pytest
 
+from workbench.analysis.judging import draw_frequency
+from workbench.analysis.judging import judge as judge_loops
+from workbench.analysis.placing import move_pole
+from workbench.analysis.questions import DrawFrequency, Judge, MovePole, ShapeLoop
 from workbench.analysis.replies import Judged, JudgedLoop, Predicted, StepNumbers
+from workbench.analysis.shaping import shape_loop
+from workbench.analysis.subject import Subject
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.tuning.trial import Trial
+from workbench.gui.tuning.tuning_screen import TuningScreen
+from workbench.scenario.scenario import Scenario
 
 LOOPS = ("velocity_x", "velocity_y", "velocity_z", "roll", "pitch", "yaw_rate")
 
@@ -155,3 +163,43 @@ def predict():
         return Predicted(controller_gains(gains), step, time, response, numbers, lost)
 
     return make
+
+
+@pytest.fixture
+def screen(offline, flying, qtbot):
+    """The tuning screen; a proposed value does not fly by itself."""
+    offline.preferences.set("apply_gains", "on Enter")
+    offline.flight.show(flying)
+    made = TuningScreen(offline)
+    qtbot.addWidget(made)
+    made.resize(1500, 900)
+    made.begin(flying)
+    made.show()
+    yield made
+    made.close_screen()
+
+
+@pytest.fixture
+def settle(offline, qtbot):
+    """Returns what answers as the analyst's process would, until something is so."""
+    subject, done = Subject(Scenario(), {}), [0]
+    by_kind = {
+        Judge: (judge_loops, offline.analysis.judged),
+        DrawFrequency: (draw_frequency, offline.analysis.frequency_drawn),
+        ShapeLoop: (shape_loop, offline.analysis.loop_shaped),
+        MovePole: (move_pole, offline.analysis.pole_moved),
+    }
+
+    def answer():
+        waiting = offline.analysis.asked[done[0] :]
+        done[0] = len(offline.analysis.asked)
+        for question in waiting:
+            if type(question) in by_kind:
+                work, signal = by_kind[type(question)]
+                signal.emit(next(each for each in work(subject, question, None) if each))
+        return bool(waiting)
+
+    def until(so):
+        qtbot.waitUntil(lambda: not answer() and bool(so()), timeout=60_000)
+
+    return until

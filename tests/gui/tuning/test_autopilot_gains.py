@@ -82,6 +82,9 @@ def test_an_export_changes_what_is_ticked_and_nothing_else(screen, bar, tmp_path
     with qtbot.waitSignal(screen.profiles.diff_changed):
         screen.profiles.export(path)
     assert list(bar.diff.ticks) == ["MC_ROLLRATE_P", "MC_PITCHRATE_P"]
+    offered = dict(screen.profiles.diff.values)
+    screen.gains._flown.values["MC_ROLL_P"] = 9.0  # a client's, meanwhile
+    assert screen.profiles.diff.values == offered
     assert bar.diff.fly.text() == "&Write 2 ticked"
     bar.diff.ticks["MC_PITCHRATE_P"].setChecked(False)
     bar.diff.fly.click()

@@ -17,7 +17,6 @@ from workbench.gui.tuning.compare_card import FREQUENCY, POLES, STEP, TABLE
 from workbench.gui.tuning.compare_table import Known, compared_rows, csv_text
 from workbench.gui.tuning.limit_table import STEP_LIMITS, find_limit
 from workbench.gui.tuning.response_card import ResponseHistory
-from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.scenario.excitation import Excitation, Exciting, Shape
 from workbench.scenario.scenario import Scenario
 
@@ -26,18 +25,11 @@ MARGIN_ROWS = 5
 
 
 @pytest.fixture
-def screen(offline, flying, qtbot):
-    """The tuning screen with the comparison in front; a proposed value does not fly by itself."""
-    offline.preferences.set("apply_gains", "on Enter")
-    offline.flight.show(flying)
-    made = TuningScreen(offline)
-    qtbot.addWidget(made)
-    made.resize(1190, 600)
-    made.begin(flying)
-    made.tabs.setCurrentWidget(made.compare)
-    made.show()
-    yield made
-    made.close_screen()
+def screen(screen):
+    """The tuning screen with the comparison in front."""
+    screen.resize(1190, 600)
+    screen.tabs.setCurrentWidget(screen.compare)
+    return screen
 
 
 @pytest.fixture(scope="module")

@@ -32,6 +32,13 @@ def test_start_excites_the_flight_as_chosen(card, offline, qtbot):
     assert offline.flight.orders.given == [("excite", wanted)]
 
 
+def test_it_can_be_excited_after_a_reset_in_the_air(card, flying):
+    assert card.button.isEnabled()
+    card.begin()
+    card.show_view(flying)
+    assert card.button.isEnabled() and not card.take_off.isVisible()
+
+
 def test_one_key_starts_and_stops(card, offline, flying, qtbot):
     qtbot.keyClick(card, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
     exciting = Exciting(card.choice.excitation, 3.0, 1)

@@ -46,6 +46,8 @@ def ghost(offline, trial):
     made.set_seen(True)
     made.heard = []
     made.seen_ahead.connect(lambda time, values: made.heard.append((time, values)))
+    made.foreseen_ways = []
+    made.foreseen.connect(lambda ends, places: made.foreseen_ways.append((ends, places)))
     return made
 
 
@@ -112,7 +114,9 @@ def choose(qtbot, box, words):
     box.showPopup()
     view = box.view()
     qtbot.waitUntil(view.isVisible, timeout=20000)
-    place = view.visualRect(view.model().index(box.findText(words), 0))
+    row = view.model().index(box.findText(words), 0)
+    view.scrollTo(row)  # in the app's own style a list shows ten
+    place = view.visualRect(row)
     qtbot.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=place.center())
     qtbot.waitUntil(lambda: box.currentText() == words, timeout=20000)
 
@@ -173,6 +177,9 @@ def test_a_slider_that_is_dragged_sees_the_next_five_seconds(ghost, offline, gai
     time, values = ghost.heard[-1]
     assert time is TIME
     assert values[0] == 1.2
+    ends, places = ghost.foreseen_ways[-1]
+    assert ends == TIME[-1]
+    assert places[1] == pytest.approx([2.4, 2.4, 2.4])
 
 
 def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost, offline, gains):
@@ -190,6 +197,7 @@ def test_the_future_goes_once_the_proposal_is_taken_back(ghost, offline, gains):
     offline.analysis.forked.emit(Forked((branch(FUTURE_NAME, 1.2),)))
     gains.discard()
     assert len(ghost.heard[-1][0]) == 0
+    assert len(ghost.foreseen_ways[-1][1]) == 0
 
 
 def test_nobody_looks_into_the_future_unseen(ghost, offline, gains):

@@ -20,7 +20,6 @@ from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.tuning.drawn_loop import DrawnLoop, drawn_curves, drawn_measurement
 from workbench.gui.tuning.loop_marks import gain_margin_mark, peak, phase_margin_mark
 from workbench.gui.tuning.nyquist_plot import disk
-from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.scenario.scenario import Scenario
 
 NOTHING = np.empty(0)
@@ -46,20 +45,6 @@ class Answerer:
                 (reply,) = draw_frequency(self._subject, question, None)
                 self._analysis.frequency_drawn.emit(reply)
         return bool(waiting)
-
-
-@pytest.fixture
-def screen(offline, flying, qtbot):
-    """The tuning screen; a proposed value does not fly by itself."""
-    offline.preferences.set("apply_gains", "on Enter")
-    offline.flight.show(flying)
-    made = TuningScreen(offline)
-    qtbot.addWidget(made)
-    made.resize(1500, 900)
-    made.begin(flying)
-    made.show()
-    yield made
-    made.close_screen()
 
 
 @pytest.fixture
@@ -338,3 +323,9 @@ def test_curves_are_taken_as_they_were_answered():
     assert np.isnan(loop.at(3.0, loop.open_loop))
     assert abs(loop.at(math.sqrt(2.0), loop.open_loop)) == pytest.approx(math.sqrt(2.0))
     assert drawn_measurement(frequency, response, np.ones(2), np.zeros(2)).margins is None
+
+
+def test_a_law_without_a_linear_model_is_said_to_have_none(screen, offline, qtbot):
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Judge)))
+    offline.analysis.refused.emit(offline.analysis.of(Judge)[-1], "betaflight-sitl is a program")
+    assert screen.frequency.said.text() == "betaflight-sitl is a program"

@@ -8,55 +8,9 @@ import pytest
 from PyQt6.QtCore import QPointF, Qt
 from PyQt6.QtTest import QTest
 
-from workbench.analysis.judging import draw_frequency
-from workbench.analysis.judging import judge as judge_loops
-from workbench.analysis.questions import DrawFrequency, Judge, ShapeLoop
-from workbench.analysis.shaping import shape_loop
-from workbench.analysis.subject import Subject
 from workbench.design.linear.linearize import linearize
-from workbench.gui.tuning.tuning_screen import TuningScreen
-from workbench.scenario.scenario import Scenario
 
 LEFT = Qt.MouseButton.LeftButton
-
-
-@pytest.fixture
-def screen(offline, flying, qtbot):
-    """The tuning screen; a proposed value does not fly by itself."""
-    offline.preferences.set("apply_gains", "on Enter")
-    offline.flight.show(flying)
-    made = TuningScreen(offline)
-    qtbot.addWidget(made)
-    made.resize(1500, 900)
-    made.begin(flying)
-    made.show()
-    yield made
-    made.close_screen()
-
-
-@pytest.fixture
-def settle(offline, qtbot):
-    """Returns what answers as the analyst's process would, until something is so."""
-    subject, done = Subject(Scenario(), {}), [0]
-    by_kind = {
-        Judge: (judge_loops, offline.analysis.judged),
-        DrawFrequency: (draw_frequency, offline.analysis.frequency_drawn),
-        ShapeLoop: (shape_loop, offline.analysis.loop_shaped),
-    }
-
-    def answer():
-        waiting = offline.analysis.asked[done[0] :]
-        done[0] = len(offline.analysis.asked)
-        for question in waiting:
-            if type(question) in by_kind:
-                work, signal = by_kind[type(question)]
-                signal.emit(next(each for each in work(subject, question, None) if each))
-        return bool(waiting)
-
-    def until(so):
-        qtbot.waitUntil(lambda: not answer() and bool(so()), timeout=60_000)
-
-    return until
 
 
 def margins(gains):
@@ -97,6 +51,31 @@ def test_the_sliders_set_what_python_control_finds_and_are_one_step_of_undo(scre
     for _ in range(3):
         screen.gains.undo()
     assert pitch_gains(screen) == before
+
+
+def test_the_second_slider_sets_the_disk_margin_where_that_is_chosen(screen, settle):
+    """α = 1 / max |S - 1/2|, over frequencies."""
+    card, shaping = screen.frequency, screen.frequency.shaping
+    settle(lambda: card.curves.shown)
+    card.choose_loop("pitch")
+    settle(lambda: "rotor lag" in shaping.said)
+    assert not shaping.disk.slider.isVisible()
+    shaping.margin.setFocus()
+    QTest.keyPress(shaping.margin, Qt.Key.Key_Down)
+    assert shaping.disk.slider.isVisible() and not shaping.phase.slider.isVisible()
+    speed, own, slider = shaping.bandwidth.value, shaping.disk.value, shaping.disk.slider
+    slider.setFocus()
+    QTest.keyPress(slider, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
+    QTest.keyRelease(slider, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
+    settle(lambda: shaping._base is None)
+    gains = pitch_gains(screen)
+    response = linearize(loop="pitch", gains=gains)(
+        np.exp(1j * np.geomspace(0.02, 400.0, 20_000) / 128.0)
+    )
+    disk = 1.0 / np.abs(1.0 / (1.0 + response) - 0.5).max()
+    assert disk == pytest.approx(shaping.disk.value, abs=0.01) and disk < own - 0.02
+    assert margins(gains)[1] == pytest.approx(speed, rel=0.03)
+    assert screen.gains.next_undo == "Gains of pitch"
 
 
 def test_a_drag_follows_and_the_factor_comes_back_to_one(screen, settle):

@@ -14,7 +14,6 @@ from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.phase_view import PhaseView
 from workbench.gui.tuning.table_rows import State
-from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.scenario.scenario import Scenario
 
 FLOWN = {"kp_pitch": 225.0, "kd_pitch": 27.0}
@@ -36,19 +35,12 @@ def card(offline, qtbot):
 
 
 @pytest.fixture
-def screen(offline, flying, qtbot):
-    """The tuning screen with the table in front; a proposed value does not fly by itself."""
-    offline.preferences.set("apply_gains", "on Enter")
-    offline.flight.show(flying)
-    made = TuningScreen(offline)
-    qtbot.addWidget(made)
-    made.resize(1190, 600)
-    made.begin(flying)
-    made.tabs.setCurrentWidget(made.frequency)
-    made.frequency.show_view("Phase")
-    made.show()
-    yield made
-    made.close_screen()
+def screen(screen):
+    """The tuning screen with the table in front."""
+    screen.resize(1190, 600)
+    screen.tabs.setCurrentWidget(screen.frequency)
+    screen.frequency.show_view("Phase")
+    return screen
 
 
 def row(card, name):

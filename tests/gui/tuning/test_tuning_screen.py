@@ -90,6 +90,13 @@ def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
     assert overshoot.state is State.NONE
 
 
+def test_the_way_that_is_flown_ahead_goes_to_the_3_d_view(screen):
+    heard = []
+    screen.workspace.scene.foreseen.connect(lambda ends, places: heard.append((ends, len(places))))
+    screen.ghost.foreseen.emit(3.0, np.zeros((4, 3)))
+    assert heard == [(3.0, 4)]
+
+
 def test_a_step_is_predicted_with_the_heading_at_which_its_round_began(
     screen, offline, canned, flying, judge, predict, qtbot
 ):
@@ -107,6 +114,17 @@ def test_a_step_is_predicted_with_the_heading_at_which_its_round_began(
     for yaw in (0.7, 0.9):  # the drone turns while the round is flown
         screen.show_view(turned(yaw, begun))
         assert screen.trial.step.heading == 0.7
+
+
+def test_what_a_prediction_waits_for_is_told(screen, offline, predict, qtbot):
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
+    offline.analysis.preparing.emit("compiling flights: 40 %")
+    assert screen.response.said.text() == "Predicting … compiling flights: 40 %"
+    asked = offline.analysis.of(Predict)[-1]
+    offline.analysis.predicted.emit(predict(asked.gains, asked.step))
+    assert "compiling" not in screen.response.said.text()
+    offline.analysis.preparing.emit("compiling something else")
+    assert "compiling" not in screen.response.said.text()
 
 
 def test_a_lost_prediction_is_told(screen, offline, predict, qtbot):

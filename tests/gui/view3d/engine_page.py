@@ -19,6 +19,10 @@ from workbench.gui.view3d.view3d_panel import STATE, is_blank, load_web_view
 from workbench.live.picture import DRONE, ChaseCamera
 
 LIMIT = 120.0
+SHAPE = ["drake", "visualizer", "it", "base"]
+"""Where the drone's shapes are in Meshcat's tree."""
+OPACITY = """(() => { let seen = []; BODY.traverse(each => {
+  if (each.material) seen.push(each.material.opacity); }); return seen; })()"""
 PLACE = "[...viewer.camera.position.toArray(), ...viewer.controls.target.toArray()]"
 
 
@@ -31,6 +35,8 @@ class Page:
         self.app = QApplication(sys.argv[:1])
         self.meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
         self.meshcat.SetObject("box", Box(1, 1, 1), Rgba(1, 0, 0, 1))
+        self.meshcat.SetObject("/" + "/".join([*SHAPE, "body"]), Box(1, 1, 1), Rgba(0, 1, 0, 1))
+        self.told = 0
         ChaseCamera(self.meshcat, 0.3)
         self.view = make()
         self.view.page().renderProcessTerminated.connect(_ended)
@@ -68,6 +74,14 @@ class Page:
         near = f"viewer.controls.target.distanceTo({{x: {x}, y: {z}, z: {-y}}}) < 1e-6"
         self.until(lambda: self.ask(f"String({near})") == "true")
 
+    def tell(self, pose: RigidTransform) -> None:
+        """Let the drone be somewhere, and wait until the page has heard of it."""
+        self.told += 1
+        self.meshcat.SetTransform(DRONE, pose)
+        self.meshcat.SetObject(f"told_{self.told}", Box(1, 1, 1), Rgba(1, 0, 0, 1))
+        there = f"viewer.scene_tree.find(['drake']).children.told_{self.told}"
+        self.until(lambda: self.ask(f"String(Boolean({there}))") == "true")
+
     def look(self, way: str) -> list[float]:
         """Return where the camera stands and what it looks at after an order, y up."""
         self.ask(f"window.workbench.look('{way}'); true")
@@ -78,6 +92,30 @@ def _ended(status, code) -> None:
     """Say that the page's process has ended, as where the system has no memory to share."""
     print(json.dumps({"state": {"fault": f"its process ended: {status.name}, {code}"}}), flush=True)
     os._exit(0)
+
+
+def replay(page: Page) -> dict[str, object]:
+    """Return where the camera stands and what is seen while a log is flown, and after it."""
+    body = "viewer.scene_tree.find(['replay', 'drone']).object"
+    shown = "viewer.scene_tree.find(['replay']).object.visible"
+    page.ask(f"window.workbench.log({json.dumps(SHAPE)}, [0, 0, 1, 7, 8, 9]); true")
+    columns = RigidTransform(np.array([7.0, 8.0, 9.0])).GetAsMatrix4().T.ravel().tolist()
+    page.ask(f"window.workbench.replay({columns}); true")
+    found = {
+        "replayed": page.ask(PLACE),
+        "shown": page.ask(f"String({shown})"),
+        "copied": page.ask(f"String({body}.children.length)"),
+        "opacity": page.ask(OPACITY.replace("BODY", body)),
+        "at": page.ask(f"{body}.position.toArray()"),
+    }
+    page.tell(RigidTransform(np.array([1.0, 0.0, 1.0])))  # the flight goes on
+    found["still"] = page.ask(PLACE)
+    page.ask("window.workbench.replay(null); true")
+    found["back"], found["hidden"] = page.ask(PLACE), page.ask(f"String({shown})")
+    page.ask("window.workbench.look('free'); true")
+    page.tell(RigidTransform(np.array([50.0, 0.0, 1.0])))
+    found["free"] = page.ask(PLACE)
+    return found
 
 
 def main() -> None:
@@ -106,6 +144,7 @@ def main() -> None:
     found["turned"] = page.ask(PLACE)
     page.ask("viewer.camera.position.set(NaN, NaN, NaN); viewer.controls.target.x = NaN; true")
     found["cured"] = page.look("reset")
+    found |= replay(page)
     print(json.dumps(found), flush=True)
     os._exit(0)
 

@@ -15,6 +15,8 @@ pytest.importorskip("PyQt6.QtWebEngineWidgets", reason="the web engine is not in
 SCRIPT = Path(__file__).with_name("engine_page.py")
 
 
+HEARD = ("home", "along", "follow", "turned", "top", "side", "cured")
+"""Where the camera stood and what it looked at."""
 LIMIT = 200.0
 """More than the script gives its page for any one answer [s]."""
 
@@ -39,7 +41,8 @@ def test_the_page_says_how_it_does_and_the_camera_goes_where_it_is_told(tmp_path
     if found["state"]["fault"]:
         pytest.skip(f"the web engine of this machine does not draw: {found['state']['fault']}")
     assert found["state"]["connected"]
-    cameras = {name: np.array(each) for name, each in found.items() if name != "state"}
+    names = (*HEARD, "replayed", "still", "back", "free")
+    cameras = {name: np.array(found[name]) for name in names}
     way = {name: each[:3] - each[3:] for name, each in cameras.items()}  # x east, y up, z south
 
     assert cameras["home"][3:] == pytest.approx([0.0, 1.0, 0.0])
@@ -51,3 +54,12 @@ def test_the_page_says_how_it_does_and_the_camera_goes_where_it_is_told(tmp_path
     assert way["top"] / np.linalg.norm(way["top"]) == pytest.approx([0.0, 1.0, 0.0], abs=0.01)
     assert way["side"] / np.linalg.norm(way["side"]) == pytest.approx([0.0, 0.1, 1.0], abs=0.01)
     assert cameras["cured"] == pytest.approx(cameras["along"]), "a reset needs nothing of before"
+
+    assert found["at"] == [7.0, 8.0, 9.0]
+    assert (found["shown"], found["copied"], found["hidden"]) == ("true", "1", "false")
+    assert found["opacity"] == [0.5], "the drone of a log is pale"
+    assert cameras["replayed"][3:] == pytest.approx([7.0, 9.0, -8.0]), "the camera goes there"
+    assert way["replayed"] == pytest.approx(way["cured"])
+    assert cameras["still"] == pytest.approx(cameras["replayed"])
+    assert cameras["back"][3:] == pytest.approx([1.0, 1.0, 0.0]), "and back to the flight"
+    assert cameras["free"] == pytest.approx(cameras["back"]), "a free one stays"

@@ -6,7 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from workbench.gui.view3d.plain_view import PlainView, rotation
+from workbench.gui.view3d.plain_view import PlainView
+from workbench.gui.view3d.scene import Track
+from workbench.gui.visualization.frame_tree import rotation_of
+from workbench.plant.worlds.outline import Outline
 
 
 @pytest.fixture
@@ -46,7 +49,7 @@ def test_a_quaternion_turns_as_scipy_has_it():
     q = np.array([0.3, -0.5, 0.7, 0.2])
     q /= np.linalg.norm(q)
     expected = Rotation.from_quat([*q[1:], q[0]]).as_matrix()
-    np.testing.assert_allclose(rotation(tuple(q)), expected, atol=1e-12)
+    np.testing.assert_allclose(rotation_of(tuple(q)), expected, atol=1e-12)
 
 
 def test_drone_thrusts_and_wind_are_drawn(view, canned):
@@ -59,3 +62,76 @@ def test_drone_thrusts_and_wind_are_drawn(view, canned):
     windy = dataclasses.replace(seen.snapshot, wind=(4.0, 0.0, 0.0))
     view.show_view(dataclasses.replace(seen, snapshot=windy))
     assert view.grab().toImage() != calm
+
+
+def test_free_stays_and_a_replayed_drone_is_followed(view, canned):
+    """100 px a metre; what was in the middle moves as the picture does."""
+    here = view.points(np.array([[3.0, 2.0, 1.0]]))[0]
+    assert (here.x(), here.y()) == pytest.approx((200.0, 200.0))
+    view.look("side")
+    pose = np.eye(4)
+    pose[:3, 3] = [4.0, 2.0, 1.0]
+    view.show_replay(pose)
+    here = view.points(np.array([[3.0, 2.0, 1.0]]))[0]
+    assert (here.x(), here.y()) == pytest.approx((100.0, 200.0))
+    view.look("free")
+    view.show_replay(None)
+    here = view.points(np.array([[3.0, 2.0, 1.0]]))[0]
+    assert (here.x(), here.y()) == pytest.approx((100.0, 200.0))
+    view.look("side")
+    here = view.points(np.array([[3.0, 2.0, 1.0]]))[0]
+    assert (here.x(), here.y()) == pytest.approx((200.0, 200.0))
+
+
+def test_obstacles_lidar_a_predicted_way_and_a_log_are_drawn_where_they_are(view, canned, case):
+    """Seen from the south, 100 px a metre around (3, 2, 1): a probe each, before and after."""
+    view.look("side")
+    seen = dataclasses.replace(
+        canned.views[-1], snapshot=view._now, outlines=(), vehicle=canned.views[-1].vehicle
+    )
+    box = Outline("box", ((4.0, 2.0), (4.5, 2.0), (4.5, 3.0), (4.0, 3.0)), 0.5, 2.5)
+    log = Track(
+        "it", np.arange(2.0), np.array([[2.0, 2.0, 0.0], [2.0, 2.0, 3.0]]), np.zeros((2, 3))
+    )
+    here = np.eye(4)
+    here[:3, 3] = view._now.p_WB
+
+    def show_log():
+        view.show_track(log)
+        view.show_replay(here)
+
+    now = view._now.time
+    way = np.array([[3.0, 2.0, 2.0], [2.5, 2.0, 2.0]])
+    for name, (x, y), show, hide in (
+        (
+            "obstacle",
+            (325, 50),
+            lambda: view.show_view(dataclasses.replace(seen, outlines=(box,))),
+            lambda: view.show_view(seen),
+        ),
+        (
+            "lidar",
+            (320, 130),
+            lambda: view.show_view(seen, np.array([[4.2, 5.0, 1.7]])),
+            lambda: view.show_view(seen),
+        ),
+        (
+            "predicted",
+            (175, 100),
+            lambda: view.foresee(now + 1.0, way),
+            lambda: view.foresee(now - 1.0, way),
+        ),
+        ("log", (100, 50), show_log, lambda: view.show_replay(None)),
+    ):
+        with case(name):
+            probe = [(x + i, y + j) for i in range(-2, 3) for j in range(-2, 3)]
+            images = []
+            for change in (hide, show, hide):
+                change()
+                image = view.grab().toImage()
+                images.append([image.pixelColor(*each).name() for each in probe])
+            assert images[0] != images[1] and images[0] == images[2]
+    view.show_view(seen, np.array([[4.2, 5.0, 1.7]]))
+    shown = view.grab().toImage()
+    view.show_parts({"trail", "arrows"})
+    assert view.grab().toImage() != shown

@@ -3,7 +3,9 @@
 import dataclasses
 import json
 from collections import defaultdict
+from pathlib import Path
 
+import numpy as np
 import pytest
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtGui import QColor, QDesktopServices, QPainter
@@ -21,6 +23,7 @@ from workbench.gui.view3d.view3d_panel import (
     GBM,
     NO_PAGE,
     NOT_DRAWN,
+    PARTS,
     PATIENCE,
     SMALL_HEAP,
     STATE,
@@ -31,6 +34,7 @@ from workbench.gui.view3d.view3d_panel import (
     missing_library,
     prepare,
 )
+from workbench.gui.visualization.log_messages import LogContents
 from workbench.live.messages import Pace, Phase
 
 PAGE, OTHER = "http://localhost:7000", "http://localhost:7001"
@@ -65,6 +69,20 @@ class Web(QWidget):
             painter.fillRect(self.rect().adjusted(20, 20, -20, -20), QColor("red"))
 
 
+def straight_log():
+    """A log of 1 s, 2 m to the east."""
+    time = np.linspace(0.0, 1.0, 101)
+    values = {
+        f"position_data.{axis}": each * np.ones(101)
+        for axis, each in zip("yz", (0, 1), strict=True)
+    }
+    values["position_data.x"] = 2.0 * time
+    topic_of = dict.fromkeys(values, "position_data")
+    return LogContents(
+        Path("it.mcap"), "it", 0.0, 1.0, "", {}, {"position_data": time}, values, topic_of
+    )
+
+
 def no_engine():
     raise WorkbenchError("The 3-D view needs PyQt6-WebEngine.")
 
@@ -84,7 +102,8 @@ def actions(qtbot):
     window = QWidget()
     qtbot.addWidget(window)
     made = make_actions(window, defaultdict(lambda: lambda: None))
-    made["trail_3d"].setChecked(True)
+    for name in PARTS:
+        made[name].setChecked(True)
     yield made
     window.close()
 
@@ -173,6 +192,7 @@ def test_a_flight_that_is_not_drawn_says_how(panel, show, canned):
     panel.show()
     show(canned.views[0])
     assert panel.said == NOT_DRAWN
+    assert panel.plain.isVisible()  # Qt draws it itself
 
 
 def test_without_the_engine_it_says_what_to_install_and_offers_the_browser(
@@ -257,10 +277,73 @@ def test_a_page_that_begins_looks_as_the_one_before_it_did(panel, web, actions):
     web.ran.clear()
     panel._look_at_page()
     *first, background = web.ran
-    assert first == [STATE, 'window.workbench?.look("follow")', "window.workbench?.trail(false)"]
+    assert first == [
+        STATE,
+        'window.workbench?.look("follow")',
+        'window.workbench?.show("trail", false)',
+        'window.workbench?.show("arrows", true)',
+        'window.workbench?.show("lidar", true)',
+    ]
     assert background.startswith("window.workbench?.background(...[[")
     panel.look("top")
     assert web.ran[-1] == 'window.workbench?.look("top")'
+
+
+def orders_of(web, name):
+    """What the script in the page was told by a name, as JSON."""
+    head = f"window.workbench?.{name}("
+    return [json.loads(f"[{each[len(head) : -1]}]") for each in web.ran if each.startswith(head)]
+
+
+def test_a_log_is_flown_by_a_pale_drone_in_the_page(panel, web, workspace, qtbot, drawn):
+    panel._look_at_page()
+    web.ran.clear()
+    workspace.scene.show_log(straight_log())
+    vehicle = drawn.vehicle
+    ((shape, places),) = orders_of(web, "log")
+    assert shape == ["drake", "visualizer", vehicle.name, vehicle.base_link]
+    assert places[-3:] == [2.0, 0.0, 1.0]
+    for time in (0.25, 0.5, 0.75):  # as while it plays
+        workspace.scene.replay(time)
+    qtbot.waitUntil(lambda: len(orders_of(web, "replay")) == 2, timeout=5000)
+    (pose,) = orders_of(web, "replay")[-1]
+    assert pose == [*(1.0, 0.0, 0.0, 0.0), *(0.0, 1.0, 0.0, 0.0), *(0.0, 0.0, 1.0, 0.0)] + [
+        *(1.5, 0.0, 1.0, 1.0)  # by columns, the newest time alone
+    ]
+    assert "it.mcap" in panel._log_line.text() and panel._log_line.isVisible()
+    panel.reload()  # a page that begins anew has it, too
+    web.ran.clear()
+    panel._look_at_page()
+    assert len(orders_of(web, "log")) == 1
+    workspace.scene.show_log(None)
+    assert orders_of(web, "replay")[-1] == [None]
+    assert not panel._log_line.isVisible()
+
+
+def test_a_log_without_a_position_says_so(panel, web, workspace):
+    log = straight_log()
+    workspace.scene.show_log(dataclasses.replace(log, values={}))
+    assert "it.mcap has no position" in panel._log_line.text()
+    assert orders_of(web, "log") == []
+
+
+def test_a_predicted_way_goes_to_all_pages_of_the_flight(panel, web, workspace, monkeypatch, drawn):
+    given = []
+
+    class Live:
+        def foresee(self, ends, places):
+            given.append((ends, places))
+
+    monkeypatch.setattr(workspace.flight, "_live", Live())
+    monkeypatch.setattr(workspace.flight, "order", lambda give: give(workspace.flight.live))
+    way = np.zeros((3, 3))
+    workspace.scene.foreseen.emit(4.0, way)
+    assert given == [(4.0, way)]
+    undrawn = dataclasses.replace(drawn, url="")
+    monkeypatch.setattr(workspace.flight, "_view", undrawn)
+    workspace.scene.foreseen.emit(4.0, way)
+    assert len(given) == 1
+    monkeypatch.setattr(workspace.flight, "_live", None)
 
 
 def test_while_it_is_hidden_there_is_no_page(panel, web, qtbot):

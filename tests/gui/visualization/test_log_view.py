@@ -88,14 +88,18 @@ def test_names_of_a_log_are_those_of_a_flight():
     assert si_unit("deg") == ("rad", math.pi / 180.0)
 
 
-def test_a_log_is_marked_and_leads_back_to_live(shown):
+def test_a_log_is_marked_and_leads_back_to_live(shown, canned):
     assert "LOG" in shown.log_bar.name.text()
     assert "flight.mcap" in shown.log_bar.name.text()
     assert not shown.tabs.isTabEnabled(1)
     pane = shown.charts.board.panes[0]
     assert pane.chart.canvas.content.x_label == "s"
     assert len(pane.chart.canvas.content.lines) == 6
+    scene, last = shown.workspace.scene, canned.views[-1].snapshot
+    assert scene.log == "flight.mcap"
+    assert scene.track.at(last.time)[:3, 3] == pytest.approx(last.p_WB, abs=0.05)
     QTest.mouseClick(shown.log_bar.back, Qt.MouseButton.LeftButton)
+    assert scene.log == "" and scene.track is None
     assert not shown.shows_log
     assert shown.tabs.isTabEnabled(1)
     assert pane.chart.canvas.content.x_label == "s from now"
@@ -108,6 +112,7 @@ def test_the_time_bar_scrubs(shown):
     assert pane.chart.window_ends[1] == 1.5
     assert max(line.time[-1] for line in pane.chart.canvas.content.lines) <= 1.5
     assert bar.time.text() == "1.50 of 0.00 to 3.00 s"
+    assert shown.workspace.scene.time == 1.5
     bar.slider.setFocus()
     QTest.keyClick(bar.slider, Qt.Key.Key_Right)
     assert bar.clock.time == pytest.approx(1.6)

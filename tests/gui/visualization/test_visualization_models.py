@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.gui.charts.colour_scale import colour_table, colour_words, colours_of
+from workbench.gui.cloud_rays import rays_from, turned
 from workbench.gui.visualization.camera_page import (
     BEYOND,
     TOO_NEAR,
@@ -14,7 +15,7 @@ from workbench.gui.visualization.camera_page import (
     depth_text,
     scale_of,
 )
-from workbench.gui.visualization.cloud_page import TOP, Viewpoint, paint_points, rays_from, turned
+from workbench.gui.visualization.cloud_page import TOP, Viewpoint, paint_points
 from workbench.gui.visualization.event_list import MOST, EventList
 from workbench.gui.visualization.frame_tree import poses_in_parent, poses_in_world
 from workbench.link.backplane import Published

@@ -14,9 +14,11 @@ from workbench.analysis.replies import Judged, Ranges
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
 from workbench.control.schedule import Schedule, split_label, with_label
+from workbench.gains.autopilots.firmware import firmware_of
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_rows import (
+    GainLabel,
     controller_gains,
     flight_rows,
     gain_label,
@@ -512,7 +514,11 @@ class GainEditor(QObject):
 
     def words(self, name: str) -> str:
         """Return how a parameter is called."""
-        return gain_label(self.table.find(name)).text
+        return self.label(self.table.find(name)).text
+
+    def label(self, row: Parameter) -> GainLabel:
+        """Return how a row is shown, under its firmware's name where the law is a firmware's."""
+        return gain_label(row, firmware_of(self.table.controller))
 
     @property
     def flown(self) -> Values:
@@ -730,7 +736,7 @@ class GainEditor(QObject):
             self._refuse(name, str(error))
             return
         names = [name, partner(name)] if self.linked and partner(name) else [name]
-        changed = self._put(dict.fromkeys(names, value), gain_label(row).text)
+        changed = self._put(dict.fromkeys(names, value), self.words(name))
         if self.is_at_once:
             self.apply()  # first of all: to show it takes longer than to order it
         else:

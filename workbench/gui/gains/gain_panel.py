@@ -395,6 +395,10 @@ class GainPanel(QWidget):
             if gain_label(row).group == title
         ]
         self.rows.update({each.row.name: each for each in made})
+        widths = [each.wanted_widths for each in self.rows.values()]
+        name, unit = (max(each) for each in zip(*widths, strict=True)) if widths else (0, 0)
+        for each in self.rows.values():
+            each.set_widths(name, unit)
         group.add(made)
         group.setVisible(bool(made))
         self._groups.append(group)

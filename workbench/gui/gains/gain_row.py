@@ -20,7 +20,7 @@ from PyQt6.QtWidgets import QAbstractSpinBox, QGridLayout, QLabel, QSlider, QToo
 
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_editor import GainEditor, Mark
-from workbench.gui.gains.gain_rows import gain_label, partner
+from workbench.gui.gains.gain_rows import partner
 from workbench.gui.number_field import NumberField
 from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look
@@ -43,11 +43,15 @@ FINER = 10.0
 LARGEST_TYPED = 1e12
 """Any number is taken, so that the table of parameters can say what is wrong with it."""
 MOST_DECIMALS = 3
+GAP = 4
+"""Between columns [px]."""
 SHAPES = {Mark.KEPT: "", Mark.TRIED: "◆", Mark.PROPOSED: "◇"}
-OWN_NAME_WIDTH, ROOM_FOR_NAME = 11.6, 54.0
-"""Of the parameter's own name, and of a line that has room for it, in widths of a digit."""
+OWN_NAME_WIDTHS, ROOM_FOR_NAME = (11.6, 13.2), 54.0
+"""Of the parameter's own name, and of a line that has room for the least, in widths of a digit."""
 NAME_WIDTH, FIELD_WIDTH, UNIT_WIDTH, MARK_WIDTH = 14.4, 7.4, 3.8, 1.6
 """Of the columns, in widths of a digit, so that all lines have them alike."""
+LONGEST_NAME, LONGEST_UNIT, TRACK = 22.0, 9.6, 11.0
+"""To which those of names and units grow, where they are longer and the slider keeps the last."""
 
 
 class StepSize(Enum):
@@ -440,12 +444,13 @@ class GainRow(QWidget):
     ) -> None:
         super().__init__(parent)
         self._workspace, self._editor, self.row = workspace, editor, row
-        self._label = gain_label(row)
+        self._label = editor.label(row)
         self._unit = unit_for(row.unit, workspace.preferences)
         self._mark = Mark.KEPT
         self._seen: tuple[float, float, float] | None = None
         self._stable: tuple[float, float] | None = None
         self._fresh = False
+        self._wanted = 0, 0
         self.slider = GainSlider(GainScale(row, self._unit), workspace.look, self)
         self.field = GainField(self)
         self.mark = QLabel(self)
@@ -470,6 +475,35 @@ class GainRow(QWidget):
         self.field.refused.connect(self._show_error)
         self.reset.clicked.connect(self._reset)
         self.show_unit()
+
+    @property
+    def wanted_widths(self) -> tuple[int, int]:
+        """Of the columns of name and unit, with room for this line's, within bounds [px]."""
+        advance = self.fontMetrics().horizontalAdvance
+        digit = advance("0")
+        bounds = ((NAME_WIDTH, LONGEST_NAME), (UNIT_WIDTH, LONGEST_UNIT))
+        texts = f"{self._label.words} {self._label.symbol}".strip(), self._unit_shown.text()
+        name, unit = (
+            min(max(advance(text) + 4, round(least * digit)), round(most * digit))
+            for text, (least, most) in zip(texts, bounds, strict=True)
+        )
+        return name, unit
+
+    def set_widths(self, name: int, unit: int) -> None:
+        """Let the columns of name and unit grow to these widths where there is room [px]."""
+        self._wanted = name, unit
+        self._share_width()
+
+    def _share_width(self) -> None:
+        """Give name and unit what the slider can spare."""
+        digit = self.fontMetrics().horizontalAdvance("0")
+        parts, least = (self._name, self._unit_shown), self._least_widths()
+        rest = (FIELD_WIDTH + MARK_WIDTH + TRACK) * digit + self.reset.width() + 5 * GAP
+        spare = max(0, self.width() - sum(least) - round(rest) - self._own_name_width())
+        for part, wanted, width in zip(parts, self._wanted, least, strict=True):
+            more = min(max(0, wanted - width), spare)
+            spare -= more
+            part.setFixedWidth(width + more)
 
     def matches(self, words: str) -> bool:
         """Return whether all words stand in its name, symbol, group or help."""
@@ -604,27 +638,38 @@ class GainRow(QWidget):
         """Show the parameter's own name where there is room for it."""
         super().resizeEvent(event)
         digit = self.fontMetrics().horizontalAdvance("0")
-        self.own_name.setVisible(self.width() >= ROOM_FOR_NAME * digit)
+        spare = self.width() / digit - ROOM_FOR_NAME
+        least, most = OWN_NAME_WIDTHS
+        known = self._label.words == self.row.name  # a firmware's
+        self.own_name.setVisible(spare >= 0.0 and not known)
+        self.own_name.setFixedWidth(round(min(max(least, least + spare), most) * digit))
+        self._share_width()
 
     def minimumSizeHint(self) -> QSize:
-        """Return the room without the parameter's own name."""
+        """Return the room without the parameter's own name, and with the narrowest columns."""
         least = super().minimumSizeHint()
-        extra = self.own_name.width() + 4 if not self.own_name.isHidden() else 0
-        return QSize(least.width() - extra, least.height())
+        grown = self._name.width() + self._unit_shown.width() - sum(self._least_widths())
+        return QSize(least.width() - self._own_name_width() - grown, least.height())
+
+    def _own_name_width(self) -> int:
+        return self.own_name.width() + GAP if not self.own_name.isHidden() else 0
+
+    def _least_widths(self) -> tuple[int, int]:
+        """Of the columns of name and unit [px]."""
+        digit = self.fontMetrics().horizontalAdvance("0")
+        return round(NAME_WIDTH * digit), round(UNIT_WIDTH * digit)
 
     def _lay_out(self) -> None:
         digit = self.fontMetrics().horizontalAdvance("0")
-        self._name.setFixedWidth(round(NAME_WIDTH * digit))
         self.field.setFixedWidth(round(FIELD_WIDTH * digit))
-        self._unit_shown.setFixedWidth(round(UNIT_WIDTH * digit))
         self.mark.setFixedWidth(round(MARK_WIDTH * digit))
         self.mark.setAlignment(Qt.AlignmentFlag.AlignCenter)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(4)
+        grid.setHorizontalSpacing(GAP)
         grid.setVerticalSpacing(1)
         self.own_name.setText(self.row.name)
-        self.own_name.setFixedWidth(round(OWN_NAME_WIDTH * digit))
+        self.own_name.setFixedWidth(round(OWN_NAME_WIDTHS[0] * digit))
         parts = (
             self._name,
             self.own_name,
@@ -638,6 +683,7 @@ class GainRow(QWidget):
             grid.addWidget(part, 0, column)
         grid.addWidget(self.error, 1, 0, 1, len(parts))
         grid.setColumnStretch(2, 1)
+        self._share_width()
 
 
 def _step_by_wheel(field: GainSlider | GainField, event: QWheelEvent | None) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from workbench.control.controller import COMMON
+from workbench.gains.autopilots.firmware import Firmware
 from workbench.scenario.parameters import OTHERS, SIGNAL_PATH, Parameter, ParameterTable
 
 PAIRS = (
@@ -102,12 +103,19 @@ _FELT = frozenset(row.name for row in OTHERS if row.system in SIGNAL_PATH)
 _NO_LOOP = (_OTHERS - _FELT) | {row.name for row in COMMON if row.group == _LIMITS}
 
 
-def gain_label(row: Parameter) -> GainLabel:
-    """Return how a row is shown; a row that nobody has named is named by itself."""
+def gain_label(row: Parameter, firmware: Firmware | None = None) -> GainLabel:
+    """Return how a row is shown; a row that nobody has named is named by itself.
+
+    Args:
+        row: of the parameter table.
+        firmware: whose law the controller is: what it has is known by the name that it has there.
+    """
     name = _IN_A_SET.sub("", row.name)
     if name != row.name:
         where = row.name.removeprefix(f"{name}_at_").replace("_", ".")
-        return replace(gain_label(replace(row, name=name)), where=f"at {where}")
+        return replace(gain_label(replace(row, name=name), firmware), where=f"at {where}")
+    if firmware and is_gain(row) and firmware.has(name):
+        return GainLabel(row.group or GAIN_GROUPS[0], firmware.file_name(name))
     if name in _LABELS and row.group in ("", _LABELS[name].group):
         return _LABELS[name]
     if is_gain(row) and name != name.lower():  # a firmware's, under which it is known

@@ -29,7 +29,6 @@ from workbench.gains.difference import GainChange
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
-from workbench.gui.gains.gain_rows import gain_label
 from workbench.gui.gains.profiles import OWN, GainProfiles, ProfileDiff, percent_text
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import dressed, set_class
@@ -123,13 +122,13 @@ class ProfileDiffView(QFrame):
         self.fly.setFocus()
 
     def _add_line(self, grid: QGridLayout, line: int, change: GainChange) -> None:
-        label = gain_label(self._profiles.row(change.name))
+        words = self._profiles.words(change.name)
         unit = unit_for(change.unit, self._preferences)
         a, b = (f"{unit.shown(value):.4g}" for value in (change.a, change.b))
-        tick = QCheckBox(label.text)
+        tick = QCheckBox(words)
         tick.setChecked(True)
         tick.setToolTip(change.name)
-        tick.setAccessibleName(f"{label.text}: {a} becomes {b} {unit.symbol}")
+        tick.setAccessibleName(f"{words}: {a} becomes {b} {unit.symbol}")
         tick.toggled.connect(self._count)
         self.ticks[change.name] = tick
         grid.addWidget(tick, line, 0)

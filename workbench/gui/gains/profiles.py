@@ -98,9 +98,9 @@ class GainProfiles(QObject):
         """The controller whose gains these are."""
         return self._editor.table.controller
 
-    def row(self, name: str) -> Parameter:
-        """Return the row of one of the flight's parameters."""
-        return self._editor.table.find(name)
+    def words(self, name: str) -> str:
+        """Return how one of the flight's parameters is called."""
+        return self._editor.words(name)
 
     @property
     def is_changed(self) -> bool:
@@ -117,7 +117,7 @@ class GainProfiles(QObject):
 
     def export(self, path: Path) -> None:
         """Compare what flies with an autopilot's file, or, of a new one, with its defaults."""
-        law, flown = self._law, self._editor.flown
+        law, flown = self._law, dict(self._editor.flown)  # it flies on meanwhile
         self._answers.expect(
             self._errands.run(partial(_compare_export, path, law, flown)), done=self._offer
         )

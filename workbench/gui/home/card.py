@@ -4,6 +4,7 @@ from PyQt6.QtCore import QRectF, Qt
 from PyQt6.QtGui import QPainter, QPen, QResizeEvent
 from PyQt6.QtWidgets import QWidget
 
+from workbench.gui.card_help import explain
 from workbench.gui.home.sensor_state import Health, SensorState
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.instrument import Instrument
@@ -69,6 +70,7 @@ class Card(Instrument):
 
     def __init__(self, look: Look, units: ShownUnits, parent: QWidget | None = None) -> None:
         super().__init__(look, self.title, parent)
+        explain(self, self.title)
         self.units = units
         self.parts: list[Instrument] = []
         self._note = ""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QColor, QPainter, QPen, QPolygonF
 
-from workbench.control.mode import FlightMode
+from workbench.control.mode import FlightMode, Reason
 from workbench.gui.home.card import Card
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.heading import direction_of, point_of
@@ -27,6 +27,8 @@ PHASES: Mapping[Phase, tuple[str, Sign]] = {
     Phase.ENDED: ("ended: open a scenario", Sign.BAD),
 }
 """What is told of a flight that does not go on."""
+HELD = ("held: reset to fly again", Sign.BAD)
+"""And of one whose autopilot has ended."""
 CALM = 0.05
 """Less wind than this is none [m/s]."""
 
@@ -122,8 +124,9 @@ class ConditionCard(Card):
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Show mode, rotors and wind."""
-        rotors = "rotors off" if now.mode is FlightMode.OFF else "rotors on"
-        self.set_note(*PHASES.get(view.phase, ("", None)))
+        ended = now.reason is Reason.AUTOPILOT_ENDED
+        rotors = "rotors off" if ended or now.mode is FlightMode.OFF else "rotors on"
+        self.set_note(*PHASES.get(view.phase, HELD if ended else ("", None)))
         facts = f"{rotors} · {wind_text(now.wind, self.units)}"
         if now.reason.label:
             facts = f"{now.reason.label} · {facts}"

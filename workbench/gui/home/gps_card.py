@@ -1,25 +1,47 @@
-"""Satellite navigation: the position, and a map of the path; north is up."""
+"""Satellite navigation: the position, and a map of path, obstacles and way-points; north is up."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from PyQt6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
-from PyQt6.QtGui import QPainter, QPen, QPolygonF
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import (
+    QColor,
+    QFontMetricsF,
+    QHideEvent,
+    QMouseEvent,
+    QPainter,
+    QPen,
+    QPolygonF,
+    QShortcut,
+    QWheelEvent,
+)
+from PyQt6.QtWidgets import QToolButton, QWidget
 
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.home.card import Card, beside, put
+from workbench.gui.home.route import Route
 from workbench.gui.home.sensor_state import sensor_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.hint import Hint
 from workbench.gui.instruments.instrument import Instrument
-from workbench.gui.instruments.map_frame import MapFrame, Place, SteadyFrame
+from workbench.gui.instruments.map_frame import (
+    LEAST,
+    MARGIN,
+    MapFrame,
+    Place,
+    SteadyFrame,
+    round_reach,
+)
 from workbench.gui.instruments.readout import Line, Readout
 from workbench.gui.signals import Signals
+from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
+from workbench.plant.geodesy import geodetic
+from workbench.plant.home import DEFAULT_HOME
+from workbench.plant.worlds.outline import Outline
 from workbench.session.snapshot import Snapshot
 
 MOST_POINTS = 600
@@ -32,6 +54,17 @@ NEW, RECENT = 10.0, 60.0
 
 TRAIL_PERIOD = 0.1
 """Between places of the trail that are taken from what was flown [s]."""
+
+
+FARTHEST_SEEN = 20.0
+"""Reach of the map at the start, at most, for an obstacle to be in it [m]."""
+MOST_LINES = 4
+"""On what is under the pointer."""
+GO_TO = (
+    "Click a place on the map to fly there at the present height. With Shift, further clicks set "
+    "way-points that are flown in turn. A right click takes one away, Escape sets none. The wheel "
+    "shows more of the world."
+)
 
 
 @dataclass(frozen=True)
@@ -100,16 +133,43 @@ class Pose:
 
 
 class PathMap(Instrument):
-    """Shows home, the trail and the drone, with a scale bar."""
+    """Shows home, obstacles, the trail, way-points and the drone, with a scale bar.
+
+    The wheel shows more or less of the world, a pointer says what is under it.
+
+    Args:
+        look: colours.
+        parent: inside which it stands.
+
+    Attributes:
+        trail: that was flown.
+        home: where the flight began.
+        pose: of the drone, None before the first.
+        under: the place under the pointer, None where it is elsewhere.
+        armed: whether a click sets a way-point.
+        say_place: what is written beside the pointer's place.
+    """
+
+    clicked = pyqtSignal(object, bool)
+    """The `Place` of a click while it is armed, and whether Shift was held."""
+    unwanted = pyqtSignal(int)
+    """Index of a way-point that was clicked with the right button."""
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(look, "Map of the path", parent)
         self.trail = Trail()
         self.home = Place(0.0, 0.0)
         self.pose: Pose | None = None
+        self.under: Place | None = None
+        self.armed = False
+        self.say_place: Callable[[Place], Sequence[str]] = lambda place: ()
+        self._outlines: tuple[Outline, ...] = ()
+        self._points: tuple[Place, ...] = ()
+        self._present = 0
         self._time = 0.0
         self._frame = SteadyFrame()
         self._drawn = (0.0, 0.0, 0.0)
+        self.setMouseTracking(True)
 
     @property
     def frame(self) -> MapFrame:
@@ -123,14 +183,29 @@ class PathMap(Instrument):
             return "no position yet"
         east = self.pose.place.east - self.home.east
         north = self.pose.place.north - self.home.north
-        return f"{math.hypot(east, north):.1f} metres from home: {east:.1f} east, {north:.1f} north"
+        said = f"{math.hypot(east, north):.1f} metres from home: {east:.1f} east, {north:.1f} north"
+        if self._points:
+            said += f"; flies to way-point {self._present + 1} of {len(self._points)}"
+        return said
 
-    def begin(self, home: Place) -> None:
-        """Forget the way: a flight begins at a place."""
+    def begin(self, home: Place, outlines: tuple[Outline, ...] = ()) -> None:
+        """Forget the way: a flight begins at a place, among obstacles."""
         self.trail.clear()
         self.home, self.pose = home, None
-        self._frame.reset(home)
+        self._outlines, self._points = outlines, ()
+        self._frame.reset(home, _least(home, outlines))
         self.renew()
+
+    def show_points(self, points: Sequence[Place], present: int) -> None:
+        """Show way-points, of which one is flown to."""
+        self._points, self._present = tuple(points), present
+        self.update()
+
+    def arm(self, armed: bool) -> None:
+        """Let a click set a way-point, or not."""
+        self.armed = armed
+        self.setCursor(Qt.CursorShape.CrossCursor if armed else Qt.CursorShape.ArrowCursor)
+        self.update()
 
     def show_pose(self, pose: Pose, passed: list[TrailPoint], time: float) -> None:
         """Show where the drone is, and the way since the last call.
@@ -146,9 +221,12 @@ class PathMap(Instrument):
         self.pose, self._time = pose, time
         seen = [self.home, pose.place]
         seen += [Place(point.east, point.north) for point in self.trail.points]
+        seen += self._points
         before = self.frame
         if self._frame.take(seen, time) != before:
             self.renew()
+        if any(each.course for each in self._outlines):
+            self.update()
         x, y = self._pixels(pose.place)
         drawn = (round(2 * x) / 2, round(2 * y) / 2, round(pose.yaw, 2))
         if drawn != self._drawn:
@@ -159,24 +237,81 @@ class PathMap(Instrument):
         """Return a size at which all is readable."""
         return QSize(200, 160)
 
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Say what is under the pointer."""
+        assert event is not None
+        self._look_under(event.position())
+
+    def leaveEvent(self, event: QEvent | None) -> None:
+        """Say nothing of a place any more."""
+        self.under = None
+        self.update()
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        """Set a way-point where that is wanted, or take one away with the right button."""
+        assert event is not None
+        self._look_under(event.position())
+        if event.button() is Qt.MouseButton.LeftButton and self.armed:
+            shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            self.clicked.emit(self.under, shift)
+        elif event.button() is Qt.MouseButton.RightButton:
+            near = self._point_at(event.position())
+            if near is not None:
+                self.unwanted.emit(near)
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        """Show more of the world, or less."""
+        assert event is not None
+        if event.angleDelta().y():
+            self._frame.zoom(-1 if event.angleDelta().y() > 0 else 1)
+            seen = [self.home, *self._points, *([self.pose.place] if self.pose else [])]
+            self._frame.take(seen, self._time)
+            self.renew()
+            self._look_under(event.position())
+        event.accept()
+
+    def _look_under(self, at: QPointF) -> None:
+        self.under = self.frame.place(at.x(), at.y(), self.width(), self.height())
+        self.update()
+
+    def _point_at(self, at: QPointF) -> int | None:
+        """Return the index of the way-point at a pixel, None where none is."""
+        ways = [math.hypot(at.x() - x, at.y() - y) for x, y in map(self._pixels, self._points)] or [
+            math.inf
+        ]
+        nearest = min(range(len(ways)), key=ways.__getitem__)
+        return nearest if ways[nearest] <= self.text_size else None
+
     def paint_still(self, painter: QPainter) -> None:
-        """Paint the grid, the arrow to north and the scale bar."""
+        """Paint the grid, what stands, the arrow to north and the scale bar."""
         area = self.area.adjusted(0.5, 0.5, -0.5, -0.5)
         painter.setPen(QPen(self.colour("line"), 1.0))
         painter.setBrush(self.colour("field"))
         painter.drawRoundedRect(area, 4.0, 4.0)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         self._paint_grid(painter)
+        painter.setClipRect(area)
+        for each in self._outlines:
+            if each.course is None:
+                self._paint_outline(painter, each)
+        painter.setClipping(False)
         self._paint_bar(painter)
         self._paint_north(painter)
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the trail, home and the drone."""
+        """Paint what moves, the trail, home, way-points and the drone."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if self.pose is None:
-            return
+        for each in self._outlines:
+            if each.course is not None:
+                self._paint_outline(painter, each.at(self._time))
+        if self.pose is not None:
+            self._paint_flight(painter, self.pose)
+        if self.under is not None:
+            self._paint_under(painter, self.under)
+
+    def _paint_flight(self, painter: QPainter, pose: Pose) -> None:
         accent = self.colour("accent")
-        end = TrailPoint(self._time, self.pose.place.east, self.pose.place.north)
+        end = TrailPoint(self._time, pose.place.east, pose.place.north)
         points = [*self.trail.points, end]
         new = next((k for k, each in enumerate(points) if each.time >= self._time - NEW), 0)
         recent = next((k for k, each in enumerate(points) if each.time >= self._time - RECENT), 0)
@@ -195,7 +330,52 @@ class PathMap(Instrument):
                 painter.setPen(pen)
                 painter.drawPolyline(QPolygonF(part))
         self._paint_home(painter)
-        self._paint_drone(painter, corners[-1], self.pose.yaw)
+        self._paint_points(painter, corners[-1])
+        self._paint_drone(painter, corners[-1], pose.yaw)
+
+    def _paint_outline(self, painter: QPainter, outline: Outline) -> None:
+        fill = QColor(self.colour("muted"))
+        fill.setAlphaF(0.25)
+        painter.setBrush(fill)
+        painter.setPen(QPen(self.colour("muted"), 1.0))
+        corners = [QPointF(*self._pixels(Place(*each))) for each in outline.corners]
+        painter.drawPolygon(QPolygonF(corners))
+
+    def _paint_points(self, painter: QPainter, drone: QPointF) -> None:
+        """Paint way-points with their numbers, and the way to those ahead."""
+        at = [QPointF(*self._pixels(each)) for each in self._points]
+        ahead = at[self._present :]
+        if ahead:
+            painter.setPen(QPen(self.colour("command"), 1.2, Qt.PenStyle.DashLine))
+            painter.drawPolyline(QPolygonF([drone, *ahead]))
+        size = 0.62 * self.text_size
+        painter.setFont(self.face(0.8, bold=True))
+        for number, middle in enumerate(at, 1):
+            colour = self.colour("command" if number > self._present else "muted")
+            painter.setPen(QPen(colour, 1.3))
+            painter.setBrush(self.colour("card"))
+            place = QRectF(middle.x() - size, middle.y() - size, 2 * size, 2 * size)
+            painter.drawRect(place)
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, f"{number}")
+
+    def _paint_under(self, painter: QPainter, place: Place) -> None:
+        """Write what is under the pointer at the top, on a plate."""
+        lines = list(self.say_place(place))
+        if not lines:
+            return
+        painter.setFont(self.face(0.85))
+        metrics = painter.fontMetrics()
+        pad = 0.3 * self.text_size
+        wide = min(max(map(metrics.horizontalAdvance, lines)) + 2, int(self.width() - 4 * pad))
+        plate = QRectF(pad, pad, wide + 2 * pad, len(lines) * metrics.height() + pad)
+        painter.setPen(QPen(self.colour("line"), 1.0))
+        painter.setBrush(self.colour("card"))
+        painter.drawRoundedRect(plate, 3.0, 3.0)
+        painter.setPen(self.colour("ink"))
+        for row, line in enumerate(lines):
+            text = metrics.elidedText(line, Qt.TextElideMode.ElideRight, wide)
+            top = plate.top() + 0.5 * pad + row * metrics.height()
+            painter.drawText(QPointF(plate.left() + pad, top + metrics.ascent()), text)
 
     def _pixels(self, place: Place) -> tuple[float, float]:
         return self.frame.pixels(place, self.width(), self.height())
@@ -289,12 +469,33 @@ class GpsCard(Card):
     title = "GPS, path"
 
     def __init__(
-        self, look: Look, units: ShownUnits, signals: Signals, parent: QWidget | None = None
+        self,
+        look: Look,
+        units: ShownUnits,
+        signals: Signals,
+        route: Route,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(look, units, parent)
-        self._signals = signals
+        self._signals, self._route = signals, route
         self._seen = -math.inf
+        self._now: Snapshot | None = None
+        self._home = DEFAULT_HOME
+        self._outlines: tuple[Outline, ...] = ()
         self.map = PathMap(look, self)
+        self.map.say_place = self._say_place
+        self.go_to = dressed(QToolButton(self), "tight")
+        self.go_to.setText("Go to")
+        self.go_to.setCheckable(True)
+        self.go_to.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self._escape = QShortcut(Qt.Key.Key_Escape, self, lambda: self.go_to.setChecked(False))
+        self._escape.setEnabled(False)
+        self.go_to.toggled.connect(self.map.arm)
+        self.go_to.toggled.connect(self._escape.setEnabled)
+        self.map.clicked.connect(self._set_point)
+        self.map.unwanted.connect(route.remove)
+        route.changed.connect(self._show_points)
+        self._bar(route.barred)
         lines = [Line("Lat."), Line("Lon."), Line("Alt.", "m"), Line("Home", "m")]
         self.table = Readout(look, "GPS", lines, widest="188.8888888", parent=self)
         self.hint = Hint(look, "GPS", self)
@@ -323,16 +524,32 @@ class GpsCard(Card):
         put(self.map, picture)
         put(self.table, numbers)
         put(self.hint, numbers)
+        line = self._title_line
+        self.go_to.setFont(self.face())
+        wanted = self.go_to.sizeHint()
+        words = QFontMetricsF(self.face(1.0, bold=True)).horizontalAdvance(self.title)
+        left = line.left() + words + self.text_size
+        height = min(float(wanted.height()), line.height() - 1.0)
+        put(self.go_to, QRectF(left, line.center().y() - height / 2, wanted.width(), height))
+
+    def hideEvent(self, event: QHideEvent | None) -> None:
+        """Let a click that comes later set nothing."""
+        self.go_to.setChecked(False)
+        super().hideEvent(event)
 
     def begin(self, view: LiveView) -> None:
         """Begin a new way where the flight begins."""
         assert view.snapshot is not None
         start = [p - d for p, d in zip(view.snapshot.p_WB, view.snapshot.displacement, strict=True)]
         self._seen = -math.inf
-        self.map.begin(Place(start[0], start[1]))
+        self._home, self._outlines = view.home, view.outlines
+        self.map.begin(Place(start[0], start[1]), view.outlines)
+        self._route.begin()
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Show the newest reading and its age, and the way."""
+        self._now = now
+        self._bar(self._route.barred)
         self._show_map(now)
         state = sensor_state(view, now, "gps")
         self.set_state(state)
@@ -347,6 +564,39 @@ class GpsCard(Card):
         self.table.show_row(1, place.text(reading.longitude))
         self.table.show_row(2, number_text(reading.altitude, 2))
         self.table.show_row(3, number_text(math.hypot(*now.displacement[:2]), 2))
+
+    def _bar(self, barred: str) -> None:
+        """Let the button be pressed where a way-point can be flown."""
+        tip = barred or GO_TO
+        if self.go_to.toolTip() != tip:
+            self.go_to.setToolTip(tip)
+            self.go_to.setEnabled(not barred)
+            if barred:
+                self.go_to.setChecked(False)
+
+    def _set_point(self, place: Place, more: bool) -> None:
+        self._route.add(place, more=more)
+        if not more:
+            self.go_to.setChecked(False)
+
+    def _show_points(self) -> None:
+        points = [Place(east, north) for east, north, _ in self._route.places]
+        self.map.show_points(points, self._route.present)
+
+    def _say_place(self, place: Place) -> list[str]:
+        """Return latitude and longitude of a place, and what stands there."""
+        shown, height, time = self.units.place, 0.0, 0.0
+        if self._now is not None:
+            height, time = self._now.p_WB[2], self._now.time
+        at = geodetic((place.east, place.north, height), self._home)
+        symbol = shown.unit.symbol
+        lines = [f"{shown.text(each)}{symbol}" for each in (at.latitude, at.longitude)]
+        for outline in self._outlines:
+            present = outline.at(time)
+            if present.holds(place.east, place.north):
+                heights = f"{number_text(present.low, 1)} to {number_text(present.high, 1)}"
+                lines.append(f"{outline.name}, {heights}\N{NO-BREAK SPACE}m")
+        return lines[:MOST_LINES]
 
     def _show_map(self, now: Snapshot) -> None:
         east, north, _ = now.p_WB
@@ -365,6 +615,17 @@ class GpsCard(Card):
         self._seen = float(times[taken[-1]])
         rows = zip(times[taken].tolist(), east[taken].tolist(), north[taken].tolist(), strict=True)
         return [TrailPoint(*row) for row in rows]
+
+
+def _least(home: Place, outlines: Iterable[Outline]) -> float:
+    """Return the reach within which the nearest obstacle that stands is seen, as far as it may."""
+    ways = [
+        math.hypot(east - home.east, north - home.north)
+        for each in outlines
+        if each.course is None
+        for east, north in each.corners
+    ]
+    return min(max(LEAST, round_reach(MARGIN * min(ways, default=LEAST / MARGIN))), FARTHEST_SEEN)
 
 
 def _spaced(times: np.ndarray, period: float) -> np.ndarray:

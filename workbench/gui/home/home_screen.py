@@ -18,11 +18,13 @@ from workbench.gui.home.condition_card import ConditionCard
 from workbench.gui.home.gps_card import GpsCard
 from workbench.gui.home.lidar_card import LidarCard
 from workbench.gui.home.rotor_card import RotorCard
+from workbench.gui.home.route import Route
 from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits, shown_units
 from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.hint import Hint
 from workbench.gui.instruments.readout import NOTHING, Line, Readout
+from workbench.gui.page import BAR
 from workbench.gui.screen import Screen
 from workbench.gui.units import MICROTESLA
 from workbench.gui.workspace import Workspace
@@ -450,6 +452,7 @@ class HomeScreen(Screen):
         look, board, watch = self.workspace.look, self._board, self._watch
         units = shown_units(self.workspace.preferences)
         clock = ClockCard(look, units, board)
+        route = Route(self.workspace.flight, self.workspace.notices, self)
         cards: list[Card] = [
             clock,
             ConditionCard(look, units, board),
@@ -460,13 +463,15 @@ class HomeScreen(Screen):
             ImuCard(look, units, board),
             HeightCard(look, units, board),
             LidarCard(look, units, watch, board),
-            GpsCard(look, units, self.workspace.signals, board),
+            GpsCard(look, units, self.workspace.signals, route, board),
         ]
         return clock, {card.name: card for card in cards}
 
     def _arrange(self) -> None:
         viewport = self._scroll.maximumViewportSize()
         arrangement = arrange(viewport.width(), viewport.height())
+        if arrangement.height > viewport.height():  # the bar takes of the width
+            arrangement = arrange(viewport.width() - BAR, viewport.height())
         self._board.resize(round(arrangement.width), round(arrangement.height))
         own = QFontInfo(QApplication.font()).pixelSize()
         size = arrangement.scale * min(TEXT[1], max(TEXT[0], own))

@@ -1,6 +1,7 @@
 """Which part of the world a map shows: in round steps, so that it moves only if it must; no Qt."""
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -85,6 +86,14 @@ class MapFrame:
     middle: Place
     reach: float
 
+    def place(self, x: float, y: float, width: float, height: float) -> Place:
+        """Return the place at a pixel of a map of a size [px]."""
+        scale = self.scale(width, height)
+        return Place(
+            self.middle.east + (x - width / 2) / scale,
+            self.middle.north - (y - height / 2) / scale,
+        )
+
     def pixels(self, place: Place, width: float, height: float) -> tuple[float, float]:
         """Return where a place is on a map of a size [px], from its top left; north is up."""
         scale = self.scale(width, height)
@@ -106,17 +115,33 @@ class MapFrame:
         return next(each for each in (step / 2.0, step / 2.5, step / 5.0) if _is_round(each))
 
 
+STEPS = tuple(step * 10.0**power for power in range(4) for step in (1.0, 2.0, 5.0))
+"""Reaches that the wheel chooses from [m]."""
+
+
 class SteadyFrame:
     """Chooses the part: it holds all, in round steps, and its middle moves in steps as well."""
 
     def __init__(self) -> None:
-        self._scale = SteadyScale(LEAST)
-        self.frame = MapFrame(Place(0.0, 0.0), LEAST)
+        self.reset(Place(0.0, 0.0))
 
-    def reset(self, home: Place) -> None:
-        """Begin around a place."""
-        self._scale.reset()
-        self.frame = MapFrame(home, LEAST)
+    def reset(self, home: Place, least: float = LEAST) -> None:
+        """Begin around a place.
+
+        Args:
+            home: in the middle.
+            least: half of the map's shorter side, at least [m].
+        """
+        self._scale = SteadyScale(least)
+        self.frame = MapFrame(home, least)
+
+    def zoom(self, steps: int) -> None:
+        """Show more, or less again with a negative number, with the next `take`.
+
+        What must be seen is seen however little is asked for.
+        """
+        place = bisect_left(STEPS, self.frame.reach) + steps
+        self._scale = SteadyScale(STEPS[min(max(place, STEPS.index(LEAST)), len(STEPS) - 1)])
 
     def take(self, places: Iterable[Place], time: float) -> MapFrame:
         """Return the part that shows all places.

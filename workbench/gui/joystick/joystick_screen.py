@@ -18,11 +18,13 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.control.mode import FlightMode
+from workbench.gui.card_help import explain
+from workbench.gui.flight_control import ON_THE_GROUND
 from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadButton
 from workbench.gui.joystick.keyboard_sticks import KeyWatcher
 from workbench.gui.joystick.pad_dialog import PadDialog
-from workbench.gui.joystick.pilot import ON_THE_GROUND, Device, Pilot
+from workbench.gui.joystick.pilot import Device, Pilot
 from workbench.gui.joystick.piloting import (
     MIDDLE,
     NEUTRAL,
@@ -35,7 +37,7 @@ from workbench.gui.joystick.piloting import (
     heading_velocity,
     within_circle,
 )
-from workbench.gui.page import fit_page
+from workbench.gui.page import Pair, fit_page
 from workbench.gui.preference_table import find_preference
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen import Screen
@@ -74,6 +76,8 @@ READY = "Ready: move a stick to fly, let go to stop and hold."
 TAKING_OFF = "Taking off: the sticks count once it hovers."
 MODE_HELP = "Forward is where the nose points."
 KEYS_HELP = "Keys: W A S D and the arrows, held down; not while a field or a slider has the focus."
+LEAST_SAID = 0.1
+"""Keys that ask for less than full stick by no more than this are not said to be gentle [m/s]."""
 TAKES_OVER = "Start on it, with its sticks let go, takes over"
 NO_PAD_FLIES = f"The game pad that flew is gone, another one waits: {TAKES_OVER}."
 NO_PAD = "Game pad: none is plugged in; it is found as soon as it is."
@@ -619,6 +623,16 @@ def is_operator(control: ControlState | None) -> bool:
     return control is not None and control.hand is Hand.OPERATOR
 
 
+def say_keys(pilot: Pilot, preferences: Preferences) -> str:
+    """Return which keys fly, and near an obstacle how gently."""
+    most, plain = pilot.key_handling.speed, pilot.handling.speed
+    if most > plain - LEAST_SAID:
+        return KEYS_HELP
+    metres = unit_for("m", preferences).text(max(0.0, pilot.clearance), 1)
+    speed = unit_for("m/s", preferences).text(most, 1)
+    return f"{KEYS_HELP} An obstacle is {metres} away: held down they ask for {speed} at most."
+
+
 class StateBar(QFrame):
     """Two lines of words and three buttons, each shown where it helps.
 
@@ -632,6 +646,7 @@ class StateBar(QFrame):
         super().__init__(parent)
         self._pilot, self._workspace = pilot, workspace
         self.setProperty("class", "card")
+        explain(self, "Who flies")
         self.state = dressed(QLabel(self), "value")
         self.state.setWordWrap(True)
         self.control = dressed(QLabel(self), "muted")
@@ -733,6 +748,8 @@ class JoystickScreen(Screen):
         self.right_pad = StickPad(RIGHT_STICK, look, self)
         self.response = ResponseView(look, preferences, self)
         self.handling = HandlingPanel(preferences, look, self)
+        self._keys_line = dressed(QLabel(KEYS_HELP, self), "muted")
+        self._keys_line.setWordWrap(True)
         self._pad_line = dressed(QLabel("", self), "muted")
         self._pad_line.setWordWrap(True)
         self.pads_button = dressed(QPushButton("Game pads…", self), "quiet compact")
@@ -757,6 +774,7 @@ class JoystickScreen(Screen):
         if view.snapshot is not None and self.workspace.flight.live is not None:
             self.response.show_rows(answered(view.snapshot, self.pilot.handling, self.pilot.limits))
         self.state_bar.show_view(view)
+        _show(self._keys_line, say_keys(self.pilot, self.workspace.preferences))
 
     def release(self) -> None:
         """Let go of both sticks, whatever holds them."""
@@ -828,35 +846,34 @@ class JoystickScreen(Screen):
         sticks.addWidget(self.left_pad, 1)
         sticks.addWidget(self.right_pad, 1)
         flying = dressed(QFrame(self), "card")
+        explain(flying, "Sticks")
         column = QVBoxLayout(flying)
         column.setContentsMargins(16, 12, 16, 12)
         column.addLayout(sticks, 1)
         column.addWidget(dressed(QLabel(MODE_HELP, self), "muted"))
         answer = dressed(QFrame(self), "card")
+        explain(answer, "Command and answer")
         rows = QVBoxLayout(answer)
         rows.setContentsMargins(16, 12, 16, 12)
         rows.addWidget(dressed(QLabel("Command and answer", self), "heading"))
         rows.addWidget(self.response, 1)
         feel = dressed(QFrame(self), "card")
+        explain(feel, "Feel of the sticks")
         form = QVBoxLayout(feel)
         form.setContentsMargins(16, 12, 16, 12)
         form.addWidget(self.handling, 1)
-        grid = QGridLayout()
-        grid.setContentsMargins(16, 12, 16, 12)
-        grid.setSpacing(12)
-        grid.addWidget(self.state_bar, 0, 0, 1, 2)
-        grid.addWidget(flying, 1, 0)
-        grid.addWidget(answer, 1, 1)
-        grid.addWidget(feel, 2, 0, 1, 2)
+        page = QVBoxLayout()
+        page.setContentsMargins(16, 12, 16, 12)
+        page.setSpacing(12)
+        page.addWidget(self.state_bar)
+        page.addWidget(Pair(flying, answer, (3, 2), page.spacing()), 1)
+        page.addWidget(feel)
         hints = QVBoxLayout()
         hints.setSpacing(2)
-        hints.addWidget(dressed(QLabel(KEYS_HELP, self), "muted"))
+        hints.addWidget(self._keys_line)
         hints.addWidget(self._pad_line)
         foot = QHBoxLayout()
         foot.addLayout(hints, 1)
         foot.addWidget(self.pads_button)
-        grid.addLayout(foot, 3, 0, 1, 2)
-        grid.setRowStretch(1, 1)
-        grid.setColumnStretch(0, 3)
-        grid.setColumnStretch(1, 2)
-        fit_page(self, grid)
+        page.addLayout(foot)
+        fit_page(self, page)

@@ -1,12 +1,13 @@
 """The operator's hand: sticks of all kinds on one side, the flight on the other."""
 
+import math
 import time
 from collections.abc import Callable
 from enum import Enum
 
 from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 
-from workbench.control.mode import FlightMode
+from workbench.gui.flight_control import barrier_of
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.joystick.game_pad import GamePads, PadReading
 from workbench.gui.joystick.keyboard_sticks import KeyboardSticks
@@ -25,16 +26,8 @@ from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preferences import Preferences
 from workbench.link.backplane import Published
 from workbench.link.server_messages import Hand
-from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 
-NO_FLIGHT = "Nothing flies: open a scenario first."
-STARTING = "The flight is starting."
-BROKEN = "The flight cannot go on: reset it first."
-PAUSED = "The flight is paused: resume it, then the sticks count."
-ON_THE_GROUND = "On the ground: take off first."
-LANDING = "Landing: the sticks count again after the next take-off."
-FIGURE_EIGHT = "The scenario flies its figure of eight: sticks have no say."
 CENTRE = "Let go of the sticks first: they were held while they did not count."
 CENTRE_PAD = "let go of its sticks first"
 
@@ -55,25 +48,6 @@ PERIOD = 16
 """Between two looks at keys and pads [ms]."""
 LONGEST_STEP = 0.1
 """By which held keys run up at once [s]."""
-
-
-def barrier(view: LiveView) -> str:
-    """Return why sticks have no effect on a flight, "" if they have."""
-    if view.phase is Phase.ENDED:
-        return NO_FLIGHT
-    if view.phase is Phase.BROKEN:
-        return BROKEN
-    if view.snapshot is None:
-        return STARTING
-    if view.scenario is not None and view.scenario.figure_eight:
-        return FIGURE_EIGHT
-    if view.phase is Phase.PAUSED:
-        return PAUSED
-    if view.snapshot.mode in (FlightMode.OFF, FlightMode.ARMED):
-        return ON_THE_GROUND
-    if view.snapshot.mode is FlightMode.LANDING:
-        return LANDING
-    return ""
 
 
 class Gate:
@@ -184,6 +158,8 @@ class Pilot(QObject):
         hand_over: why a pad that wanted to fly does not, "" where none was refused.
         limits: of the flight.
         handling: how strongly sticks are felt.
+        key_handling: how strongly keys are, which are gentler near an obstacle.
+        clearance: from the nearest obstacle [m], infinite without.
     """
 
     changed = pyqtSignal()
@@ -199,7 +175,8 @@ class Pilot(QObject):
         self._mappings: dict[str, PadMapping] = {}
         self.sticks, self.wish, self.barred = NEUTRAL, NOTHING, ""
         self.device, self.pad_name, self.limits = Device.NONE, "", FlightLimits()
-        self.handling = read_handling(preferences)
+        self.handling = self.key_handling = read_handling(preferences)
+        self.clearance = math.inf
         self._mouse: dict[str, Stick] = {}
         self._gate, self._courier = Gate(), Courier(self._send, time.monotonic)
         self._reader = ParameterReader()
@@ -298,13 +275,21 @@ class Pilot(QObject):
         control = view.network.control
         hand = control.hand if control else Hand.NOBODY
         barred = self._gate.pass_on(barrier_of(self._flight), sticks.are_neutral, hand)
-        wish = NOTHING if barred else self.handling.wish(sticks)
+        self._look_around(view)
+        handling = self.key_handling if device is Device.KEYBOARD else self.handling
+        wish = NOTHING if barred else handling.wish(sticks)
         if wish == NOTHING or view.snapshot is None:
             self._courier.stop()
         else:
             yaw = view.snapshot.roll_pitch_yaw[2]
             self._courier.put(wish.velocity(yaw), wish.yaw_rate)
         self._show(sticks, wish, barred, device)
+
+    def _look_around(self, view: LiveView) -> None:
+        """Let keys be gentle near an obstacle."""
+        found = view.snapshot.clearance if view.snapshot is not None else None
+        self.clearance = found.distance if found is not None else math.inf
+        self.key_handling = self.handling.near(self.clearance)
 
     def _read(self, passed: float) -> tuple[Sticks, Device]:
         """Return where the sticks are after a time [s], and what moves them."""
@@ -360,11 +345,6 @@ class Pilot(QObject):
         if limits != self.limits:
             self.limits = limits
             self.changed.emit()
-
-
-def barrier_of(flight: FlightModel) -> str:
-    """Return why sticks have no effect, "" if they have; also where there is no flight at all."""
-    return barrier(flight.view) if flight.live is not None else NO_FLIGHT
 
 
 def read_handling(preferences: Preferences) -> Handling:

@@ -6,7 +6,12 @@ Left stick: up climbs, right turns clockwise. Right stick: up is forward, right 
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+LEAST_WAY = 0.5
+"""Keys never ask for less than an obstacle at this distance takes a second to reach with [m]."""
+WAY_TIME = 1.0
+"""Near an obstacle keys ask for no speed that takes less time to it [s]."""
 
 
 @dataclass(frozen=True)
@@ -183,6 +188,14 @@ class Handling:
     speed: float = 8.0
     yaw_rate: float = 0.4
     curve: StickCurve = StickCurve()
+
+    def near(self, clearance: float) -> "Handling":
+        """Return the handling of keys at a distance from an obstacle [m]: a tap is a smaller step.
+
+        Full stick would take `WAY_TIME` to the obstacle, so all of the way to full stick is as much
+        gentler. Sticks that a hand can hold in between are not.
+        """
+        return replace(self, speed=min(self.speed, max(LEAST_WAY, clearance) / WAY_TIME))
 
     def wish(self, sticks: Sticks) -> Wish:
         """Return what sticks ask for."""

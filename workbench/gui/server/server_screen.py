@@ -26,10 +26,11 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError
+from workbench.gui.card_help import explain
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.page import fit_page
+from workbench.gui.page import Pair, fit_page
 from workbench.gui.screen import Screen
 from workbench.gui.server.clients_panel import ClientsPanel
 from workbench.gui.single_shot import single_shot
@@ -841,6 +842,7 @@ class ServerScreen(Screen):
 
     def _lay_out(self) -> None:
         top = dressed(QFrame(self), "card")
+        explain(top, "Server")
         bar = QHBoxLayout(top)
         bar.setContentsMargins(16, 8, 16, 8)
         bar.setSpacing(12)
@@ -849,23 +851,20 @@ class ServerScreen(Screen):
         bar.addWidget(self.copy_button)
         bar.addWidget(self.start_button)
         bar.addWidget(self.stop_button)
-        grid = QGridLayout()
-        grid.setContentsMargins(16, 12, 16, 12)
-        grid.setSpacing(10)
-        grid.addWidget(top, 0, 0, 1, 2)
-        grid.addWidget(self._titled("Where and who", self.form), 1, 0)
-        grid.addWidget(self._titled("Connect", self.connect_panel), 1, 1)
-        grid.addWidget(_around(self.clients, self), 2, 0, 1, 2)
-        grid.addWidget(_around(self.refusals, self), 3, 0, 1, 2)
-        grid.setColumnStretch(0, 1)
-        grid.setColumnStretch(1, 1)
-        grid.setRowStretch(2, 2)
-        grid.setRowStretch(3, 1)
-        fit_page(self, grid)
+        page = QVBoxLayout()
+        page.setContentsMargins(16, 12, 16, 12)
+        page.setSpacing(10)
+        form = self._titled("Where and who", self.form)
+        connect = self._titled("Connect", self.connect_panel)
+        page.addWidget(top)
+        page.addWidget(Pair(form, connect, (1, 1), page.spacing()))
+        page.addWidget(_around(self.clients, self, "Clients"), 2)
+        page.addWidget(_around(self.refusals, self, "Refusals"), 1)
+        fit_page(self, page)
 
     def _titled(self, text: str, widget: QWidget) -> QFrame:
         """Return a card with a heading."""
-        frame = _around(widget, self)
+        frame = _around(widget, self, text)
         heading = dressed(QLabel(text, frame), "heading")
         layout = frame.layout()
         assert isinstance(layout, QVBoxLayout)
@@ -873,9 +872,10 @@ class ServerScreen(Screen):
         return frame
 
 
-def _around(widget: QWidget, parent: QWidget) -> QFrame:
-    """Return a card with a widget in it."""
+def _around(widget: QWidget, parent: QWidget, title: str) -> QFrame:
+    """Return a card with a widget in it, and the help of its title."""
     frame = dressed(QFrame(parent), "card")
+    explain(frame, title)
     layout = QVBoxLayout(frame)
     layout.setContentsMargins(16, 10, 16, 10)
     layout.setSpacing(6)

@@ -1,7 +1,7 @@
 """A line of the Settings screen: a label, a control that it belongs to, and what it does."""
 
 from PyQt6.QtCore import Qt
-from PyQt6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PyQt6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 
 class Row(QWidget):
@@ -34,18 +34,18 @@ class Row(QWidget):
         control.setToolTip(help)
         control.setMinimumWidth(190)
         self.reset.setAccessibleName(f"{label}: put the default back")
-        layout = QGridLayout(self)
+        words = QVBoxLayout()
+        words.setSpacing(1)
+        words.addWidget(self._label)
+        words.addWidget(self._help)
+        layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 4, 0, 4)
-        layout.setHorizontalSpacing(12)
-        layout.setVerticalSpacing(1)
-        layout.addWidget(self._label, 0, 0)
-        layout.addWidget(self._help, 1, 0)
-        layout.addWidget(self._mark, 0, 1, 2, 1, Qt.AlignmentFlag.AlignVCenter)
-        layout.addWidget(control, 0, 2, 2, 1, Qt.AlignmentFlag.AlignVCenter)
-        layout.addWidget(self.reset, 0, 3, 2, 1, Qt.AlignmentFlag.AlignVCenter)
-        layout.setColumnStretch(0, 1)
+        layout.setSpacing(12)
+        layout.addLayout(words, 1)
+        for part in (self._mark, control, self.reset):
+            layout.addWidget(part, 0, Qt.AlignmentFlag.AlignVCenter)
         self._mark.setFixedWidth(self.fontMetrics().horizontalAdvance("changed  "))
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
 
     def mark(self, changed: bool) -> None:
         """Say whether it is not as by default."""

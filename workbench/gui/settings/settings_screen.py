@@ -25,6 +25,8 @@ from PyQt6.QtWidgets import (
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import list_worlds
 from workbench.gui.answers import Answers
+from workbench.gui.card_help import explain
+from workbench.gui.flow_layout import FlowLayout
 from workbench.gui.number_field import NumberField
 from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preference_table import PREFERENCES, Preference, PreferenceValue
@@ -125,6 +127,10 @@ def period_text(period: float) -> str:
     return f"{1e3 * period:.6g} ms ({rate:.6g} Hz)"
 
 
+WIDEST_SENSORS = 380
+"""Of the boxes of sensors, which go on in the next line [px]."""
+
+
 class FlightForm(QWidget):
     """Rows that describe a flight; they change nothing until one is begun with them."""
 
@@ -137,8 +143,8 @@ class FlightForm(QWidget):
         self._base: Scenario | None = None
         self._world = Choices(list_worlds(), lambda _: self._show_changes())
         self._sensors = QWidget()
-        self._sensors_layout = QHBoxLayout(self._sensors)
-        self._sensors_layout.setContentsMargins(0, 0, 0, 0)
+        self._sensors.setMaximumWidth(WIDEST_SENSORS)
+        self._sensors_layout = FlowLayout(self._sensors, spacing=12)
         self._boxes: dict[str, QCheckBox] = {}
         self._noise = Switch(lambda _: self._show_changes())
         self._seed = NumberField("Seed", 0, whole=True)
@@ -430,6 +436,7 @@ class Group(QFrame):
     def __init__(self, heading: str, rows: Sequence[Row], note: str = "") -> None:
         super().__init__()
         self.setProperty("class", "card")
+        explain(self, f"Settings: {heading}")
         self.rows = rows
         layout = QVBoxLayout(self)
         title = dressed(QLabel(heading), "heading")

@@ -2,6 +2,7 @@
 
 from PyQt6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
+from workbench.gui.card_help import explain
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.style import dressed, set_class
 
@@ -25,6 +26,7 @@ class Card(QFrame):
         super().__init__(parent)
         self.setProperty("class", "card")
         self.setAccessibleName(title)
+        explain(self, title)
         heading = dressed(QLabel(title), "heading")
         self.said = Sentence()
         self.head = QHBoxLayout()

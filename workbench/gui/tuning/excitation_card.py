@@ -200,7 +200,7 @@ class ExcitationCard(Card):
 
     def begin(self) -> None:
         """Take the limits of another flight."""
-        self._running, self._mode = False, FlightMode.OFF
+        self._running, self._mode, self._seen = False, FlightMode.OFF, ()
         self.fault.begin(self._flight.view.values)
         self._show_choice()
         limited = self.amplitude.si

@@ -296,6 +296,9 @@ class ForkCard(Card):
             grid.addWidget(field, 1, column)
             grid.setColumnStretch(column, 1)
             field.setMinimumWidth(78)
+        for box in (self.one, self.other, self.quantity):
+            box.currentTextChanged.connect(box.setToolTip)  # where it is narrow, a name is cut
+            box.setToolTip(box.currentText())
         self.body.addLayout(grid)
         line = QHBoxLayout()
         self.head.addWidget(self.with_step)

@@ -230,6 +230,8 @@ class FrequencyCard(Card):
             for name in (WEAKEST, *names):
                 self.loops.addItem(loop_label(name), name)
             self.choose_loop(WEAKEST)
+        if not names:  # why there is none
+            self._say()
 
     def _turn_to_view(self) -> None:
         name = self._view
@@ -284,7 +286,7 @@ class FrequencyCard(Card):
         elif self.curves.said:
             self.said.say(f"Not known: {self.curves.said}", "warning")
         elif now is None:
-            self.said.say("Not known yet: the analyst is asked.")
+            self.said.say(self._judgement.said or "Not known yet: the analyst is asked.")
         elif not now.margins.stable:
             self.said.say("The closed loop is unstable with these gains.", "bad")
         else:

@@ -1,17 +1,17 @@
-"""Sliders that move all gains of a loop together: bandwidth, phase margin, and a factor."""
+"""Sliders that move all gains of a loop together: bandwidth, a margin, and a factor."""
 
 import math
 from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent
-from PyQt6.QtWidgets import QGridLayout, QLabel, QWidget
+from PyQt6.QtWidgets import QComboBox, QGridLayout, QLabel, QWidget
 
 from workbench.analysis.questions import Question, ShapeLoop
 from workbench.analysis.replies import JudgedLoop, LoopShaped, Reply
 from workbench.common.parameter import Parameter
+from workbench.design.judge.margins import Robustness
 from workbench.gui.gains.gain_row import GainScale, GainSlider, StepSize
-from workbench.gui.gains.gain_rows import partner
 from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
@@ -26,6 +26,7 @@ REST = 400
 """Gains have settled when they have not moved for so long [ms]."""
 BANDWIDTH = Parameter("bandwidth", "", "rad/s", 0.1, 300.0, 10.0, "")
 PHASE = Parameter("phase margin", "", "rad", math.radians(5.0), math.radians(110.0), 1.0, "")
+DISK = Parameter("disk margin", "", "1", 0.05, 1.95, 0.7, "")
 FACTOR = Parameter("factor", "", "1", 0.1, 10.0, 1.0, "")
 DEGREES = Unit("°", 180.0 / math.pi)
 Gains = Mapping[str, float]
@@ -84,7 +85,8 @@ class LoopShaping(QWidget):
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        bandwidth, phase, factor: the sliders.
+        bandwidth, phase, disk, factor: the sliders; of phase and disk margin one is shown.
+        margin: which one.
         said: what limits the loop, "" where nothing is known.
         tone: in which that is said.
     """
@@ -116,6 +118,21 @@ class LoopShaping(QWidget):
             "More or less robust, by all gains of the loop; the band is what it can reach",
             look,
         )
+        self.disk = ShapeSlider(
+            DISK,
+            "Disk margin",
+            Unit(""),
+            "More or less robust to gain and phase at once, by all gains of the loop: α, at most "
+            "2; the band is what it can reach",
+            look,
+        )
+        self.margin = QComboBox()
+        self.margin.addItems(["Phase margin", "Disk margin"])
+        self.margin.setAccessibleName("Margin that the second slider sets")
+        self.margin.setToolTip(
+            "Which margin the slider sets: of the phase alone, or the disk margin α of gain and "
+            "phase together"
+        )
         self.factor = ShapeSlider(
             FACTOR,
             "Gains ×",
@@ -132,9 +149,11 @@ class LoopShaping(QWidget):
         for each, shape in (
             (self.bandwidth, self._ask),
             (self.phase, self._ask),
+            (self.disk, self._ask),
             (self.factor, self._multiply),
         ):
             self._connect(each, shape)
+        self.margin.currentIndexChanged.connect(self._choose_margin)
         judgement.changed.connect(self._show)
         trial.changed.connect(self._rest.start)
         self.begin()
@@ -159,7 +178,7 @@ class LoopShaping(QWidget):
         if loop != self._loop:
             self._loop = loop
             self._let_go()
-            for each in (self.bandwidth, self.phase):
+            for each in (self.bandwidth, self.phase, self.disk):
                 each.slider.show_stable(None, fresh=False)
             self._say("")
             self._show()
@@ -180,11 +199,34 @@ class LoopShaping(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(6)
         grid.setVerticalSpacing(2)
-        for line, each in enumerate((self.bandwidth, self.phase, self.factor)):
+        for line, each in ((0, self.bandwidth), (1, self.phase), (1, self.disk), (2, self.factor)):
             grid.addWidget(each.name, line, 0)
             grid.addWidget(each.slider, line, 1)
             grid.addWidget(each.number, line, 2)
+        for each in (self.phase, self.disk):
+            each.name.hide()  # the choice names it
+        grid.addWidget(self.margin, 1, 0)
         grid.setColumnStretch(1, 1)
+        self._show_margin()
+
+    @property
+    def robust(self) -> ShapeSlider:
+        """The slider of the margin that is chosen."""
+        return self.disk if self._robustness is Robustness.DISK else self.phase
+
+    @property
+    def _robustness(self) -> Robustness:
+        return Robustness.DISK if self.margin.currentIndex() == 1 else Robustness.PHASE
+
+    def _choose_margin(self) -> None:
+        """Set the chosen margin from now on."""
+        self._let_go()
+        self._show_margin()
+
+    def _show_margin(self) -> None:
+        for each in (self.phase, self.disk):
+            for part in (each.slider, each.number):
+                part.setVisible(each is self.robust)
 
     def _connect(self, each: ShapeSlider, shape: object) -> None:
         slider = each.slider
@@ -221,17 +263,18 @@ class LoopShaping(QWidget):
             self._base,
             self._loop,
             self.bandwidth.value,
-            self.phase.value,
-            self._linked(),
+            self.robust.value,
+            self._trial.linked_with(self._loop),
+            robustness=self._robustness,
         )
         self._follower.ask(question)
 
     def _multiply(self) -> None:
         """Propose the gains times the factor, as far as their limits allow."""
         assert self._base is not None
-        editor, linked = self._trial.gains, self._linked()
+        editor, linked = self._trial.gains, self._trial.linked_with(self._loop)
         values: dict[str, float] = {}
-        for name in self._gains():
+        for name in self._trial.gains_of(self._loop):
             row = editor.table.find(name)
             value = min(max(self.factor.value * self._base[name], row.minimum), row.maximum)
             values[name] = value
@@ -241,14 +284,14 @@ class LoopShaping(QWidget):
 
     def _hear(self, shaped: LoopShaped) -> None:
         asked = shaped.asked
-        if asked.loop != self._loop:
+        if asked.loop != self._loop or asked.robustness is not self._robustness:
             return
         low, high = shaped.bandwidths
         self.bandwidth.slider.show_stable(
             (low, high) if math.isfinite(low) else None, fresh=shaped.reached
         )
-        low, high = shaped.phase_margins
-        self.phase.slider.show_stable(
+        low, high = shaped.reach
+        self.robust.slider.show_stable(
             (low, high) if math.isfinite(low) and high > low else None, fresh=shaped.reached
         )
         if asked.rests:
@@ -259,7 +302,10 @@ class LoopShaping(QWidget):
         name = loop_label(self._loop)
         self._trial.gains.propose_all(shaped.gains, f"Gains of {name}")
         if not shaped.reached:
-            reached = f"{shaped.bandwidth:.3g} rad/s and {math.degrees(shaped.phase_margin):.0f}°"
+            margin = f"{math.degrees(shaped.phase_margin):.0f}°"
+            if asked.robustness is Robustness.DISK:
+                margin = f"a disk margin of {shaped.disk_margin:.2f}"
+            reached = f"{shaped.bandwidth:.3g} rad/s and {margin}"
             self._say(f"As near as it goes: {reached}. {shaped.said}", "warning")
         else:
             self._say("")
@@ -267,6 +313,7 @@ class LoopShaping(QWidget):
             # what is judged comes later: a next step begins from what is proposed
             self.bandwidth.show_value(shaped.bandwidth)
             self.phase.show_value(shaped.phase_margin)
+            self.disk.show_value(shaped.disk_margin)
             self._let_go()
 
     def _release(self) -> None:
@@ -292,25 +339,34 @@ class LoopShaping(QWidget):
         """Ask what is within reach, and what limits it."""
         gains = dict(self._trial.judged)
         if self._held is None and self._loop and gains:
-            self._follower.ask(ShapeLoop(gains, self._loop, linked=self._linked(), rests=True))
+            question = ShapeLoop(
+                gains,
+                self._loop,
+                linked=self._trial.linked_with(self._loop),
+                rests=True,
+                robustness=self._robustness,
+            )
+            self._follower.ask(question)
 
     def _show(self) -> None:
         """Show what the loop is now; what is held shows what is wanted."""
         loop = self._judged
-        usable = loop is not None and bool(self._gains())
-        for each in (self.bandwidth, self.phase, self.factor):
+        usable = loop is not None and bool(self._trial.gains_of(self._loop))
+        self.margin.setEnabled(usable)
+        for each in (self.bandwidth, self.phase, self.disk, self.factor):
             each.slider.setEnabled(usable)
         if loop is None or self._held is not None or not self._is_fresh:
             return
         self.bandwidth.show_value(loop.bandwidth if loop.stable else math.nan)
         self.phase.show_value(loop.phase_margin if loop.stable else math.nan)
+        self.disk.show_value(loop.disk_margin if loop.stable else math.nan)
 
     @property
     def _is_fresh(self) -> bool:
         """Whether the judgement is of the loop's gains as they are proposed."""
         judged, proposed = self._judgement.proposed, self._trial.judged
         return judged is not None and all(
-            judged.gains.get(name) == proposed[name] for name in self._gains()
+            judged.gains.get(name) == proposed[name] for name in self._trial.gains_of(self._loop)
         )
 
     @property
@@ -319,21 +375,6 @@ class LoopShaping(QWidget):
         if judged is None:
             return None
         return next((each for each in judged.loops if each.name == self._loop), None)
-
-    def _gains(self) -> list[str]:
-        """Return the names of the loop's gains, of the set that is shown."""
-        editor = self._trial.gains
-        law = editor.table.controller
-        of_loop = {gain for loop in law.loops if loop.name == self._loop for gain in loop.gains}
-        return [name for name in self._trial.judged if law.gain_of(name) in of_loop]
-
-    def _linked(self) -> dict[str, str]:
-        """Return the gains that move along, by those of the loop."""
-        editor = self._trial.gains
-        if not editor.linked:
-            return {}
-        found = {name: partner(name) for name in self._gains()}
-        return {name: other for name, other in found.items() if other in editor.proposed}
 
 
 def _answers(question: Question, reply: Reply) -> bool:

@@ -171,6 +171,7 @@ class MarginsCard(Card):
         workspace: colours.
         judgement: what is known of both.
         limits: that they should keep.
+        title: of the card.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -182,9 +183,10 @@ class MarginsCard(Card):
         workspace: Workspace,
         judgement: Judgement,
         limits: Limits,
+        title: str = "Margins",
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__("Margins", parent)
+        super().__init__(title, parent)
         self._judgement = judgement
         self._limits = limits
         self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)

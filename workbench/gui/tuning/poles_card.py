@@ -1,4 +1,4 @@
-"""The card of poles: those that fly, and where the proposed gains would move them."""
+"""The card of poles: those that fly, and those of the proposed gains, which can be dragged."""
 
 import math
 from collections.abc import Sequence
@@ -16,12 +16,15 @@ from PyQt6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PyQt6.QtWidgets import QSizePolicy, QWidget
+from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
 
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, Sentence
 from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.margins_card import loop_label
+from workbench.gui.tuning.pole_drag import PoleDrag
+from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
 DAMPINGS = (0.2, 0.4, 0.6, 0.8)
@@ -31,6 +34,17 @@ SIZE = 4.5
 """Half the size of a pole [px]."""
 EDGE = 14.0
 """An unstable pole stands at least so far within the picture [px]."""
+MOVED = 0.02
+"""A press of a key moves a pole by this share of its size."""
+ARROWS = {
+    Qt.Key.Key_Left: -1.0,
+    Qt.Key.Key_Right: 1.0,
+    Qt.Key.Key_Up: 1.0j,
+    Qt.Key.Key_Down: -1.0j,
+}
+"""Which way the arrow keys move it."""
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+HINT = "● proposed, to be dragged   ○ flown   ✕ unstable"
 NEAR = 14.0
 """A pole this near to the pointer is read [px]."""
 SPANS = (2.0, 2000.0)
@@ -110,6 +124,14 @@ class PolePlane(QWidget):
 
     read = pyqtSignal(str)
     """The pole under the pointer in words, "" for none."""
+    taken = pyqtSignal(object)
+    """A proposed `Pole` is about to be moved, where poles can be."""
+    wanted = pyqtSignal(object)
+    """And where to [1/s]."""
+    released = pyqtSignal()
+    """And it is let go."""
+    given_up = pyqtSignal()
+    """Or it is to go back."""
 
     def __init__(self, look: Look) -> None:
         super().__init__()
@@ -117,6 +139,8 @@ class PolePlane(QWidget):
         self._poles: tuple[Pole, ...] = ()
         self._span = 40.0
         self._chosen: Pole | None = None
+        self._movable = False
+        self._place: complex | None = None
         self._grid, self._grid_key = QPixmap(), tuple[object, ...]()
         self.setMinimumHeight(110)
         self.setMouseTracking(True)
@@ -144,9 +168,24 @@ class PolePlane(QWidget):
         if tuple(poles) == self._poles:
             return
         self._poles = tuple(poles)
-        if self._chosen not in self._poles:
+        if self._place is None and self._chosen not in self._poles:
             self._choose(None)
         self.update()
+
+    def set_movable(self, movable: bool) -> None:
+        """Let proposed poles be moved: dragged, or by Shift and the arrow keys."""
+        self._movable = movable
+        if movable:
+            self.setAccessibleName(
+                "Pole plane: left and right go from pole to pole, with Shift the arrows move a "
+                "proposed pole, + and − zoom"
+            )
+
+    def follow_pole(self, value: complex) -> None:
+        """Read the proposed pole nearest to a value [1/s], the one that is moved."""
+        proposed = [pole for pole in self._poles if pole.proposed]
+        if proposed:
+            self._choose(min(proposed, key=lambda pole: abs(pole.value - value)))
 
     def zoom(self, factor: float) -> None:
         """Show so many times as much of the plane."""
@@ -191,6 +230,11 @@ class PolePlane(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for pole in self._poles:
             self._paint_pole(painter, pole)
+        if self._place is not None:
+            at = self._exact(Pole(self._place, True))
+            painter.setPen(QPen(self._look.colour("ink"), 1))
+            for way in (QPointF(2.2 * SIZE, 0.0), QPointF(0.0, 2.2 * SIZE)):
+                painter.drawLine(at - way, at + way)
 
     def _draw_grid(self, box: QRectF, ratio: float) -> QPixmap:
         """Return what stands still behind the poles; it is painted once."""
@@ -291,15 +335,84 @@ class PolePlane(QWidget):
             self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Read the pole under the pointer."""
+        """Read the pole under the pointer, or move the one that is held."""
         assert event is not None
-        here = event.position()
+        if self._place is not None:
+            self._want(self._value(event.position()))
+            return
+        pole = self._under(event.position())
+        self._choose(pole)
+        can = self._can_move(pole)
+        self.setCursor(Qt.CursorShape.OpenHandCursor if can else Qt.CursorShape.ArrowCursor)
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        """Take the proposed pole under the pointer."""
+        assert event is not None
+        pole = self._under(event.position(), proposed=self._movable)
+        if event.button() == Qt.MouseButton.LeftButton and self._can_move(pole):
+            assert pole is not None
+            self._choose(pole)
+            self._take(pole)
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
+        """Let it go."""
+        self._let_go()
+
+    def keyReleaseEvent(self, event: QKeyEvent | None) -> None:
+        """Let a pole go that keys have moved."""
+        assert event is not None
+        if Qt.Key(event.key()) in ARROWS and not event.isAutoRepeat():
+            self._let_go()
+        else:
+            super().keyReleaseEvent(event)
+
+    def _under(self, here: QPointF, *, proposed: bool = False) -> Pole | None:
+        """Return the pole under the pointer, of the proposed ones alone if that is asked."""
         ways = [
             (math.hypot(here.x() - at.x(), here.y() - at.y()), index)
             for index, at in enumerate(map(self.place, self._poles))
+            if self._poles[index].proposed or not proposed
         ]
         way, index = min(ways, default=(NEAR + 1.0, 0))
-        self._choose(self._poles[index] if way <= NEAR else None)
+        return self._poles[index] if way <= NEAR else None
+
+    def _value(self, here: QPointF) -> complex:
+        """Return what lies at a place of the widget [1/s], of the upper half of the plane."""
+        box, scale = self._box(), self._scale()
+        x = min(max(here.x(), box.left()), box.right())
+        y = min(max(here.y(), box.top()), box.bottom())
+        return complex((x - _zero(box)) / scale, (box.bottom() - y) / scale)
+
+    def _can_move(self, pole: Pole | None) -> bool:
+        return self._movable and pole is not None and pole.proposed
+
+    def _take(self, pole: Pole) -> None:
+        self._place = pole.value
+        self.taken.emit(pole)
+        self.update()
+
+    def _want(self, place: complex) -> None:
+        self._place = place
+        self.wanted.emit(place)
+        self.update()
+
+    def _let_go(self) -> None:
+        if self._place is not None:
+            self._place = None
+            self.released.emit()
+            self.update()
+
+    def _step(self, way: complex) -> None:
+        """Move the chosen pole by a press of a key."""
+        pole = self._chosen
+        if pole is None or not self._can_move(pole):
+            return
+        if self._place is None:
+            self._take(pole)
+        assert self._place is not None
+        moved = self._place + MOVED * abs(pole.value) * way
+        self._want(complex(moved.real, max(moved.imag, 0.0)))
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
         """Zoom."""
@@ -308,10 +421,16 @@ class PolePlane(QWidget):
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Go from pole to pole, or zoom."""
+        """Go from pole to pole, move one, or zoom."""
         assert event is not None
         key = Qt.Key(event.key())
-        if key in (Qt.Key.Key_Plus, Qt.Key.Key_Minus, Qt.Key.Key_Equal):
+        if self._movable and key in ARROWS and event.modifiers() & SHIFT:
+            self._step(ARROWS[key])
+        elif key == Qt.Key.Key_Escape and self._place is not None:
+            self._place = None
+            self.given_up.emit()
+            self.update()
+        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Minus, Qt.Key.Key_Equal):
             self.zoom(1.25 if key is Qt.Key.Key_Minus else 0.8)
         elif key in (Qt.Key.Key_Left, Qt.Key.Key_Right) and self._poles:
             move = -1 if key is Qt.Key.Key_Left else 1
@@ -332,32 +451,101 @@ def _zero(box: QRectF) -> float:
 
 
 class PolesCard(Card):
-    """Shows the poles of the sampled closed loop, in continuous terms.
+    """Shows the poles of the sampled closed loop, in continuous terms, and moves them.
 
     Args:
-        workspace: colours.
+        workspace: colours, and who finds gains.
+        trial: whose gains.
         judgement: what is known of the gains.
         parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        plane: where they stand.
+        loops: whose gains a drag moves.
+        reading: a pole in words, or what is in its way.
     """
 
     def __init__(
-        self, workspace: Workspace, judgement: Judgement, parent: QWidget | None = None
+        self,
+        workspace: Workspace,
+        trial: Trial,
+        judgement: Judgement,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__("Poles", parent)
         self._judgement = judgement
         self.plane = PolePlane(workspace.look)
+        self.plane.set_movable(True)
+        self.plane.setToolTip(
+            "Drag a proposed pole, or press Shift and an arrow key: the gains of the chosen loop "
+            "follow, as far as they can move it. What holds it is said below: a gain's limit, "
+            "rotor lag, delays, filters"
+        )
+        self.loops = QComboBox()
+        self.loops.setAccessibleName("Loop whose gains move a pole")
+        self.loops.setToolTip("A dragged pole is moved by the gains of this loop")
         self.reading = Sentence()
+        self._drag = PoleDrag(workspace.analysis, trial, self)
+        self.head.addWidget(self.loops)
         self.body.addWidget(self.plane, 1)
         self.body.addWidget(self.reading)
-        self.plane.read.connect(self._read)
+        self.plane.read.connect(self._hear_read)
+        self.plane.taken.connect(lambda pole: self._drag.take(self.loop, pole.value))
+        self.plane.wanted.connect(self._drag.want)
+        self.plane.released.connect(self._drag.release)
+        self.plane.given_up.connect(self._drag.give_up)
+        self._drag.moved.connect(self._follow)
         judgement.changed.connect(self._show)
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget another flight."""
+        self.loops.clear()
+        self._drag.begin()
+        self._at: complex | None = None
+        self._following = False
         self._read("")
         self._show()
+
+    @property
+    def loop(self) -> str:
+        """Whose gains a drag moves, "" for none."""
+        return self.loops.currentData() or ""
+
+    def choose_loop(self, name: str) -> None:
+        """Let the gains of a loop move poles."""
+        place = self.loops.findData(name)
+        if place >= 0:
+            self.loops.setCurrentIndex(place)
+
+    def _follow(self, value: complex) -> None:
+        """Read the pole that is moved, once the judgement of its gains is there as well."""
+        self._at = value
+        self._follow_pole(value)
+        self._read(self.plane.accessibleDescription())
+
+    def _follow_pole(self, value: complex) -> None:
+        self._following = True
+        self.plane.follow_pole(value)
+        self._following = False
+
+    def _hear_read(self, said: str) -> None:
+        """Read a pole; once another one is looked at, what was in the way is of no interest."""
+        if not self._following and not self._drag.is_held:
+            self._drag.said, self._at = "", None
+        self._read(said)
 
     def _show(self) -> None:
         now, flown = self._judgement.proposed, self._judgement.flown
         before = flown.poles if flown is not None and flown is not now else None
         self.plane.show_poles(shown_poles(before, now.poles if now is not None else None))
+        if self._at is not None:
+            self._follow_pole(self._at)
+        names = [each.name for each in now.loops] if now is not None else []
+        if names and names != [self.loops.itemData(row) for row in range(self.loops.count())]:
+            self.loops.clear()
+            for name in names:
+                self.loops.addItem(loop_label(name), name)
         if caveat := self._judgement.caveat:
             self.said.say(caveat, "warning")
         elif now is not None:
@@ -366,4 +554,8 @@ class PolesCard(Card):
             self.said.say(self._judgement.said or "Not known yet.")
 
     def _read(self, said: str) -> None:
-        self.reading.say(said or "● proposed   ○ flown   ✕ unstable; wheel zooms")
+        """Say what is in the way of a pole that is moved, else which one is read."""
+        if self._drag.said:
+            self.reading.say(self._drag.said, "warning")
+        else:
+            self.reading.say(said or HINT)

@@ -520,7 +520,7 @@ class ResponseCard(Card):
             for pulse in (False, True)
         }
         self._predicted: Predicted | None = None
-        self._refusal = ""
+        self._refusal = self._preparing = ""
         self._ahead = np.empty(0), np.empty(0)
         self._drawn: tuple[object, ...] = ()
         self._still = False
@@ -574,7 +574,7 @@ class ResponseCard(Card):
         self._view = view
         for history in self._histories.values():
             history.clear()
-        self._predicted, self._refusal = None, ""
+        self._predicted, self._refusal, self._preparing = None, "", ""
         self._ahead = np.empty(0), np.empty(0)
         self._forget_drawn()
         self.plan(self._choice)
@@ -608,14 +608,19 @@ class ResponseCard(Card):
 
     def show_predicted(self, predicted: Predicted | None) -> None:
         """Show what the proposed gains would do."""
-        self._predicted, self._refusal = predicted, ""
+        self._predicted, self._refusal, self._preparing = predicted, "", ""
         self._show_prediction()
         self._show_numbers()
 
     def refuse_predicted(self, said: str) -> None:
         """Say why what the proposed gains would do is not known; what was known is of others."""
-        self._predicted, self._refusal = None, said
+        self._predicted, self._refusal, self._preparing = None, said, ""
         self._show_prediction()
+        self._show_numbers()
+
+    def show_preparing(self, said: str) -> None:
+        """Say what a prediction waits for, as compiling."""
+        self._preparing = said
         self._show_numbers()
 
     def show_ahead(self, time: np.ndarray, values: np.ndarray) -> None:
@@ -736,6 +741,8 @@ class ResponseCard(Card):
             return "With the proposed gains the drone would be lost.", "bad"
         if self._refusal:
             return f"No prediction: {self._refusal}", "warning"
+        if self._preparing:
+            return f"Predicting … {self._preparing}", "muted"
         flown = self.history.numbers
         if flown is not None and flown.withheld:
             return f"Numbers shown as – are withheld: {flown.withheld}.", "warning"

@@ -6,7 +6,7 @@ from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.questions import LoadStep, Step
 from workbench.gui.gains.gain_editor import GainEditor
-from workbench.gui.gains.gain_rows import controller_gains, loop_gains
+from workbench.gui.gains.gain_rows import controller_gains, loop_gains, partner
 
 
 class Trial(QObject):
@@ -57,6 +57,19 @@ class Trial(QObject):
     def names(self) -> tuple[str, ...]:
         """Gains that may be tuned."""
         return tuple(loop_gains(self.gains.of_set(self.gains.proposed)))
+
+    def gains_of(self, loop: str) -> list[str]:
+        """Return the names of a loop's gains, of the set that is shown."""
+        law = self.gains.table.controller
+        of_loop = {gain for each in law.loops if each.name == loop for gain in each.gains}
+        return [name for name in self.judged if law.gain_of(name) in of_loop]
+
+    def linked_with(self, loop: str) -> dict[str, str]:
+        """Return the gains that move along with a loop's, by those."""
+        if not self.gains.linked:
+            return {}
+        found = {name: partner(name) for name in self.gains_of(loop)}
+        return {name: other for name, other in found.items() if other in self.gains.proposed}
 
     @property
     def step(self) -> Step | None:

@@ -12,6 +12,7 @@ from workbench.analysis.questions import Fork, Predict, Question
 from workbench.analysis.replies import Forked, Predicted, Reply
 from workbench.design.branches import Branch
 from workbench.gui.analysis import Analysis
+from workbench.gui.card_help import explain
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
@@ -37,6 +38,7 @@ from workbench.gui.tuning.poles_card import PolesCard
 from workbench.gui.tuning.response_card import ResponseCard
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.tuning.weights_card import WeightsCard
+from workbench.gui.tuning.what_if_card import WhatIfCard
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 from workbench.session.checkpoint import Checkpoint
@@ -50,12 +52,16 @@ NARROWEST_GAINS = 399
 """Width below which sliders are too short to aim, where all stand side by side [px]."""
 SHARES = (0.3, 0.3)
 """Of a wide screen, for gains and response; the rest is for margins and tabs."""
-CLOSE = "QTabBar::tab { padding: 6px 5px; margin-right: 0; }"
-"""For eight tabs side by side in half of a narrow screen, six in a third of a usual one."""
-WIDEST_CLOSE = 1400
-"""From this width on tabs stand apart [px]."""
+TABS = (
+    (1400, "QTabBar::tab { padding: 6px 2px; margin-right: 0; } QTabBar { font-size: 11px; }"),
+    (2000, "QTabBar::tab { padding: 6px 8px; }"),
+)
+"""Up to which widths [px] tabs are closer than elsewhere, so that all eleven, or nine, are seen."""
 LEAST, SHORTEST = 372, 520
-"""Width of the tabs, and height of all, in which nothing is cut [px]."""
+"""Width of the tabs, and height of all, in which no card is cut [px]; their bar may scroll."""
+ALL_TABS = 450
+"""Width of the bar of ten tabs [px]."""
+BOTH = NARROWEST_GAINS + ALL_TABS
 FUTURE_NAME = "next five seconds"
 AHEAD = 5.0
 """[s]"""
@@ -116,7 +122,7 @@ class Arrangement(QWidget):
         both = self._gains.minimumSizeHint().width() + LEAST + 3 * GAP
         columns = Columns.GAINS if self.width() >= both else Columns.NONE
         self.arrange(Columns.ALL if self.width() >= WIDE else columns)
-        style = "" if self.width() >= WIDEST_CLOSE else CLOSE
+        style = next((each for width, each in TABS if self.width() < width), "")
         if style != self._tabs.styleSheet():
             self._tabs.setStyleSheet(style)
 
@@ -155,7 +161,8 @@ class Arrangement(QWidget):
                 self._tabs.removeTab(self._tabs.indexOf(self._gains))
                 self.splitter.insertWidget(0, self._gains)
                 self._gains.show()
-                gains = min(GAINS, self.width() - LEAST - 3 * GAP)
+                room = self.width() - 3 * GAP
+                gains = min(GAINS, room - (ALL_TABS if room >= BOTH else LEAST))
                 self.splitter.setSizes([gains, self.width() - gains - 3 * GAP, 0])
             else:
                 self._tabs.insertTab(0, self._gains, "Gains")
@@ -189,6 +196,8 @@ class Ghost(QObject):
 
     seen_ahead = pyqtSignal(object, object)
     """Simulated times [s] and velocity or yaw rate along the trial's axis; both may be empty."""
+    foreseen = pyqtSignal(float, object)
+    """When the way that was flown ahead ends [s], and its places in W (N, 3) [m]; N may be 0."""
 
     def __init__(
         self,
@@ -243,6 +252,7 @@ class Ghost(QObject):
         waited = self._trial.proposed != self._trial.flown
         if branch.name == FUTURE_NAME and step is not None and waited:
             self.seen_ahead.emit(branch.time, branch.response(step.axis))
+            self.foreseen.emit(branch.time[-1] if len(branch.time) else 0.0, branch.position)
         self._rest()
 
     def _hear_refusal(self, question: Question, said: str) -> None:
@@ -256,6 +266,7 @@ class Ghost(QObject):
 
     def _clear(self) -> None:
         self.seen_ahead.emit(np.empty(0), np.empty(0))
+        self.foreseen.emit(0.0, np.empty((0, 3)))
 
 
 class TuningScreen(Screen):
@@ -271,7 +282,7 @@ class TuningScreen(Screen):
         trial: what is tried.
         designs: that can be compared.
         excitation, response, margins, frequency, poles, map, weights, compare: cards.
-        fork, autotune, pin: cards as well.
+        fork, autotune, pin, what_if: cards as well.
     """
 
     title = "Tuning"
@@ -292,7 +303,7 @@ class TuningScreen(Screen):
         self.excitation = ExcitationCard(workspace)
         self.response = ResponseCard(workspace, self.limits, self.excitation.choice, self.designs)
         self.margins = MarginsCard(workspace, self.judgement, self.limits)
-        self.poles = PolesCard(workspace, self.judgement)
+        self.poles = PolesCard(workspace, self.trial, self.judgement)
         self.frequency = FrequencyCard(workspace, self.trial, self.judgement, self.limits)
         self.map = MapCard(workspace, self.trial)
         self.weights = WeightsCard(workspace, self.trial)
@@ -300,14 +311,17 @@ class TuningScreen(Screen):
         self.fork = ForkCard(workspace, self.trial)
         self.autotune = AutoTuneCard(workspace, self.trial)
         self.pin = PinCard(workspace, self.trial)
+        self.what_if = WhatIfCard(workspace, self.trial)
         self.ghost = Ghost(workspace.flight, analysis, self.trial, self._is_free, self)
         self._begun = (
             self.frequency,
+            self.poles,
             self.map,
             self.weights,
             self.fork,
             self.autotune,
             self.pin,
+            self.what_if,
             self.ghost,
         )
         self.tabs = QTabWidget()
@@ -320,17 +334,21 @@ class TuningScreen(Screen):
             (self.fork, "Fork"),
             (self.autotune, "Tune"),
             (self.pin, "Pin"),
+            (self.what_if, "What if"),
         ):
             self.tabs.addTab(card, name)
         self.panel = GainPanel(workspace, self.gains)
         self.diff_judgement = Judgement(analysis, self)
-        self.diff_margins = MarginsCard(workspace, self.diff_judgement, self.limits)
+        self.diff_margins = MarginsCard(
+            workspace, self.diff_judgement, self.limits, "Margins with these"
+        )
         self.diff_margins.hide()
         self.profiles.diff_changed.connect(self._judge_diff)
+        bar = ProfileBar(workspace, self.gains, self.profiles)
+        column = _stacked(bar, self.diff_margins, self.panel)
+        explain(column, "Gains")
         self.arrangement = Arrangement(
-            _stacked(
-                ProfileBar(workspace, self.gains, self.profiles), self.diff_margins, self.panel
-            ),
+            column,
             scrolled(_stacked(self.excitation, self.response)),
             self.margins,
             self.tabs,
@@ -416,9 +434,16 @@ class TuningScreen(Screen):
         self.excitation.chosen.connect(self._plan)
         self._predictor.answered.connect(self.response.show_predicted)
         self._predictor.refused.connect(self.response.refuse_predicted)
+        self.workspace.analysis.preparing.connect(self._say_preparing)
         self.ghost.seen_ahead.connect(self.response.show_ahead)
+        self.ghost.foreseen.connect(self.workspace.scene.foreseen)
         self.margins.loop_chosen.connect(self.frequency.choose_loop)
+        self.margins.loop_chosen.connect(self.poles.choose_loop)
         self.tabs.currentChanged.connect(lambda _: self._set_seen())
+
+    def _say_preparing(self, said: str) -> None:
+        if self._predictor.is_waiting:
+            self.response.show_preparing(said)
 
     def _plan(self, choice: ExcitationChoice) -> None:
         self.response.plan(choice)
@@ -456,6 +481,7 @@ class TuningScreen(Screen):
         self.map.set_seen(seen and shown is self.map)
         self.weights.set_seen(seen and shown is self.weights)
         self.compare.set_seen(seen and shown is self.compare)
+        self.what_if.set_seen(seen and shown is self.what_if)
 
 
 def _stacked(*parts: QWidget) -> QWidget:

@@ -1,5 +1,6 @@
 // Runs in Meshcat's page before anything of it: tells whether it draws, lowers the cost where the
-// processor draws, and moves the camera. The page's own `viewer` is Meshcat's.
+// processor draws, moves the camera, and shows a log beside the flight, which costs that nothing.
+// The page's own `viewer` is Meshcat's.
 "use strict";
 
 window.workbench = (() => {
@@ -7,16 +8,19 @@ window.workbench = (() => {
   const SOFTWARE_PERIOD = 1000 / 15; // between two pictures [ms]
   const SOFTWARE_RATIO = 1; // pixels drawn for each of the page, along one side
   const DRONE = "/drone";
-  const TRAIL = ["trail"];
-  const BACKGROUND = ["Background"];
+  const REPLAY = ["replay", "drone"], WAY = ["replay", "way"];
+  const REPLAY_OPACITY = 0.5, REPLAY_COLOUR = 0xd08020;
+  const BACKGROUND = ["Background", "<object>"];
   const CAMERA = "/Cameras/default";
   // From the drone to the camera, of length 1; y up, as three.js has it; seen at heading 0.
   const FOLLOW = [-0.94, 0.34, 0];
   const TOP = [0, 1, 0.001];
   const SIDE = [0, 0.1, 0.995];
 
-  let fault = "", software = false, turns = false, yaw = 0;
-  let place = null; // of the drone
+  let fault = "", software = false, turns = false, free = false, yaw = 0;
+  let place = null; // of the drone that the camera follows
+  let flown = null; // the flight's last transform, while a log is shown
+  let replayed = false, shape = null, copied = 0;
   let home = [-0.75, 0.37, 0.55], distance = 2; // of the camera, as the flight says
 
   function probe() {
@@ -66,6 +70,7 @@ window.workbench = (() => {
       stand(home, distance);
       return;
     }
+    if (free) return;
     const { position } = viewer.camera, { target } = viewer.controls;
     const x = position.x - before[0], z = position.z - before[2];
     const cosine = Math.cos(turned), sine = Math.sin(turned);
@@ -80,7 +85,8 @@ window.workbench = (() => {
   // What the flight says of the camera is for pages without this script.
   function command(original, told) {
     if (told.type === "set_transform" && told.path === DRONE) {
-      move(told.matrix);
+      flown = told.matrix;
+      if (!replayed) move(flown);
       viewer.set_dirty();
     } else if (told.type === "set_property" && told.path.startsWith(CAMERA)
                && told.property === "position") {
@@ -91,6 +97,40 @@ window.workbench = (() => {
                && !(told.type === "set_transform" && told.path === CAMERA)) {
       original(told);
     }
+  }
+
+  const object = path => viewer.scene_tree.find(path).object;
+
+  const meshes = body => {
+    let count = 0;
+    body.traverse(each => { count += each.material ? 1 : 0; });
+    return count;
+  };
+
+  // A pale copy of the drone; once more when more of it is loaded.
+  function copy() {
+    const count = meshes(object(shape));
+    if (count === copied) return;
+    copied = count;
+    const body = object(REPLAY);
+    body.clear();
+    for (const child of object(shape).children) body.add(child.clone(true));
+    body.traverse(each => {
+      if (!each.material) return;
+      const pale = kind => Object.assign(
+        kind.clone(), { transparent: true, opacity: REPLAY_OPACITY });
+      each.material = Array.isArray(each.material) ? each.material.map(pale) : pale(each.material);
+    });
+  }
+
+  function draw_way(points) {
+    const { BufferGeometry, Float32BufferAttribute, Line, LineBasicMaterial } = MeshCat.THREE;
+    const group = object(WAY);
+    for (const old of group.children) old.geometry.dispose();
+    group.clear();
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
+    group.add(new Line(geometry, new LineBasicMaterial({ color: REPLAY_COLOUR })));
   }
 
   function begin() {
@@ -124,6 +164,8 @@ window.workbench = (() => {
     }),
     look: way => {
       turns = way === "follow";
+      free = way === "free";
+      if (free) return;
       const ways = { follow: [FOLLOW, 1], top: [TOP, 3], side: [SIDE, 1.2], reset: [home, 1] };
       const [direction, times] = ways[way];
       stand(direction, times * distance);
@@ -132,6 +174,24 @@ window.workbench = (() => {
       viewer.set_property(BACKGROUND, "top_color", top);
       viewer.set_property(BACKGROUND, "bottom_color", bottom);
     },
-    trail: shown => viewer.set_property(TRAIL, "visible", shown),
+    show: (path, shown) => viewer.set_property([path], "visible", shown),
+    // A log: the drone's path in Meshcat's tree, and x, y, z of the places flown one after another.
+    log: (path, points) => {
+      [shape, copied] = [path, -1];
+      draw_way(points);
+    },
+    // Its drone: a transform by columns, or null for none any more.
+    replay: matrix => {
+      replayed = matrix !== null;
+      viewer.set_property(["replay"], "visible", replayed);
+      if (replayed) {
+        copy();
+        viewer.set_transform(REPLAY, matrix);
+        move(matrix);
+      } else if (flown) {
+        move(flown);
+      }
+      viewer.set_dirty();
+    },
   };
 })();

@@ -11,11 +11,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PyQt6.QtCore import QEvent, QObject, Qt, QTimer, QUrl
 from PyQt6.QtGui import QAction, QDesktopServices, QHideEvent, QImage, QShowEvent
 from PyQt6.QtWidgets import (
-    QHBoxLayout,
     QLabel,
+    QMenu,
     QPushButton,
     QStackedLayout,
     QToolButton,
@@ -25,6 +26,8 @@ from PyQt6.QtWidgets import (
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.system_libraries import remedy
+from workbench.gui.cloud_rays import CloudRays, find_rays, newest_points
+from workbench.gui.flow_layout import FlowLayout
 from workbench.gui.style import dressed
 from workbench.gui.view3d.plain_view import PlainView
 from workbench.gui.workspace import Workspace
@@ -48,7 +51,7 @@ MODULE = "PyQt6.QtWebEngineWidgets"
 CORE = "PyQt6.QtWebEngineCore"
 SCRIPT = Path(__file__).with_name("page.js")
 _LIBRARY = re.compile(r"(lib\S+?\.so[.\d]*)")
-NARROWEST = 260
+NARROWEST = 240
 WAITING = "The 3-D view comes with the flight."
 NOT_DRAWN = (
     "This flight is not drawn. Switch the 3-D view on in Settings, then open the scenario again."
@@ -70,13 +73,21 @@ BLANK = (
     "Nothing is seen of the 3-D view, though it draws: start the app with "
     f"{GBM}=0 set, or open the view in a browser."
 )
+MOST_PLACES = 2000
+"""Of a log's path that are drawn."""
 TICK = 1000
 """Between two looks at the page [ms]."""
 PATIENCE = 20.0
 """How long a page may be silent, or draw what is not seen [s]."""
-LOOKS = ("follow", "top", "side", "reset")
-BUTTONS = (*(f"look_{way}" for way in LOOKS), "trail_3d")
-"""Names of the actions that stand above the picture."""
+LOOKS = ("follow", "top", "side", "free", "reset")
+PARTS = {"trail_3d": "trail", "arrows_3d": "arrows", "lidar_3d": "lidar"}
+"""Names of what may be hidden in Meshcat, by the actions that do."""
+REPLAY_PERIOD = 33
+"""Between two poses of a log that is replayed [ms]."""
+SHAPES = ("drake", "visualizer")
+"""Where Drake keeps what it draws in Meshcat."""
+REPLAYED = "{name}: the pale drone flies the log, and the camera follows it."
+NOT_REPLAYED = "{name} has no position, so the log is not seen here: this is the flight."
 NO_PAGE = "about:blank"
 STATE = "window.workbench?.state()"
 """Asks the script in the page, which is not there before the page is."""
@@ -188,8 +199,17 @@ class View3d(QWidget):
         self._timer = QTimer(self)
         self._timer.setInterval(TICK)
         self._timer.timeout.connect(self._look_at_page)
+        self._rays: CloudRays | None = None
+        workspace.flight.begun.connect(self._begin)
         workspace.flight.viewed.connect(self._follow)
         workspace.look.changed.connect(self.show_ground)
+        self._replay_timer = QTimer(self)
+        self._replay_timer.setSingleShot(True)
+        self._replay_timer.setInterval(REPLAY_PERIOD)
+        self._replay_timer.timeout.connect(self._show_replay)
+        workspace.scene.log_changed.connect(self.show_log)
+        workspace.scene.replayed.connect(self._replay)
+        workspace.scene.foreseen.connect(self._foresee)
         self._show()
 
     @property
@@ -222,11 +242,47 @@ class View3d(QWidget):
         else:
             self._run(f"window.workbench?.look({json.dumps(way)})")
 
-    def show_trail(self) -> None:
-        """Show the path that was flown, or hide it, as its action is checked."""
-        checked = self._actions["trail_3d"].isChecked()
-        self.plain.show_trail(checked)
-        self._run(f"window.workbench?.trail({json.dumps(checked)})")
+    def show_parts(self) -> None:
+        """Show the path that was flown and the like, or hide them, as actions are checked."""
+        shown = {part: self._actions[name].isChecked() for name, part in PARTS.items()}
+        self.plain.show_parts({part for part, checked in shown.items() if checked})
+        for part, checked in shown.items():
+            self._run(f"window.workbench?.show({json.dumps(part)}, {json.dumps(checked)})")
+
+    def show_log(self) -> None:
+        """Show the drone of a log that is replayed, or none any more."""
+        scene = self._workspace.scene
+        track, vehicle = scene.track, self._workspace.flight.view.vehicle
+        self.plain.show_track(track)
+        words = NOT_REPLAYED if track is None else REPLAYED
+        self._log_line.setText(words.format(name=scene.log))
+        self._log_line.setVisible(bool(scene.log))
+        if track is not None and vehicle is not None:
+            thinned = track.p_WB[:: 1 + len(track.p_WB) // MOST_PLACES]
+            names = f"{vehicle.name}::{vehicle.base_link}".split("::")
+            shape = json.dumps([*SHAPES, *names])
+            places = json.dumps(thinned.round(3).ravel().tolist())
+            self._run(f"window.workbench?.log({shape}, {places})")
+        self._show_replay()
+
+    def _replay(self) -> None:
+        """Show a log's time soon, with those that come until then."""
+        if not self._replay_timer.isActive():
+            self._replay_timer.start()
+
+    def _show_replay(self) -> None:
+        scene = self._workspace.scene
+        pose = None if scene.track is None else scene.track.at(scene.time)
+        self.plain.show_replay(pose)
+        columns = None if pose is None else pose.T.round(5).ravel().tolist()
+        self._run(f"window.workbench?.replay({json.dumps(columns)})")
+
+    def _foresee(self, ends: float, places: np.ndarray) -> None:
+        """Show a predicted way in all pages of the flight, and in the plain view."""
+        self.plain.foresee(ends, places)
+        flight = self._workspace.flight
+        if flight.live is not None and flight.view.url:
+            flight.order(lambda live: live.foresee(ends, places))
 
     def show_ground(self) -> None:
         """Let the page be as light or dark as the theme is."""
@@ -285,7 +341,7 @@ class View3d(QWidget):
 
     def _follow(self, view: LiveView) -> None:
         """Show the page of another flight; tell where the picture costs it its time."""
-        self.plain.show_view(view)
+        self.plain.show_view(view, self._cloud() if self.plain.isVisible() else None)
         self._watch_pace(view)
         url = "" if view.phase is Phase.ENDED else view.url
         words = self._words_for(view)
@@ -297,6 +353,19 @@ class View3d(QWidget):
         self._open()
         self._show()
         QTimer.singleShot(0, self.wake)
+
+    def _cloud(self) -> np.ndarray | None:
+        """Return what the lidar has met, in W (N, 3) [m]; None where none measures."""
+        workspace = self._workspace
+        if self._rays is None or not self._actions["lidar_3d"].isChecked():
+            return None
+        return newest_points(workspace.signals, self._rays)
+
+    def _begin(self, view: LiveView) -> None:
+        """Take note of which lidar there is, and of the drone that is replayed."""
+        self._rays = find_rays(view.topics)
+        if self._workspace.scene.log:
+            self.show_log()
 
     def _watch_pace(self, view: LiveView) -> None:
         slow = view.pace is not None and view.pace.too_slow and view.phase is Phase.FLYING
@@ -361,8 +430,10 @@ class View3d(QWidget):
             self._pictures = state["pictures"]
         if began:
             self._run(f"window.workbench?.look({json.dumps(self._way)})")
-            self.show_trail()
+            self.show_parts()
             self.show_ground()
+            if self._workspace.scene.log:
+                self.show_log()
         self._see()
         self._show()
 
@@ -393,8 +464,10 @@ class View3d(QWidget):
         self._strip.setVisible(self._is_blank)
         shown = self._web if self._web is not None and self._url and not self._fault else self._page
         self._layout.setCurrentWidget(shown)
-        instead = shown is self._page and bool(self._missing or self._fault)
-        instead &= self._workspace.flight.view.snapshot is not None
+        view = self._workspace.flight.view
+        flies = view.snapshot is not None and view.phase is not Phase.ENDED
+        instead = flies and (not view.url or bool(self._missing or self._fault))
+        instead &= shown is self._page
         self.plain.setVisible(instead)
         self._bar.setVisible(shown is not self._page or instead)
 
@@ -431,19 +504,31 @@ class View3d(QWidget):
             page.addWidget(offer, 0, Qt.AlignmentFlag.AlignHCenter)
         page.addStretch(1)
         self._bar = QWidget()
-        bar = QHBoxLayout(self._bar)
+        bar = FlowLayout(self._bar, spacing=2)
         bar.setContentsMargins(4, 2, 4, 2)
-        bar.setSpacing(2)
-        for name in BUTTONS:
-            button = dressed(QToolButton(), "quiet compact")
-            button.setDefaultAction(self._actions[name])
+        shown = QToolButton()
+        shown.setText("Show \N{BLACK DOWN-POINTING SMALL TRIANGLE}")
+        shown.setAccessibleName("Show trail, arrows or lidar points")
+        shown.setToolTip("What is seen besides the drone")
+        menu = QMenu(shown)
+        menu.addActions(self._actions[name] for name in PARTS)
+        shown.setMenu(menu)
+        shown.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        ways = {way: QToolButton() for way in LOOKS}
+        for way, button in ways.items():
+            button.setDefaultAction(self._actions[f"look_{way}"])
+        for button in (*ways.values(), shown):
+            dressed(button, "quiet compact")
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             bar.addWidget(button)
-        bar.addStretch(1)
         self._strip = dressed(QLabel(BLANK), "warning")
         self._strip.setWordWrap(True)
         self._strip.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._strip.hide()
+        self._log_line = dressed(QLabel(), "muted")
+        self._log_line.setWordWrap(True)
+        self._log_line.setContentsMargins(8, 2, 8, 2)
+        self._log_line.hide()
         stack = QWidget()
         self._layout = QStackedLayout(stack)
         self._layout.setContentsMargins(0, 0, 0, 0)
@@ -453,6 +538,7 @@ class View3d(QWidget):
         whole.setSpacing(0)
         whole.addWidget(self._bar)
         whole.addWidget(self._strip)
+        whole.addWidget(self._log_line)
         whole.addWidget(stack, 1)
 
 

@@ -28,6 +28,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.flow_layout import FlowLayout
 from workbench.gui.opener import FileKind, RecentFiles
 from workbench.gui.page import scrolled
 from workbench.gui.preferences import log_folder
@@ -190,7 +191,7 @@ class ChartsPage(QWidget):
         self.pause.setToolTip("Let all pictures stand still; the flight goes on")
         self.marks = QLabel()
         self.clear_marks = QPushButton("Clear A, B")
-        self.line = QHBoxLayout()
+        self.line = FlowLayout()
         self._lay_out()
         self.tree.chosen.connect(self.board.add_signal)
         self.tree.chosen_apart.connect(lambda name: self.board.add_chart(ChartSpec(name, (name,))))
@@ -431,13 +432,11 @@ class ChartsPage(QWidget):
     def _lay_out(self) -> None:
         label = QLabel("La&yout")
         label.setBuddy(self.presets)
-        self.line.setSpacing(8)
         for widget in (
             *(self.signals_shown, label, self.presets, self.files, self.add, self.pause),
             *(self.marks, self.clear_marks),
         ):
             self.line.addWidget(widget)
-        self.line.addStretch(1)
         self._show_view()
         side = QWidget()
         column = QVBoxLayout(side)

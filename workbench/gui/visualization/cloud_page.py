@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,13 +28,12 @@ from PyQt6.QtWidgets import (
 from pyqtgraph.functions import arrayToQPolygonF
 
 from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of, paint_scale
-from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.ticks import number_text, round_step
+from workbench.gui.cloud_rays import CloudRays, find_rays, pose_at, turned
 from workbench.gui.style import set_class
 from workbench.gui.theme import Look
-from workbench.gui.visualization.frame_tree import Pose
 from workbench.gui.workspace import Workspace
-from workbench.link.topics import PREFIX, Topic
+from workbench.link.topics import Topic
 
 TURN = math.radians(10.0)
 """By one key."""
@@ -47,49 +45,6 @@ NO_LIDAR = (
     "No lidar measures in this flight. Open a scenario with one, such as “network” or "
     "“all-sensors”, or list lidar under sensors in the scenario."
 )
-
-
-@dataclass(frozen=True, eq=False)
-class CloudRays:
-    """The rays of a cloud on the wire.
-
-    Attributes:
-        directions_S: unit vectors in the sensor's frame (n, 3).
-        sensor_in_B: pose of the sensor.
-        max_range: largest that is measured [m].
-    """
-
-    directions_S: np.ndarray
-    sensor_in_B: Pose
-    max_range: float
-
-    def points_B(self, ranges: np.ndarray) -> np.ndarray:
-        """Return the points of ranges (n) that met something, in B (m, 3) [m]."""
-        seen = np.isfinite(ranges)
-        points: np.ndarray = (
-            self.sensor_in_B.p
-            + (ranges[seen, None] * self.directions_S[seen]) @ self.sensor_in_B.R.T
-        )
-        return points
-
-
-def rays_from(about: Mapping[str, object]) -> CloudRays:
-    """Return the rays that a topic describes: layer by layer, angles as first, step and count."""
-    azimuths, elevations = _angles(about["azimuths"]), _angles(about["elevations"])
-    layer, column = np.meshgrid(elevations, azimuths, indexing="ij")
-    level = np.cos(layer)
-    directions = np.stack([level * np.cos(column), level * np.sin(column), np.sin(layer)], axis=2)
-    p_BS, R_BS = np.array(about["p_BS"], dtype=float), np.array(about["R_BS"], dtype=float)
-    ends = about["range"]
-    assert isinstance(ends, Sequence)
-    return CloudRays(directions.reshape(-1, 3), Pose(p_BS, R_BS), float(ends[1]))
-
-
-def _angles(said: object) -> np.ndarray:
-    assert isinstance(said, Sequence)
-    first, step, count = said
-    angles: np.ndarray = float(first) + float(step) * np.arange(int(count))
-    return angles
 
 
 @dataclass(frozen=True)
@@ -369,8 +324,7 @@ class CloudPage(QWidget):
 
     def begin(self, topics: tuple[Topic, ...]) -> None:
         """Show the cloud of a flight that begins."""
-        topic = next((each for each in topics if each.name == f"{PREFIX}lidar_cloud"), None)
-        self._rays = rays_from(topic.about) if topic is not None else None
+        self._rays = find_rays(topics)
         self._stamp = None
         self.said.setText("")
         self.view.show_hint("Waiting for the first scan" if self._rays is not None else NO_LIDAR)
@@ -388,15 +342,13 @@ class CloudPage(QWidget):
 
     def _show(self, stamp: float, ranges: np.ndarray, rays: CloudRays) -> None:
         points = rays.points_B(ranges)
-        roll, pitch, yaw = (
-            self._at(f"position_data.{name}", stamp) for name in ("roll", "pitch", "yaw")
-        )
+        _, (roll, pitch, yaw) = pose_at(self._signals, stamp)
         heading = 0.0
         if self.frame.currentIndex() == 0:
             points, heading = points @ turned(roll, pitch, yaw).T, yaw
         by_height = self.colours.currentIndex() == 0
         if by_height and self.frame.currentIndex() == 0:
-            values, name = points[:, 2] + self._at("position_data.z", stamp), "Height m"
+            values, name = points[:, 2] + pose_at(self._signals, stamp)[0][2], "Height m"
         elif by_height:
             values, name = points[:, 2], "Above B m"
         else:
@@ -407,11 +359,6 @@ class CloudPage(QWidget):
             f"{len(points)} of {len(ranges)} rays returned, nearest {number_text(nearest, 2)} m, "
             f"at {number_text(stamp, 2)} s"
         )
-
-    def _at(self, name: str, time: float) -> float:
-        """Return the value of a signal when the scan was taken; 0 where it is not known."""
-        value = value_at(*self._signals.series(name, time - 0.1), time)
-        return value if value == value else 0.0
 
     def _show_anew(self) -> None:
         self._stamp = None
@@ -441,13 +388,3 @@ class CloudPage(QWidget):
         page.addLayout(row)
         page.addWidget(self.view, 1)
         page.addWidget(self.said, 0, Qt.AlignmentFlag.AlignLeft)
-
-
-def turned(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Return the orientation of these angles about x, y and z, fixed axes in this order."""
-    (cr, sr), (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (roll, pitch, yaw))
-    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    made: np.ndarray = about_z @ about_y @ about_x
-    return made

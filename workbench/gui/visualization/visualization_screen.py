@@ -30,6 +30,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.gui.card_help import explain
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
 from workbench.gui.preferences import log_folder
@@ -126,6 +127,8 @@ class LogBar(QFrame):
     """All of the log is to be seen, from a time to another [s]."""
     live_wanted = pyqtSignal()
     """The log is no longer wanted."""
+    what_if_wanted = pyqtSignal()
+    """The log is to be flown again with other gains."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -135,6 +138,7 @@ class LogBar(QFrame):
         self._timer.setInterval(PERIOD)
         self._timer.timeout.connect(self._tick)
         set_class(self, "card")
+        explain(self, "Log")
         self.name = QLabel()
         set_class(self.name, "heading")
         self.remark = QLabel()
@@ -146,6 +150,8 @@ class LogBar(QFrame):
         self.earlier = QPushButton("− 0.1 s")
         self.later = QPushButton("+ 0.1 s")
         self.whole = QPushButton("&Whole log")
+        self.again = QPushButton("What &if…")
+        self.again.setToolTip("Fly it again with other gains, on the Tuning screen")
         self.loop = QPushButton("L&oop")
         self.loop.setCheckable(True)
         self.speed = QComboBox()
@@ -227,6 +233,7 @@ class LogBar(QFrame):
         set_class(said, "muted")
         head.addWidget(said)
         head.addStretch(1)
+        head.addWidget(self.again)
         head.addWidget(self.whole)
         head.addWidget(self.back)
         label = QLabel("Sp&eed")
@@ -264,6 +271,7 @@ class LogBar(QFrame):
         self.loop.clicked.connect(self._set_loop)
         self.whole.clicked.connect(lambda: self.whole_wanted.emit(self.clock.begin, self.clock.end))
         self.back.clicked.connect(self.live_wanted)
+        self.again.clicked.connect(self.what_if_wanted)
 
 
 class EventsPage(QWidget):
@@ -470,6 +478,7 @@ class VisualizationScreen(Screen):
             (self.events, "Events"),
         ):
             self.tabs.addTab(page, name)
+            explain(page, name)
         self.open_button = QPushButton("Open lo&g…")
         self.open_button.setToolTip("Show a recorded flight (MCAP) in the same charts")
         self.over_button = QPushButton("O&ver it")
@@ -507,6 +516,7 @@ class VisualizationScreen(Screen):
             reader.refused.connect(self._refuse)
         self.log_bar.moved.connect(self._show_log_at)
         self.log_bar.whole_wanted.connect(self.charts.board.show_window)
+        self.log_bar.what_if_wanted.connect(self.workspace.log.what_if_wanted)
         self.log_bar.live_wanted.connect(self.close_log)
         workspace.flight.streamed.connect(self.events.add)
         if workspace.flight.view.snapshot is not None:
@@ -545,6 +555,7 @@ class VisualizationScreen(Screen):
         self.log_bar.hide()
         self._enable_tabs()
         self.charts.show_source(None)
+        self.workspace.scene.show_log(None)
         self.charts.refresh(self.workspace.signals.now)
 
     def begin(self, view: LiveView) -> None:
@@ -615,7 +626,9 @@ class VisualizationScreen(Screen):
         self.log_bar.show()
         self._enable_tabs()
         self.charts.show_source(LogSource(contents))
+        self.workspace.scene.show_log(contents)
         self.log_bar.show_log(contents)
+        self.workspace.log.open(contents.path)
 
     def _show_overlay(self, contents: LogContents) -> None:
         self._reading.hide()
@@ -628,6 +641,7 @@ class VisualizationScreen(Screen):
     def _show_log_at(self, time: float) -> None:
         if self.shows_log:
             self.charts.refresh(time)
+            self.workspace.scene.replay(time)
 
     def _enable_tabs(self) -> None:
         """Let nobody take the flight's pictures for those of the log."""

@@ -1,0 +1,192 @@
+"""Way-points by mouse on the Home screen's map, over a flight that answers."""
+
+import math
+
+import pytest
+from PyQt6.QtCore import QPoint, QPointF, QSettings, Qt
+from PyQt6.QtGui import QWheelEvent
+from PyQt6.QtTest import QTest
+from PyQt6.QtWidgets import QApplication
+
+from workbench.control.mode import FlightMode
+from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND
+from workbench.gui.home.gps_card import GO_TO
+from workbench.gui.home.home_screen import HomeScreen
+from workbench.gui.instruments.map_frame import Place
+from workbench.gui.preferences import Preferences
+from workbench.gui.workspace import make_workspace
+from workbench.live.choice import Choice
+
+LEFT, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+class Bench:
+    """The screen over a flight of its own, and a mouse on its map."""
+
+    def __init__(self, folder):
+        store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
+        self.workspace = make_workspace(Preferences(store))
+        self.told = []
+        self.workspace.notices.told.connect(lambda notice: self.told.append(notice.what))
+        self.flight = self.workspace.flight
+        self.screen = HomeScreen(self.workspace)
+        self.screen.resize(1190, 700)
+        self.card = self.screen.cards["gps"]
+        self.map, self.button = self.card.map, self.card.go_to
+        self.route = self.card._route
+        self.flight.begun.connect(self.screen.begin)
+        self.flight.viewed.connect(self.screen.show_view)
+
+    @property
+    def now(self):
+        return self.flight.view.snapshot
+
+    @property
+    def places(self):
+        """Way-points, level."""
+        return [each[:2] for each in self.route.places]
+
+    def at(self, east, north):
+        x, y = self.map.frame.pixels(Place(east, north), self.map.width(), self.map.height())
+        return QPoint(round(x), round(y))
+
+    def click(self, east, north, button=LEFT, held=Qt.KeyboardModifier.NoModifier):
+        QTest.mouseClick(self.map, button, held, self.at(east, north))
+
+    def wheel(self, steps):
+        at = QPointF(self.at(0.0, 0.0))
+        event = QWheelEvent(
+            *(at, self.map.mapToGlobal(at), QPoint(), QPoint(0, 120 * steps)),
+            *(Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier),
+            *(Qt.ScrollPhase.NoScrollPhase, False),
+        )
+        QApplication.sendEvent(self.map, event)
+
+    def asked(self, place):
+        """Whether the flight is asked to go to a place, to the pixel."""
+        x, y, _, follows = self.now.reference[4:8]
+        return follows == 1.0 and math.dist((x, y), place) < self.pixel
+
+    @property
+    def pixel(self):
+        """Of the map [m]."""
+        return 1.0 / self.map.frame.scale(self.map.width(), self.map.height())
+
+    def close(self):
+        self.screen.close()
+        self.workspace.close()
+
+
+@pytest.fixture(scope="module")
+def flown(qapp, tmp_path_factory):
+    """A drone between obstacles; it is flown by one test after another."""
+    bench = Bench(tmp_path_factory.mktemp("map"))
+    bench.screen.show()
+    bench.screen.activateWindow()
+    assert not bench.button.isEnabled() and bench.button.toolTip() == NO_FLIGHT
+    bench.flight.fly(Choice("network", sensors=()), {"take_off_speed": 2.0}, draw=False)
+    bench.flight.live.wait()
+    yield bench
+    bench.close()
+
+
+@pytest.fixture
+def bench(flown, qtbot):
+    """The drone hovering, without way-points, the button up."""
+    qtbot.waitUntil(lambda: flown.now is not None)
+    if flown.now.mode is FlightMode.OFF:
+        qtbot.waitUntil(lambda: flown.button.toolTip() == ON_THE_GROUND)
+        assert not flown.button.isEnabled()
+        flown.flight.order(lambda live: live.request("take_off"))
+    qtbot.waitUntil(lambda: flown.now.mode in (FlightMode.HOVERING, FlightMode.CRUISING))
+    qtbot.waitUntil(flown.button.isEnabled)
+    assert flown.button.toolTip() == GO_TO
+    yield flown
+    flown.flight.order(lambda live: live.command((0.0, 0.0, 0.0), 0.0))
+    qtbot.waitUntil(lambda: flown.now.reference[7] == 0.0)
+    qtbot.waitUntil(lambda: not flown.route.places)
+    flown.button.setChecked(False)
+    flown.told.clear()
+
+
+def test_a_click_flies_there_at_the_present_height(bench, qtbot):
+    bench.click(3.0, 0.0)
+    assert bench.places == []  # the button was not pressed
+    QTest.mouseClick(bench.button, LEFT)
+    bench.click(3.0, 0.0)
+    assert not bench.button.isChecked()
+    (place,) = bench.route.places
+    assert place[:2] == pytest.approx((3.0, 0.0), abs=bench.pixel)
+    assert place[2] == pytest.approx(bench.now.p_WB[2], abs=0.05)
+    qtbot.waitUntil(lambda: bench.asked((3.0, 0.0)))
+    qtbot.waitUntil(lambda: math.dist(bench.now.p_WB, place) < 0.3)
+    assert bench.places  # the last one is held, and shown
+
+
+def test_several_are_flown_in_turn_and_one_is_taken_away(bench, qtbot):
+    QTest.mouseClick(bench.button, LEFT)
+    for place in ((3.0, 0.0), (3.0, 3.0), (-3.0, 3.0)):
+        bench.click(*place, held=SHIFT)
+    assert bench.button.isChecked()
+    assert len(bench.places) == 3 and bench.route.present == 0
+    bench.click(3.0, 3.0, RIGHT)
+    assert [round(x) for x, _ in bench.places] == [3, -3]
+    bench.click(8.0, -8.0, RIGHT)  # nothing is there
+    assert len(bench.places) == 2
+    qtbot.waitUntil(lambda: bench.asked((-3.0, 3.0)))
+    assert bench.route.present == 1
+    assert "way-point 2 of 2" in bench.map.spoken
+    bench.click(-3.0, 3.0, RIGHT)  # the one that is flown to: it brakes and stays
+    assert bench.places == []
+    qtbot.waitUntil(lambda: bench.now.reference[7] == 0.0)
+    assert bench.told == []
+
+
+def test_escape_sets_none(bench, qtbot):
+    QTest.mouseClick(bench.button, LEFT)
+    assert bench.map.armed
+    QTest.keyClick(bench.screen, Qt.Key.Key_Escape)
+    assert not bench.map.armed and not bench.button.isChecked()
+    bench.click(3.0, 0.0)
+    assert bench.places == []
+
+
+def test_inside_of_an_obstacle_it_is_refused_with_its_name(bench, qtbot):
+    mast = next(each for each in bench.flight.view.outlines if each.name == "mast")
+    middle = [sum(each) / len(mast.corners) for each in zip(*mast.corners, strict=True)]
+    bench.wheel(-1)
+    QTest.mouseClick(bench.button, LEFT)
+    QTest.mouseMove(bench.map, bench.at(*middle))
+    assert bench.map.say_place(bench.map.under)[-1].startswith("mast, 0.0 to 8.0")
+    bench.click(*middle)
+    assert bench.places == []
+    assert bench.told[-1].startswith("this place is inside 'mast' at a height of 1.5")
+    bench.wheel(1)
+
+
+def test_a_stick_ends_them(bench, qtbot):
+    QTest.mouseClick(bench.button, LEFT)
+    bench.click(3.0, 3.0)
+    qtbot.waitUntil(lambda: bench.asked((3.0, 3.0)))
+    bench.flight.order(lambda live: live.command((0.0, -0.5, 0.0), 0.0))
+    qtbot.waitUntil(lambda: bench.places == [])
+    assert "something else is asked of the drone" in bench.told[-1]
+
+
+def test_the_pointer_is_told_where_it_is(bench):
+    """North of home by 1 m is 9.0e-6 degrees of latitude: 1 m over 6 368 km on this ellipsoid."""
+    south, north = Place(0.0, -2.0), Place(0.0, 2.0)
+    low, high = (float(bench.card._say_place(each)[0].rstrip("°")) for each in (south, north))
+    assert high - low == pytest.approx(math.degrees(4.0 / 6_368_000.0), abs=2e-7)
+    QTest.mouseMove(bench.map, bench.at(1.0, 2.0))
+    under = bench.map.under
+    assert (under.east, under.north) == pytest.approx((1.0, 2.0), abs=bench.pixel)
+
+
+def test_the_wheel_shows_more_and_less_of_the_world(bench):
+    before = bench.map.frame.reach
+    bench.wheel(-1)
+    assert bench.map.frame.reach > before
+    bench.wheel(1)
+    assert bench.map.frame.reach == before

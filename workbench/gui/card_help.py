@@ -1,0 +1,353 @@
+"""What each card of the screens means and how to read it, with a link into the docs."""
+
+from dataclasses import dataclass
+from html import escape
+
+from PyQt6.QtCore import QEvent, QObject
+from PyQt6.QtGui import QWhatsThisClickedEvent
+from PyQt6.QtWidgets import QWidget
+
+from workbench.gui.docs_page import show_docs
+
+
+@dataclass(frozen=True)
+class CardHelp:
+    """The help of one card.
+
+    Attributes:
+        title: of the card.
+        means: what it shows, in a sentence.
+        read: how to read or use it, in another one.
+        page: of the docs, with its heading: `linear.md#the-judgement`.
+    """
+
+    title: str
+    means: str
+    read: str
+    page: str
+
+    @property
+    def text(self) -> str:
+        """All of it as rich text."""
+        words = f"{escape(self.means)} {escape(self.read)}"
+        return (
+            f'<b>{escape(self.title)}</b><p>{words}</p><p><a href="{self.page}">More in the '
+            f"docs: {self.page.split('#')[0]}</a></p>"
+        )
+
+
+HOME, SERVER, STICKS = "app.md#home", "app.md#server", "app.md#joystick"
+CHARTS, TUNING, SETTINGS = "app.md#visualization", "app.md#tuning", "app.md#settings"
+CARDS = (
+    CardHelp(
+        "Clock",
+        "Wall time, simulated time, and how the flight keeps up with the wall clock.",
+        "Where it falls behind, real time is lost, and a sentence says so.",
+        HOME,
+    ),
+    CardHelp(
+        "Flight condition",
+        "The flight mode, why it is flown, rotors on or off, and the wind.",
+        "Read it first when an order seems to do nothing.",
+        HOME,
+    ),
+    CardHelp(
+        "Motion",
+        "Displacement since the start, velocity and acceleration in the world's frame W.",
+        "The axes point east, north and up; total is the length of the vector.",
+        HOME,
+    ),
+    CardHelp(
+        "Battery",
+        "The charge left, how long it lasts, and the reserve at which the drone lands by itself.",
+        "The mark on the bar is the reserve; Settings say how large it is.",
+        "estimation.md#the-battery",
+    ),
+    CardHelp(
+        "Rotors",
+        "Thrust and speed of each rotor as a bar, with its limit.",
+        "A bar at its end means that the law asks for more than there is.",
+        HOME,
+    ),
+    CardHelp(
+        "Attitude",
+        "Roll, pitch and heading of the drone, as an artificial horizon and a compass.",
+        "Roll is positive with the right side down, pitch with the nose down.",
+        HOME,
+    ),
+    CardHelp(
+        "IMU, magnetometer",
+        "What the gyro, the accelerometer and the magnetometer measured last.",
+        "In hover the turn rates are near 0 and the specific force is 9.81 m/s² along z.",
+        "sensors.md#failures",
+    ),
+    CardHelp(
+        "Barometer, range finder",
+        "Height by the pressure of the air, and by the distance to what is below.",
+        "They differ over obstacles, and the barometer drifts.",
+        "sensors.md#failures",
+    ),
+    CardHelp(
+        "Lidar, obstacles",
+        "What the lidar measures: the nearest obstacles around the drone, seen from above.",
+        "A short distance in the direction of flight calls for the brakes.",
+        "sensors.md#the-nearest-obstacle",
+    ),
+    CardHelp(
+        "GPS, path",
+        "The fix of the GPS, and the flown path from above with a scale.",
+        "North is up; the path of the estimate differs from the true one by the GPS's error.",
+        HOME,
+    ),
+    CardHelp(
+        "Server",
+        "Whether this flight can be watched and flown over the network.",
+        "Start begins the server, Stop ends it; the drone flies on.",
+        "link.md#serve",
+    ),
+    CardHelp(
+        "Where and who",
+        "The address and the port on which the server listens, and who may connect.",
+        "On another address than this machine's a token file is needed.",
+        "link.md#serve",
+    ),
+    CardHelp(
+        "Connect",
+        "Commands and code that connect a client to this server.",
+        "Copy a line into a terminal or a script on the other machine.",
+        "link.md#watch-from-python",
+    ),
+    CardHelp(
+        "Clients",
+        "Who is connected, what each one reads, and who has control.",
+        "Take over makes you fly, Give back lets clients ask again.",
+        "link.md#who-flies",
+    ),
+    CardHelp(
+        "Refusals",
+        "What the server refused, with the reason.",
+        "Each sentence says what to do about it.",
+        "link.md#who-flies",
+    ),
+    CardHelp(
+        "Who flies",
+        "Who flies the drone, and whether the sticks count now.",
+        "A button stands here where you have to press one before they count.",
+        STICKS,
+    ),
+    CardHelp(
+        "Sticks",
+        "Two sticks: the left one climbs and turns, the right one moves over the ground.",
+        "The dot is where the stick is, forward is where the nose points, and let go means hold.",
+        STICKS,
+    ),
+    CardHelp(
+        "Command and answer",
+        "What the sticks ask for, and what the drone does, along four axes.",
+        "The limits of the flight are marked on the bars.",
+        STICKS,
+    ),
+    CardHelp(
+        "Feel of the sticks",
+        "How a stick's way becomes a command: full speed, dead band, sensitivity and expo.",
+        "The curve shows the command over the way; more expo makes small ways gentler.",
+        STICKS,
+    ),
+    CardHelp(
+        "Charts",
+        "Signals of the flight or of an opened log over time, over frequency or over each other.",
+        "Drag signals from the list onto a chart; the wheel zooms, a double click shows all.",
+        CHARTS,
+    ),
+    CardHelp(
+        "Lidar",
+        "The cloud of the lidar's points, in colour.",
+        "Choose above the picture in which frame it is drawn; the drone is in the middle.",
+        CHARTS,
+    ),
+    CardHelp(
+        "Camera",
+        "The two pictures of the depth camera, and the scale of the depth.",
+        "Settings say whether the flight has one.",
+        CHARTS,
+    ),
+    CardHelp(
+        "Frames",
+        "All frames of the flight with their poses: world, drone, links and sensors.",
+        "Choose one to read its position and angles.",
+        "sensors.md#frames",
+    ),
+    CardHelp(
+        "Events",
+        "What happened in the flight: events, alarms and changed parameters, the newest last.",
+        "Each stands with its simulated time.",
+        CHARTS,
+    ),
+    CardHelp(
+        "Log",
+        "The opened log, and the time of it that all charts and the 3-D view show.",
+        "Drag the slider or press Play; Back to live closes the log.",
+        "logs.md#what-is-in-it",
+    ),
+    CardHelp(
+        "Gains",
+        "The gains of the law that flies, grouped by loop, each with its own name and unit.",
+        "Green on a slider is where the loop stays stable with the other gains as they are.",
+        TUNING,
+    ),
+    CardHelp(
+        "Excitation",
+        "What disturbs the flight on purpose: a step, a load, a push, a gust, wind or a fault.",
+        "Choose one with its strength and press the button; the answer stands under Response.",
+        TUNING,
+    ),
+    CardHelp(
+        "Response",
+        "The last steps that were flown, the predicted one dashed, and their numbers.",
+        "A number over one of your limits is marked; ghosts are steps flown before.",
+        TUNING,
+    ),
+    CardHelp(
+        "Margins",
+        "How much every loop bears before it becomes unstable, in gain, phase, delay and disk.",
+        "A red number is under your limit; a click on a row draws that loop under Frequency.",
+        "linear.md#the-judgement",
+    ),
+    CardHelp(
+        "Margins with these",
+        "The margins of every loop with the gains of the file, before they are taken.",
+        "A red number is under your limit: leave out what causes it, or take nothing.",
+        "linear.md#the-judgement",
+    ),
+    CardHelp(
+        "Frequency",
+        "One loop over frequency, with the gains that fly, those proposed and those kept.",
+        "Margins stand where the curves cross 0 dB and −180°; sliders below move the loop's gains.",
+        "app.md#tuning",
+    ),
+    CardHelp(
+        "Poles",
+        "Poles of the sampled closed loop in continuous terms, filled with the proposed gains.",
+        "Left is faster and near the axis is less damped; drag one and the gains follow.",
+        "app.md#tuning",
+    ),
+    CardHelp(
+        "Map",
+        "A metric over two gains around those proposed, from predicted flights.",
+        "A click on a place proposes its gains.",
+        TUNING,
+    ),
+    CardHelp(
+        "Sensitivity",
+        "Which gain moves the metric on show most, for the same share of change.",
+        "Begin with the longest bar.",
+        TUNING,
+    ),
+    CardHelp(
+        "Compare",
+        "Designs over each other: kept, flown, proposed, A, B, C and other laws.",
+        "The best number of a row is bold and green, one over your limits is underlined.",
+        TUNING,
+    ),
+    CardHelp(
+        "What if",
+        "The opened log as it was flown, and as it would have been with the proposed gains.",
+        "Move a gain and compare the curves; the band is as wide as the vehicle is uncertain.",
+        "prediction.md#in-the-app",
+    ),
+    CardHelp(
+        "Fork the flight",
+        "Two flights from this instant on, side by side, with the numbers of each step.",
+        "Keep the one you prefer; the live flight is not touched until you do.",
+        "live.md#forks",
+    ),
+    CardHelp(
+        "Auto-tune",
+        "Gains that meet your wishes, searched with predicted flights and confirmed by real ones.",
+        "Write wishes as level.rise_time <= 0.4, then accept or refuse what is found.",
+        "tuning.md#wishes",
+    ),
+    CardHelp(
+        "Pin as regression",
+        "Writes what was just flown as a spec with a baseline.",
+        "From then on workbench regress fails where a number leaves its limits.",
+        "regression.md#pinned",
+    ),
+    CardHelp(
+        "Settings: Appearance",
+        "Whether the window is light or dark, or as the desktop is.",
+        "It acts at once and is kept.",
+        SETTINGS,
+    ),
+    CardHelp(
+        "Settings: Units shown",
+        "Units of angles and speeds on the screens.",
+        "Files, logs and commands stay in SI units and radians.",
+        SETTINGS,
+    ),
+    CardHelp(
+        "Settings: Sticks",
+        "How a stick's way becomes a command: full speed, dead band, sensitivity and expo.",
+        "They are the same as on the Joystick screen, which draws their curve.",
+        SETTINGS,
+    ),
+    CardHelp(
+        "Settings: Charts",
+        "How much of the past a chart shows.",
+        "It acts at once and is kept.",
+        SETTINGS,
+    ),
+    CardHelp(
+        "Settings: Tuning",
+        "Whether a moved slider flies at once, or is tried on paper until Enter.",
+        "It acts at once and is kept.",
+        SETTINGS,
+    ),
+    CardHelp(
+        "Settings: Files",
+        "Where the Record button writes its logs.",
+        "Left empty, they go to the folder in which the app was started.",
+        SETTINGS,
+    ),
+    CardHelp(
+        "Settings: Flight",
+        "Whether flights are drawn in 3-D.",
+        "It holds from the next flight on.",
+        SETTINGS,
+    ),
+    CardHelp(
+        "Settings: Limits",
+        "The largest speeds, tilt, height and turning rate that the law flies.",
+        "They act at once, and are kept for each vehicle.",
+        SETTINGS,
+    ),
+    CardHelp(
+        "Settings: The flight",
+        "What a flight is built from: world, sensors, noise and rates.",
+        "Another flight begins with what is set here once you press the button.",
+        SETTINGS,
+    ),
+)
+_BY_TITLE = {row.title: row for row in CARDS}
+
+
+def explain(card: QWidget, title: str) -> None:
+    """Give a card its help, shown by *What is this?* (Shift+F1); a KeyError is a fault of ours.
+
+    Args:
+        card: on which it is asked for, anywhere.
+        title: of a row of the table.
+    """
+    card.setWhatsThis(_BY_TITLE[title].text)
+    card.installEventFilter(_Links(card))
+
+
+class _Links(QObject):
+    """Opens the docs where a link in a card's help is clicked."""
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Take the click; all else goes on."""
+        if isinstance(event, QWhatsThisClickedEvent) and isinstance(watched, QWidget):
+            show_docs(event.href(), watched.window())
+            return True
+        return False

@@ -1,0 +1,91 @@
+"""The rays of the lidar's cloud, and the points that they met."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.gui.charts.statistics import value_at
+from workbench.gui.signals import Signals
+from workbench.gui.visualization.frame_tree import Pose
+from workbench.link.topics import PREFIX, Topic
+
+
+@dataclass(frozen=True, eq=False)
+class CloudRays:
+    """The rays of a cloud on the wire.
+
+    Attributes:
+        directions_S: unit vectors in the sensor's frame (n, 3).
+        sensor_in_B: pose of the sensor.
+        max_range: largest that is measured [m].
+    """
+
+    directions_S: np.ndarray
+    sensor_in_B: Pose
+    max_range: float
+
+    def points_B(self, ranges: np.ndarray) -> np.ndarray:
+        """Return the points of ranges (n) that met something, in B (m, 3) [m]."""
+        seen = np.isfinite(ranges)
+        points: np.ndarray = (
+            self.sensor_in_B.p
+            + (ranges[seen, None] * self.directions_S[seen]) @ self.sensor_in_B.R.T
+        )
+        return points
+
+
+def rays_from(about: Mapping[str, object]) -> CloudRays:
+    """Return the rays that a topic describes: layer by layer, angles as first, step and count."""
+    azimuths, elevations = _angles(about["azimuths"]), _angles(about["elevations"])
+    layer, column = np.meshgrid(elevations, azimuths, indexing="ij")
+    level = np.cos(layer)
+    directions = np.stack([level * np.cos(column), level * np.sin(column), np.sin(layer)], axis=2)
+    p_BS, R_BS = np.array(about["p_BS"], dtype=float), np.array(about["R_BS"], dtype=float)
+    ends = about["range"]
+    assert isinstance(ends, Sequence)
+    return CloudRays(directions.reshape(-1, 3), Pose(p_BS, R_BS), float(ends[1]))
+
+
+def _angles(said: object) -> np.ndarray:
+    assert isinstance(said, Sequence)
+    first, step, count = said
+    angles: np.ndarray = float(first) + float(step) * np.arange(int(count))
+    return angles
+
+
+def find_rays(topics: Sequence[Topic]) -> CloudRays | None:
+    """Return the rays of a flight's lidar, None where none measures."""
+    topic = next((each for each in topics if each.name == f"{PREFIX}lidar_cloud"), None)
+    return rays_from(topic.about) if topic is not None else None
+
+
+def newest_points(signals: Signals, rays: CloudRays) -> np.ndarray:
+    """Return what a flight's lidar has met last, in W (N, 3) [m]."""
+    newest = signals.newest("lidar_cloud")
+    stamp, ranges = newest.get("stamp"), newest.get("ranges")
+    if not isinstance(ranges, tuple) or not isinstance(stamp, int):
+        return np.empty((0, 3))
+    place, angles = pose_at(signals, stamp * 1e-9)
+    points: np.ndarray = rays.points_B(np.array(ranges)) @ turned(*angles).T + place
+    return points
+
+
+def pose_at(signals: Signals, time: float) -> tuple[list[float], list[float]]:
+    """Return place [m] and roll, pitch, yaw [rad] when a scan was taken; 0 where not known."""
+    found = [
+        value_at(*signals.series(f"position_data.{name}", time - 0.1), time)
+        for name in ("x", "y", "z", "roll", "pitch", "yaw")
+    ]
+    known = [value if value == value else 0.0 for value in found]
+    return known[:3], known[3:]
+
+
+def turned(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Return the orientation of these angles about x, y and z, fixed axes in this order."""
+    (cr, sr), (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (roll, pitch, yaw))
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    made: np.ndarray = about_z @ about_y @ about_x
+    return made

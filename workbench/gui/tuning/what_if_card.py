@@ -1,0 +1,268 @@
+"""The card that flies a log again: the flight that would have been with the gains at the left."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from PyQt6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QPushButton, QWidget
+
+from workbench.analysis.questions import FlyAgain, Question
+from workbench.analysis.replies import FlownAgain, Reply
+from workbench.gui.charts.curve import COMMAND, CurveStyle
+from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
+from workbench.gui.number_field import buddy
+from workbench.gui.preferences import log_folder
+from workbench.gui.single_shot import single_shot
+from workbench.gui.tuning.card import SPACING, Card, Sentence
+from workbench.gui.tuning.follower import Follower
+from workbench.gui.tuning.gains_text import gains_text
+from workbench.gui.tuning.other_controllers import OtherControllers, controller_label
+from workbench.gui.tuning.trial import Trial
+from workbench.gui.workspace import Workspace
+
+ASKED, FLOWN, AGAIN, LOW, HIGH = "setpoint", "flown", "again", "low", "high"
+SIGNALS = (("x", "m"), ("y", "m"), ("z", "m"), ("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s"))
+"""In the order of `FlownAgain`, with their units."""
+POSITIONS = 3
+"""Of the signals; the others have no setpoint."""
+NUMBERS = (
+    "RMS over the flight: how far the log is off the setpoint, how far the flight with these gains "
+    "would be, how far the two are apart, and half the width of the band"
+)
+DRAWS = (0, 8, 16, 24, 32, 40)
+"""Of an answer: the curve comes first, and the band gets better while gains rest."""
+NO_LOG = "Open a log: it is flown again with the gains at the left."
+NO_MODEL = "No drone flies: open the model of the one that flew the log (File > Open model…)."
+HINT = "The flight that was, and the one that would have been"
+SLIDERS = "these gains"
+AS_LOGGED = "as logged"
+
+
+class WhatIfCard(Card):
+    """Shows a logged flight, and how it would have gone with the proposed gains.
+
+    The model is that of the drone that flies in the app. What it cannot explain of the log acts
+    again, see docs/prediction.md.
+
+    Args:
+        workspace: the opened log, flight, analysis and colours.
+        trial: what is tried.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        flown: who flew the log.
+        law: who flies it again.
+        signal: that is drawn.
+        numbers: of it, in words.
+        own: proposes the gains that flew the log.
+    """
+
+    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
+        super().__init__("What if", parent)
+        self._workspace, self._trial = workspace, trial
+        self._others = OtherControllers(workspace.flight)
+        self._answer: FlownAgain | None = None
+        self._refusal = ""
+        analysis = workspace.analysis
+        self._follower = Follower(analysis, analysis.flown_again, FlyAgain, _answers, self)
+        self.open = QPushButton("&Open log…")
+        self.open.setToolTip("Choose the flight that is flown again")
+        self.own = QPushButton("Log's &gains")
+        self.own.setToolTip("Propose the gains that flew the log")
+        self.flown, self.law, self.signal = QComboBox(), QComboBox(), QComboBox()
+        self.signal.addItems([name for name, _ in SIGNALS])
+        self.plot = StaticPlot(workspace)
+        self.numbers = Sentence()
+        self.numbers.setAccessibleDescription(NUMBERS)
+        self._lay_out()
+        self._offer()
+        self._soon = single_shot(self._ask, self)
+        self.open.clicked.connect(self._choose)
+        self.own.clicked.connect(self._adopt)
+        self.flown.currentIndexChanged.connect(self._soon.start)
+        self.law.currentIndexChanged.connect(self._soon.start)
+        self.signal.currentIndexChanged.connect(self._draw)
+        trial.changed.connect(self._soon.start)
+        workspace.log.changed.connect(self._forget)
+        self._follower.answered.connect(self._take)
+        self._follower.refused.connect(self._refuse)
+        analysis.preparing.connect(self._say_preparing)
+        self._forget()
+
+    def begin(self) -> None:
+        """Forget the answers of another vehicle's model, or about another controller."""
+        self._others.note_flight()
+        self._offer()
+        self._forget()
+
+    def set_seen(self, seen: bool) -> None:
+        """Ask only while somebody looks."""
+        self._follower.set_seen(seen)
+        self._show_state()
+
+    def _forget(self) -> None:
+        self._follower.forget()
+        self._answer, self._refusal = None, ""
+        self._draw()
+        self._soon.start()
+
+    def _question(self, draws: int) -> FlyAgain | None:
+        """Return what is to be asked now; None where a log or a model is missing."""
+        path, gains = self._workspace.log.path, self._trial.proposed
+        if path is None or not gains:
+            return None
+        return FlyAgain(path, gains, self.law.currentData(), self.flown.currentData(), draws)
+
+    def _ask(self) -> None:
+        question = self._question(DRAWS[0])
+        if question is not None:
+            self._follower.ask(question)
+        self._show_state()
+
+    def _take(self, answer: FlownAgain) -> None:
+        """Show an answer, and ask for more of its band if nothing else is wanted."""
+        self._answer, self._refusal = answer, ""
+        more = next((draws for draws in DRAWS if draws > answer.asked.draws), None)
+        wanted = replace(answer.asked, draws=more or 0)
+        if more is not None and wanted == self._question(more):
+            self._follower.ask(wanted)
+        self._draw()
+
+    def _refuse(self, said: str) -> None:
+        path = self._workspace.log.path  # its folder is known, and the chart is small
+        self._answer, self._refusal = None, said.replace(f"{path}", path.name) if path else said
+        self._draw()
+
+    def _say_preparing(self, said: str) -> None:
+        if self._follower.is_waiting:
+            self.said.say(f"{said} …")
+
+    def _draw(self) -> None:
+        self.plot.clear()
+        index = self.signal.currentIndex()
+        name, unit = SIGNALS[index]
+        self.plot.set_axes("time of the log", name, unit)
+        answer = self._answer
+        self.numbers.say("" if answer is None else _numbers(answer, index))
+        self.numbers.setToolTip(f"{self.numbers.text()}\n{NUMBERS}")
+        if answer is not None:
+            time = answer.time
+            if index < POSITIONS:
+                self.plot.set_curve(ASKED, time, answer.setpoint[:, index], colour=COMMAND)
+            if answer.drawn > 1:
+                for edge, values in ((LOW, answer.low), (HIGH, answer.high)):
+                    self.plot.set_curve(edge, time, values[:, index], CurveStyle.FAINT, 1)
+            self.plot.set_curve(FLOWN, time, answer.logged[:, index], colour=0)
+            self.plot.set_curve(AGAIN, time, answer.other[:, index], colour=1)
+        self._show_state()
+
+    def _show_state(self) -> None:
+        answer, sliders = self._answer, not self.law.currentData()
+        same = answer is not None and sliders and answer.flown == self._law_name()
+        gains = self._trial.proposed
+        self.own.setEnabled(
+            answer is not None
+            and same
+            and any(gains.get(name) != value for name, value in answer.flown_gains.items())
+        )
+        text, tone = self._sentence(same)
+        self.said.say(text, tone)
+        self.plot.set_hint(text or HINT)
+
+    def _sentence(self, same: bool) -> tuple[str, str]:
+        """Return what is shown, and its tone.
+
+        Args:
+            same: whether the law that flew flies it again, with the proposed gains.
+        """
+        answer = self._answer
+        if self._workspace.log.path is None:
+            return NO_LOG, "muted"
+        if not self._trial.proposed:
+            return NO_MODEL, "warning"
+        if self._refusal:
+            return f"Not flown again: {self._refusal}", "warning"
+        if answer is None:
+            return ("Flying it again …" if self._follower.is_waiting else ""), "muted"
+        if answer.asked != self._question(answer.asked.draws):
+            return "Of what was asked before; the new flight follows …", "muted"
+        if answer.logged_vehicle not in ("", answer.vehicle):
+            return (
+                f"The log is of {answer.logged_vehicle}, the model of {answer.vehicle}.",
+                "warning",
+            )
+        if answer.doubt:
+            return f"{answer.doubt[:1].upper()}{answer.doubt[1:]}", "warning"
+        if not answer.stays:
+            return "With it the drone would have been lost.", "bad"
+        if same:
+            what = gains_text(answer.asked.gains, answer.flown_gains, same="as it flew")
+        else:
+            law = controller_label(answer.asked.controller) or self._law_name()
+            what = f"{law} in place of {answer.flown}"
+        said = f"{answer.vehicle} flies {answer.asked.log.name}: {what}"
+        if answer.lost:
+            said = f"{answer.lost} of {answer.drawn} uncertain drones would be lost: {what}"
+        return said, "warning" if answer.lost else "muted"
+
+    def _law_name(self) -> str:
+        """Return the name of the controller whose gains are at the left."""
+        return controller_label(self._others.present)
+
+    def _adopt(self) -> None:
+        if self._answer is not None:
+            self._trial.adopt(self._answer.flown_gains, "the gains of a log")
+
+    def _choose(self) -> None:
+        folder = str(log_folder(self._workspace.preferences))
+        dialog = QFileDialog(self, "Open log", folder, f"{LOG_FILES};;All files (*)")
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        show_file_dialog(dialog, lambda name: self._workspace.log.open(Path(name)))
+
+    def _offer(self) -> None:
+        """Let all controllers be chosen that are known."""
+        for box, first, names in (
+            (self.flown, AS_LOGGED, self._others.all),
+            (self.law, SLIDERS, self._others.names),
+        ):
+            if ["", *names] == [box.itemData(index) for index in range(box.count())]:
+                continue
+            chosen = box.currentData() or ""
+            box.blockSignals(True)
+            box.clear()
+            box.addItem(first, "")
+            for name in names:
+                box.addItem(controller_label(name), name)
+            box.setCurrentIndex(max(0, box.findData(chosen)))
+            box.blockSignals(False)
+
+    def _lay_out(self) -> None:
+        self.head.addWidget(self.own)
+        self.head.addWidget(self.open)
+        grid = QGridLayout()
+        grid.setSpacing(SPACING)
+        fields = (("Flo&wn by", self.flown), ("Fl&y with", self.law), ("S&how", self.signal))
+        for column, (text, field) in enumerate(fields):
+            grid.addWidget(buddy(text, field), 0, column)
+            grid.addWidget(field, 1, column)
+            grid.setColumnStretch(column, 1)
+            field.setMinimumWidth(78)
+        self.body.addLayout(grid)
+        self.body.addWidget(self.plot, 1)
+        self.body.addWidget(self.numbers)
+
+
+def _numbers(answer: FlownAgain, index: int) -> str:
+    """Return the numbers of a signal; a velocity has no setpoint, and a lost flight none."""
+    unit, said = SIGNALS[index][1], []
+    if index < POSITIONS:
+        before, after = answer.off_setpoint[:, index]
+        said.append(f"off setpoint {before:.3f}" + (f" → {after:.3f}" if answer.stays else ""))
+    if answer.stays:
+        band = f" ± {answer.band[index]:.3f}" if answer.drawn > 1 else ""
+        said.append(f"apart {answer.difference[index]:.3f}{band}")
+    return f"{', '.join(said)} {unit}" if said else ""
+
+
+def _answers(question: Question, reply: Reply) -> bool:
+    return isinstance(reply, FlownAgain) and reply.asked == question

@@ -1,0 +1,38 @@
+"""Thrusts and wind as arrows beside the drone, in plain numbers: for Meshcat, and for Qt's view."""
+
+import numpy as np
+
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.vehicle import Vehicle
+from workbench.session.snapshot import Snapshot
+from workbench.systems.sensors.mounting import rotation
+
+RADIUS = 0.35
+"""Of a rotor's disc, as a share of its way from the middle."""
+HOVER = 2.0
+"""Length of a thrust that carries the rotor's share of the weight, in radii of its disc."""
+WIND = 0.25
+"""Length of an arrow for one m/s of wind [m]."""
+STILL = 0.05
+"""A slower wind has no arrow [m/s]."""
+
+
+def disc_radius(vehicle: Vehicle) -> float:
+    """Return the radius with which a rotor's disc is drawn [m]; no description states it."""
+    ways = np.array([rotor.p_BR for rotor in vehicle.rotors]) - np.asarray(vehicle.p_BoBcm_B)
+    return RADIUS * float(np.linalg.norm(ways, axis=1).mean())
+
+
+def arrows(vehicle: Vehicle, now: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """Return tails and tips of arrows in W (N + 1, 3) [m]: of each rotor's thrust, and of the wind.
+
+    The wind's ends in the centre of mass, and has no length in calm air.
+    """
+    R_WB = rotation(np.array(now.q_WB))
+    hubs = np.array([rotor.p_BR for rotor in vehicle.rotors]) @ R_WB.T + now.p_WB
+    axes = np.array([rotor.axis_B for rotor in vehicle.rotors]) @ R_WB.T
+    full = HOVER * disc_radius(vehicle) * len(hubs) / (vehicle.mass * GRAVITY)
+    tips = hubs + full * np.array(now.thrusts)[:, None] * axes
+    centre = R_WB @ np.asarray(vehicle.p_BoBcm_B) + now.p_WB
+    wind = np.asarray(now.wind) if np.linalg.norm(now.wind) > STILL else np.zeros(3)
+    return np.vstack([hubs, centre - WIND * wind]), np.vstack([tips, centre])
