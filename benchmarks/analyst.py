@@ -10,20 +10,32 @@ after the other, so the ratio is of the same minute.
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 from spread import Spread, spread
 
 from workbench.analysis.analyst import Analyst
-from workbench.analysis.questions import DrawMap, FindRanges, Judge, Predict, Step
+from workbench.analysis.questions import (
+    DrawFrequency,
+    DrawMap,
+    FindRanges,
+    Judge,
+    Predict,
+    Question,
+    Step,
+)
 from workbench.ipc.worker_process import SupersededError
 from workbench.live.flight import LiveFlight
 from workbench.scenario.scenario import Scenario, SensorsConfig
 
 WANTED = 20.0
 """Answers a second."""
+OTHERS = (DrawFrequency, Predict, DrawMap, FindRanges)
 SECONDS = 3.0
 TURNS = 5
 SLIDER = 1 / 60
@@ -57,16 +69,33 @@ class AnalystRow:
 
 
 @dataclass(frozen=True)
+class KindRow:
+    """How often one kind is answered beside a flight and a slider, frequency curves among them.
+
+    To hold: 20 a second of curves and of predictions, too.
+
+    Attributes:
+        kind: of the question.
+        rate: answers, a second.
+    """
+
+    kind: str
+    rate: Spread
+
+
+@dataclass(frozen=True)
 class AnalystFigures:
     """All figures.
 
     Attributes:
         rows: by what goes on beside.
+        kinds: the others, by kind.
         first: from the first question, with which the process is started, to its answer [s].
         unasked: real-time factor of the flight while nothing is asked.
     """
 
     rows: list[AnalystRow]
+    kinds: list[KindRow]
     first: float
     unasked: Spread
 
@@ -77,7 +106,7 @@ class _Turn:
 
     answers: float
     longest: float
-    others: float
+    others: dict[type, float]
     factor: float
 
 
@@ -102,7 +131,9 @@ def measure() -> AnalystFigures:
     finally:
         analyst.close()
     return AnalystFigures(
-        [_row(beside, each) for beside, each in turns.items()], first, spread(unasked)
+        [_row(beside, each) for beside, each in turns.items()],
+        [_kind(kind, turns["a flight and a slider"]) for kind in OTHERS],
+        *(first, spread(unasked)),
     )
 
 
@@ -117,6 +148,12 @@ def show(figures: AnalystFigures) -> None:
             f"{1e3 * row.longest.median:5.1f} ms, {row.others.median:6.1f} others, "
             f"flight at {row.real_time_factor.median:.3f}"
         )
+    for kind in figures.kinds:
+        print(f"  beside a flight and a slider: {kind.kind:14} {kind.rate.median:6.1f}")
+
+
+def _kind(kind: type, turns: list[_Turn]) -> KindRow:
+    return KindRow(kind.__name__, spread([turn.others.get(kind, 0.0) for turn in turns]))
 
 
 def _row(beside: str, turns: list[_Turn]) -> AnalystRow:
@@ -126,20 +163,22 @@ def _row(beside: str, turns: list[_Turn]) -> AnalystRow:
         answers=spread(answers),
         to_wanted=spread([each / WANTED for each in answers]),
         longest=spread([turn.longest for turn in turns]),
-        others=spread([turn.others for turn in turns]),
+        others=spread([sum(turn.others.values()) for turn in turns]),
         real_time_factor=spread([turn.factor for turn in turns]),
     )
 
 
 def _turn(
-    analyst: Analyst, flight: LiveFlight | None, beside: Callable[[Analyst, threading.Event], int]
+    analyst: Analyst,
+    flight: LiveFlight | None,
+    beside: Callable[[Analyst, threading.Event], Counter],
 ) -> _Turn:
     """Ask for margins as often as they are answered, and let something go on beside."""
     over = threading.Event()
-    others = [0]
+    counted = [Counter()]
 
     def go_on() -> None:
-        others[0] = beside(analyst, over)
+        counted[0] = beside(analyst, over)
 
     thread = threading.Thread(target=go_on)
     thread.start()
@@ -155,7 +194,8 @@ def _turn(
     factor = (_flown(flight) - flown) / spent
     over.set()
     thread.join()
-    return _Turn(len(waited) / spent, max(waited), others[0] / spent, factor)
+    others = {kind: count / spent for kind, count in counted[0].items()}
+    return _Turn(len(waited) / spent, max(waited), others, factor)
 
 
 def _unasked(flight: LiveFlight) -> float:
@@ -171,24 +211,25 @@ def _flown(flight: LiveFlight | None) -> float:
     return snapshot.time if snapshot else 0.0
 
 
-def _rest(_: Analyst, over: threading.Event) -> int:
+def _rest(_: Analyst, over: threading.Event) -> Counter:
     over.wait()
-    return 0
+    return Counter()
 
 
-def _slide(analyst: Analyst, over: threading.Event) -> int:
-    """Ask for all the rest as a moving slider does; return how often there was an answer."""
-    replies = []
+def _slide(analyst: Analyst, over: threading.Event) -> Counter:
+    """Ask for all the rest as a moving slider does; return how often each kind was answered."""
+    asked: list[tuple[type, Future[Any]]] = []
     value = 150.0
     while not over.wait(SLIDER):
-        value = 150.0 + (value + 1.0) % 100.0
-        replies += [analyst.ask(question) for question in _others(value)]
-    return sum(each.done() and each.exception() is None for each in replies)
+        value = 150.0 + (value - 149.0) % 100.0
+        asked += [(type(each), analyst.ask(each)) for each in _others(value)]
+    return Counter(kind for kind, reply in asked if reply.done() and reply.exception() is None)
 
 
-def _others(value: float) -> list[Predict | DrawMap | FindRanges]:
+def _others(value: float) -> list[Question]:
     gains = {"kp_pitch": value}
     return [
+        DrawFrequency(gains, "pitch"),
         Predict(gains, STEP),
         DrawMap(gains, "kp_pitch", "kd_pitch", "overshoot", STEP),
         FindRanges(gains),

@@ -21,6 +21,7 @@ HEADINGS = {
     "same_flight": "The same flight elsewhere",
     "sweep": "Sweeps",
     "agreement": "Agreement of compiled flights with the diagram",
+    "fast_flights": "Fast flights and batches",
     "gain_map": "The map of gains",
     "design": "Design tools",
     "lidar": "Lidar",
@@ -34,6 +35,7 @@ HEADINGS = {
     "app": "The app",
     "charts": "Charts",
     "executor": "Flights on more machines",
+    "commands": "Commands",
     "start_up": "Start-up",
     "memory": "Memory",
     "growth": "Growth",
@@ -56,10 +58,11 @@ def page(results: Figures) -> str:
     """Return the page.
 
     Args:
-        results: what performance.json holds: machine, versions, and rows by benchmark.
+        results: what performance.json holds: machine, versions, rows by benchmark, and machine and
+            versions of benchmarks that were measured apart from the others.
     """
-    versions = ", ".join(f"{name} {found}" for name, found in results["versions"].items())
-    benchmarks = results["benchmarks"]
+    benchmarks, apart = results["benchmarks"], results.get("apart", {})
+    versions = _versions(results)
     parts = [INTRODUCTION.format(machine=results["machine"], versions=versions)]
     parts.append(f"## Held to account\n{_targets(benchmarks)}")
     for name, heading in HEADINGS.items():
@@ -67,8 +70,16 @@ def page(results: Figures) -> str:
             source = (HERE / f"{name}.py").read_text(encoding="utf-8")
             words = ast.get_docstring(ast.parse(source)) or ""
             tables = "\n".join(_tables(benchmarks[name], source))
+            if name in apart:
+                where = apart[name]
+                words += f"\n\nMeasured apart: {where['machine']}, load {where['load']:.0f}."
+                words += f"\nWith {_versions(where)}."
             parts.append(f"## {heading}\n{words}\n\n{tables}")
     return "\n".join(parts)
+
+
+def _versions(measured: Figures) -> str:
+    return ", ".join(f"{name} {found}" for name, found in measured["versions"].items())
 
 
 def _targets(figures: Figures) -> str:

@@ -68,7 +68,7 @@ def measure(rounds: int = ROUNDS) -> list[StartRow]:
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(rounds + 1):
             for name, arguments in processes.items():
-                found = _run(arguments, folder)
+                found = run(arguments, folder)
                 if turn:  # the first fills the caches
                     taken[name].append(found)
     python, plant = ([each.cpu for each in taken[name]] for name in (PYTHON, PLANT))
@@ -80,7 +80,7 @@ def measure(rounds: int = ROUNDS) -> list[StartRow]:
     return rows
 
 
-def _run(arguments: Sequence[str], folder: str) -> Taken:
+def run(arguments: Sequence[str], folder: str) -> Taken:
     """Run Python in a folder and return what it took; refusals are among what is measured."""
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -73,6 +73,10 @@ def _sweep(simulator: str) -> Callable[[Figures], Any]:
     ]
 
 
+def _fast(figures: Figures, table: str, **wanted: Any) -> dict[str, Any]:
+    return row(figures["fast_flights"], table, **wanted)
+
+
 def _largest(column: str) -> Callable[[Figures], Any]:
     return lambda figures: max(each[column] for each in figures["agreement"])
 
@@ -80,6 +84,14 @@ def _largest(column: str) -> Callable[[Figures], Any]:
 def _watchers(figures: Figures, beside: str) -> Any:
     ages = figures["link_age"]["ages"]
     return next(each for each in ages if (each["clients"], each["beside"]) == ("eight", beside))
+
+
+def _command(name: str) -> Callable[[Figures], Any]:
+    return lambda figures: next(
+        each["to_plant"]
+        for each in figures["commands"]["commands"]
+        if each["name"].startswith(f"workbench {name}")
+    )
 
 
 def _screen(name: str, column: str) -> Callable[[Figures], Any]:
@@ -130,6 +142,30 @@ TARGETS = (
         True,
         _sweep("crazyflow on two devices"),
     ),
+    Target(
+        "real-time factor of a compiled session in slices of 10 s",
+        1000,
+        True,
+        lambda figures: _fast(figures, "sessions", engine="compiled", slice=10.0)[
+            "real_time_factor"
+        ],
+    ),
+    Target(
+        "batch of 1,024 over crazyflow's as it comes, for a processor time",
+        15,
+        True,
+        lambda figures: _fast(figures, "batches", flown_by="crazyflow as it comes", periods=10)[
+            "ours_as_fast_by_processor"
+        ],
+    ),
+    Target(
+        "batch of 1,024 over crazyflow's on two devices, for a processor time",
+        12,
+        True,
+        lambda figures: _fast(figures, "batches", flown_by="crazyflow on two", periods=10)[
+            "ours_as_fast_by_processor"
+        ],
+    ),
     Target("1,024 compiled flights over RotorPy's, a second", 100, True, _sweep("RotorPy")),
     Target("1,024 compiled flights over Drake diagrams, a second", 300, True, _sweep("Drake")),
     Target("compiled flights from the diagram, m/s", 1e-3, False, _largest("velocity")),
@@ -157,6 +193,18 @@ TARGETS = (
         0.2,
         False,
         lambda figures: row(figures, "start_up", name="workbench --help")["wall"],
+    ),
+    Target("`step` with its picture over loading Drake's plant", 3.5, False, _command("step")),
+    Target("`judge` over loading Drake's plant", 5, False, _command("judge")),
+    Target("`linearize` over loading Drake's plant", 3, False, _command("linearize")),
+    Target("`sweep` of 1,024 over loading Drake's plant", 4, False, _command("sweep")),
+    Target("`inspect` over loading Drake's plant", 1.5, False, _command("inspect")),
+    Target("`regress steps` over loading Drake's plant", 8, False, _command("regress")),
+    Target(
+        "the longest silence of a first use, s",
+        5,
+        False,
+        lambda figures: max(each["silence"] for each in figures["commands"]["first_uses"]),
     ),
     Target(
         "`workbench step` with its plots, s",

@@ -1,6 +1,7 @@
 """The console command as a whole: help, version, exit codes, and what it loads."""
 
 import argparse
+import logging
 import os
 import signal
 import subprocess
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from workbench.commands import params
-from workbench.commands.cli import _parser, main
+from workbench.commands.cli import _parser, _remarks_as_sentences, main
 
 ROOT = Path(__file__).resolve().parent.parent
 COMMANDS = (
@@ -91,6 +92,24 @@ def test_version(capsys):
     assert capsys.readouterr().out.startswith("workbench ")
 
 
+def test_progress_that_stands_still_is_said_again_and_a_remark_once(capsys):
+    """Processes that wait at a time say it once; a silence would look like a hang."""
+
+    def say(name, at):
+        record = logging.LogRecord(name, logging.WARNING, "", 0, "as before", (), None)
+        record.created = at
+        logging.getLogger(name).handle(record)
+
+    with _remarks_as_sentences():
+        for at in (100.0, 100.1, 104.0, 108.0):
+            say("workbench.progress", at)
+    assert capsys.readouterr().err == 3 * "workbench: as before\n"
+    with _remarks_as_sentences():
+        for at in (100.0, 104.0, 108.0):
+            say("workbench.plant", at)
+    assert capsys.readouterr().err == "workbench: as before\n"
+
+
 def test_an_interrupt_is_a_sentence_and_130(monkeypatch, capsys):
     def interrupted(args):
         raise KeyboardInterrupt
@@ -120,7 +139,7 @@ def test_a_closed_stdout_is_no_traceback():
 
 def test_commands_load_nothing_heavy_before_they_run():
     code = (
-        "import sys\nfrom workbench.commands.cli import _parser, main\n"
+        "import sys\nfrom workbench.commands.cli import _parser, _remarks_as_sentences, main\n"
         "try: main(['--help'])\nexcept SystemExit: pass\n"
         "print(*{name.split('.')[0] for name in sys.modules}, file=sys.stderr)"
     )
@@ -128,6 +147,32 @@ def test_commands_load_nothing_heavy_before_they_run():
     assert done.returncode == 0, done.stderr
     heavy = {"pydrake", "matplotlib", "PyQt6", "numpy", "scipy", "control"}
     assert not heavy & set(done.stderr.split())
+
+
+@pytest.mark.usefixtures("compiled")
+def test_commands_load_what_they_use_and_no_more(case, tmp_path):
+    """Each of these takes a tenth of a second to a second, of commands that take half of one."""
+    slow = {"control", "matplotlib", "numba", "scipy"}
+    table = [
+        (["linearize"], slow),
+        (["step", "--duration", "0.2", "--no-plots"], slow),
+        (["inspect", "dh_drone"], slow | {"yaml"}),
+    ]
+    for command, unwanted in table:
+        code = (
+            f"import sys\nfrom workbench.commands.cli import main\ncode = main({command})\n"
+            "print(*sys.modules, file=sys.stderr)\nsys.exit(code)"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+        )
+        with case(*command):
+            assert done.returncode == 0, done.stderr
+            assert not unwanted & set(done.stderr.splitlines()[-1].split())
 
 
 def test_an_interrupt_that_a_loading_module_made_its_own_is_still_one(monkeypatch, capsys):
@@ -171,14 +216,14 @@ runpy.run_module("workbench", run_name="__main__", alter_sys=True)
     [
         (signal.SIGINT, "workbench.commands.cli"),
         (signal.SIGINT, "argparse"),
-        (signal.SIGINT, "workbench.commands.tune"),
+        (signal.SIGINT, "workbench.commands.judge"),
         (signal.SIGINT, "numpy"),
         (signal.SIGINT, "numpy._core._multiarray_umath"),
         (signal.SIGINT, "pydrake.systems.framework"),
-        (signal.SIGINT, "workbench.design.judge.plots_map"),
+        (signal.SIGINT, "scipy.optimize"),
         (signal.SIGTERM, "numpy"),
-        pytest.param(signal.SIGTERM, "workbench.design.judge.plots_map", marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, "workbench.design.judge.plots_map", marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, "scipy.optimize", marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, "scipy.optimize", marks=pytest.mark.slow),
     ],
 )
 def test_a_signal_at_any_time_is_a_sentence_and_leaves_nothing(number, module, tmp_path):

@@ -78,6 +78,16 @@ def test_what_may_stand_at_the_cursor():
     assert {"--model", "--set", "--json", "--help"} <= set(offered(whole, ["step", "--"]))
 
 
+def test_a_shell_asks_for_it_with_the_command_alone(run, case):
+    """As the scripts do, with an empty last word where nothing is begun yet."""
+    for line in ("rep", "fly --world r", "hover --model ", "gateway ro", "completion ", "nope --a"):
+        with case(line):
+            asked = run("completion", "words", *line.split(" "))
+            assert asked.code == 0
+            assert asked.out.split() == offered(commands(), line.split(" "))
+    assert set(run("completion", "words", "").out.split()) == set(commands().choices)
+
+
 def test_every_argument_with_names_is_there():
     assert set(_NAMES) <= {action.dest for action in actions_below(_parser())}
 
@@ -92,12 +102,23 @@ def test_a_shell_takes_its_script(run, shell, tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_bash_completes_at_its_prompt(path, tmp_path):
-    """A real bash on a terminal: Tab after a word that is begun, then Enter."""
+PROMPTS = {
+    "bash": (["bash", "--norc", "--noprofile", "-i"], "true"),
+    "zsh": (["zsh", "-f", "-i"], "autoload -Uz compinit && compinit -u"),
+}
+"""How a shell begins without files of the user's, and what its completion needs first."""
+
+
+@pytest.mark.parametrize("shell", PROMPTS)
+def test_a_shell_completes_at_its_prompt(shell, path, tmp_path):
+    """A real shell on a terminal: Tab after a word that is begun, then Enter."""
+    if shutil.which(shell) is None:
+        pytest.skip(f"needs {shell}: apt-get install {shell}")
+    command, first = PROMPTS[shell]
     master, terminal = pty.openpty()
     (tmp_path / "my_drone.urdf").touch()
-    shell = subprocess.Popen(
-        ["bash", "--norc", "--noprofile", "-i"],
+    process = subprocess.Popen(
+        command,
         cwd=tmp_path,
         stdin=terminal,
         stdout=terminal,
@@ -108,18 +129,20 @@ def test_bash_completes_at_its_prompt(path, tmp_path):
     os.close(terminal)
     try:
         answer(master, "", "ready> ")
-        answer(master, "source <(workbench completion bash)\n", "ready> ")
+        answer(master, f"{first}\n", "ready> ")
+        answer(master, f"source <(workbench completion {shell})\n", "ready> ")
         for typed, completed in (
             ("workbench repr\t", "workbench reproduce "),
             ("workbench fly take\t", "workbench fly take-off-and-land "),
             ("workbench step --set kp_pi\t7", "workbench step --set kp_pitch=7"),
             ("workbench inspect my_d\t", "workbench inspect my_drone.urdf "),
+            ("workbench controllers \t\t", "betaflight"),
         ):
             answer(master, typed, completed)
             answer(master, "\x15\n", "ready> ")  # Ctrl+U: away with the line
     finally:
-        shell.kill()
-        shell.wait()
+        process.kill()
+        process.wait()
         os.close(master)
 
 

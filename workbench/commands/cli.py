@@ -11,10 +11,14 @@ import os
 import signal
 import sys
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from types import FrameType
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from workbench.common.errors import WorkbenchError
+
+if TYPE_CHECKING:
+    import logging
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -23,6 +27,50 @@ READER_GONE = 141
 """The same for SIGPIPE, as in `workbench params | head -1`."""
 MAY_BE_EMPTY = ("--sensors",)
 """Options whose empty value means none."""
+COMPLETION = "completion"
+"""The command that looks at others."""
+AGAIN = 2.0
+"""How far something is, is said anew after this long, though it stands still [s]."""
+COMMANDS = (
+    "new",
+    "inspect",
+    "frames",
+    "hover",
+    "reproduce",
+    "lidar_trial",
+    "step",
+    "linearize",
+    "judge",
+    "frequency_response",
+    "compare",
+    "pin",
+    "regress",
+    "sweep",
+    "tune",
+    "fly",
+    "serve",
+    "sitl",
+    "monitor",
+    "gateway",
+    "tokens",
+    "log",
+    "identify",
+    "import_log",
+    "replay",
+    "plot",
+    "export",
+    "estimate",
+    "excite",
+    "predict",
+    "what_if",
+    "params",
+    "gains",
+    "controllers",
+    "graph",
+    "gui",
+    COMPLETION,
+)
+"""Modules of the commands, in the order of the help."""
 ENDING = (signal.SIGTERM, signal.SIGHUP)
 """What else asks a program to end: a system that shuts down, a terminal that is closed."""
 
@@ -74,8 +122,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(argv: Sequence[str] | None) -> int:
     """Run one command and return its exit code."""
-    _refuse_empty(sys.argv[1:] if argv is None else argv)
-    parser = _parser()
+    words = sys.argv[1:] if argv is None else argv
+    if list(words[:2]) == [COMPLETION, "words"]:  # a shell asks; the last word is yet to be typed
+        parser = _parser(*[COMPLETION, *words[2:3]] if len(words) > 3 else [])
+    else:
+        _refuse_empty(words)
+        parser = _parser(*words[:1])
     args = parser.parse_args(argv)
     if args.command is None:
         parser.print_help(sys.stderr)
@@ -141,47 +193,11 @@ def _terminate(number: int, frame: FrameType | None) -> NoReturn:
     raise Terminated(number)
 
 
-def _parser() -> argparse.ArgumentParser:
-    from workbench.commands import (
-        compare,
-        completion,
-        controllers,
-        estimate,
-        excite,
-        export,
-        fly,
-        frames,
-        frequency_response,
-        gains,
-        gateway,
-        graph,
-        gui,
-        hover,
-        identify,
-        import_log,
-        inspect,
-        judge,
-        lidar_trial,
-        linearize,
-        log,
-        monitor,
-        new,
-        params,
-        pin,
-        plot,
-        predict,
-        regress,
-        replay,
-        reproduce,
-        serve,
-        sitl,
-        step,
-        sweep,
-        tokens,
-        tune,
-        what_if,
-    )
+def _parser(*only: str) -> argparse.ArgumentParser:
+    """Return the parser of all commands, or of those that are named, where there are such.
 
+    To load and describe all takes longer than most commands' own options.
+    """
     parser = Parser(
         prog="workbench",
         description="Design a multirotor and its controller on Drake.",
@@ -193,47 +209,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, help="print the version and stop")
     commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
-    listed = (
-        new,
-        inspect,
-        frames,
-        hover,
-        reproduce,
-        lidar_trial,
-        step,
-        linearize,
-        judge,
-        frequency_response,
-        compare,
-        pin,
-        regress,
-        sweep,
-        tune,
-        fly,
-        serve,
-        sitl,
-        monitor,
-        gateway,
-        tokens,
-        log,
-        identify,
-        import_log,
-        replay,
-        plot,
-        export,
-        estimate,
-        excite,
-        predict,
-        what_if,
-        params,
-        gains,
-        controllers,
-        graph,
-        gui,
-        completion,
-    )
-    for command in listed:
-        command.add_parser(commands)
+    alone = [each for each in COMMANDS if each.replace("_", "-") in only]
+    for name in alone or COMMANDS:
+        import_module(f"workbench.commands.{name}").add_parser(commands)
     return parser
 
 
@@ -243,6 +221,7 @@ def _remarks_as_sentences() -> Iterator[None]:
     import logging
 
     from workbench.commands.progress import above_bars
+    from workbench.common.cache import PROGRESS_LOGGER
 
     class Handler(logging.StreamHandler):
         """Prints a sentence above a progress bar, not into it."""
@@ -254,8 +233,8 @@ def _remarks_as_sentences() -> Iterator[None]:
     logger = logging.getLogger("workbench")
     handler = Handler()
     handler.setFormatter(logging.Formatter("workbench: %(message)s"))
-    said: set[str] = set()
-    handler.addFilter(lambda record: _is_new(record.getMessage(), said))
+    said: dict[str, float] = {}
+    handler.addFilter(lambda record: _is_new(record, said, record.name == PROGRESS_LOGGER))
     logger.setLevel(logging.INFO)
     logger.addHandler(handler)
     logger.propagate = False
@@ -267,11 +246,23 @@ def _remarks_as_sentences() -> Iterator[None]:
         logger.setLevel(logging.NOTSET)
 
 
-def _is_new(message: str, said: set[str]) -> bool:
-    """Return whether a message was not said yet; a command may fly several times."""
-    new = message not in said
-    said.add(message)
-    return new
+def _is_new(record: "logging.LogRecord", said: dict[str, float], progress: bool) -> bool:
+    """Return whether to say a message: a remark once, as a command may fly several times.
+
+    How far something is, is said anew though it stands still, as silence looks like a program that
+    hangs; but once for all processes that wait at a time.
+
+    Args:
+        record: of the message.
+        said: when each message was said last [s].
+        progress: whether it tells how far something is.
+    """
+    message, now = record.getMessage(), record.created
+    last = said.get(message)
+    if last is not None and (not progress or now < last + AGAIN):
+        return False
+    said[message] = now
+    return True
 
 
 class _Version(argparse.Action):

@@ -1,48 +1,81 @@
 """Pictures drawn by a process of their own: `python -m workbench.commands.drawer FD`."""
 
+import gc
 import importlib
 import pickle
 import sys
+import threading
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
+from queue import SimpleQueue
 from types import TracebackType
 from typing import Any, Self
 
+from workbench.commands.printing import say
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.child_process import ChildProcess
+
+PERIOD = 3.0
+"""Between two messages about a picture that is waited for [s]."""
 
 
 class Drawer:
     """Loads matplotlib in another process while the flight is computed, and draws there.
 
-    That is a second or so less to wait for, where there is a second core.
+    That is a second or so less to wait for, where there is a second core. What was begun is to be
+    waited for by `finish`.
 
     Args:
-        module: that has the function which draws.
-        function: its name; takes what is drawn, returns a matplotlib figure.
+        modules: that have the functions which draw.
     """
 
-    def __init__(self, module: str, function: str) -> None:
+    def __init__(self, *modules: str) -> None:
         self._process = ChildProcess("workbench.commands.drawer", "picture")
-        self._process.connection.send((module, function))
+        self._process.connection.send(modules)
+        self._begun: list[Path] = []
 
-    def png(self, what: Any, to: Path) -> None:
-        """Draw it and write the picture.
+    def begin(self, to: Path, module: str, function: str, *args: Any, **options: Any) -> None:
+        """Begin to draw a picture and to write it.
+
+        Args:
+            to: its file.
+            module: that has the function.
+            function: its name; it returns a matplotlib figure.
+            args: of the function.
+            options: of the function.
+
+        Raises:
+            WorkbenchError: if the process was ended from outside.
+        """
+        try:
+            self._process.connection.send((to, module, function, args, options))
+        except OSError as gone:  # nobody is at the other end
+            raise self._ended() from gone
+        self._begun.append(to)
+
+    def finish(self) -> None:
+        """Wait until all that was begun is written.
 
         Raises:
             WorkbenchError: if it cannot be written, or the process was ended from outside.
         """
-        try:
-            self._process.connection.send((what, to))
-            error = self._process.connection.recv()
-        except (EOFError, OSError) as gone:  # nobody is at the other end
-            raise WorkbenchError(
-                f"{self._process.cause()}: close other programs if it was for want of memory, or "
-                "add --no-plots"
-            ) from gone
-        if error is not None:
-            raise error
+        while self._begun:
+            picture = self._begun.pop(0)
+            try:
+                while not self._process.connection.poll(PERIOD):
+                    say(f"drawing {picture}; the first time, matplotlib looks for fonts")
+                error = self._process.connection.recv()
+            except (EOFError, OSError) as gone:
+                raise self._ended() from gone
+            if error is not None:
+                raise error
+
+    def _ended(self) -> WorkbenchError:
+        return WorkbenchError(
+            f"{self._process.cause()}: close other programs if it was for want of memory, or "
+            "add --no-plots"
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -61,23 +94,38 @@ class Drawer:
 def main(connection: Connection) -> int:
     """Load what draws, then draw what comes until nobody is at the other end.
 
-    The first message is module and function, later ones what to draw and where to write it; each
-    of those is answered by None, or by the exception.
+    The first message is the names of modules, later ones what `Drawer.begin` takes; each of those
+    is answered by None, or by the exception. They are read while modules load, so that the other
+    side waits for nothing.
     """
-    with suppress(EOFError, OSError):
-        module, function = connection.recv()
-        importlib.import_module("matplotlib.backends.backend_agg")
-        draw = getattr(importlib.import_module(module), function)
-        write = importlib.import_module("workbench.design.plots").write_png
-        while True:
-            what, to = connection.recv()
+    gc.disable()  # what is loaded and drawn here lives as long as the process
+    read: SimpleQueue[bytes | None] = SimpleQueue()
+    threading.Thread(target=_read, args=(connection, read), daemon=True).start()
+    first = read.get()
+    if first is None:
+        return 0
+    for module in ("matplotlib.backends.backend_agg", *pickle.loads(first)):
+        importlib.import_module(module)
+    write = importlib.import_module("workbench.design.plots").write_png
+    with suppress(OSError):
+        while (message := read.get()) is not None:
             try:
-                write(draw(what), to)
+                to, module, function, args, options = pickle.loads(message)
+                draw = getattr(importlib.import_module(module), function)
+                write(draw(*args, **options), to)
             except Exception as error:
                 connection.send(_fit_to_send(error))
             else:
                 connection.send(None)
     return 0
+
+
+def _read(connection: Connection, read: "SimpleQueue[bytes | None]") -> None:
+    """Put all messages into a queue, and None at the end."""
+    with suppress(EOFError, OSError):
+        while True:
+            read.put(connection.recv_bytes())
+    read.put(None)
 
 
 def _fit_to_send(error: Exception) -> Exception:

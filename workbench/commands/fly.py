@@ -19,7 +19,14 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs, make_folder_of
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import (
+    lost_replies,
+    print_json,
+    print_table,
+    say,
+    say_written,
+    told_of_autopilot,
+)
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import told_to_stop
 from workbench.common.errors import FlightBrokenError, WorkbenchError
@@ -179,6 +186,9 @@ def run(args: argparse.Namespace) -> int:
     if flown.broken:
         say(f"{flown.broken}; what was flown until then is in the log")
         return ExitCode.NOT_AS_DEMANDED
+    if flown.ended:
+        say(flown.ended)
+        return ExitCode.NOT_AS_DEMANDED
     if flown.log_said:  # it was said when the log was lost
         return ExitCode.NOT_AS_DEMANDED
     return ExitCode.DONE
@@ -188,7 +198,8 @@ def run(args: argparse.Namespace) -> int:
 class _Flown:
     """A flight, where it was flown, what its sensors did, and why it or its log broke off.
 
-    And how the exchange with a program that ran the law went, and what that recorded.
+    And how the exchange with a program that ran the law went, why that ended in flight, and what it
+    recorded.
     """
 
     recording: "Recording"
@@ -198,6 +209,7 @@ class _Flown:
     broken: str = ""
     log_said: str = ""
     exchange: "Mapping[str, float]" = field(default_factory=dict)
+    ended: str = ""
     records: "Mapping[str, bytes]" = field(default_factory=dict)
 
 
@@ -243,6 +255,7 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             broken=broken,
             log_said=log_said,
             exchange=session.exchange,
+            ended=session.ended,
             records=session.records,
         )
 
@@ -325,6 +338,7 @@ def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> Non
     """Print the summary, and what the sensors did."""
     import dataclasses
 
+    from workbench.control.mode import Reason
     from workbench.design.flight_summary import summarise
 
     summary = summarise(flight.recording)
@@ -336,17 +350,17 @@ def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> Non
     if summary.turned_over is not None:
         say(f"the drone turned over at {summary.turned_over:.1f} s")
     for failsafe in summary.failsafes:
-        say(failsafe.said)
+        if failsafe.reason != Reason.AUTOPILOT_ENDED.label:  # which is said with its cause
+            say(failsafe.said)
     if as_json:
         flown = {"title": title, **dataclasses.asdict(summary)}
         flown |= {"sensors": flight.sensors, "estimate": estimate, "files": files}
-        print_json(flown | ({"exchange": flight.exchange} if flight.exchange else {}))
+        print_json(flown | told_of_autopilot(flight.exchange, flight.ended))
         return
     print(title)
     lines = _lines(summary)
     if flight.exchange:
-        said = f"of {flight.exchange['packets']:.0f} packets to the autopilot"
-        lines.append(("lost replies", f"{flight.exchange['lost']:.0f}", said))
+        lines.append(("lost replies", *lost_replies(flight.exchange)))
     print_table(lines, left=(0, 2))
     if flight.sensors:
         print()

@@ -14,7 +14,14 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import (
+    lost_replies,
+    print_json,
+    print_table,
+    say,
+    say_written,
+    told_of_autopilot,
+)
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -65,15 +72,17 @@ def run(args: argparse.Namespace) -> int:
     gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set), law)
     unlikely = doubts(report.hover.vehicle)
     if args.json:
-        print_json(_result(report, gains, outputs.files) | {"warnings": unlikely})
+        found = _result(report, gains, outputs.files) | {"warnings": unlikely}
+        print_json(found | told_of_autopilot(report.exchange, report.ended))
     else:
         _print(report, law, gains, unlikely)
     say_written(outputs.files)
+    if report.ended:
+        say(report.ended)
     missed = [_sentence(demand) for demand in report.demands if not demand.met]
     if missed:
         say(f"not as demanded: {'; '.join(missed)}")
-        return ExitCode.NOT_AS_DEMANDED
-    return ExitCode.DONE
+    return ExitCode.NOT_AS_DEMANDED if missed or report.ended else ExitCode.DONE
 
 
 def _result(report: "HoverReport", gains: "dict[str, Gain]", files: "list[Path]") -> dict[str, Any]:
@@ -121,6 +130,8 @@ def _print(
     uses += [(f"{step.axis} step", step.peak_rotor_use) for step in report.steps]
     parts = ", ".join(f"{name} {100.0 * use:.0f} %" for name, use in uses)
     print(f"\nlargest rotor speed, of its limit: {parts}")
+    if report.exchange:
+        print(f"lost replies: {' '.join(lost_replies(report.exchange))}")
     if unlikely:
         met = all(demand.met for demand in report.demands)
         print(f"\n{'all ok, but' if met else 'besides,'} this is unlikely of a drone:")

@@ -12,9 +12,11 @@ from workbench.commands.options import (
     add_description_options,
     add_json_option,
     add_mapping_option,
+    add_order_option,
     add_rotors_option,
 )
 from workbench.commands.outputs import Outputs
+from workbench.commands.predict import found_logs
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import stop_on_interrupt
@@ -37,7 +39,9 @@ def add_parser(commands: Any) -> None:
         "workbench identify flight.csv --model dh_drone --sidecar flown.rotors.yaml",
         run,
     )
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help=LOG_HELP)
+    parser.add_argument(
+        "logs", nargs="+", type=Path, metavar="LOG", help=f"{LOG_HELP}; or a folder of these"
+    )
     parser.add_argument(
         "--model",
         required=True,
@@ -49,14 +53,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--mass", type=float, metavar="KG", help="as weighed (default: the description's)"
     )
-    parser.add_argument(
-        "--order",
-        type=_numbers,
-        default=[],
-        metavar="N,N,..",
-        help="for each rotor of the description the number of its motor in the log, from 1 "
-        "(default: the same order)",
-    )
+    add_order_option(parser)
     for name, what in (("accel", "accelerometer"), ("gyro", "gyro")):
         parser.add_argument(
             f"--{name}-lowpass",
@@ -83,22 +80,13 @@ def add_parser(commands: Any) -> None:
     add_json_option(parser)
 
 
-def _numbers(text: str) -> list[int]:
-    """Return whole numbers of a text `1,2,3`."""
-    try:
-        return [int(each) for each in text.split(",")]
-    except ValueError:
-        raise WorkbenchError(
-            f"'{text}' is no order of motors: write their numbers, as 1,2,3,4"
-        ) from None
-
-
 def run(args: argparse.Namespace) -> int:
     """Identify, print, and write sidecar and picture."""
     from workbench.logs.flight_reader import read_flight
     from workbench.logs.measured_flight import has_imu
 
     vehicle = _vehicle(args)
+    args.logs = found_logs(args.logs)
     records = []
     for path in args.logs:
         with progress_bar(f"reading {path.name}") as progress:
@@ -226,6 +214,8 @@ def _print_findings(rows: "list[RotorTrim]") -> None:
     findings = [row for row in rows if row.finding]
     for row in findings:
         print(f"  {row.name}: {row.finding}")
+    if findings:
+        print("  some normal drones differ as much: look at the rotor and where the battery sits")
     if rows and not findings:
         print("  no rotor stands out")
 

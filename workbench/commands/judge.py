@@ -1,6 +1,7 @@
 """`workbench judge`: margins, modes, steps and rates of the closed loop that flies."""
 
 import argparse
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
@@ -23,12 +24,15 @@ from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import find_loop
 
 if TYPE_CHECKING:
-    from workbench.design.judge.report import Judgement
+    from workbench.design.linear.model import LinearModel
     from workbench.design.linear.operating_point import OperatingPoint
     from workbench.scenario.scenario import Scenario
 
+_LOOPS, _MAPS = "workbench.design.judge.plots_loop", "workbench.design.judge.plots_map"
+"""What draws the pictures."""
 DESCRIPTION_OF_MAP = "speed, tilt, climb, yaw_rate, payload"
 
 
@@ -105,27 +109,40 @@ def run(args: argparse.Namespace) -> int:
 
 def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoint") -> int:
     """Judge one operating point."""
+    from workbench.commands.drawer import Drawer
     from workbench.design.judge.report import judge
 
-    with Outputs() as outputs:
-        name = f"judge-{args.loop}.png" if args.loop else "judge-loops.png"
-        plot = None if args.no_plots else outputs.add(args.output / name)
-        rates = None if args.no_plots else outputs.add(args.output / "judge-rates.png")
-        phase = None if args.no_plots else outputs.add(args.output / "judge-phase.png")
+    with Outputs() as outputs, ExitStack() as stack:
+        drawer = None
+        if not args.no_plots:
+            name = f"judge-{args.loop}.png" if args.loop else "judge-loops.png"
+            plot = outputs.add(args.output / name)
+            rates = outputs.add(args.output / "judge-rates.png")
+            phase = outputs.add(args.output / "judge-phase.png")
+            drawer = stack.enter_context(Drawer(_LOOPS, _MAPS))
+
+        def draw_loops(steering: "LinearModel", holding: "LinearModel | None") -> None:
+            if drawer and not args.loop:  # while the rest is judged
+                drawer.begin(plot, _LOOPS, "plot_loops", steering, holding, cut=args.cut)
+
         with progress_bar("judging the loops") as progress:
-            found = judge(scenario, point=point, settings=dict(args.set), progress=progress)
-        if plot and rates:
-            from workbench.design.judge.plots_map import plot_rates
-            from workbench.design.plots import write_png
-
-            write_png(_draw(args, scenario, found), plot)
+            found = judge(
+                scenario,
+                point=point,
+                settings=dict(args.set),
+                progress=progress,
+                modelled=draw_loops,
+            )
+        if drawer:
+            if args.loop:
+                loop = find_loop(args.loop, found.steering.controller)
+                model = (found.holding if loop.hold else None) or found.steering
+                drawer.begin(plot, _LOOPS, "plot_loop", model, loop, found.steps, cut=args.cut)
             title = f"{found.vehicle}: how slow the law may run"
-            write_png(plot_rates(found.slowest, title), rates)
-        if phase:
-            from workbench.design.judge.plots_loop import plot_phase
-            from workbench.design.plots import write_png
-
-            write_png(plot_phase(found.phase, f"{found.vehicle}: where the phase went"), phase)
+            drawer.begin(rates, _MAPS, "plot_rates", found.slowest, title)
+            title = f"{found.vehicle}: where the phase went"
+            drawer.begin(phase, _LOOPS, "plot_phase", found.phase, title)
+            drawer.finish()
     if args.json:
         print_json(result(found) | {"files": outputs.files})
     else:
@@ -136,18 +153,6 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
         say(f"unstable: a mode grows through {' and '.join(found.unstable)}")
         return ExitCode.NOT_AS_DEMANDED
     return ExitCode.DONE
-
-
-def _draw(args: argparse.Namespace, scenario: "Scenario", found: "Judgement") -> Any:
-    """Return the picture of one loop, or of all."""
-    from workbench.control.controller import find_loop
-    from workbench.design.judge.plots_loop import plot_loop, plot_loops
-
-    if not args.loop:
-        return plot_loops(found.steering, found.holding, cut=args.cut)
-    loop = find_loop(args.loop, found.steering.controller)
-    model = found.holding if loop.hold else found.steering
-    return plot_loop(model or found.steering, loop, found.steps, cut=args.cut)
 
 
 def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:

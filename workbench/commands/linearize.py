@@ -16,7 +16,7 @@ from workbench.commands.options import (
 from workbench.commands.printing import print_json, say
 
 if TYPE_CHECKING:
-    import control
+    from workbench.design.linear.model import Matrices
 
 
 def add_parser(commands: Any) -> None:
@@ -67,14 +67,14 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Linearise and print."""
-    from workbench.design.linear.linearize import linearize
+    from workbench.design.linear.linearize import linear_matrices
     from workbench.scenario.scenario import Scenario, flown_controller
 
     scenario = with_vehicle(Scenario(), args)
     law = flown_controller(scenario)
     if law.derivatives != "AutoDiff":
         say(f"{law.name} does not convert to AutoDiffXd: its derivatives are {law.derivatives}")
-    system = linearize(
+    system = linear_matrices(
         scenario,
         at=args.at,
         loop=args.loop,
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
                 "at": args.at,
                 "loop": args.loop,
                 "period": float(system.dt),
-                "states": [] if args.minimal else list(system.state_labels),
+                "states": list(system.state_labels),
                 "inputs": list(system.input_labels),
                 "outputs": list(system.output_labels),
                 **{name: getattr(system, name).tolist() for name in "ABCD"},
@@ -102,22 +102,22 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _print(system: "control.StateSpace", args: argparse.Namespace) -> None:
+def _print(system: "Matrices", args: argparse.Namespace) -> None:
     """Print order and poles, fast ones last, in the words of `control.damp`."""
     from workbench.design.judge.loop_response import INTEGRATOR
     from workbench.design.judge.modes import modes_of, natural_poles
 
     kind = f"sampled each {1e3 * system.dt:.4g} ms" if system.dt else "continuous"
-    print(f"{args.loop} at {args.at}, {kind}, {flown_with(args)}: {system.nstates} states")
+    print(f"{args.loop} at {args.at}, {kind}, {flown_with(args)}: {len(system.A)} states")
     print(f"inputs:  {', '.join(system.input_labels)}")
     print(f"outputs: {', '.join(system.output_labels)}")
-    poles = system.poles()
+    poles = system.poles
     modes = [mode for mode in modes_of(poles, system.dt) if not mode.gone_after(system.dt)]
     print_modes(modes)
     integrators = int((abs(natural_poles(poles, system.dt)) <= INTEGRATOR).sum())
     # a pair is one mode of two poles; a lone sampled pole at negative z swings at half the rate
     pairs = sum(0.0 < mode.imaginary < _half_rate(system.dt) for mode in modes)
-    gone = system.nstates - integrators - len(modes) - pairs
+    gone = len(system.A) - integrators - len(modes) - pairs
     if integrators:
         print(f"{integrators} {'integrator' if integrators == 1 else 'integrators'}")
     if gone:

@@ -113,10 +113,10 @@ def _print(flight: "FlightRecord", contents: "FlightContents", everything: bool)
     print(f"{flight.name}: {flight.format}, {flight.firmware or 'firmware not known'}")
     print(f"{flight.end:.2f} s, {len(flight.signals)} signals, {len(flight.parameters)} parameters")
     if contents.turning == contents.turning:  # there are commands
-        print(
-            f"motors turn for {contents.turning:.1f} s, one of them at its limit in "
-            f"{100.0 * contents.saturated:.0f} % of it"
-        )
+        limit = ""
+        if contents.saturated == contents.saturated:  # commands are shares of the full one
+            limit = f", one of them at its limit in {100.0 * contents.saturated:.0f} % of it"
+        print(f"motors turn for {contents.turning:.1f} s{limit}")
     for remark in flight.remarks:
         print(f"- {remark}")
     shown = [each for each in flight.signals.values() if each.unit or everything]

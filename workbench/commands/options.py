@@ -161,7 +161,7 @@ def add_json_option(
     parser.add_argument("--json", action="store_true", help=what)
 
 
-def add_mapping_option(parser: argparse.ArgumentParser) -> None:
+def add_mapping_option(parser: Any) -> None:
     """Add --mapping."""
     parser.add_argument(
         "--mapping",
@@ -169,6 +169,28 @@ def add_mapping_option(parser: argparse.ArgumentParser) -> None:
         metavar="MAPPING.yaml",
         help="what the columns of a CSV log are (default: LOG.mapping.yaml beside LOG.csv, if any)",
     )
+
+
+def add_order_option(parser: Any) -> None:
+    """Add --order."""
+    parser.add_argument(
+        "--order",
+        type=_numbers,
+        default=[],
+        metavar="N,N,..",
+        help="for each rotor of the description the number of its motor in the log, from 1 "
+        "(default: the same order)",
+    )
+
+
+def _numbers(text: str) -> list[int]:
+    """Return whole numbers of a text `1,2,3`."""
+    try:
+        return [int(each) for each in text.split(",")]
+    except ValueError:
+        raise WorkbenchError(
+            f"'{text}' is no order of motors: write their numbers, as 1,2,3,4"
+        ) from None
 
 
 def add_scheduler_option(parser: argparse.ArgumentParser) -> None:

@@ -29,11 +29,8 @@ if TYPE_CHECKING:
     from workbench.design.predict.prediction import Prediction, Predictor, Summary
     from workbench.plant.vehicle import Vehicle
 
-FLOWN = {"PID": "crazyflie", "Mellinger": "mellinger"}
-"""Laws of a Crazyflie's controllers, as its logs tell them."""
 DEFAULT = "crazyflie"
-ENDINGS = (".csv", ".csv.gz", ".mcap", ".ulg", ".bin", ".BIN", ".bbl", ".bfl")
-"""Of logs that a folder is looked through for."""
+"""Law that flew, where a log does not say it."""
 EFFECTS = ("thrust", "memory", "moment", "estimate", "tilt")
 
 
@@ -135,12 +132,14 @@ def found_logs(paths: Sequence[Path]) -> list[Path]:
     Raises:
         WorkbenchError: if a folder has none.
     """
+    from workbench.logs.flight_record import LOG_ENDINGS
+
     found: list[Path] = []
     for path in paths:
         if not path.is_dir():
             found.append(path)
             continue
-        inside = sorted(p for p in path.iterdir() if p.name.endswith(ENDINGS))
+        inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(LOG_ENDINGS))
         inside = [p for p in inside if p.name != "index.csv"]
         if not inside:
             raise WorkbenchError(f"{path}: no logs in this folder: name logs, or where they are")
@@ -180,16 +179,28 @@ def _motions(
     paths: Sequence[Path], args: argparse.Namespace, vehicle: "Vehicle"
 ) -> list[tuple[str, "Motion"]]:
     """Return the flights, and which law each of them flies."""
+    from workbench.design.predict.past import thrust_doubt
     from workbench.logs.flight_reader import read_flight
-    from workbench.logs.motion import motion_of
+    from workbench.logs.motion import law_name, motion_of
 
-    found = []
+    found: list[tuple[str, Motion]] = []
+    left_out: list[WorkbenchError] = []
     with progress_bar("reading logs") as progress:
         for number, path in enumerate(paths):
-            flight = read_flight(path, args.mapping)
-            law = args.controller or FLOWN.get(str(flight.parameters.get("controller")), DEFAULT)
-            found.append((law, motion_of(flight, vehicle)))
+            try:
+                flight = read_flight(path, args.mapping)
+                law = args.controller or law_name(flight) or DEFAULT
+                found.append((law, motion_of(flight, vehicle)))
+            except WorkbenchError as error:
+                left_out.append(error)
             progress((number + 1) / len(paths))
+    if not found:
+        raise left_out[0]
+    for each in left_out:
+        say(f"left out: {each}")
+    doubts = list(filter(None, (thrust_doubt(motion, vehicle) for _, motion in found)))
+    for doubt in doubts[:1]:  # it is the same drone for all
+        say(f"{doubt} ({len(doubts)} of {len(found)} logs)")
     return found
 
 

@@ -18,6 +18,25 @@ def say_written(files: Sequence[Path]) -> None:
     say(f"wrote {', '.join(map(str, files))}")
 
 
+def lost_replies(exchange: Mapping[str, float]) -> tuple[str, str]:
+    """Return how many packets a program that ran the law did not answer in time, and of how many.
+
+    Args:
+        exchange: see `Program.report`.
+    """
+    return f"{exchange['lost']:.0f}", f"of {exchange['packets']:.0f} packets to the autopilot"
+
+
+def told_of_autopilot(exchange: Mapping[str, float], ended: str) -> dict[str, Any]:
+    """Return what JSON has of a program that ran the law; nothing where none did.
+
+    Args:
+        exchange: see `Program.report`.
+        ended: why it ended in flight, "" else.
+    """
+    return {"exchange": exchange, "autopilot_ended": ended} if exchange else {}
+
+
 def print_json(data: Any) -> None:
     """Print data as strict JSON: dataclasses become objects, and what is not finite null."""
     print(to_json(data))

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from workbench.commands.printing import say
 
-SELDOM = 10.0
+SELDOM = 4.0
 """Between two lines where there is no terminal [s]."""
 
 

@@ -86,6 +86,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.design.regress.flight import Changes
     from workbench.design.regress.running import local, record, regress
     from workbench.design.regress.spec_names import find_specs
+    from workbench.logs.judged_log import read_case
 
     if args.jobs < 1:
         raise WorkbenchError(f"--jobs is {args.jobs}: give it 1 or more")
@@ -103,12 +104,18 @@ def run(args: argparse.Namespace) -> int:
         with progress_bar("flying") as progress:
             if args.update:
                 results, files = record(
-                    specs, controller=args.controller, executor=executor, progress=progress
+                    specs,
+                    controller=args.controller,
+                    executor=executor,
+                    progress=progress,
+                    read_log=read_case,
                 )
                 for path, text in files.items():
                     outputs.add(path).write_text(text, encoding="utf-8")
             else:
-                results = regress(specs, changes, executor=executor, progress=progress)
+                results = regress(
+                    specs, changes, executor=executor, progress=progress, read_log=read_case
+                )
         _write(results, junit, html, _title(args.specs))
     if args.json:
         print_json(_result(results, changes, outputs.files))
@@ -144,6 +151,8 @@ def _print(results: Sequence["CaseResult"]) -> None:
     for result in results:
         for failure in result.failures:
             print(f"{result.spec}: {result.case}: {failure}")
+        for skipped in result.skips:
+            print(f"{result.spec}: {result.case}: skipped: {skipped}")
     for changed in since_baseline([result for result in results if not result.passed]):
         print(changed)
     print(summary(results))
@@ -162,6 +171,7 @@ def _result(
                 "file": result.path,
                 "case": result.case,
                 "passed": result.passed,
+                "skipped": result.skips,
                 "failures": result.failures,
                 "trouble": result.trouble,
                 "seconds": result.seconds,
@@ -175,6 +185,7 @@ def _result(
                         "beyond": check.excess,
                         "passed": check.met,
                         "doubt": check.doubt,
+                        "skipped": check.skipped,
                     }
                     for check in result.checks
                 ],
@@ -183,7 +194,7 @@ def _result(
                         "signal": curve.signal,
                         "unit": curve.unit,
                         "band_use": curve.use if curve.band else None,
-                        "beyond": float(curve.excesses.max()),
+                        "beyond": float(curve.excesses.max(initial=0.0)),
                         "passed": curve.met,
                     }
                     for curve in result.curves

@@ -188,7 +188,7 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
     from workbench.live.messages import Phase
 
     told: tuple[str, ...] = ()
-    who, ended, lost = NOBODY_YET, "", ""
+    who, ended, lost, autopilot = NOBODY_YET, "", "", ""
     while not stopped.wait(LOOK):
         view = flight.latest()
         if view.phase is Phase.ENDED:
@@ -199,6 +199,9 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
         if view.phase is Phase.BROKEN:
             say(f"{view.said}; the server stops")
             return ExitCode.NOT_AS_DEMANDED
+        if view.autopilot and view.autopilot.ended != autopilot:
+            autopilot = view.autopilot.ended
+            say(autopilot)
         ended = _say_server(view, ended)
         if view.network.log_said != lost:
             lost = view.network.log_said
@@ -207,7 +210,7 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
         who = _say_control(view, who)
         if duration is not None and view.snapshot and view.snapshot.time >= duration:
             break
-    return ExitCode.DONE
+    return ExitCode.NOT_AS_DEMANDED if autopilot else ExitCode.DONE
 
 
 def _say_server(view: "LiveView", before: str) -> str:

@@ -15,11 +15,20 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import (
+    lost_replies,
+    print_json,
+    print_table,
+    say,
+    say_written,
+    told_of_autopilot,
+)
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from workbench.design.load_step import LoadResponse
     from workbench.design.step_response import StepResponse
 
@@ -101,7 +110,7 @@ def _run_load(args: argparse.Namespace) -> int:
         drawer = None
         if not args.no_plots:
             picture = outputs.add(args.output / f"step-{args.load}.png")
-            drawer = stack.enter_context(Drawer("workbench.design.plots_load", "plot_load"))
+            drawer = stack.enter_context(Drawer("workbench.design.plots_load"))
         with progress_bar(f"flying a step of {args.load}") as progress:
             flown = fly_load_step(
                 args.load,
@@ -112,10 +121,12 @@ def _run_load(args: argparse.Namespace) -> int:
                 settings=dict(args.set),
                 progress=progress,
             )
+        if drawer:
+            drawer.begin(picture, "workbench.design.plots_load", "plot_load", flown)
         flown.recording.write_csv(log)
         if drawer:
-            drawer.png(flown, picture)
-    trouble = flown.loss.sentence if flown.loss else ""
+            drawer.finish()
+    trouble = flown.ended or (flown.loss.sentence if flown.loss else "")
     if args.json:
         print_json(
             {
@@ -130,6 +141,7 @@ def _run_load(args: argparse.Namespace) -> int:
                 "trouble": trouble,
                 "files": outputs.files,
             }
+            | told_of_autopilot(flown.exchange, flown.ended)
         )
     else:
         _print_load(flown, args)
@@ -158,6 +170,7 @@ def _print_load(flown: "LoadResponse", args: argparse.Namespace) -> None:
         ("settling_time", number(metrics.settling_time, ".3f"), "s", band),
         ("steady_state_error", number(metrics.steady_state_error, ".3f"), "%", "of the peak"),
         ("peak_rotor_use", f"{100 * flown.peak_rotor_use:.1f}", "%", "of the speed limit"),
+        *_autopilot_rows(flown.exchange),
     ]
     print_table(rows, left=(0, 2, 3))
 
@@ -182,7 +195,7 @@ def _run_command(args: argparse.Namespace) -> int:
         drawer = None
         if not args.no_plots:
             picture = outputs.add(args.output / f"step-{axis}.png")
-            drawer = stack.enter_context(Drawer("workbench.design.plots_step", "plot_step"))
+            drawer = stack.enter_context(Drawer("workbench.design.plots_step"))
         with progress_bar(f"flying a step along {axis}") as progress:
             response = fly_step(
                 axis,
@@ -193,10 +206,12 @@ def _run_command(args: argparse.Namespace) -> int:
                 velocity=steady_velocity(args.at),
                 progress=progress,
             )
+        if drawer:
+            drawer.begin(picture, "workbench.design.plots_step", "plot_step", response)
         response.recording.write_csv(log)
         if drawer:
-            drawer.png(response, picture)
-    trouble = response.loss.sentence if response.loss else ""
+            drawer.finish()
+    trouble = response.ended or (response.loss.sentence if response.loss else "")
     if args.json:
         print_json(
             {
@@ -213,6 +228,7 @@ def _run_command(args: argparse.Namespace) -> int:
                 "trouble": trouble,
                 "files": outputs.files,
             }
+            | told_of_autopilot(response.exchange, response.ended)
         )
     else:
         _print(response, args)
@@ -251,4 +267,13 @@ def _print(response: "StepResponse", args: argparse.Namespace) -> None:
         for axis, value in dataclasses.asdict(coupling).items()
         if axis != response.axis
     ]
+    rows += _autopilot_rows(response.exchange)
     print_table(rows, left=(0, 2, 3))
+
+
+def _autopilot_rows(exchange: "Mapping[str, float]") -> list[tuple[str, str, str, str]]:
+    """Return the row of a program that ran the law, none where none did."""
+    if not exchange:
+        return []
+    lost, packets = lost_replies(exchange)
+    return [("lost replies", lost, "", packets)]

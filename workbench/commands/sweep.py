@@ -1,6 +1,7 @@
 """`workbench sweep`: many candidates flown, in a table and on a map."""
 
 import argparse
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from workbench.design.executor.executor import Executor
     from workbench.design.sweep.table import SweepTable
 
+_PICTURE = "workbench.design.sweep.plot_sweep"
 _OWN_LOOP = "axis"
 """What --margins means without a name."""
 
@@ -114,6 +116,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Sweep, prove the best, print it, write table and picture."""
+    from workbench.commands.drawer import Drawer
     from workbench.commands.sweep_text import print_sweep, sweep_result
     from workbench.control.controller import DEFAULT, load_controller
     from workbench.design.executor.local_processes import all_cores
@@ -127,9 +130,12 @@ def run(args: argparse.Namespace) -> int:
     check_table_path(table_path)
     if args.scheduler and not args.full:
         raise WorkbenchError("a cluster flies the full diagram: add --full to --scheduler")
-    with Outputs() as outputs, stop_on_interrupt() as stopped:
+    with Outputs() as outputs, stop_on_interrupt() as stopped, ExitStack() as stack:
         log = outputs.add(table_path)
-        plot = None if args.no_plots else outputs.add(args.output / f"sweep-{args.axis}.png")
+        drawer = None
+        if not args.no_plots:
+            plot = outputs.add(args.output / f"sweep-{args.axis}.png")
+            drawer = stack.enter_context(Drawer(_PICTURE))
         with (
             chosen_executor(args.scheduler, all_cores()) as executor,
             progress_bar(f"sweeping {len(args.ranges)} parameters") as progress,
@@ -138,12 +144,11 @@ def run(args: argparse.Namespace) -> int:
         if not len(table):
             raise KeyboardInterrupt  # nothing is there to be kept
         best = prove_best(table, args.metric)
+        if drawer:
+            drawer.begin(plot, _PICTURE, "plot_sweep", table, args.metric, best)
         write_table(table, log)
-        if plot:
-            from workbench.design.plots import write_png
-            from workbench.design.sweep.plot_sweep import plot_sweep
-
-            write_png(plot_sweep(table, args.metric, best), plot)
+        if drawer:
+            drawer.finish()
     if args.json:
         print_json(sweep_result(table, best, args.metric) | {"files": outputs.files})
     else:

@@ -16,10 +16,11 @@ from workbench.commands.options import (
     add_rotors_option,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.predict import DEFAULT, FLOWN, read_vehicle
+from workbench.commands.predict import DEFAULT, read_vehicle
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
+from workbench.common.resources import find_file
 from workbench.control.controller import SHIPPED
 from workbench.scenario.parameters import split_setting
 
@@ -86,9 +87,8 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read the flight, fly it again, print and draw the difference."""
-    from workbench.common.resources import find_file, find_model
-    from workbench.design.predict.prediction import PERIOD, PHYSICS
-    from workbench.design.predict.what_if import Uncertainty, what_if
+    from workbench.common.resources import find_model
+    from workbench.design.predict.what_if import Explained
     from workbench.logs.flight_reader import read_flight
     from workbench.logs.motion import motion_of
 
@@ -105,29 +105,14 @@ def run(args: argparse.Namespace) -> int:
             picture = outputs.add(args.output / f"{flight.name}-what-if.png")
         vehicle = read_vehicle(args)
         flown, other = _laws(args, flight, vehicle)
-        period = flown.controller.period or PERIOD
-        if (other.controller.period or PERIOD) != period:
-            raise WorkbenchError(
-                f"{other.controller.name} and {flown.controller.name} run at other periods: a law "
-                "that runs as often as the one that flew can be flown in its place"
-            )
-        motion = motion_of(flight, vehicle)
-        steps = max(1, round(period / PHYSICS)) * 2
+        flights = []
         with progress_bar(f"flying {flight.name} again") as progress:
-            found = what_if(
-                motion,
-                vehicle,
-                flown,
-                other,
-                period,
-                steps,
-                Uncertainty(),
-                args.draws,
-                args.seed,
-                progress,
-            )
-        if found is None:
-            raise WorkbenchError(f"{args.log}: is never in the air")
+            motion = motion_of(flight, vehicle)
+            explained = Explained(motion, vehicle, flown, draws=args.draws, seed=args.seed)
+            for states in explained.flights(other):
+                flights.append(states)
+                progress(len(flights) / explained.drawn)
+            found = explained.compare(flights)
         _write(found, table)
         if picture:
             from workbench.design.plots import write_png
@@ -135,6 +120,8 @@ def run(args: argparse.Namespace) -> int:
 
             title = f"{flight.name}: {other.controller.name} {_changed(args)}".strip()
             write_png(plot_what_if(found, title), picture)
+    if explained.doubt:
+        say(explained.doubt)
     if found.lost:
         say(f"{found.lost} of {found.drawn} sampled vehicles do not stay in the air with it")
     rows = _rows(found)
@@ -164,23 +151,20 @@ def _laws(
     """Return the law that flew, with its gains as far as the log tells, and the other one."""
     from workbench.control.controller import load_controller
     from workbench.design.predict.what_if import Law
-    from workbench.gains.gains import flight_gains
+    from workbench.gains.gains import flight_gains, load_gains
+    from workbench.logs.motion import flown_law, law_name
+    from workbench.scenario.parameters import parameter_table
 
-    said = str(flight.parameters.get("controller", ""))
-    name = args.flown or FLOWN.get(said, said if said in SHIPPED else DEFAULT)
-    controller = load_controller(name)
-    names = {row.name for row in controller.parameters}
-    logged = {
-        key: float(value)
-        for key, value in flight.parameters.items()
-        if key in names and isinstance(value, int | float)
-    }
-    flown = Law(controller, dict(flight_gains(vehicle, "", logged, controller)))
-    if not args.controller or args.controller == name:
-        changed = dict(flight_gains(vehicle, args.gains, {**logged, **dict(args.set)}, controller))
-        return flown, Law(controller, changed)
-    other = load_controller(args.controller)
-    return flown, Law(other, dict(flight_gains(vehicle, args.gains, dict(args.set), other)))
+    name = args.flown or law_name(flight) or DEFAULT
+    flown = flown_law(flight, vehicle, name)
+    if args.controller and args.controller != name:
+        other = load_controller(args.controller)
+        return flown, Law(other, flight_gains(vehicle, args.gains, dict(args.set), other))
+    controller, changed = flown.controller, dict(flown.gains)
+    if args.gains:
+        changed |= load_gains(find_file(args.gains), controller).gains
+    changed |= parameter_table(controller).checked(dict(args.set))
+    return flown, Law(controller, changed)
 
 
 def _changed(args: argparse.Namespace) -> str:
@@ -188,11 +172,14 @@ def _changed(args: argparse.Namespace) -> str:
 
 
 def _rows(found: "WhatIf") -> list[dict[str, float | str]]:
-    """Return the difference from the log of each axis, and the band's width [m, m/s]."""
+    """Return the difference from the log of each axis, and the band's width [m, m/s].
+
+    And how far log and other flight are off the setpoint, of positions.
+    """
     import numpy as np
 
     names = ("x", "y", "z", "v_x", "v_y", "v_z")
-    return [
+    rows: list[dict[str, float | str]] = [
         {
             "signal": name,
             "unit": "m" if index < 3 else "m/s",
@@ -202,22 +189,26 @@ def _rows(found: "WhatIf") -> list[dict[str, float | str]]:
         }
         for index, name in enumerate(names)
     ]
+    for row, before, after in zip(rows, *found.off_setpoint.tolist(), strict=False):
+        row |= {"off_setpoint_before": before, "off_setpoint_after": after}
+    return rows
 
 
 def _print(found: "WhatIf", rows: list[dict[str, float | str]]) -> None:
     print(f"{found.flight}: {found.time[-1] - found.time[0]:.2f} s, other flight less the log")
-    table = [("", "RMS", "largest", "band", "")]
+    columns = ("rms", "largest", "band", "off_setpoint_before", "off_setpoint_after")
+    table: list[tuple[str, ...]] = [
+        ("", "RMS", "largest", "band", "off the setpoint: log", "other", "")
+    ]
     table += [
         (
             str(row["signal"]),
-            f"{row['rms']:.4f}",
-            f"{row['largest']:.4f}",
-            f"{row['band']:.4f}",
+            *(f"{row[name]:.4f}" if name in row else "-" for name in columns),
             str(row["unit"]),
         )
         for row in rows
     ]
-    print_table(table, left=(0, 4))
+    print_table(table, left=(0, 6))
 
 
 def _write(found: "WhatIf", path: Path) -> None:

@@ -1,0 +1,156 @@
+"""Commands that are typed a hundred times a day, beside loading Drake's plant.
+
+Each is a process of its own, in turns with one that imports `pydrake.multibody.plant` and does
+nothing, with warm caches. Wall time is what one waits for: pictures are drawn by a second process,
+so it takes two cores that are free. Processor time, of both, depends less on who else computes.
+
+The figures on this page were taken while a dozen other programs shared the two cores: two processes
+had the time of less than one, so the wall's ratios come near those of the processor. `step` and
+`sweep` do not hold that way. Their numbers alone take 0.83 and 1.06 s of a processor, 2.6 and 3.3
+times Drake's plant; the rest is the picture, half of it to load matplotlib, 1.8 times the plant by
+itself, which two free cores do meanwhile. `inspect` and `regress steps` hold by the clock with
+little to spare, and not by the processor's time.
+
+`judge` does not hold on free cores, either: four flights of the full diagram, linear models at some
+fifteen rates and three pictures are 4.1 s of a processor, 2.2 of it without pictures. Shared out
+evenly to two cores it would be 6.5 times the plant. Tried: machine code without numba, pictures
+beside the work, one vehicle for all rates, a gain file that is read once, no python-control. What
+is left is flying, scipy.optimize, eigenvalues and matplotlib: to hold, it needs less to be asked.
+
+The first use after installing compiles: a cache of its own that is empty, and the longest time in
+which nothing was said. `sweep` compiles a flight of 260 functions besides. It was silent for 26 s
+in one piece, as a sentence that stays the same was said once; it is said again now.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+
+from spread import Spread, ratios, spread, text
+from start_up import PLANT, Taken, run
+
+ROUNDS = 4
+RANGES = ("kp_velocity_x=2..8:32", "kp_pitch=100..400:32")
+COMMANDS = (
+    ("step", "--axis", "x", "--amplitude", "1"),
+    ("judge",),
+    ("linearize",),
+    ("sweep", *RANGES, "--axis", "x", "--metric", "overshoot"),
+    ("inspect", "dh_drone"),
+    ("regress", "steps"),
+    ("completion", "words", "step", "--set", "kp_"),
+)
+FIRST = (COMMANDS[0], COMMANDS[3])
+
+
+@dataclass(frozen=True)
+class CommandRow:
+    """A command.
+
+    Attributes:
+        name: as it is typed.
+        wall: time [s].
+        cpu: of it and of its processes [s].
+        to_plant: wall time over that of loading Drake's plant, turn by turn.
+        least_to_plant: the least wall time over the least of loading it: least disturbed by others.
+        cpu_to_plant: processor time over that of loading it, turn by turn.
+    """
+
+    name: str
+    wall: Spread
+    cpu: Spread
+    to_plant: Spread
+    least_to_plant: float
+    cpu_to_plant: Spread
+
+
+@dataclass(frozen=True)
+class FirstUse:
+    """A command whose cache is empty.
+
+    Attributes:
+        command: as it is typed.
+        seconds: until it has ended [s].
+        silence: the longest time in which it said nothing [s].
+    """
+
+    command: str
+    seconds: float
+    silence: float
+
+
+def measure(rounds: int = ROUNDS) -> dict[str, list[CommandRow] | list[FirstUse]]:
+    """Return a row for each command, and for the first use of some."""
+    with tempfile.TemporaryDirectory() as folder:
+        return {
+            "commands": _warm(rounds, folder),
+            "first_uses": [_first_use(each, folder) for each in FIRST],
+        }
+
+
+def _warm(rounds: int, folder: str) -> list[CommandRow]:
+    processes = {PLANT: ["-c", PLANT]}
+    processes |= {_name(each): ["-m", "workbench", *each] for each in COMMANDS}
+    taken: dict[str, list[Taken]] = {name: [] for name in processes}
+    for turn in range(rounds + 1):
+        for name, arguments in processes.items():
+            found = run(arguments, folder)
+            if turn:  # the first fills the caches
+                taken[name].append(found)
+    plant = taken[PLANT]
+    return [
+        CommandRow(
+            name,
+            wall=spread([each.wall for each in times]),
+            cpu=spread([each.cpu for each in times]),
+            to_plant=ratios([each.wall for each in times], [each.wall for each in plant]),
+            least_to_plant=min(each.wall for each in times) / min(each.wall for each in plant),
+            cpu_to_plant=ratios([each.cpu for each in times], [each.cpu for each in plant]),
+        )
+        for name, times in taken.items()
+    ]
+
+
+def _first_use(command: tuple[str, ...], folder: str) -> FirstUse:
+    """Run a command with an empty cache, and listen to it."""
+    with tempfile.TemporaryDirectory() as cache:
+        began = said = time.perf_counter()
+        silence = 0.0
+        with subprocess.Popen(
+            [sys.executable, "-m", "workbench", *command],
+            cwd=folder,
+            env={**os.environ, "XDG_CACHE_HOME": cache},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            bufsize=0,
+        ) as process:
+            assert process.stderr
+            while process.stderr.read(4096):
+                now = time.perf_counter()
+                silence, said = max(silence, now - said), now
+        ended = time.perf_counter()
+    if process.returncode:
+        raise RuntimeError(f"{_name(command)} ended with {process.returncode}")
+    return FirstUse(_name(command), ended - began, max(silence, ended - said))
+
+
+def _name(command: tuple[str, ...]) -> str:
+    return " ".join(("workbench", *command))
+
+
+def show(found: dict[str, list[CommandRow] | list[FirstUse]]) -> None:
+    """Print the tables."""
+    for row in found["commands"]:
+        assert isinstance(row, CommandRow)
+        cells = (row.wall, row.cpu, row.to_plant, row.cpu_to_plant)
+        print(f"{row.name:40.40}  {';  '.join(map(text, cells))};  {row.least_to_plant:.2f}")
+    for row in found["first_uses"]:
+        assert isinstance(row, FirstUse)
+        print(f"{row.command:40.40}  first {row.seconds:.1f} s, silent for {row.silence:.1f} s")
+
+
+if __name__ == "__main__":
+    show(measure())

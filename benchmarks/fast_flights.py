@@ -1,0 +1,230 @@
+"""Compiled flights that go on from call to call: one of a session, and a batch of 1,024.
+
+A session flies in slices: between two of them anything may be asked, set or read. The compiled one
+and the diagram take turns, timed in processor time; what they fly is equal to the bit. A slice has
+a cost of its own, as the numbers come out of Drake's Context and go back: some 0.08 ms, as much as
+a tenth of a second of flight. So slices of one physics step are quicker on the diagram.
+
+A batch flies closed loops in two threads, with a setpoint each: physics at 1,024 Hz and the law at
+128 Hz. crazyflow does at its 500 Hz, its control of position at 100 Hz: as it comes, and with its
+worlds shared out to two devices, one a core. Each flies ten control periods of its own a call, then
+one, and all are asked anew in each call. Turns alternate. Ratios are of seconds flown, in the time
+of the wall clock, and in processor time of all threads, which other work on the machine disturbs
+less: where the load is high, by the wall clock whoever splits its work into more threads loses.
+
+A batch in calls of ten periods flies some 20,000 seconds for one of a core, in calls of a hundred
+24,000: a step of the physics of one drone takes 40 ns, and steps are twice as many in a second of
+ours as of crazyflow's, so by steps ours is twice as far ahead as the ratios say. To be 15 times as
+fast by seconds flown a step would have to take 14 ns. Blocks of sixteen drones go through vector
+instructions already. Longer calls gain a fifth, coarser physics would gain more, but that is
+another flight. In calls of one period nearly half of the time goes to the call.
+"""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import numpy as np
+from simulators import NoSimulatorError, OtherSimulator, version
+from spread import Spread, ratios, spread, text
+from sweep import CORES, Missing
+
+from workbench.design.rollout.batch import Batch
+from workbench.scenario.scenario import Scenario
+from workbench.session.session import Session
+
+SLICES = (10.0, 1.0, 0.125, 1 / 128)
+"""Of sessions [s]."""
+COMPILED = "compiled"
+WHOLE = {COMPILED: 20.0, "diagram": 1.0}
+"""What a session flies a turn at least, by its engine [s]."""
+FLIGHTS = 1024
+PERIODS = (10, 1)
+"""Of control in a call to a batch."""
+CALLS = 20
+OURS = "Batch"
+LAW_RATE = {OURS: 128.0, "crazyflow": 100.0}
+TURNS = 12
+PATIENCE = 1e6
+"""Longer than any session flies [s]."""
+
+
+@dataclass(frozen=True)
+class SessionRow:
+    """How fast a session flies.
+
+    Attributes:
+        engine: of the session.
+        slice: flown in one call [s].
+        real_time_factor: simulated time over processor time.
+        as_fast: speed over that of the diagram.
+    """
+
+    engine: str
+    slice: float
+    real_time_factor: Spread
+    as_fast: Spread
+
+
+@dataclass(frozen=True)
+class BatchRow:
+    """How fast 1,024 flights go on.
+
+    Attributes:
+        flown_by: and at what rate.
+        periods: of control a call.
+        flown_a_second: seconds of all flights in one of the wall clock.
+        flown_for_a_second: likewise, of processor time.
+        ours_as_fast: seconds flown by `Batch` in a time of the wall clock over those of this one.
+        ours_as_fast_by_processor: the same for a processor time.
+    """
+
+    flown_by: str
+    periods: int
+    flown_a_second: Spread
+    flown_for_a_second: Spread
+    ours_as_fast: Spread
+    ours_as_fast_by_processor: Spread
+
+
+@dataclass(frozen=True)
+class FastFigures:
+    """All figures.
+
+    Attributes:
+        sessions: of one flight.
+        batches: of many.
+    """
+
+    sessions: list[SessionRow]
+    batches: list[BatchRow | Missing]
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """Many that go on.
+
+    Attributes:
+        flown_by: name in the table.
+        law_rate: control periods a second.
+        fly: takes periods a call, and returns the seconds of `CALLS` calls, by the wall clock and
+            of the processor.
+    """
+
+    flown_by: str
+    law_rate: float
+    fly: Callable[[int], tuple[float, float]]
+
+
+def measure(turns: int = TURNS) -> FastFigures:
+    """Fly sessions, then batches."""
+    return FastFigures(list(_sessions(turns)), list(_batches(turns)))
+
+
+def show(figures: FastFigures) -> None:
+    """Print the tables."""
+    print(f"{'session':12} {'slice, s':>9}   {'real-time factor':28} over the diagram")
+    for row in figures.sessions:
+        print(
+            f"{row.engine:12} {row.slice:9.4f}   {text(row.real_time_factor):28} "
+            f"{text(row.as_fast)}"
+        )
+    print(f"{'1,024 flights':34} periods   {'flown a second':28} {'ours as fast':22} by processor")
+    for each in figures.batches:
+        if isinstance(each, Missing):
+            print(f"{each.simulator:34} {each.reason}")
+        else:
+            print(
+                f"{each.flown_by:34} {each.periods:7d}   {text(each.flown_a_second):28} "
+                f"{text(each.ours_as_fast):22} {text(each.ours_as_fast_by_processor)}"
+            )
+
+
+def _sessions(turns: int) -> Iterator[SessionRow]:
+    sessions = {name: Session(Scenario(duration=PATIENCE), engine=name) for name in WHOLE}
+    for session in sessions.values():
+        session.command([1.0, 0.0, 0.0])
+        session.tick(1.0)
+    for length in SLICES:
+        paces: dict[str, list[float]] = {name: [] for name in sessions}
+        for _ in range(turns):
+            for name, session in sessions.items():
+                session.reset()  # what was recorded is let go
+                many = max(1, round(WHOLE[name] / length))
+                begun = time.process_time()
+                for _ in range(many):
+                    session.command([1.0, 0.0, 0.0])
+                    session.tick(length)
+                paces[name].append(many * length / (time.process_time() - begun))
+        print(f"  sessions in slices of {length:g} s", file=sys.stderr, flush=True)
+        for name, own in paces.items():
+            yield SessionRow(name, length, spread(own), ratios(own, paces["diagram"]))
+
+
+def _batches(turns: int) -> Iterator[BatchRow | Missing]:
+    with ExitStack() as stack:
+        ready = [_own(), *_others(stack)]
+        fleets = [each for each in ready if isinstance(each, Fleet)]
+        yield from (each for each in ready if isinstance(each, Missing))
+        for periods in PERIODS:
+            paces: dict[str, list[tuple[float, float]]] = {each.flown_by: [] for each in fleets}
+            for turn in range(turns + 1):
+                for each in fleets:
+                    flown = FLIGHTS * CALLS * periods / each.law_rate
+                    wall, processor = each.fly(periods)
+                    if turn:  # the first one warms up
+                        paces[each.flown_by].append((flown / wall, flown / processor))
+            print(f"  batches, {periods} periods a call", file=sys.stderr, flush=True)
+            ours = [*zip(*paces[OURS], strict=True)]
+            for name, own in paces.items():
+                by = [*zip(*own, strict=True)]
+                often = (ratios(a, b) for a, b in zip(ours, by, strict=True))
+                yield BatchRow(name, periods, *map(spread, by), *often)
+
+
+def _own() -> Fleet:
+    batch = Batch(FLIGHTS, threads=CORES)
+    aims = np.linspace(0.5, 1.5, FLIGHTS)
+    assert batch.setpoint
+
+    def fly(periods: int) -> tuple[float, float]:
+        assert batch.setpoint
+        batch.reset()
+        begun, used = time.perf_counter(), time.process_time()
+        for _ in range(CALLS):
+            batch.setpoint.velocity[:, 0] = aims
+            batch.step(periods)
+        seconds = time.perf_counter() - begun, time.process_time() - used
+        if batch.lost.any():
+            raise RuntimeError("a flight of the batch was lost")
+        return seconds
+
+    return Fleet(OURS, LAW_RATE[OURS], fly)
+
+
+def _others(stack: ExitStack) -> Iterator[Fleet | Missing]:
+    named = version("crazyflow", "crazyflow")
+    for title, devices in (
+        (f"crazyflow as it comes, {named}", 1),
+        (f"crazyflow on two devices, {named}", CORES),
+    ):
+        try:
+            simulator = stack.enter_context(OtherSimulator("crazyflow", devices))
+            yield Fleet(title, LAW_RATE["crazyflow"], _asking(simulator))
+        except NoSimulatorError as error:
+            yield Missing(title, str(error))
+
+
+def _asking(simulator: OtherSimulator) -> Callable[[int], tuple[float, float]]:
+    def fly(periods: int) -> tuple[float, float]:
+        duration = CALLS * periods / LAW_RATE["crazyflow"]
+        answer = simulator.ask("steps", count=FLIGHTS, duration=duration, calls=CALLS)
+        return answer["seconds"], answer["processor"]
+
+    return fly
+
+
+if __name__ == "__main__":
+    show(measure())
