@@ -4,9 +4,11 @@ import faulthandler
 import gc
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 import pytest
 
@@ -114,6 +116,31 @@ def compiled():
     from workbench.session.session import Session
 
     Session().tick(0.01)
+
+
+@pytest.fixture(scope="module")
+def served():
+    """Return a function from a scenario's name to the address where `workbench serve` flies it."""
+    with ExitStack() as running:
+        yield lambda scenario: running.enter_context(_serving(scenario))
+
+
+@contextmanager
+def _serving(scenario: str) -> Iterator[str]:
+    words = [sys.executable, "-m", "workbench", "serve", "--scenario", scenario, "--port", "0"]
+    with subprocess.Popen(
+        [*words, "--duration", "600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            line = process.stdout.readline()
+            assert line, process.stderr.read()
+            yield line.split()[-1]
+        finally:
+            process.terminate()
+            try:
+                process.communicate(timeout=120.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
 
 
 @pytest.fixture(scope="session")

@@ -36,22 +36,24 @@ MAY_IMPORT = {
     "session": "common autopilots plant link dynamics estimation control scenario gains systems "
     "diagram",
     "design": "common ipc plant dynamics estimation control scenario gains systems diagram session",
+    "gym": "common plant control design",
     "logs": "common ipc plant link estimation gateways control scenario systems session",
     "logs/flight_film": "design",
+    "logs/judged_log": "design",
     "logs/measured_flight": "design",
     "logs/plots": "design",
     "logs/plots_response": "design",
     "logs/sensor_samples": "diagram",
-    "logs/motion": "design",
+    "logs/motion": "design gains",
     "live": "common ipc plant link estimation control scenario gains systems session logs",
-    "analysis": "common ipc control scenario session design live",
+    "analysis": "common ipc control scenario session design logs live",
     "gui": "common ipc plant link control scenario gains systems session design logs live analysis",
     "commands": "common ipc autopilots plant link gateways estimation control scenario gains "
     "systems diagram session design logs live",
     "commands/gui": "gui",
-    "pytest_plugin": "common design",
+    "pytest_plugin": "common design logs",
     "__main__": "commands",
-    "__init__": "common plant control controllers scenario gains diagram session design live",
+    "__init__": "common plant control controllers scenario gains diagram session design logs live",
 }
 """What of ours a room may import besides itself, rooms above it alone: so there are no circles of
 rooms. `room/file` is what one file of it may besides."""

@@ -62,6 +62,8 @@ def test_wheel_holds_models_command_and_licence(wheel):
         assert "workbench = workbench.__main__:main" in archive.read(entry_points).decode()
     models = {path for path in (ROOT / "models").rglob("*") if path.is_file()}
     assert {f"workbench/{path.relative_to(ROOT)}" for path in models} <= set(names)
+    pages = {f"workbench/docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
+    assert pages <= set(names)  # the help in the app opens them
     assert "workbench/models/dh_drone/drone.urdf.xacro" in names
     assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
     assert {name.split("/")[0].split("-")[0] for name in names} == {

@@ -279,8 +279,8 @@ MUTATIONS = (
     Mutation(
         "battery: empty in half the time",
         f"{SYSTEMS}/battery.py",
-        "used = PERIOD * power / self._hover_power / duration",
-        "used = 2.0 * PERIOD * power / self._hover_power / duration",
+        "used = PERIOD * _power(thrusts) / self._hover_power / duration",
+        "used = 2.0 * PERIOD * _power(thrusts) / self._hover_power / duration",
         ("tests/systems/test_battery.py",),
     ),
 )

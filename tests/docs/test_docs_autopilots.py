@@ -10,19 +10,19 @@ import pytest
 from workbench.commands.cli import main
 
 TESTS = Path(__file__).parents[1]
+SITL = (TESTS.parent / "docs/betaflight-sitl.md").read_text(encoding="utf-8")
 PAGE = (TESTS.parent / "docs/autopilots.md").read_text(encoding="utf-8")
-DRONES = TESTS / "drones"
+NEW = re.search(r"^workbench new racer .*$", SITL, re.MULTILINE)[0]
 PUBLISHED = TESTS.parent / "../shared/models/gym_pybullet_drones"
 
 
 @pytest.mark.slow
 def test_the_commands_of_the_page_run(tmp_path, monkeypatch, case):
-    for name in ("five_inch_quad.urdf.xacro", "parts.xacro"):
-        shutil.copy(DRONES / name, tmp_path)
     if PUBLISHED.exists():
         for each in PUBLISHED.glob("cf2*"):
             shutil.copy(each, tmp_path)
     monkeypatch.chdir(tmp_path)
+    assert main(shlex.split(NEW)[1:]) == 0
     commands = "".join(re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL)).splitlines()
     assert len(commands) > 5
     for command in commands:

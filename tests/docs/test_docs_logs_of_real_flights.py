@@ -18,7 +18,13 @@ PAGE = (Path(__file__).parents[2] / "docs" / "logs-of-real-flights.md").read_tex
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Return a folder with the page's log and mapping."""
-    path = tmp_path_factory.mktemp("page")
+    path: Path = tmp_path_factory.mktemp("page")
+    write_page_log(path)
+    return path
+
+
+def write_page_log(path: Path) -> None:
+    """Write the page's log and mapping into a folder."""
     time, wanted, rate = fly()
     roll = np.cumsum(rate) * 0.5 * (time[1] - time[0])
     columns = {
@@ -37,7 +43,6 @@ def folder(tmp_path_factory):
     np.savetxt(path / "flight.csv", table, "%.9g", ",", header=",".join(columns), comments="")
     mapping = re.search(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[1]
     (path / "flight.mapping.yaml").write_text(mapping, encoding="utf-8")
-    return path
 
 
 @pytest.mark.slow
@@ -51,6 +56,15 @@ def test_the_commands_run(folder, monkeypatch, capsys):
         assert Path(name).stat().st_size > 10_000
     assert Path("tables/imu.csv").is_file()
     assert "Meshcat" in Path("flight.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_the_road_from_a_log_to_gains_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for line in re.search(r"```sh\n# road\n(.*?)```", PAGE, re.DOTALL)[1].splitlines():
+        assert main(shlex.split(line.split("#")[0])[1:]) == 0, line
+    assert "by the intervals in flown.rotors.yaml" in capsys.readouterr().err
+    assert "\tMC_ROLLRATE_P\t" in Path("drone.params").read_text(encoding="utf-8")
 
 
 def test_the_python_runs(folder, monkeypatch, capsys):

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 import workbench.design.regress.judging  # noqa: F401  Drake cannot be loaded again by a run inside
+from tests.docs.test_docs_logs_of_real_flights import write_page_log
 from workbench.commands.cli import main
 
 pytest_plugins = ["pytester"]
@@ -59,7 +60,21 @@ def test_the_commands_are_understood():
     from workbench.commands.cli import _parser
 
     for line in commands():
-        assert _parser().parse_args(shlex.split(line)[1:]).command == "regress"
+        assert _parser().parse_args(shlex.split(line)[1:]).command in ("regress", "pin")
+
+
+def test_the_spec_of_a_log_holds(tmp_path, monkeypatch, capsys):
+    """The log is that of docs/logs-of-real-flights.md; it has one motor alone."""
+    monkeypatch.chdir(tmp_path)
+    write_page_log(tmp_path)
+    Path("logged.spec.yaml").write_text(shown("yaml", "# of a log"), encoding="utf-8")
+    lines = [line for line in commands() if "logged" in line or "monday" in line]
+    assert len(lines) == 3
+    for line in lines:
+        assert main(shlex.split(line)[1:]) == 0, line
+    said = capsys.readouterr().out
+    assert "roll doublets of Monday: skipped: saturation: " in said
+    assert "held to what they are now: " in said
 
 
 def test_the_python_runs(capsys):

@@ -41,6 +41,7 @@ def test_the_course_is_whole():
         "05",
         "06",
         "07",
+        "08",
     ]
 
 
