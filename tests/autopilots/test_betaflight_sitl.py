@@ -16,6 +16,7 @@ import socket
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -89,11 +90,11 @@ def hovering(session, duration):
 
 
 def gone(pid):
-    """Wait until a process has ended."""
+    """Wait until a process has ended with all its threads, which hold its ports."""
     while True:
         try:
-            os.kill(pid, 0)
-            if "Z" in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]:
+            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+            if state == "Z" and len([*Path(f"/proc/{pid}/task").iterdir()]) == 1:
                 return True
         except (ProcessLookupError, FileNotFoundError):
             return True
@@ -245,6 +246,33 @@ def test_ports_that_are_taken_are_named(fake, case):
             session = Session(scenario())
             with session.programs(), pytest.raises(WorkbenchError, match=f"port {port} is taken"):
                 session.tick(0.1)
+
+
+def test_a_port_that_is_about_to_be_released_is_waited_for(case):
+    for port in (betaflight.MOTORS, betaflight.STATE, betaflight.RECEIVER):
+        with case(port), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as output:
+            ending = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            ending.bind(("127.0.0.1", port))
+            release = threading.Timer(0.2, ending.close)
+            release.start()
+            betaflight.check_ports(output)
+            release.join()
+            assert output.getsockname() == ("127.0.0.1", betaflight.MOTORS)
+
+
+def test_a_process_whose_threads_live_on_is_not_gone():
+    """Its first thread ends alone, and is a zombie until the others end."""
+    code = """
+        import ctypes, threading, time
+        threading.Thread(target=time.sleep, args=(0.5,)).start()
+        print(flush=True)
+        ctypes.CDLL(None).pthread_exit(None)
+    """
+    begin = time.monotonic()
+    words = [sys.executable, "-c", textwrap.dedent(code)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE) as child:
+        child.stdout.readline()
+        assert gone(child.pid) and time.monotonic() > begin + 0.5
 
 
 def test_it_ends_with_its_caller_however_that_ends(fake):

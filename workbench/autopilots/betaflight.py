@@ -49,6 +49,8 @@ WORD = 1.0
 """Time in which it is known how it ended, once its console is closed [s]."""
 BOOT, STARTS = 3.0, 5
 """Time in which its control loop begins to run after a start [s], and so many starts at most."""
+RELEASE = 1.0
+"""Time in which a program that is ending releases its ports [s]."""
 READY, ANSWER = 30.0, 10.0
 """Time until it can be armed, which its barometer's calibration takes, and for an answer [s]."""
 ARMED = 1
@@ -494,27 +496,37 @@ class Betaflight:
 
 
 def check_ports(output: socket.socket) -> None:
-    """Bind the socket of the motors, and refuse ports that somebody has.
+    """Bind the socket of the motors, once no other program has the firmware's ports.
 
     Raises:
-        WorkbenchError: naming the port.
+        WorkbenchError: naming a port that stays taken.
     """
-    taken = (
-        "another Betaflight SITL, or a flight with one, still runs: end it, or close that flight"
-    )
+    end = time.monotonic() + RELEASE
+    while taken := _taken_port(output):
+        if time.monotonic() > end:
+            raise WorkbenchError(
+                f"{taken} is taken: another Betaflight SITL, or a flight with one, still runs: "
+                "end it, or close that flight"
+            )
+        time.sleep(0.05)
+
+
+def _taken_port(output: socket.socket) -> str:
+    """Bind the socket of the motors where all ports are free; else name one that is not."""
     for port in (STATE, RECEIVER):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
                 probe.bind(("0.0.0.0", port))
             except OSError:
-                raise WorkbenchError(f"UDP port {port} is taken: {taken}") from None
+                return f"UDP port {port}"
     with contextlib.suppress(OSError):
         socket.create_connection((HOST, CONSOLE), 1.0).close()
-        raise WorkbenchError(f"TCP port {CONSOLE} is taken: {taken}")
+        return f"TCP port {CONSOLE}"
     try:
         output.bind((HOST, MOTORS))
     except OSError:
-        raise WorkbenchError(f"UDP port {MOTORS} is taken: {taken}") from None
+        return f"UDP port {MOTORS}"
+    return ""
 
 
 def _received(console: socket.socket) -> bytes:
