@@ -16,8 +16,7 @@ from workbench.commands.printing import print_json, print_table, say_written
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from workbench.design.translate.comparison import Difference
-    from workbench.design.translate.translation import Translation
+    from workbench.design.translate.translation import Difference, Translation
 
 
 def add_parser(actions: Any) -> None:
@@ -43,9 +42,8 @@ def _translate(args: argparse.Namespace) -> int:
     """Translate, compare the loops, and keep the gains if that is asked for."""
     from workbench.control.controller import load_controller
     from workbench.design.linear.study import LinearStudy
-    from workbench.design.translate.comparison import differences, gains_alone
     from workbench.design.translate.forms import form_of
-    from workbench.design.translate.translation import translate
+    from workbench.design.translate.translation import differences, gains_alone, translate
     from workbench.gains.gains import flight_gains, make_profile, save_gains
     from workbench.gains.profiles import owner_of
     from workbench.scenario.scenario import Scenario

@@ -10,9 +10,8 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import SHIPPED, load_controller
 from workbench.design.linear.study import LinearStudy
-from workbench.design.translate.comparison import gains_alone
 from workbench.design.translate.forms import FORMS, form_of
-from workbench.design.translate.translation import effects, translate
+from workbench.design.translate.translation import effects, gains_alone, translate
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 DRONES = Path(__file__).parents[2] / "drones"

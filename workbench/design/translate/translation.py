@@ -1,4 +1,4 @@
-"""Gains of one law as those of another, with what of it is not exact."""
+"""Gains of one law as those of another, what of it is not exact, and how much the loops differ."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -9,9 +9,11 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
+from workbench.design.judge.loop_response import loop_responses
+from workbench.design.judge.margins import response_margins
+from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.design.translate.cascade import Meaning, Move, Turn
-from workbench.design.translate.forms import MOVES, TURNS, Form, Row, form_of
+from workbench.design.translate.forms import MOVES, TURNS, Form, Move, Row, Turn, form_of
 from workbench.plant.drag import drag_rates
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.scenario.parameters import parameter_table
@@ -24,6 +26,13 @@ ALIKE = 5e-3
 """Two axes that want numbers this near share one without a word."""
 EXACT = "exact"
 NONE = 1e-12
+Meaning = dict[str, Any]
+"""A `Move` of each of x, y and z, and a `Turn` of roll, pitch and yaw."""
+CHANNELS = (("z", "force"), ("roll", "moment_x"), ("pitch", "moment_y"), ("yaw", "moment_z"))
+BELOW = 30.0
+"""Frequencies reach so many times below the crossover."""
+COUNT = 200
+STEERING = OperatingPoint()
 
 
 @dataclass(frozen=True)
@@ -123,7 +132,7 @@ def _is_climb(row: Row) -> bool:
 def meaning(
     form: Form, values: Mapping[str, float], by: Mapping[str, float], drag: Mapping[str, float]
 ) -> Meaning:
-    """Return what a law's gains mean.
+    """Return what a law's gains mean, by axis.
 
     Args:
         form: of the law.
@@ -139,10 +148,10 @@ def meaning(
     turns = {axis: _turn(found[axis]) for axis in TURNS}
     if form.slope_of_error:
         turns = {axis: turn.of_rate() for axis, turn in turns.items()}
-    parts: dict[str, Any] = {**moves, **turns}
+    parts: Meaning = {**moves, **turns}
     if form.takes_drag:
         parts |= {axis: parts[axis].less(drag[axis]) for axis in drag}
-    return Meaning(**parts)
+    return parts
 
 
 def numbers(
@@ -165,7 +174,7 @@ def numbers(
     parts = {axis: {row.part for row in form.rows if row.axis == axis} for axis in _axes(form)}
     wanted: dict[str, list[tuple[str, float]]] = {}
     lost: list[Lost] = []
-    folded = {axis: _folded(axis, getattr(meant, axis), parts[axis], lost) for axis in parts}
+    folded = {axis: _folded(axis, meant[axis], parts[axis], lost) for axis in parts}
     if form.takes_drag:
         folded |= {axis: folded[axis].less(-drag[axis]) for axis in drag if axis in folded}
     if form.slope_of_error:
@@ -269,7 +278,7 @@ def translate(
     ]
     if forms[0].slope_of_error != forms[1].slope_of_error:
         said = "D acts on the error of the rate in one law, and on the rate in the other"
-        lost += tuple(Lost(axis, said) for axis in TURNS if getattr(meant, axis).slope)
+        lost += tuple(Lost(axis, said) for axis in TURNS if meant[axis].slope)
     lost += tuple(
         Lost(row.axis, f"{row.name}: {row.near}")
         for row in forms[0].rows
@@ -359,3 +368,92 @@ def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) ->
             said = f"there is no {field.name.replace('_', ' ')}: {value:.3g} is left out"
             lost.append(Lost(axis, said))
     return found
+
+
+@dataclass(frozen=True)
+class Difference:
+    """By how much a loop of one law is not that of another, opened at the plant's input.
+
+    Attributes:
+        channel: z, roll, pitch or yaw.
+        crossover: of the first [rad/s].
+        other: crossover of the second [rad/s].
+        largest: of |L2 / L1 - 1| from a thirtieth of the crossover up to it.
+        at: where that is [rad/s].
+    """
+
+    channel: str
+    crossover: float
+    other: float
+    largest: float
+    at: float
+
+
+def differences(
+    old: LinearStudy,
+    new: LinearStudy,
+    values: Mapping[str, float],
+    others: Mapping[str, float],
+) -> tuple[Difference, ...]:
+    """Compare the loops of two laws in hover, while the pilot steers.
+
+    Args:
+        old: of the vehicle with the first law.
+        new: of the same vehicle with the second.
+        values: of the first law's parameters.
+        others: of the second's.
+    """
+    found = []
+    names = [signal for _, signal in CHANNELS]
+    loops = [
+        loop_responses(study.plant_input(STEERING, gains), names)
+        for study, gains in ((old, values), (new, others))
+    ]
+    margins = [response_margins(each) for each in loops]
+    for k, (channel, _) in enumerate(CHANNELS):
+        crossover = margins[0][k].crossover
+        if not np.isfinite(crossover):
+            found.append(Difference(channel, crossover, margins[1][k].crossover, np.nan, np.nan))
+            continue
+        grid = np.geomspace(crossover / BELOW, crossover, COUNT)
+        one, other = (each.at(grid)[k] for each in loops)
+        apart = np.abs(other / one - 1.0)
+        worst = int(np.argmax(apart))
+        found.append(
+            Difference(
+                channel,
+                crossover,
+                margins[1][k].crossover,
+                float(apart[worst]),
+                float(grid[worst]),
+            )
+        )
+    return tuple(found)
+
+
+def gains_alone(
+    old: LinearStudy,
+    new: LinearStudy,
+    values: Mapping[str, float],
+    others: Mapping[str, float],
+) -> tuple[Difference, ...]:
+    """Compare with both laws at the shorter of their periods, and without the laws' own filters.
+
+    Arguments are those of `differences`.
+    """
+    period = min(study.scenario.rates.control_period for study in (old, new))
+    return differences(
+        _at_period(old, period),
+        _at_period(new, period),
+        {**values, **dict.fromkeys(form_of(old.controller).filters, 0.0)},
+        {**others, **dict.fromkeys(form_of(new.controller).filters, 0.0)},
+    )
+
+
+def _at_period(study: LinearStudy, period: float) -> LinearStudy:
+    """Return a study whose law runs at a period, where it has none of its own."""
+    scenario = study.scenario
+    if study.controller.period is not None or scenario.rates.control_period == period:
+        return study
+    rates = dataclasses.replace(scenario.rates, control_period=period)
+    return study.like(dataclasses.replace(scenario, rates=rates))

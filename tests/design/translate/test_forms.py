@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.design.translate.cascade import Turn
+from workbench.design.translate.forms import Turn
 
 
 def polynomial(turn: Turn, *, of_error: bool = False) -> np.ndarray:
