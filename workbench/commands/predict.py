@@ -165,8 +165,9 @@ def read_vehicle(args: argparse.Namespace) -> "Vehicle":
 def predictor(vehicle: "Vehicle", law: str, args: argparse.Namespace) -> "Predictor":
     """Return what predicts with a law."""
     from workbench.control.controller import load_controller
+    from workbench.design.predict.flown import PERIOD
     from workbench.design.predict.past import ALL
-    from workbench.design.predict.prediction import PERIOD, Predictor
+    from workbench.design.predict.prediction import Predictor
     from workbench.gains.gains import flight_gains
 
     controller = load_controller(law)

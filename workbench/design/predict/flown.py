@@ -1,4 +1,4 @@
-"""Flights from many instants of a log on, compiled: law, estimate's error, vehicle, disturbance.
+"""Flights from instants of a log on, and along it: law, estimate's error, vehicle, disturbance.
 
 The order is that of the diagram: the law sees the state at a control instant, and what it commands
 acts one physics step later. Functions are those that fly everywhere else, see `control.flight_law`
@@ -12,6 +12,17 @@ acceleration, which is g times the error of its tilt, and d the drag over mass a
 
 are the slow part of a Kalman filter with the gains L [1/s] and W [1/s²]: in steady flight the tilt
 is wrong by d v / g. Both begin with what the log shows at the start.
+
+The disturbance: what a model cannot explain of a flight, as a force and a moment over time. Along a
+log, closed loop, the law commands in each control period on what the flight computer knew. Force in
+W and moment in B are those which bring the model to where the log has it at the period's end.
+Velocities answer a held push linearly. So one trial without a push and one with it are enough, and
+another one for what turning in the period changes:
+
+    f = m (v_log - v) / T,   m = J (w_log - w) / T
+
+Position and attitude are held by asking for velocities that close what is left of their difference
+within `CLOSES`. Flown again with these pushes, the same law makes the same flight.
 """
 
 import math
@@ -26,7 +37,7 @@ from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.control.flight_law import FILTERED, flight_law, known_vehicle, law_constants, packed
 from workbench.control.guidance import Guidance
-from workbench.dynamics.rigid_body import into_world, rigid_body, rotation
+from workbench.dynamics.rigid_body import into_body, into_world, rigid_body, rotation
 from workbench.dynamics.vehicle_step import FULL, rotor_rows, step_vehicle
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
@@ -49,9 +60,14 @@ ERROR = 11
 and the rotation from B to where B is taken to be (3) [rad]."""
 PUSH = 9
 """Numbers of a disturbance: force in W (3), force in B (3) [N], and moment in B (3) [N·m]."""
-
+PERIOD = 1 / 128
+"""Between updates of a law that states none [s]."""
 POSITION_GAIN = 2.0
 """At which an estimate's error of position fades [1/s]."""
+CLOSES = 0.05
+"""Time in which a difference of position or attitude is closed [s]."""
+TRIALS = 3
+"""Of a control period, to find its push."""
 
 
 class Observer(NamedTuple):
@@ -78,6 +94,7 @@ class Craft(NamedTuple):
         body: see `rigid_body.RigidBody` (16).
         rotors: a row each (n, 26).
         steps: of physics in a control period, and their length [s].
+        estimate: of the acceleration, see `acceleration_estimate.sampled_estimate`.
         wind: velocity of the air in W [m/s].
     """
 
@@ -87,6 +104,7 @@ class Craft(NamedTuple):
     body: np.ndarray
     rotors: np.ndarray
     steps: tuple[int, float]
+    estimate: tuple[float, float]
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
@@ -116,13 +134,15 @@ def make_craft(
     constants = law_constants(vehicle)
     body, rotors = packed(constants)
     real = flown or vehicle
+    step = period / steps
     return Craft(
         gains=np.array(controller.gains(gains, known_vehicle(constants), period)),
         known=np.concatenate([body, rotors.ravel()]),
         probes=np.array(controller.closed, dtype=float),
         body=rigid_body(real.mass, real.inertia, real.p_BoBcm_B).packed(),
-        rotors=rotor_rows(real.rotors, period / steps),
-        steps=(steps, period / steps),
+        rotors=rotor_rows(real.rotors, step),
+        steps=(steps, step),
+        estimate=sampled_estimate(steps * step),
     )
 
 
@@ -261,11 +281,11 @@ def make_update(controller: Controller) -> Callable[..., Any]:
     """Return a function that lets a law update on what was measured, for compiled flights.
 
     Its arguments are a `Computer`, the voltage (1), see `guidance.Measured`, the reference (8), the
-    acceleration estimate, the `Craft`, and how many updates were before.
+    `Craft`, and how many updates were before.
     """
     packed_update = register_jitable(flight_law(controller).packed_update)
 
-    def update(computer, voltage, reference, estimate, craft, count):  # type: ignore[no-untyped-def]
+    def update(computer, voltage, reference, craft, count):  # type: ignore[no-untyped-def]
         packed_update(
             computer.measured,
             voltage,
@@ -276,7 +296,7 @@ def make_update(controller: Controller) -> Callable[..., Any]:
             computer.shares,
             craft.known,
             craft.probes,
-            estimate,
+            craft.estimate,
             computer.nothing,
             computer.filtered,
             computer.memory,
@@ -293,10 +313,12 @@ class Functions(NamedTuple):
     Attributes:
         fly: from many starts on, see `make_fly`.
         listen: runs the law along a log, see `make_listen`.
+        refly: along a log with pushes, see `make_refly`.
     """
 
     fly: Callable[..., Any]
     listen: Callable[..., Any]
+    refly: Callable[..., Any]
 
 
 @lru_cache(maxsize=16)
@@ -317,6 +339,7 @@ def compiled_flights(controller: Controller) -> Functions:
             for function, what in (
                 (make_fly(controller), "predictions"),
                 (make_listen(controller), "the law along a log"),
+                (make_refly(controller), "flights along a log"),
             )
         )
     )
@@ -338,7 +361,6 @@ def make_fly(controller: Controller) -> Callable[..., Any]:
         shares,
         pushes,
         pressure,
-        estimate,
         craft,
         keep,
     ):
@@ -356,7 +378,6 @@ def make_fly(controller: Controller) -> Callable[..., Any]:
             shares: of their thrust that rotors give (N, n).
             pushes: (N, K or 1, 9), see `PUSH`; the last one goes on.
             pressure: see `fly_period`.
-            estimate: see `acceleration_estimate.sampled_estimate`.
             craft: see `Craft`.
             keep: updates between two states.
         """
@@ -373,9 +394,7 @@ def make_fly(controller: Controller) -> Callable[..., Any]:
                     found[i, k // keep] = state
                 seen(state, error, computer.measured)
                 step_error(error, state[10:12], observer, dt)
-                update(
-                    computer, voltages[i : i + 1], references[i, k], estimate, craft, counts[i] + k
-                )
+                update(computer, voltages[i : i + 1], references[i, k], craft, counts[i] + k)
                 push, asked = pushes[i, min(k, pushes.shape[1] - 1)], computer.commands
                 fly_period(
                     state, last, turning, before, asked, shares[i], push, pressure, craft, room
@@ -392,7 +411,7 @@ def make_listen(controller: Controller) -> Callable[..., Any]:
     """Return a function that runs a controller's law along a log."""
     update = make_update(controller)
 
-    def listen(measured, references, voltages, told, places, first, estimate, craft):  # type: ignore[no-untyped-def]
+    def listen(measured, references, voltages, told, places, first, craft):  # type: ignore[no-untyped-def]
         """Return what the law remembers after each of K updates on logged states (K, k).
 
         Args:
@@ -403,7 +422,6 @@ def make_listen(controller: Controller) -> Callable[..., Any]:
             places: of each of these (r, 4): the number in the memory, the integral behind it, -1
                 for none, its gain, and the share of the difference that the integral takes.
             first: the memory to begin with (k).
-            estimate: see `acceleration_estimate.sampled_estimate`.
             craft: see `Craft`.
         """
         computer = begun(first, np.zeros(len(craft.rotors)), np.zeros(3))
@@ -411,7 +429,7 @@ def make_listen(controller: Controller) -> Callable[..., Any]:
         found = np.empty((len(measured), len(kept)))
         for k in range(len(measured)):
             computer.measured[:] = measured[k]
-            update(computer, voltages[k : k + 1], references[k], estimate, craft, float(k))
+            update(computer, voltages[k : k + 1], references[k], craft, float(k))
             for row in range(len(places)):
                 value = told[k, row]
                 if not math.isnan(value):
@@ -426,6 +444,101 @@ def make_listen(controller: Controller) -> Callable[..., Any]:
     return unique(listen, controller.key)
 
 
-def estimate_of(period: float) -> tuple[float, float]:
-    """Return the acceleration estimate of a law with a period [s]."""
-    return sampled_estimate(period)
+@register_jitable
+def wanted(state, target, share, period, found):  # type: ignore[no-untyped-def]
+    """Write angular velocity and velocity (6) in W which a period is to end with.
+
+    Args:
+        state: of the model at its begin (13).
+        target: of the log at its end (13).
+        share: 1 / `CLOSES` [1/s].
+        period: its length [s].
+        found: places (6).
+    """
+    back = (state[0], -state[1], -state[2], -state[3])
+    between = times(target[0:4], back)
+    sign, half = 2.0 if between[0] >= 0.0 else -2.0, 0.5 * period
+    for i in range(3):
+        turned = half * (state[7 + i] + target[7 + i])
+        moved = half * (state[10 + i] + target[10 + i])
+        found[i] = target[7 + i] + share * (sign * between[1 + i] - turned)
+        found[3 + i] = target[10 + i] + share * (target[4 + i] - state[4 + i] - moved)
+
+
+@register_jitable
+def correct(push, state, asked, craft):  # type: ignore[no-untyped-def]
+    """Add to a push, in place, what a period's end lacked of the velocities asked for."""
+    steps, step = craft.steps
+    rate = 1.0 / (steps * step)
+    mass, inertia = craft.body[0], craft.body[1:7]
+    R = rotation(state[0:4])
+    lacks = (asked[0] - state[7], asked[1] - state[8], asked[2] - state[9])
+    x, y, z = into_body(R, lacks)
+    for i in range(3):
+        push[i] += rate * mass * (asked[3 + i] - state[10 + i])
+    push[6] += rate * (inertia[0] * x + inertia[1] * y + inertia[2] * z)
+    push[7] += rate * (inertia[1] * x + inertia[3] * y + inertia[4] * z)
+    push[8] += rate * (inertia[2] * x + inertia[4] * y + inertia[5] * z)
+
+
+def make_refly(controller: Controller) -> Callable[..., Any]:
+    """Return a function that flies along a log with pushes, or finds them."""
+    update = make_update(controller)
+
+    def refly(  # type: ignore[no-untyped-def]
+        targets,
+        speeds,
+        memory,
+        count,
+        errors,
+        references,
+        voltages,
+        shares,
+        pushes,
+        pressure,
+        share,
+        craft,
+        trials,
+    ):
+        """Return states (K+1, 13) of a flight with pushes, which trials correct in place.
+
+        Args:
+            targets: states of the log at each update and at the end (K+1, 13); the first one is
+                where the flight begins.
+            speeds: of the rotors at the start (n) [rad/s].
+            memory: of the law at the start (k).
+            count: of its updates before.
+            errors: of the estimate, see `ERROR` (K, 11).
+            references: (K, 8).
+            voltages: see `guidance.Measured` (K).
+            shares: of their thrust that rotors give (n).
+            pushes: of each control period, see `PUSH` (K, 9).
+            pressure: see `fly_period`.
+            share: 1 / `CLOSES` [1/s].
+            craft: see `Craft`.
+            trials: of each control period. The last one counts; after each one before, the push is
+                corrected for what its end lacked. With 1 the pushes stay.
+        """
+        updates, n = len(references), len(craft.rotors)
+        states, asked, room = np.empty((updates + 1, 13)), np.empty(6), np.empty((3, n))
+        state, last = targets[0].copy(), np.zeros(6)
+        turning, before = speeds.copy(), speeds.copy()
+        computer = begun(memory, speeds, state[10:13])
+        commands = computer.commands
+        for k in range(updates):
+            states[k] = state
+            seen(state, errors[k], computer.measured)
+            update(computer, voltages[k : k + 1], references[k], craft, count + k)
+            wanted(state, targets[k + 1], share, craft.steps[0] * craft.steps[1], asked)
+            for trial in range(trials):
+                tried, end, spun = state.copy(), last.copy(), turning.copy()
+                fly_period(
+                    tried, end, spun, before, commands, shares, pushes[k], pressure, craft, room
+                )
+                if trial + 1 < trials:
+                    correct(pushes[k], tried, asked, craft)
+            state[:], last[:], turning[:], before[:] = tried, end, spun, commands
+        states[updates] = state
+        return states
+
+    return unique(refly, controller.key)

@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 
 from workbench.control.controller import Controller
 from workbench.control.crazyflie_power import CURVE, FULL, SMALL
-from workbench.design.predict.flown import ERROR, FOLLOW, PUSH, Craft, estimate_of
+from workbench.design.predict.flown import ERROR, FOLLOW, PUSH, Craft
 from workbench.design.predict.motion import TURNING, Motion, resampled, rotation
 from workbench.dynamics.vehicle_step import rotor_rows
 from workbench.plant.drag import drag_rates
@@ -327,7 +327,6 @@ class Past:
                 told,
                 places,
                 first,
-                estimate_of(period),
                 self._craft,
             )
         )

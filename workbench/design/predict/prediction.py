@@ -23,7 +23,6 @@ from workbench.design.predict.flown import (
     Craft,
     Observer,
     compiled_flights,
-    estimate_of,
     make_craft,
 )
 from workbench.design.predict.motion import Motion, resampled, rotation
@@ -54,8 +53,6 @@ SETTLED = 1.0
 """In the air before the first start: the past that a prediction goes by [s]."""
 MOVES = 0.3
 """An axis whose setpoint moves less than this tells of no lag [m]."""
-PERIOD = 1 / 128
-"""Between updates of a law that states none [s]."""
 TRUE = Observer(drag=0.0)
 """Of a flight computer that knows its motion."""
 PHYSICS = 1 / 500
@@ -205,7 +202,6 @@ class Predictor:
                 start.shares,
                 start.pushes,
                 0.0,
-                estimate_of(craft.period),
                 craft,
                 max(1, math.floor(keep / craft.period + 1e-9)),
             )

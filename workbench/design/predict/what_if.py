@@ -1,6 +1,6 @@
 """A logged flight, flown again with other gains or another law, and how sure that is.
 
-What the model cannot explain of the log is kept as a disturbance over time, see `disturbed`, and
+What the model cannot explain of the log is kept as a disturbance over time, see `flown`, and
 acts again. Every vehicle of a sample of uncertain ones explains the log with a disturbance of its
 own; the band is what they make of the other law. So it is wide where the answer depends on what is
 not known, and has no width where it does not: with its own law each of them flies the log.
@@ -16,13 +16,14 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
-from workbench.design.predict.disturbed import CLOSES, TRIALS, compiled_refly
 from workbench.design.predict.flown import (
+    CLOSES,
     ERROR,
+    PERIOD,
     PUSH,
+    TRIALS,
     Craft,
     compiled_flights,
-    estimate_of,
     make_craft,
 )
 from workbench.design.predict.motion import Motion, resampled, rotation
@@ -38,8 +39,6 @@ LONG = 1.0
 """From which on a gap of the log is told of [s]."""
 DRAWS = 40
 """Vehicles that are sampled for the band."""
-PERIOD = 1 / 128
-"""Between updates of a law that states none [s]."""
 STEP = 1 / 1000
 """About as long is a step of physics, of which an even number makes an update [s]."""
 
@@ -202,21 +201,21 @@ class Explained:
 
     def compare(self, flights: Sequence[np.ndarray]) -> WhatIf:
         """Return what flights of vehicles, the nominal one first, make of the log."""
-        course, pushes = self._own.course, self._explain(0)
-        whole = len(course.time)
-        staying = [each for each in flights if stays(each, course.targets) == whole]
+        own, pushes = self._own, self._explain(0)
+        whole = len(own.time)
+        staying = [each for each in flights if stays(each, own.targets) == whole]
         low, high = _band(staying or [flights[0]])
         return WhatIf(
             flight=self._motion.name,
-            time=course.time,
-            setpoint=resampled(self._motion.setpoint, self._motion.period, course.time),
-            logged=course.targets,
-            again=self._fly(self._own, self._drawn[0], pushes),
+            time=own.time,
+            setpoint=resampled(self._motion.setpoint, self._motion.period, own.time),
+            logged=own.targets,
+            again=self._fly(own, self._drawn[0], pushes),
             other=flights[0],
             low=low,
             high=high,
             disturbance=np.vstack([pushes, pushes[-1:]])[:, [0, 1, 2, 6, 7, 8]],
-            stays=stays(flights[0], course.targets),
+            stays=stays(flights[0], own.targets),
             lost=len(flights) - len(staying),
             drawn=len(flights),
         )
@@ -224,7 +223,7 @@ class Explained:
     def _explain(self, number: int) -> np.ndarray:
         """Return what a sampled vehicle cannot explain of the log (K, 9)."""
         if number == len(self._pushes):
-            pushes = np.zeros((len(self._own.course.errors), PUSH))
+            pushes = np.zeros((len(self._own.errors), PUSH))
             states = self._fly(self._own, self._drawn[number], pushes, TRIALS)
             if not np.isfinite(states).all():
                 raise WorkbenchError(
@@ -238,8 +237,7 @@ class Explained:
         """Return states at the updates of the law that flew."""
         if begun.law.period == self.flown.period:
             return states
-        own, other = self._own.course.time, begun.course.time
-        return resampled(states, begun.law.period, own - other[0])
+        return resampled(states, begun.law.period, self._own.time - begun.time[0])
 
     def _craft(self, law: Law, real: Vehicle) -> Craft:
         steps = max(1, round(0.5 * law.period / STEP)) * 2
@@ -248,22 +246,21 @@ class Explained:
     def _fly(
         self, begun: "_Begun", real: "_Real", pushes: np.ndarray, trials: int = 1
     ) -> np.ndarray:
-        """Return states (K+1, 13), see `disturbed.make_refly`; several trials write the pushes."""
-        course, vehicle = begun.course, real.vehicle
+        """Return states (K+1, 13), see `flown.make_refly`; several trials write the pushes."""
+        vehicle = real.vehicle
         craft = self._craft(begun.law, vehicle)._replace(wind=real.wind)
         return np.asarray(
-            compiled_refly(begun.law.controller)(
-                course.targets,
+            compiled_flights(begun.law.controller).refly(
+                begun.targets,
                 begun.speeds,
                 begun.memory,
                 begun.updates,
-                course.errors,
+                begun.errors,
                 begun.references,
                 begun.voltages,
                 np.ones(len(craft.rotors)),
                 pushes,
                 0.5 * AIR_DENSITY * drag_area(vehicle.mass),
-                estimate_of(craft.period),
                 1.0 / CLOSES,
                 craft,
                 trials,
@@ -278,26 +275,14 @@ class _Real(NamedTuple):
     wind: tuple[float, float, float]
 
 
-class _Course(NamedTuple):
-    """The log at the updates of the law.
-
-    Attributes:
-        time: (K+1).
-        targets: states (K+1, 13).
-        errors: of the estimate (K, 11).
-    """
-
-    time: np.ndarray
-    targets: np.ndarray
-    errors: np.ndarray
-
-
 class _Begun(NamedTuple):
-    """A law where the flight begins.
+    """A law where the flight begins, and the log at its updates.
 
     Attributes:
         law: which one.
-        course: the log at its updates.
+        time: (K+1) [s].
+        targets: states of the log (K+1, 13).
+        errors: of the estimate (K, 11).
         memory: (k).
         updates: done before.
         speeds: of the rotors (n).
@@ -306,7 +291,9 @@ class _Begun(NamedTuple):
     """
 
     law: Law
-    course: _Course
+    time: np.ndarray
+    targets: np.ndarray
+    errors: np.ndarray
     memory: np.ndarray
     updates: float
     speeds: np.ndarray
@@ -314,10 +301,11 @@ class _Begun(NamedTuple):
     voltages: np.ndarray
 
 
-def _course(motion: Motion, first: int, last: int, period: float) -> _Course:
+def _begun(motion: Motion, vehicle: Vehicle, law: Law, craft: Craft) -> _Begun:
+    first, last = motion.airborne
     begin = motion.period * first
-    updates = math.floor(motion.period * (last - first) / period + 1e-9)
-    time = begin + period * np.arange(updates + 1)
+    updates = math.floor(motion.period * (last - first) / law.period + 1e-9)
+    time = begin + law.period * np.arange(updates + 1)
 
     def at(values: np.ndarray) -> np.ndarray:
         return resampled(values, motion.period, time)
@@ -326,25 +314,20 @@ def _course(motion: Motion, first: int, last: int, period: float) -> _Course:
     q /= np.linalg.norm(q, axis=1)[:, None]
     q_known /= np.linalg.norm(q_known, axis=1)[:, None]
     p, v = at(motion.p), at(motion.v)
-    targets = np.column_stack([q, p, rotation(q).apply(at(motion.w)), v])
-    errors = np.zeros((updates + 1, ERROR))
-    errors[:, 0:3], errors[:, 3:6] = at(motion.p_known) - p, at(motion.v_known) - v
-    errors[:, 8:11] = (rotation(q).inv() * rotation(q_known)).as_rotvec()
-    return _Course(time, targets, errors[:-1])
-
-
-def _begun(motion: Motion, vehicle: Vehicle, law: Law, craft: Craft) -> _Begun:
-    first, last = motion.airborne
-    course = _course(motion, first, last, law.period)
+    errors = np.zeros((updates, ERROR))
+    errors[:, 0:3], errors[:, 3:6] = (at(motion.p_known) - p)[:-1], (at(motion.v_known) - v)[:-1]
+    errors[:, 8:11] = (rotation(q).inv() * rotation(q_known)).as_rotvec()[:-1]
     listen = compiled_flights(law.controller).listen
     past = Past(motion, vehicle, law.controller, law.gains, craft, listen)
     start = past.start(np.array([first]))
-    references = past.references(np.array([first]), craft.period * len(course.errors))[0]
-    times = motion.period * first + craft.period * np.arange(len(references))
+    references = past.references(np.array([first]), craft.period * updates)[0]
+    times = begin + craft.period * np.arange(len(references))
     voltage = resampled(motion.voltage[:, None], motion.period, times)[:, 0] / past.full_voltage
     return _Begun(
         law,
-        course,
+        time,
+        np.column_stack([q, p, rotation(q).apply(at(motion.w)), v]),
+        errors,
         start.memory[0],
         float(start.counts[0]),
         start.speeds[0],
@@ -358,7 +341,7 @@ def _averaged(pushes: np.ndarray, period: float, begun: _Begun) -> np.ndarray:
     if begun.law.period == period:
         return pushes
     impulse = period * np.vstack([np.zeros(PUSH), np.cumsum(pushes, axis=0)])
-    time = begun.course.time - begun.course.time[0]
+    time = begun.time - begun.time[0]
     return np.diff(resampled(impulse, period, time), axis=0) / begun.law.period
 
 
