@@ -70,11 +70,11 @@ from workbench.design.sweep.ranges import SweepRange as SweepRange
 from workbench.design.sweep.sweep import sweep as sweep
 from workbench.design.sweep.table import SweepTable as SweepTable
 from workbench.design.tune.case import identified_robustness as identified_robustness
-from workbench.design.tune.picture import plot_tuning as plot_tuning
+from workbench.design.tune.report import plot_tuning as plot_tuning
 from workbench.design.tune.tuner import Tuner as Tuner
 from workbench.design.tune.tuner import tune as tune
-from workbench.design.tune.wish_file import load_wishes as load_wishes
-from workbench.design.tune.wish_file import wishes_for as wishes_for
+from workbench.design.tune.wish import load_wishes as load_wishes
+from workbench.design.tune.wish import wishes_for as wishes_for
 from workbench.diagram.core import make_flight_core as make_flight_core
 from workbench.diagram.workbench import make_workbench as make_workbench
 from workbench.gains.autopilots.exchange import export_gains as export_gains

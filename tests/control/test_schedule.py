@@ -20,7 +20,7 @@ from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import fly_step
 from workbench.design.tune.tuner import tune
-from workbench.design.tune.wish_file import wishes_for
+from workbench.design.tune.wish import wishes_for
 from workbench.gains.gains import flight_gains
 from workbench.logs.flight_log import LoggedFlight
 from workbench.logs.record import read_log

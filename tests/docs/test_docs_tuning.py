@@ -9,8 +9,7 @@ import pytest
 from workbench.commands.cli import main
 from workbench.control.controller import load_controller
 from workbench.design.metrics import WISHED
-from workbench.design.tune.wish import GROUPS, subjects_of
-from workbench.design.tune.wish_file import load_wishes
+from workbench.design.tune.wish import GROUPS, load_wishes, subjects_of
 
 PAGE = (Path(__file__).parents[2] / "docs" / "tuning.md").read_text(encoding="utf-8")
 

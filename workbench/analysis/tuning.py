@@ -9,7 +9,7 @@ from workbench.design.pin import pin_step
 from workbench.design.tune.case import NOMINAL
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.tuning import Progress, Tuning
-from workbench.design.tune.wish_file import wishes_for
+from workbench.design.tune.wish import wishes_for
 
 
 def pin(subject: Subject, question: Pin, work: Work) -> Working:

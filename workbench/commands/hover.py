@@ -172,7 +172,7 @@ def _line(demand: "Demand") -> list[str]:
 
 def _size(flight: str) -> str:
     """Return the amplitude of a step, as text behind its name."""
-    from workbench.design.hover_check import STEPS
+    from workbench.design.step_response import STEPS
     from workbench.scenario.axes import find_axis
 
     sizes = {f"{axis} step": f" {size:g} {find_axis(axis).unit}" for axis, size in STEPS}

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from workbench.control.controller import Controller
     from workbench.design.tune.tuner import Tuner
     from workbench.design.tune.tuning import Progress, Result, Tuning
-    from workbench.design.tune.wish_file import Wishes
+    from workbench.design.tune.wish import Wishes
 
 
 def add_parser(commands: Any) -> None:
@@ -147,8 +147,7 @@ def _wishes(args: argparse.Namespace, law: "Controller", rotors: str) -> "Wishes
 
     from workbench.common.resources import find_file
     from workbench.design.tune.case import Robustness, identified_robustness
-    from workbench.design.tune.wish import merged, parse_wish
-    from workbench.design.tune.wish_file import Wishes, load_wishes
+    from workbench.design.tune.wish import Wishes, load_wishes, merged, parse_wish
 
     wishes = load_wishes(find_file(str(args.wishes)), law) if args.wishes else Wishes()
     said = [wish for text in args.wish for wish in parse_wish(text, law=law)]
@@ -200,8 +199,7 @@ def _bar() -> Iterator[Any]:
 def _write(found: "Tuning", report: Path, picture: Path | None) -> None:
     """Write report and picture."""
     from workbench.design.plots import write_png
-    from workbench.design.tune.picture import plot_tuning
-    from workbench.design.tune.report import report_html
+    from workbench.design.tune.report import plot_tuning, report_html
 
     figure = plot_tuning(found)
     if picture:

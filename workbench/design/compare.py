@@ -26,8 +26,7 @@ from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.measure import noise_amplification
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.tuning import Tuning
-from workbench.design.tune.wish import merged, parse_wish
-from workbench.design.tune.wish_file import Wishes, load_wishes
+from workbench.design.tune.wish import Wishes, load_wishes, merged, parse_wish
 from workbench.gains.profiles import owner_of, save_gains
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.variation import Variation

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.design.step_response import START_HEIGHT, StepResponse, fly_step
+from workbench.design.step_response import START_HEIGHT, STEPS, StepResponse, fly_step
 from workbench.scenario.scenario import Scenario, Start
 from workbench.session.recording import Recording
 from workbench.session.session import Session
@@ -20,8 +20,6 @@ NUDGE_RATE = 0.0002
 
 The drift that it makes, a few millimetres, is small beside what is allowed.
 """
-STEPS = (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.2))
-"""Axis and amplitude, [m/s] and [rad/s]."""
 STEP_DURATION = 8.0
 """Flown after a step's edge [s]: rotors as slow as 0.2 s have brought the drone there by then."""
 DRIFT = 0.05

@@ -32,6 +32,8 @@ DURATIONS = f"{LEAST_DURATION:g} s or more, and {MOST_DURATION:g} s at most"
 """The two in words."""
 START_HEIGHT = 10.0
 """Room enough for a step down [m]."""
+STEPS = (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.2))
+"""The usual steps: axis and amplitude, [m/s] and [rad/s]."""
 
 
 @dataclass(frozen=True)

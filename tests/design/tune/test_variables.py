@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.control.controller import load_controller
-from workbench.design.tune.twins import mirrored, symmetric
-from workbench.design.tune.variables import Variables, variables_for
+from workbench.design.tune.variables import Variables, mirrored, symmetric, variables_for
 from workbench.design.tune.wish import parse_wish
 from workbench.scenario.parameters import parameter_table
 

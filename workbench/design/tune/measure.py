@@ -13,7 +13,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from workbench.common.errors import FlightBrokenError
 from workbench.control.controller import Controller, Loop
-from workbench.design.executor.local_processes import all_cores
+from workbench.design.executor.executor import all_cores
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.noise import noise_effects

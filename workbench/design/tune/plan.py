@@ -13,14 +13,19 @@ from workbench.design.linear.operating_point import Triple
 from workbench.design.metrics import STEP, find_metric
 from workbench.design.step_response import HOVER
 from workbench.design.tune.case import NOMINAL, Case, Robustness, corners
+from workbench.design.tune.evaluation import Problem, quantity
 from workbench.design.tune.measure import Instruments, Quantity, Step
-from workbench.design.tune.problem import FlownProblem, quantity
 from workbench.design.tune.requirement import Requirement, requirements
-from workbench.design.tune.telling import Telling
-from workbench.design.tune.twins import mirrored, symmetric
-from workbench.design.tune.variables import Variables, loop_of, loops_for, variables_for
-from workbench.design.tune.wish import DEFAULT, GUARD, Wish, merged
-from workbench.design.tune.wish_file import Wishes
+from workbench.design.tune.tuning import Telling
+from workbench.design.tune.variables import (
+    Variables,
+    loop_of,
+    loops_for,
+    mirrored,
+    symmetric,
+    variables_for,
+)
+from workbench.design.tune.wish import DEFAULT, GUARD, Wish, Wishes, merged
 from workbench.gains.gains import rule_gains
 from workbench.scenario.axes import AXES, find_axis
 from workbench.scenario.scenario import Scenario
@@ -183,7 +188,7 @@ class Plan:
     scenario: Scenario
     settings: Mapping[str, float]
     wishes: tuple[Wish, ...]
-    problem: FlownProblem
+    problem: Problem
     starts: tuple[np.ndarray, ...]
     at_rule: np.ndarray
     remarks: tuple[str, ...]
@@ -238,7 +243,7 @@ def make_plan(
     kept = _guards(instruments, asked, variables, rule, base)
     asked += kept
     cases, remarks = _flyable(instruments, corners(wishes.robustness), tell)
-    problem = FlownProblem(
+    problem = Problem(
         instruments, variables, base, requirements(asked, [NOMINAL, *cases], wishes.robustness)
     )
     tell(f"flying the rule's gains with {len(cases) + 1} vehicles", 0.6)

@@ -14,19 +14,21 @@ from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_me
 from workbench.design.step_response import HOVER
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.conflict import Unmet, conflicts
-from workbench.design.tune.evaluation import Budget, Candidate, Evaluation, SearchEndedError
+from workbench.design.tune.evaluation import (
+    Budget,
+    Candidate,
+    Evaluation,
+    Problem,
+    SearchEndedError,
+)
 from workbench.design.tune.measure import Responses
 from workbench.design.tune.plan import Plan, make_plan
-from workbench.design.tune.problem import FlownProblem
 from workbench.design.tune.proof import Proof, flights_to_fly, prove
 from workbench.design.tune.requirement import Requirement, shortfall
 from workbench.design.tune.search import ENOUGH, find
-from workbench.design.tune.telling import Listener, Telling
-from workbench.design.tune.tuning import Result, Tuning
-from workbench.design.tune.twins import counterparts
-from workbench.design.tune.variables import loop_of
-from workbench.design.tune.wish import Wish, members
-from workbench.design.tune.wish_file import Wishes
+from workbench.design.tune.tuning import Listener, Result, Telling, Tuning
+from workbench.design.tune.variables import counterparts, loop_of
+from workbench.design.tune.wish import Wish, Wishes, members
 from workbench.gains.gains import make_profile
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
@@ -56,7 +58,7 @@ class Solution:
     gains: Mapping[str, float]
     values: np.ndarray
     proof: Proof | None
-    problem: FlownProblem
+    problem: Problem
     best: Candidate
     smallest: Mapping[Requirement, float]
 
@@ -119,7 +121,7 @@ class Solver:
                 worst[each.wish] = (reserve, each.case)
         return {NOMINAL, *(case for _, case in worst.values())}
 
-    def _searched(self, problem: FlownProblem, starts: list[np.ndarray]) -> Candidate:
+    def _searched(self, problem: Problem, starts: list[np.ndarray]) -> Candidate:
         """Return the best candidate of a problem."""
 
         def heard(best: Candidate) -> None:
@@ -130,7 +132,7 @@ class Solver:
         self._note_smallest(problem, evaluation.seen)
         return best
 
-    def _note_smallest(self, problem: FlownProblem, seen: list[Candidate]) -> None:
+    def _note_smallest(self, problem: Problem, seen: list[Candidate]) -> None:
         """Note how far each requirement that gave way was met by who met all others."""
         reserves = np.array([candidate.reserves for candidate in seen])
         for index, required in enumerate(problem.requirements):
@@ -142,7 +144,7 @@ class Solver:
                 best = seen[max(good, key=lambda row: reserves[row, index])]
                 self._smallest[required] = float(best.values[index])
 
-    def _tidy(self, problem: FlownProblem, best: Candidate) -> dict[str, float]:
+    def _tidy(self, problem: Problem, best: Candidate) -> dict[str, float]:
         """Return the gains of a candidate with few digits, or with all where those are needed."""
         rounded = problem.variables.rounded(best.point)
         values = problem.measured([{**problem.base, **rounded}])[0]
@@ -151,7 +153,7 @@ class Solver:
             return problem.variables.gains(best.point)
         return rounded
 
-    def _proof(self, whole: FlownProblem, gains: Mapping[str, float], values: np.ndarray) -> Proof:
+    def _proof(self, whole: Problem, gains: Mapping[str, float], values: np.ndarray) -> Proof:
         """Return what the full diagram says of gains."""
         reserves = {
             required: float(required.reserves(np.array([value]))[0])
@@ -168,7 +170,7 @@ class Solver:
         )
 
 
-def _corrected(whole: FlownProblem, proof: Proof, values: np.ndarray) -> FlownProblem:
+def _corrected(whole: Problem, proof: Proof, values: np.ndarray) -> Problem:
     """Return the problem with what the full diagram had more than the instruments added."""
     measured = dict(zip(whole.requirements, values, strict=True))
     corrections = dict(whole.corrections)
