@@ -9,8 +9,7 @@ import time
 from dataclasses import dataclass
 
 from workbench.design.executor.cluster import DaskCluster
-from workbench.design.executor.executor import Executor
-from workbench.design.executor.local_processes import LocalProcesses
+from workbench.design.executor.executor import Executor, LocalProcesses
 from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.ranges import parse_range

@@ -35,7 +35,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the tables."""
-    from workbench.design.sweep.table_file import check_table_path
+    from workbench.design.sweep.table import check_table_path
     from workbench.logs.flight_reader import open_log
     from workbench.logs.table_file import tables, write_table
 

@@ -119,10 +119,10 @@ def run(args: argparse.Namespace) -> int:
     from workbench.commands.drawer import Drawer
     from workbench.commands.sweep_text import print_sweep, sweep_result
     from workbench.control.controller import DEFAULT, load_controller
-    from workbench.design.executor.local_processes import all_cores
+    from workbench.design.executor.executor import all_cores
     from workbench.design.sweep.best import prove_best
     from workbench.design.sweep.loops import default_axis
-    from workbench.design.sweep.table_file import check_table_path, write_table
+    from workbench.design.sweep.table import check_table_path, write_table
 
     names = [text.partition("=")[0].strip() for text in args.ranges]
     args.axis = args.axis or default_axis(names, load_controller(args.controller or DEFAULT))

@@ -15,10 +15,14 @@ from far_tasks import Losing, Reading, Square
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
 from workbench.design.executor import cluster as cluster_module
-from workbench.design.executor.cluster import ANSWER_WITHIN, DaskCluster, check_scheduler
-from workbench.design.executor.executor import InThisProcess
-from workbench.design.executor.local_processes import LocalProcesses
-from workbench.design.executor.remote import check_versions, versions
+from workbench.design.executor.cluster import (
+    ANSWER_WITHIN,
+    DaskCluster,
+    check_scheduler,
+    check_versions,
+    versions,
+)
+from workbench.design.executor.executor import InThisProcess, LocalProcesses
 from workbench.design.regress.running import regress
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.sweep import sweep

@@ -1,6 +1,7 @@
 """The files of a scenario, laid out where the first ones are not: the same vehicle and world."""
 
 import dataclasses
+import pickle
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import controllers_dir, models_dir
 from workbench.design.executor import shipment as shipment_module
-from workbench.design.executor.shipment import moved_below, shipment, with_absolute_paths
+from workbench.design.executor.shipment import moved_below, shipment, unpacked, with_absolute_paths
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.configured import read_configured, read_configured_world
@@ -71,16 +72,16 @@ def test_what_is_shipped_gives_the_same_vehicle_and_world_elsewhere(
     scenario = with_absolute_paths(Scenario(vehicle=named, world="yard.yaml"))
     expected = read(scenario)
     files = shipment(scenario)
-    names = {Path(path).relative_to(workspace).as_posix() for path, _ in files.files}
+    names = {Path(path).relative_to(workspace).as_posix() for path in files}
     assert {"parts/mast.xacro", "parts/package.xml", "drone/urdf/gains.yaml"} <= names
     assert {"yard.sdf", "yard.yaml", "soft.yaml", "parts/cube.obj", "parts/cube.mtl"} <= names
     assert "parts/unused.txt" not in names
     shutil.rmtree(workspace)
     monkeypatch.chdir("/")
     kept = tmp_path_factory.mktemp("worker")
-    moved = moved_below(files.unpacked(kept), scenario)
+    moved = moved_below(unpacked(pickle.dumps(files), kept), scenario)
     assert read(moved) == expected
-    assert files.unpacked(kept) == files.unpacked(kept)
+    assert unpacked(pickle.dumps(files), kept) == unpacked(pickle.dumps(files), kept)
 
 
 def test_what_is_shipped_with_the_workbench_is_not_sent():
@@ -97,11 +98,11 @@ def test_files_that_are_too_large_are_a_sentence(tmp_path, monkeypatch):
 
 
 def test_threads_of_a_worker_may_unpack_at_once(tmp_path):
-    files = [(f"/x/{number}.yaml", b"x" * 100) for number in range(50)]
+    files = {f"/x/{number}.yaml": b"x" * 100 for number in range(50)}
 
     def unpack(number):
-        own = ("/own", str(number % 8).encode())
-        return shipment_module.Shipment((*files, own)).unpacked(tmp_path)
+        own = {"/own": str(number % 8).encode()}
+        return unpacked(pickle.dumps(files | own), tmp_path)
 
     with ThreadPoolExecutor(16) as pool:
         folders = set(pool.map(unpack, range(64)))
@@ -120,9 +121,9 @@ def test_files_of_a_controller_and_an_estimator_are_sent(tmp_path):
     own.write_text((Path(__file__).parents[2] / "estimation/lag.py").read_text())
     scenario = with_absolute_paths(Scenario(controller=str(law), estimator=str(own)))
     found = shipment(scenario)
-    assert {str(law), str(own)} <= dict(found.files).keys()
+    assert {str(law), str(own)} <= found.keys()
     (tmp_path / "kept").mkdir()
-    root = found.unpacked(tmp_path / "kept")
+    root = unpacked(pickle.dumps(found), tmp_path / "kept")
     moved = moved_below(root, scenario)
     assert Path(moved.controller).read_text() == law.read_text()
     assert Path(moved.estimator).read_text() == own.read_text()

@@ -1,29 +1,32 @@
-"""Tasks done on a Dask cluster: any number of machines, of which some may be lost."""
+"""Tasks done on a Dask cluster: any number of machines, of which some may be lost.
+
+Workers and the scheduler load this file too, by the names in it, so it loads nothing heavy itself;
+tasks and files are bytes to the scheduler.
+"""
 
 import asyncio
+import functools
+import hashlib
 import importlib.util
 import logging
 import pickle
+import platform
 import socket
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from importlib import metadata
+from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from urllib.parse import urlsplit
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.resources import models_dir
 from workbench.design.executor.executor import Result, Stop, Task
-from workbench.design.executor.remote import (
-    INSTALL,
-    Versions,
-    check_versions,
-    passed_on,
-    run_there,
-    versions,
-)
-from workbench.design.executor.shipment import shipment, with_absolute_paths
-from workbench.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from workbench.scenario.scenario import Scenario
 
 ANSWER_WITHIN = 2.0
 """Time for a connection to be made, and once more for a scheduler to say that it is one [s]."""
@@ -31,6 +34,92 @@ EXAMPLE = "tcp://localhost:8786"
 _SCHEMES = ("tcp", "tls")
 ASK = 0.05
 """Time between two looks for results, and questions whether to stop [s]."""
+INSTALL = "install there what is installed here, with one constraints.txt for all"
+
+
+class Versions(NamedTuple):
+    """Of what a flight follows from.
+
+    Attributes:
+        workbench: a digest of its source and of the shipped models.
+        drake, numpy, numba: of these packages.
+        processor: x86_64 and so on.
+    """
+
+    workbench: str
+    drake: str
+    numpy: str
+    numba: str
+    processor: str
+
+
+@functools.cache
+def versions() -> Versions:
+    """Return those of this process."""
+    package = Path(__file__).parents[2]
+    digest = hashlib.sha256()
+    for folder, pattern in ((package, "*.py"), (models_dir(), "*")):
+        for path in sorted(folder.rglob(pattern)):
+            if path.is_file() and path.suffix != ".pyc":
+                digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
+                digest.update(path.read_bytes())
+    return Versions(
+        workbench=digest.hexdigest()[:12],
+        drake=metadata.version("drake"),
+        numpy=metadata.version("numpy"),
+        numba=metadata.version("numba"),
+        processor=platform.machine(),
+    )
+
+
+def check_versions(worker: str, there: Versions, here: Versions) -> None:
+    """Refuse a worker that would fly otherwise.
+
+    Raises:
+        WorkbenchError: naming the first that is not the same.
+    """
+    for name, other, own in zip(Versions._fields, there, here, strict=True):
+        if other != own and name == "workbench":
+            raise WorkbenchError(
+                f"the worker {worker} has another state of the workbench's source than there is "
+                f"here: {INSTALL}"
+            )
+        if other != own:
+            what = "a processor of kind" if name == "processor" else name
+            raise WorkbenchError(
+                f"the worker {worker} has {what} {other}, and here it is {own}: {INSTALL}"
+            )
+
+
+def run_there(task: bytes, files: bytes | None, here: Versions) -> Any:
+    """Do a task on a worker of a cluster.
+
+    Args:
+        task: a pickled `Task`; its scenario has absolute paths.
+        files: what it reads, pickled, see `shipment`; None if only shipped files.
+        here: versions of where it was asked for; a worker may have joined since they were compared.
+
+    Raises:
+        WorkbenchError: as the task raises it, with paths as they are where it was asked for.
+    """
+    from distributed import get_worker
+
+    check_versions(get_worker().address, versions(), here)
+    work = pickle.loads(task)
+    if files is None:
+        return work.run()
+    from workbench.design.executor.shipment import moved_below, unpacked
+
+    root = unpacked(files, Path(get_worker().local_directory))
+    try:
+        return work.with_scenario(moved_below(root, work.scenario)).run()
+    except WorkbenchError as error:
+        raise type(error)(str(error).replace(str(root), "")) from None
+
+
+def passed_on(files: bytes) -> bytes:
+    """Return files as a result of the cluster's own, which it makes again when it is lost."""
+    return files
 
 
 def check_address(address: str) -> tuple[str, int]:
@@ -190,9 +279,11 @@ class DaskCluster:
         """Return a future for each task."""
         import dask
 
+        from workbench.design.executor.shipment import shipment, with_absolute_paths
+
         files: dict[str, Any] = {}
         moved, needed = [], []
-        given, scenario, key = None, Scenario(), ""
+        given: Scenario | None = None
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}):
             for task in tasks:
                 if (own := task.scenario) is not given:  # a sweep's tasks share one
@@ -271,8 +362,6 @@ def _versions_there() -> Any:
 
     def tell() -> tuple[str, ...] | None:
         try:
-            from workbench.design.executor.remote import versions
-
             return tuple(versions())
         except ImportError:  # of the workbench, or of what it needs
             return None
@@ -280,7 +369,7 @@ def _versions_there() -> Any:
     return tell
 
 
-def _named_files(scenario: Scenario) -> str:
+def _named_files(scenario: "Scenario") -> str:
     """Return a text that is the same for scenarios that are read from the same files."""
     return repr(
         (

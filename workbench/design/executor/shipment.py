@@ -11,11 +11,11 @@ What only Drake opens, the meshes of a world, follows from what was read.
 import copy
 import hashlib
 import os
+import pickle
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -68,45 +68,10 @@ _MARKERS = ("package.xml", "model.config", "model.sdf")
 """Files that are looked for and not always opened: they make a folder a package or a model."""
 
 
-@dataclass(frozen=True)
-class Shipment:
-    """Files by their absolute paths here.
+def shipment(scenario: Scenario) -> dict[str, bytes] | None:
+    """Return the files that a scenario is read from by their absolute paths here.
 
-    Attributes:
-        files: path and content of each.
-    """
-
-    files: tuple[tuple[str, bytes], ...]
-
-    def __repr__(self) -> str:  # it stands in Dask's log lines
-        return f"<Shipment of {len(self.files)} files>"
-
-    @property
-    def digest(self) -> str:
-        """Of paths and contents."""
-        digest = hashlib.sha256()
-        for path, content in self.files:
-            digest.update(f"{path}\0{len(content)}\0".encode() + content)
-        return digest.hexdigest()[:32]
-
-    def unpacked(self, kept: Path) -> Path:
-        """Return the folder in `kept` below which the files lie, written if they do not."""
-        folder = kept / self.digest
-        if not folder.is_dir():
-            partial = Path(tempfile.mkdtemp(dir=kept, prefix=".partial-"))
-            for path, content in self.files:
-                file = _below(partial, path)
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_bytes(content)
-            try:
-                partial.rename(folder)
-            except OSError:  # another thread was quicker
-                shutil.rmtree(partial, ignore_errors=True)
-        return folder
-
-
-def shipment(scenario: Scenario) -> Shipment | None:
-    """Return the files that a scenario is read from, None where all of them are shipped ones.
+    None where all of them are shipped with the workbench.
 
     Packages that are found through environment variables are not looked for, as workers have
     others.
@@ -136,7 +101,23 @@ def shipment(scenario: Scenario) -> Shipment | None:
             f"{scenario.vehicle.model}: is read from {size // 1_000_000} MB of files, and at most "
             f"{MOST_BYTES // 1_000_000} MB are sent to workers: fly it with smaller meshes"
         )
-    return Shipment(tuple((name, Path(name).read_bytes()) for name in names))
+    return {name: Path(name).read_bytes() for name in names}
+
+
+def unpacked(files: bytes, kept: Path) -> Path:
+    """Return the folder in `kept` below which a pickled shipment lies, written if it does not."""
+    folder = kept / hashlib.sha256(files).hexdigest()[:32]
+    if not folder.is_dir():
+        partial = Path(tempfile.mkdtemp(dir=kept, prefix=".partial-"))
+        for path, content in pickle.loads(files).items():
+            file = _below(partial, path)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content)
+        try:
+            partial.rename(folder)
+        except OSError:  # another thread was quicker
+            shutil.rmtree(partial, ignore_errors=True)
+    return folder
 
 
 def with_absolute_paths(scenario: Scenario) -> Scenario:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from workbench.design.executor.executor import Executor, InThisProcess
-from workbench.design.executor.local_processes import LocalProcesses
+from workbench.design.executor.executor import Executor, InThisProcess, LocalProcesses
 from workbench.design.regress.flight import Changes, changed
 from workbench.design.regress.judging import (
     Job,

@@ -1,12 +1,15 @@
-"""The step that every candidate of a sweep flies, and what a candidate is."""
+"""The step that every candidate of a sweep flies, what a candidate is, and what flights give."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
+from workbench.design.metrics import FLOWN
 from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
 from workbench.estimation.settings import COMPLEMENTARY, EKF, TRUTH
@@ -20,7 +23,10 @@ from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, flown_controller
 from workbench.scenario.vehicle_parameters import check_parameters
 
-"""Parameter that a step along an axis must stay below."""
+Progress = Callable[[float], None]
+"""Takes the share done, 0 .. 1."""
+Stop = Callable[[], bool]
+"""Asked from time to time; True ends the work with what is done."""
 
 
 @dataclass(frozen=True)
@@ -127,3 +133,30 @@ class SweepCase:
                 f"a step of {self.amplitude:g} {axis.unit} along {self.axis} cannot be "
                 f"flown: use an amplitude within ±{most:g}, or raise {axis.limit}"
             )
+
+
+class Flown(NamedTuple):
+    """What N candidates did.
+
+    Attributes:
+        done: (N) whether a candidate was flown.
+        values: (N, 9) metrics, see `metrics.FLOWN`; NaN where there is none.
+        diverged_at: (N) when it was lost, from the command's edge on [s], NaN if it flew on.
+    """
+
+    done: np.ndarray
+    values: np.ndarray
+    diverged_at: np.ndarray
+
+
+FlySweep = Callable[[SweepCase, Vehicle, Sequence[Candidate], Progress | None, Stop | None], Flown]
+"""Flies candidates: `fly_compiled` or `fly_full`."""
+
+
+def nothing_flown(count: int) -> Flown:
+    """Return places for so many candidates."""
+    return Flown(
+        np.zeros(count, dtype=bool),
+        np.full((count, len(FLOWN)), np.nan),
+        np.full(count, np.nan),
+    )

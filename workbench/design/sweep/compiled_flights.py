@@ -10,8 +10,7 @@ import numpy as np
 from workbench.common.cache import PROGRESS_LOGGER
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import make_senses, why_not
-from workbench.design.sweep.case import Candidate, SweepCase
-from workbench.design.sweep.flown import Flown, Progress, Stop, nothing_flown
+from workbench.design.sweep.case import Candidate, Flown, Progress, Stop, SweepCase, nothing_flown
 from workbench.plant.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -10,14 +10,12 @@ from typing import Self
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
-from workbench.design.executor.executor import Executor
-from workbench.design.executor.local_processes import all_cores
+from workbench.design.executor.executor import Executor, all_cores
 from workbench.design.lost import find_loss
 from workbench.design.metrics import FLOWN
 from workbench.design.response_metrics import step_metrics
 from workbench.design.step_response import EDGE, axis_velocity, step_scenario
-from workbench.design.sweep.case import Candidate, SweepCase
-from workbench.design.sweep.flown import Flown, Progress, Stop, nothing_flown
+from workbench.design.sweep.case import Candidate, Flown, Progress, Stop, SweepCase, nothing_flown
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 from workbench.session.recording import Recording

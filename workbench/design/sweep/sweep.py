@@ -2,17 +2,19 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import Loop
 from workbench.design.metrics import FLOWN, MARGINS
-from workbench.design.sweep.case import SweepCase
+from workbench.design.sweep.case import Candidate, FlySweep, Progress, Stop, SweepCase
 from workbench.design.sweep.compiled_flights import fly_fastest
-from workbench.design.sweep.flown import FlySweep, Progress, Stop
 from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
+from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
 
 FLIGHT_SHARE = 0.1
@@ -76,11 +78,9 @@ def sweep(
     flown = (fly or fly_fastest)(case, vehicle, candidates, _part(progress, 0.0, share), stop)
     metrics, values = FLOWN, flown.values
     if cut:
-        from workbench.design.sweep.loop_margins import candidate_margins
-
         flying = flown.done & np.isnan(flown.diverged_at)
         tell = _part(progress, share, 1.0)
-        margins = candidate_margins(case, candidates, flying, cut, tell, stop)
+        margins = _candidate_margins(case, candidates, flying, cut, tell, stop)
         metrics, values = (*FLOWN, *MARGINS), np.hstack([values, margins])
     kept = flown.done[1:]
     return SweepTable(
@@ -150,3 +150,55 @@ def sample(ranges: Sequence[SweepRange], method: str, samples: int, seed: int) -
         shares = sobol.random_base2(math.ceil(math.log2(samples)))[:samples]
     columns = [each.spread(shares[:, index]) for index, each in enumerate(ranges)]
     return np.stack(columns, axis=1)
+
+
+def _candidate_margins(
+    case: SweepCase,
+    candidates: Sequence[Candidate],
+    wanted: np.ndarray,
+    loop: Loop,
+    progress: Progress | None = None,
+    stop: Stop | None = None,
+) -> np.ndarray:
+    """Return the margins of a loop, opened at its actuator, in the sampled model of hover.
+
+    Args:
+        case: its scenario and settings are used.
+        candidates: (N) whose margins are computed.
+        wanted: (N) for which of them.
+        loop: whose margins.
+        progress: called with the share done.
+        stop: True ends with what is done.
+
+    Returns:
+        (N, 4) see `metrics.MARGINS`; NaN where they are not wanted, not known yet, or where the
+        candidate cannot hover.
+    """
+    from workbench.design.judge.margins import loop_margins
+    from workbench.design.linear.operating_point import OperatingPoint
+    from workbench.design.linear.study import LinearStudy
+
+    margins = np.full((len(candidates), len(MARGINS)), np.nan)
+    point = OperatingPoint(hold=loop.hold)
+    own = case.values(case.vehicle())
+    study: LinearStudy | None = None
+    study_of = Variation()
+    todo = np.flatnonzero(wanted)
+    for count, index in enumerate(map(int, todo), start=1):
+        if stop and stop():
+            break
+        candidate = candidates[index]
+        if study is None or study_of != candidate.variation:
+            study_of = candidate.variation
+            vehicle = replace(case.scenario.vehicle, variation=study_of)
+            varied = replace(case.scenario, vehicle=vehicle)
+            study = study.like(varied) if study else LinearStudy(varied)
+        try:
+            model = study.sampled(point, {**own, **candidate.settings})
+            found = loop_margins(model, loop.actuator)
+        except WorkbenchError:
+            continue
+        margins[index] = [getattr(found, metric.name) for metric in MARGINS]
+        if progress:
+            progress(count / len(todo))
+    return margins

@@ -1,6 +1,8 @@
-"""The result of a sweep: a row a candidate, a column a parameter and a metric."""
+"""The result of a sweep: a row a candidate, a column a parameter and a metric; and its file."""
 
+import csv
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +20,8 @@ equal."""
 _LEAST = {"s": 1e-4, "%": 0.01, SIGNAL: 1e-4, "1": 1e-4, "rad": 1e-4}
 """So do those that differ by less than this, by unit; of the command's unit as share of the
 command. An overshoot of 1e-14 % is rounding."""
+SUFFIXES = (".csv", ".parquet")
+"""Of a table's file."""
 _THEN = ("settling_time", "overshoot", "steady_state_error")
 """By what candidates are ranked whose metric is equal."""
 
@@ -203,3 +207,65 @@ def resolution(metric: Metric, values: np.ndarray, command: float) -> float:
     finite = np.abs(values[np.isfinite(values)])
     least = _LEAST[metric.unit] * (abs(command) if metric.unit == SIGNAL else 1.0)
     return max(least, SAME * float(finite.max(initial=0.0)))
+
+
+def check_table_path(path: Path) -> None:
+    """Refuse a table that could not be written, before anything is flown.
+
+    Raises:
+        WorkbenchError: if the suffix is unknown, or Parquet cannot be written here.
+    """
+    if path.suffix not in SUFFIXES:
+        raise WorkbenchError(f"{path}: a table's name ends in {' or '.join(SUFFIXES)}")
+    if path.suffix == ".parquet":
+        try:
+            import pyarrow.parquet  # noqa: F401
+        except ImportError:
+            raise WorkbenchError(
+                f"{path}: Parquet needs pyarrow: `pip install pyarrow`, or name a .csv"
+            ) from None
+
+
+def write_table(table: SweepTable, path: Path) -> None:
+    """Write a sweep's table, a row a candidate; what is not known is left empty.
+
+    CSV has names with units in its first line, "kp_roll [1/s^2]"; Parquet has names, and the unit
+    in each field's metadata.
+
+    Raises:
+        WorkbenchError: if it cannot be written.
+    """
+    check_table_path(path)
+    try:
+        if path.suffix == ".parquet":
+            _write_parquet(table, path)
+        else:
+            _write_csv(table, path)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise WorkbenchError(f"{path}: cannot be written: {reason}") from error
+
+
+def _write_csv(table: SweepTable, path: Path) -> None:
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(f"{n} [{u}]" for n, u in zip(table.names, table.units, strict=True))
+        for row in table.rows:
+            writer.writerow("" if np.isnan(value) else repr(float(value)) for value in row)
+
+
+def _write_parquet(table: SweepTable, path: Path) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    fields = [
+        pyarrow.field(name, pyarrow.float64(), metadata={"unit": unit})
+        for name, unit in zip(table.names, table.units, strict=True)
+    ]
+    columns = [
+        pyarrow.array(column, mask=np.isnan(column))
+        for column in np.ascontiguousarray(table.rows.T)
+    ]
+    pyarrow.parquet.write_table(
+        pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields)), path
+    )

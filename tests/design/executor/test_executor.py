@@ -6,9 +6,8 @@ import pytest
 from far_tasks import Losing, Remarking, Square
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.executor import local_processes
-from workbench.design.executor.executor import InThisProcess
-from workbench.design.executor.local_processes import LocalProcesses
+from workbench.design.executor import executor
+from workbench.design.executor.executor import InThisProcess, LocalProcesses
 
 FOR_EVER = 3600.0
 
@@ -44,7 +43,7 @@ def test_what_a_killed_process_was_at_is_done_again(tmp_path):
 
 
 def test_processes_that_are_killed_too_often_are_a_sentence(tmp_path, monkeypatch):
-    monkeypatch.setattr(local_processes, "MOST_LOST", 0)
+    monkeypatch.setattr(executor, "MOST_LOST", 0)
     with pytest.raises(WorkbenchError, match="ended from outside, 1 times: let fewer fly"):
         list(Losing(LocalProcesses(1), tmp_path / "killed").run([Square(1)]))
 
