@@ -382,6 +382,10 @@ def test_our_own_log_is_a_flight_record(log):
     grid = flight.resample(["attitude.q_w", "attitude.q_z", "position_data.yaw"], 0.05)
     yaw = 2.0 * np.arctan2(grid["attitude.q_z"], grid["attitude.q_w"])
     np.testing.assert_allclose(np.cos(yaw - grid["position_data.yaw"]), 1.0, atol=1e-3)
+    contents = contents_of(flight)  # it has no commands, and speeds tell that the rotors turn
+    assert contents.turning == pytest.approx(flight.end, abs=0.05)
+    assert np.isnan(contents.saturated)
+    assert not any("never turn" in each.why for each in contents.findable)
 
 
 def test_what_is_no_log_is_a_sentence(tmp_path, case):

@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.predict.past import lagged, thrusts
+from workbench.logs.flight_reader import read_flight
 from workbench.logs.flight_record import FlightRecord, make_signal
 from workbench.logs.motion import ASKED, KNOWN, TRUE, flown_law, law_name, motion_of
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.configured import read_configured
-from workbench.scenario.scenario import VehicleConfig
+from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
+from workbench.session.session import Session
 
 TIME = np.arange(0.0, 2.0, 0.01)
 MOTORS = tuple(f"motors.command_{number}" for number in (1, 2, 3, 4))
@@ -42,6 +45,32 @@ def test_the_estimate_is_the_motion_where_nothing_else_measured_it(make, vehicle
     names = (*KNOWN, *TRUE, *RATES, *ASKED, *MOTORS, *(f"attitude.w_{axis}" for axis in "xyz"))
     both = motion_of(make(names, {"position_data.x": 0.5 + 0.0 * TIME}), vehicle)
     assert both.p[0, 0] == 0.5 and both.p_known[0, 0] == pytest.approx(0.1)
+
+
+def test_speeds_of_the_rotors_show_their_lag_and_commands_do_not(make, vehicle, case):
+    for head, lag_shown in (("rotors.speed.", True), ("rotors.speed_command.", False)):
+        with case(head):
+            speeds = {f"{head}{i}": 300.0 + 100.0 * TIME for i in range(4)}
+            motion = motion_of(make((*KNOWN, *RATES, *ASKED), speeds), vehicle)
+            made = thrusts(motion, vehicle)
+            assert np.array_equal(lagged(made, motion, vehicle), made) is lag_shown
+            full = vehicle.rotors[0].max_rot_velocity
+            assert motion.commands[-1, 0] == pytest.approx((300.0 + 100.0 * TIME[-1]) / full)
+    both = {f"{head}{i}": 0.0 * TIME for head in ("rotors.speed.",) for i in range(4)} | speeds
+    assert not motion_of(make((*KNOWN, *RATES, *ASKED), both), vehicle).lag_shown
+
+
+def test_the_csv_of_a_flight_to_places_tells_what_was_gone_to(vehicle, tmp_path):
+    start = Start(position=[0.0, 0.0, 1.5])
+    script = [Action(0.25, go_to=[0.5, 0.0, 1.5]), Action(0.75, go_to=[0.5, 0.25, 1.5])]
+    session = Session(Scenario(duration=1.25, start=start, script=script))
+    session.run()
+    session.recording().write_csv(tmp_path / "flight.csv")
+    motion = motion_of(read_flight(tmp_path / "flight.csv"), vehicle)
+    assert motion.time[-1] == pytest.approx(1.0, abs=0.02)
+    assert motion.setpoint[0].tolist() == [0.5, 0.0, 1.5]
+    assert motion.setpoint[-1].tolist() == [0.5, 0.25, 1.5]
+    assert not motion.lag_shown and motion.measured.all()
 
 
 def test_what_jumps_was_not_measured(make, vehicle):

@@ -5,7 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.logs.flight_record import FlightRecord, Span
+from workbench.logs.flight_record import (
+    SHARES,
+    SPEED_COMMANDS,
+    SPEEDS,
+    FlightRecord,
+    Span,
+)
 from workbench.logs.step_response import LOOPS
 
 LONGEST_OFFSET = 0.2
@@ -62,9 +68,9 @@ class FlightContents:
     """What is in a flight record.
 
     Attributes:
-        turning: time in which a motor turns [s]; NaN without commands.
-        saturated: share of that in which a motor gives all that it can; NaN where commands are
-            speeds, of which the log does not say how fast a motor can be.
+        turning: time in which a motor turns [s]; NaN where the log has neither commands nor speeds.
+        saturated: share of that in which a motor gives all that it can; NaN where the log has
+            speeds alone, as it does not say how fast a motor can be.
         known_until: time after which no on-board signal was measured [s].
         offsets: between streams.
         findable: what may be identified.
@@ -105,25 +111,15 @@ def contents_of(flight: FlightRecord) -> FlightContents:
     )
 
 
-def _shares(flight: FlightRecord) -> list[str]:
-    return [name for name in flight.names("motors") if name.startswith("motors.command_")]
-
-
-def _commands(flight: FlightRecord) -> list[str]:
-    """Return the motors' commands: shares of the full one, or else speeds."""
-    speeds = [name for name in flight.names("rotors") if name.startswith("rotors.speed_command.")]
-    return _shares(flight) or speeds
-
-
-def _turns(flight: FlightRecord, command: str, values: np.ndarray) -> np.ndarray:
-    """Return when a motor turns, by commands of its log; the largest counts as full, of speeds."""
-    full = 1.0 if command in _shares(flight) else float(np.nanmax(values, initial=0.0))
+def _turns(name: str, values: np.ndarray) -> np.ndarray:
+    """Return when a motor turns, by its commands or speeds; the largest speed counts as full."""
+    full = 1.0 if name.startswith(SHARES) else float(np.nanmax(values, initial=0.0))
     return np.asarray(values > TURNING * full)
 
 
 def _motors(flight: FlightRecord) -> tuple[float, float]:
     """Return the time in which a motor turns [s], and the share of it with one at its limit."""
-    names = _commands(flight)
+    names = flight.motors(SHARES, SPEED_COMMANDS, SPEEDS)
     if not names:
         return np.nan, np.nan
     time = flight[names[0]].time
@@ -131,9 +127,8 @@ def _motors(flight: FlightRecord) -> tuple[float, float]:
     largest = np.nanmax(np.where(np.isfinite(values), values, 0.0), axis=1)
     steps = np.diff(time, append=time[-1])
     steps = np.minimum(steps, 5.0 * float(np.median(steps)))
-    turns = _turns(flight, names[0], largest)
-    total = float(steps[turns].sum())
-    if not _shares(flight):
+    total = float(steps[_turns(names[0], largest)].sum())
+    if not names[0].startswith(SHARES):
         return total, np.nan
     return total, float(steps[largest >= FULL].sum()) / total if total else 0.0
 
@@ -241,7 +236,7 @@ def _best_offset(first: np.ndarray, second: np.ndarray) -> tuple[float, float] |
 
 
 def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
-    """Return a time that signals share, in the air where the motors' commands tell of it [s].
+    """Return a time that signals share, in the air where the motors tell of it [s].
 
     A landing is a blow that another stream shows otherwise, and on the ground nothing moves.
     """
@@ -249,9 +244,8 @@ def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
         return None
     begin = max(float(flight[name].time[0]) for name in names)
     end = min(float(flight[name].time[-1]) for name in names)
-    motor = next(iter(_commands(flight)), None)
-    if motor is not None:
-        turns = flight[motor].time[_turns(flight, motor, flight[motor].values)]
+    for motor in flight.motors(SHARES, SPEED_COMMANDS, SPEEDS)[:1]:
+        turns = flight[motor].time[_turns(motor, flight[motor].values)]
         if len(turns) and turns[-1] - turns[0] > 4.0 * GROUND:
             begin, end = max(begin, turns[0] + GROUND), min(end, turns[-1] - GROUND)
     return (begin, end) if end - begin > 4.0 * LONGEST_OFFSET else None
@@ -259,7 +253,7 @@ def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
 
 def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
     """Return what may be identified, by what the log has and how fast."""
-    commands = _commands(flight)
+    commands = flight.motors(SHARES, SPEED_COMMANDS)
     gyro = [f"imu.angular_velocity.{axis}" for axis in "xyz"]
     force = [f"imu.linear_acceleration.{axis}" for axis in "xyz"]
     motion = "position_data" if "position_data.x" in flight else "estimate"
@@ -287,7 +281,7 @@ def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
         judged(
             "thrust over voltage",
             {
-                "commands as shares": _shares(flight),
+                "commands as shares": flight.motors(SHARES),
                 "accelerometer": force,
                 "voltage": ["battery.voltage"],
             },

@@ -42,6 +42,9 @@ from workbench.common.errors import WorkbenchError, unknown_name
 
 Span = tuple[float, float]
 """From and to [s]."""
+SHARES, SPEED_COMMANDS, SPEEDS = "motors.command_", "rotors.speed_command.", "rotors.speed."
+"""How the names of the motors' signals begin: commands as shares of the full one or as speeds, and
+what the rotors did."""
 LOG_ENDINGS = (".mcap", ".ulg", ".bin", ".bbl", ".bfl", ".csv", ".gz")
 """Of files that are logs, in small letters; a Crazyflie's have none."""
 GAP = 2.5
@@ -161,6 +164,18 @@ class FlightRecord:
     def names(self, topic: str = "") -> list[str]:
         """Return the names of signals: all, or those of a topic or of a field's parts."""
         return [name for name in self.signals if not topic or name.startswith(f"{topic}.")]
+
+    def motors(self, *kinds: str) -> list[str]:
+        """Return the signals of the motors in their order, of the first kind that the log has.
+
+        Args:
+            kinds: of `SHARES`, `SPEED_COMMANDS` and `SPEEDS`.
+        """
+        for kind in kinds:
+            numbers = (name.removeprefix(kind) for name in self.signals if name.startswith(kind))
+            if found := sorted(int(number) for number in numbers if number.isdigit()):
+                return [f"{kind}{number}" for number in found]
+        return []
 
     def has(self, names: Iterable[str]) -> bool:
         """Return whether all of these signals are there."""

@@ -1,6 +1,5 @@
 """A flight record as identification takes it: free flight on one even grid, motors by rotor."""
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,7 +13,7 @@ from workbench.design.identify.flight import (
     free_flight,
     held_on_grid,
 )
-from workbench.logs.flight_record import FlightRecord, Signal
+from workbench.logs.flight_record import SHARES, SPEED_COMMANDS, FlightRecord, Signal
 
 GYRO = tuple(f"imu.angular_velocity.{axis}" for axis in "xyz")
 FORCE = tuple(f"imu.linear_acceleration.{axis}" for axis in "xyz")
@@ -130,13 +129,9 @@ def has_imu(record: FlightRecord) -> bool:
 
 def _commands(record: FlightRecord, rotors: int, order: Sequence[int]) -> tuple[list[str], str]:
     """Return the names of the motors' commands, by rotor, and what they are."""
-    for pattern, kind in (
-        (r"rotors\.speed_command\.(\d+)", SPEED),
-        (r"motors\.command_(\d+)", SHARE),
-    ):
-        found = [(int(m[1]), name) for name in record.names() if (m := re.fullmatch(pattern, name))]
-        if len(found) >= rotors:
-            names = [name for _, name in sorted(found)]
+    for beginning, kind in ((SPEED_COMMANDS, SPEED), (SHARES, SHARE)):
+        names = record.motors(beginning)
+        if len(names) >= rotors:
             if not order:
                 return names[:rotors], kind
             if sorted(order) != list(range(1, rotors + 1)):
@@ -145,9 +140,9 @@ def _commands(record: FlightRecord, rotors: int, order: Sequence[int]) -> tuple[
                     f"{rotors} once, as {','.join(map(str, range(1, rotors + 1)))}"
                 )
             return [names[number - 1] for number in order], kind
-        if found:
+        if names:
             raise WorkbenchError(
-                f"{record.source}: has the commands of {len(found)} of the model's "
+                f"{record.source}: has the commands of {len(names)} of the model's "
                 f"{rotors} motors: name the model that flew, with --model"
             )
     hint = (

@@ -10,7 +10,7 @@ from workbench.control.controller import SHIPPED, load_controller
 from workbench.design.predict.motion import Motion
 from workbench.design.predict.what_if import Law
 from workbench.gains.gains import flight_gains
-from workbench.logs.flight_record import FlightRecord
+from workbench.logs.flight_record import SHARES, SPEED_COMMANDS, SPEEDS, FlightRecord
 from workbench.plant.vehicle import Vehicle
 
 PERIOD, FINE = 0.01, 0.005
@@ -113,8 +113,9 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
         WorkbenchError: if a signal is missing, or too much of one.
     """
     truth = TRUE if flight.has(TRUE) or not flight.has(KNOWN) else KNOWN
-    commands, full = _commands(flight, vehicle)
-    _check(flight, truth, commands)
+    commands = flight.motors(SHARES, SPEED_COMMANDS, SPEEDS)
+    full = np.array([each.max_rot_velocity for each in vehicle.rotors])
+    _check(flight, vehicle, truth, commands)
     gyro = tuple(f"imu.angular_velocity.{axis}" for axis in "xyz")
     turning = "attitude" if truth is TRUE else "estimate"
     rates = gyro if flight.has(gyro) else tuple(f"{turning}.w_{axis}" for axis in "xyz")
@@ -160,40 +161,27 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
         setpoint=columns(ASKED),
         attitude_setpoint=wanted[:, 0:3],
         thrust_setpoint=wanted[:, 3],
-        commands=columns(commands) / full,
+        commands=columns(commands) / (1.0 if commands[0].startswith(SHARES) else full),
+        lag_shown=commands[0].startswith(SPEEDS),
         voltage=columns(["battery.voltage"])[:, 0] if "battery.voltage" in flight else nothing,
         measured=measured,
     )
 
 
-def _commands(flight: FlightRecord, vehicle: Vehicle) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return the signals of the rotors' commands, or of their speeds, and the full ones.
-
-    None where the log has neither.
-
-    Raises:
-        WorkbenchError: if it has those of another number of rotors.
-    """
-    rotors = len(vehicle.rotors)
-    full = np.array([each.max_rot_velocity for each in vehicle.rotors])
-    for head, first, most in (("motors.command_", 1, np.ones(rotors)), ("rotors.speed.", 0, full)):
-        told = sum(name.startswith(head) for name in flight.signals)
-        if told not in (0, rotors):
-            raise WorkbenchError(
-                f"{flight.source}: tells of {told} motors, and {vehicle.name} has {rotors}: name "
-                "the drone that flew"
-            )
-        if told:
-            return tuple(f"{head}{first + i}" for i in range(rotors)), most
-    return (), full
-
-
-def _check(flight: FlightRecord, truth: Sequence[str], commands: Sequence[str]) -> None:
-    """Refuse a log without what a prediction needs.
+def _check(
+    flight: FlightRecord, vehicle: Vehicle, truth: Sequence[str], commands: Sequence[str]
+) -> None:
+    """Refuse a log without what a prediction needs, or of a drone with other rotors.
 
     Raises:
         WorkbenchError: naming what is missing.
     """
+    told, rotors = len(commands), len(vehicle.rotors)
+    if told not in (0, rotors):
+        raise WorkbenchError(
+            f"{flight.source}: tells of {told} motors, and {vehicle.name} has {rotors}: name the "
+            "drone that flew"
+        )
     needed = {
         "position": truth[4:7],
         "velocity": truth[7:10],

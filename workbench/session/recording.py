@@ -231,6 +231,12 @@ class Recording:
         columns["charge [1]"] = self.charge
         if np.isfinite(self.clearance).any():
             columns["clearance [m]"] = self.clearance
+        follows = self.reference[:, 7] == 1.0
+        if follows.any():
+            for index, axis in enumerate("xyz", start=4):
+                columns[f"setpoint.{axis} [m]"] = np.where(
+                    follows, self.reference[:, index], np.nan
+                )
         return columns | self._estimated_columns()
 
     def _estimated_columns(self) -> dict[str, np.ndarray]:

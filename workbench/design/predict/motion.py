@@ -30,10 +30,11 @@ class Motion(NamedTuple):
         setpoint: position that is gone to, in W (m, 3) [m].
         attitude_setpoint: roll, pitch, yaw that the law asked for (m, 3) [rad]; NaN where unknown.
         thrust_setpoint: as a share of the full one (m); NaN where unknown.
-        commands: share of the full command of each rotor (m, n).
+        commands: share of the full command of each rotor, or of its full speed (m, n).
         voltage: of the battery (m) [V]; NaN where unknown.
         measured: whether all that a prediction starts from was measured then (m); in gaps it is
             interpolated.
+        lag_shown: whether `commands` are speeds that the rotors had, behind their lag.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Motion(NamedTuple):
     commands: np.ndarray
     voltage: np.ndarray
     measured: np.ndarray
+    lag_shown: bool = False
 
     @property
     def time(self) -> np.ndarray:

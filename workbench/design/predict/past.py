@@ -148,7 +148,9 @@ def driven_thrust(motion: Motion, vehicle: Vehicle) -> np.ndarray:
 
 
 def lagged(values: np.ndarray, motion: Motion, vehicle: Vehicle) -> np.ndarray:
-    """Return values (m, n) behind the rotors' lag."""
+    """Return values (m, n) of a motion's commands behind the rotors' lag, once."""
+    if motion.lag_shown:
+        return values
     share = 1.0 - math.exp(-motion.period / vehicle.rotor_lag)
     start = (1.0 - share) * values[:1]  # steady before the log begins
     return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0, zi=start)[0])

@@ -18,7 +18,14 @@ from workbench.plant.gravity import GRAVITY
 
 FORMAT = "states of a simulated flight"
 HEAD = b"t [s],p_W.x [m],"
-_COMMANDS = {"v_x": "m/s", "v_y": "m/s", "v_z": "m/s", "yaw_rate": "rad/s"}
+_COMMANDS = {
+    "command.v_x": ("command_velocity.v_x", "m/s"),
+    "command.v_y": ("command_velocity.v_y", "m/s"),
+    "command.v_z": ("command_velocity.v_z", "m/s"),
+    "command.yaw_rate": ("command_velocity.yaw_rate", "rad/s"),
+    **{f"setpoint.{axis}": (f"setpoint.{axis}", "m") for axis in "xyz"},
+}
+"""Columns of what was asked for, their signals and units."""
 
 
 def read_states(path: Path) -> FlightRecord:
@@ -61,10 +68,9 @@ def read_states(path: Path) -> FlightRecord:
         for names, unit, table in groups
         for name, values in zip(names, table.T, strict=True)
     }
-    for field, unit in _COMMANDS.items():
-        name = f"command_velocity.{field}"
-        if f"command.{field}" in columns:
-            values = _from_then_on(columns[f"command.{field}"])
+    for column, (name, unit) in _COMMANDS.items():
+        if column in columns:
+            values = _from_then_on(columns[column])
             signals[name] = make_signal(name, unit, time, values, end=end, delay=0.0)
     number = 1
     while f"speed_command.{number}" in columns:
