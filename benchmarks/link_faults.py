@@ -12,8 +12,8 @@ from pathlib import Path
 
 from link_proxy import Proxy
 
+from workbench.link.messages import Hand, Stage
 from workbench.link.server.config import ServerConfig
-from workbench.link.server_messages import Hand, Stage
 from workbench.live.flight import LiveFlight
 from workbench.scenario.scenario import Action
 

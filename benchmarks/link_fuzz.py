@@ -12,24 +12,28 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field
 
+from workbench.link.codes import DeniedError
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.hello import Hello, Limits
-from workbench.link.operations import (
-    BadOperation,
+from workbench.link.messages import (
     Bye,
+    Error,
     FlightOperation,
     GetParameters,
     Login,
+    Nack,
     Ping,
+    Pong,
     ReleaseControl,
     RequestControl,
     Role,
     SetParameters,
     Subscribe,
+    read_message,
     read_operation,
+    write_message,
     write_operation,
 )
-from workbench.link.server_messages import Error, Nack, Pong, Unknown, read_message, write_message
 from workbench.link.topics import Topic
 from workbench.link.wire import HEADER, Decoder, Flag, Frame, Kind, WireError
 
@@ -104,8 +108,8 @@ class Readers:
         if frame.kind == Kind.CONTROL:
             for read in (read_operation, read_message):
                 try:
-                    self.tally.understood += not isinstance(read(frame.payload), Unknown)
-                except BadOperation as error:
+                    self.tally.understood += read(frame.payload) is not None
+                except DeniedError as error:
                     self.tally.refused[error.code] += 1
         elif frame.kind == Kind.DATA and frame.topic in self._topics:
             try:

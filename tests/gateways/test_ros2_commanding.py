@@ -14,8 +14,15 @@ from workbench.gateways import ros2, ros2_commanding, ros2_orders
 from workbench.gateways.ros2_commanding import Commanding
 from workbench.gateways.ros2_orders import Operation, Unclear, Velocity
 from workbench.link import AsyncClient
-from workbench.link.operations import FlightOperation, ReleaseControl, RequestControl
-from workbench.link.server_messages import ControlState, Hand, Nack, Stage
+from workbench.link.messages import (
+    ControlState,
+    FlightOperation,
+    Hand,
+    Nack,
+    ReleaseControl,
+    RequestControl,
+    Stage,
+)
 from workbench.link.wire import Frame
 
 FAKE = Path(__file__).parent.parent / "link" / "fake_server.py"

@@ -21,7 +21,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
 from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.operations import FlightOperation, ReleaseControl
+from workbench.link.messages import FlightOperation, ReleaseControl
 
 HERE = Path(__file__).parent
 SOURCE = HERE / "fastdds"

@@ -23,7 +23,7 @@ from workbench.gui.preferences import Preferences
 from workbench.gui.style import apply_style
 from workbench.gui.workspace import make_workspace
 from workbench.link import Client
-from workbench.link.server_messages import Hand
+from workbench.link.messages import Hand
 from workbench.live.choice import Choice
 from workbench.logs.record import read_log
 

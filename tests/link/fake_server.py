@@ -10,33 +10,27 @@ from collections.abc import Callable
 from workbench.link.authentication import Tokens, is_proven, login_proof, new_nonce, session_key
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.hello import Hello, Limits, ParameterRow
-from workbench.link.operations import (
+from workbench.link.messages import (
     COMMANDING,
-    FlightOperation,
-    GetParameters,
-    Login,
-    Ping,
-    ReleaseControl,
-    RequestControl,
-    Role,
-    SetParameters,
-    Subscribe,
-    read_operation,
-)
-from workbench.link.server_messages import (
     ControlState,
     Error,
     FlightDone,
-    Granted,
+    FlightOperation,
+    GetParameters,
     Hand,
-    LoggedIn,
+    Login,
     Nack,
     ParameterValues,
+    Ping,
     Pong,
-    Released,
+    ReleaseControl,
+    RequestControl,
+    Role,
     ServerMessage,
+    SetParameters,
     Stage,
-    Subscribed,
+    Subscribe,
+    read_operation,
     write_message,
 )
 from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
@@ -178,12 +172,12 @@ class FakeServer:
                 return self.log_in(peer, operation)
             case Subscribe(id, topics):
                 peer.topics = topics
-                return Subscribed(id, topics)
+                return Subscribe(id, topics)
             case RequestControl(id):
-                peer.say(Granted(id, LEASE, 0.5))
+                peer.say(RequestControl(id, lease=LEASE, expires=0.5))
                 return self.held_by(peer)
             case ReleaseControl(id):
-                return Released(id)
+                return ReleaseControl(id)
             case FlightOperation(id, what):
                 return FlightDone(id, what, self.t_ns)
             case GetParameters(id):
@@ -196,13 +190,13 @@ class FakeServer:
 
     def log_in(self, peer: Peer, login: Login) -> ServerMessage:
         if self.tokens is None:
-            return LoggedIn(login.id, Role.COMMAND)
+            return Login(login.id, role=Role.COMMAND)
         assert login.role is not None
         token = self.tokens.of(login.role)
         if login.proof != login_proof(token, login.role, peer.nonce, login.nonce):
             return Error("bad_login", "the proof is wrong")
         peer.key = session_key(token, peer.nonce, login.nonce)
-        return LoggedIn(login.id, login.role)
+        return Login(login.id, role=login.role)
 
     def held_by(self, peer: Peer) -> ControlState:
         return ControlState(Hand.CLIENT, peer.number, "", Stage.LIVE, 0.0, "granted")

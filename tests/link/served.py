@@ -17,11 +17,11 @@ from typing import NamedTuple
 from workbench.ipc.worker_process import Answer, Request
 from workbench.link.backplane import Flight, ServerStatus
 from workbench.link.drone_topics import COMMAND, PARAMETERS
+from workbench.link.messages import Hand, Stage
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
-from workbench.link.server_messages import Hand, Stage
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 from workbench.live.flying import SLICE, Flying
 from workbench.live.messages import Flown, GetFlown, NetworkView, Report, Serve

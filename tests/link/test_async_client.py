@@ -7,8 +7,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.link import AsyncClient
 from workbench.link.control import AsyncControl
-from workbench.link.operations import ReleaseControl, RequestControl
-from workbench.link.server_messages import Goodbye
+from workbench.link.messages import Bye, ReleaseControl, RequestControl
 
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
@@ -53,7 +52,7 @@ def test_the_loop_ends_when_the_client_is_closed(server):
 def test_the_loop_raises_what_ended_the_connection(server):
     async def read():
         async with AsyncClient(server.address, reconnect=False) as client:
-            server.say(Goodbye("enough"))
+            server.say(Bye(said="enough"))
             async for _ in client:
                 pass
 

@@ -17,7 +17,7 @@ from workbench.link.authentication import (
     session_key,
     write_tokens,
 )
-from workbench.link.operations import Role
+from workbench.link.messages import Role
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 
 KEY = bytes(range(32))

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.link.authority import Authority, DeniedError, Effect, Limits
 from workbench.link.backplane import Command
-from workbench.link.server_messages import Hand, Stage
+from workbench.link.messages import Hand, Stage
 
 LIMITS = Limits(8.0, 6.0, 0.4)
 

@@ -11,16 +11,17 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client, client
-from workbench.link.operations import (
+from workbench.link.messages import (
     FlightOperation,
     GetParameters,
     Login,
+    ParameterValues,
     Ping,
+    ReleaseControl,
     RequestControl,
     SetParameters,
     Subscribe,
 )
-from workbench.link.server_messages import ParameterValues, Released
 
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
@@ -101,7 +102,7 @@ def test_no_answer_is_a_sentence(server):
 
 def test_an_answer_of_another_kind_is_a_sentence(server):
     server.answer = lambda peer, operation: (
-        Released(operation.id) if isinstance(operation, Ping) else None
+        ReleaseControl(operation.id) if isinstance(operation, Ping) else None
     )
     with Client(server.address) as client, pytest.raises(WorkbenchError, match="something else"):
         client.ping()

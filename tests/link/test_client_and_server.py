@@ -25,23 +25,19 @@ from workbench.link.backplane import (
 )
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.hello import ParameterRow
-from workbench.link.operations import (
+from workbench.link.messages import (
+    ControlState,
+    FlightDone,
     FlightOperation,
     GetParameters,
+    Hand,
+    ParameterValues,
     ReleaseControl,
     RequestControl,
     SetParameters,
-)
-from workbench.link.server.config import ServerConfig
-from workbench.link.server_messages import (
-    ControlState,
-    FlightDone,
-    Granted,
-    Hand,
-    ParameterValues,
-    Released,
     Stage,
 )
+from workbench.link.server.config import ServerConfig
 from workbench.link.topics import Delivery
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -99,10 +95,10 @@ class ScriptedFlight:
     def answer(self, record):
         match record:
             case Request(peer, RequestControl(id, name)):
-                self.send(Reply(peer, Granted(id, 7, 0.5)))
+                self.send(Reply(peer, RequestControl(id, lease=7, expires=0.5)))
                 self.send(ControlState(Hand.CLIENT, peer, name, Stage.LIVE, 0.0, "granted"))
             case Request(peer, ReleaseControl(id)):
-                self.send(Reply(peer, Released(id)))
+                self.send(Reply(peer, ReleaseControl(id)))
                 self.send(ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 0.0, "released"))
             case Request(peer, FlightOperation(id, what)):
                 self.send(Reply(peer, FlightDone(id, what, 3)))

@@ -7,12 +7,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.authentication import Tokens
-from workbench.link.operations import (
-    Ping,
-    SetParameters,
-    Subscribe,
-)
-from workbench.link.server_messages import Error, Goodbye
+from workbench.link.messages import Bye, Error, Ping, SetParameters, Subscribe
 
 TOKENS = Tokens("v" * 16, "c" * 16)
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
@@ -31,7 +26,7 @@ def test_a_lost_connection_is_made_and_subscribed_to_again(server, fakes):
 
 def test_a_server_that_stopped_is_waited_for(server, fakes):
     with Client(server.address) as client:
-        server.say(Goodbye("the flight is over"))
+        server.say(Bye(said="the flight is over"))
         server.close()
         fakes.wait_until(lambda: "nobody listens" in client.trouble)
         assert not client.connected
@@ -45,7 +40,7 @@ def test_a_server_that_stopped_is_waited_for(server, fakes):
 def test_without_reconnection_the_end_is_an_error_of_the_loop(server):
     with Client(server.address, reconnect=False) as client:
         server.publish(1, velocity_data=VELOCITY)
-        server.say(Goodbye("the flight is over"))
+        server.say(Bye(said="the flight is over"))
         with pytest.raises(WorkbenchError, match="said goodbye: the flight is over"):
             for sample in client:
                 assert sample.t_ns == 1

@@ -9,12 +9,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.control import AsyncControl, Control
-from workbench.link.operations import (
-    Ping,
-    ReleaseControl,
-    RequestControl,
-)
-from workbench.link.server_messages import Hand, Nack, Stage
+from workbench.link.messages import Hand, Nack, Ping, ReleaseControl, RequestControl, Stage
 from workbench.link.wire import Frame
 
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)

@@ -5,14 +5,14 @@ import pytest
 from workbench.link.client_protocol import ClientOptions, ClientProtocol
 from workbench.link.drone_topics import VELOCITY, Outfit, drone_topics
 from workbench.link.hello import Hello, Limits
-from workbench.link.operations import Ping, Subscribe, read_operation
-from workbench.link.server_messages import (
+from workbench.link.messages import (
+    Bye,
     Error,
-    Goodbye,
     Nack,
+    Ping,
     Pong,
-    Subscribed,
-    Unknown,
+    Subscribe,
+    read_operation,
     write_message,
 )
 from workbench.link.wire import Decoder, Flag, Frame, Kind
@@ -35,14 +35,14 @@ def sent(protocol):
 
 def begun(options=None):
     protocol = ClientProtocol(options or ClientOptions())
-    protocol.receive(control(HELLO) + control(Subscribed(2, ()), 2))
+    protocol.receive(control(HELLO) + control(Subscribe(2, ()), 2))
     assert protocol.ready
     return protocol
 
 
 def test_bytes_may_come_one_at_a_time():
     protocol = ClientProtocol(ClientOptions())
-    stream = control(HELLO) + control(Subscribed(2, ())) + data(VELOCITY, bytes(24))
+    stream = control(HELLO) + control(Subscribe(2, ())) + data(VELOCITY, bytes(24))
     for at in range(len(stream)):
         protocol.receive(stream[at : at + 1])
     assert protocol.ready and len(protocol.samples) == 1
@@ -64,7 +64,7 @@ def test_what_a_newer_server_says_besides_is_passed_over():
     protocol = begun()
     protocol.receive(data(999, b"abc", 3, flags=Flag.ACKNOWLEDGE))
     protocol.receive(data(0, b"abc", 4, kind=0x85))
-    protocol.receive(control(Unknown("dance"), 5))
+    protocol.receive(data(0, b'{"op":"dance"}', 5, kind=Kind.CONTROL))
     assert protocol.end is None and protocol.samples == []
     assert [frame.seq for frame in sent(protocol) if frame.kind == 2] == [3]
 
@@ -95,7 +95,7 @@ def test_the_time_is_that_of_the_last_state_or_of_a_pong():
         (data(0, b"{}", kind=Kind.CONTROL), "bad_value", "cannot be understood"),
         (data(0, b"{", kind=Kind.CONTROL), "json", "no strict JSON"),
         (control(Error("slow", "you are slow")), "slow", "ended the connection: you are slow"),
-        (control(Goodbye("")), "bye", "it stops"),
+        (control(Bye()), "bye", "it stops"),
     ],
 )
 def test_what_ends_it_is_a_sentence(stream, code, said):
@@ -109,7 +109,7 @@ def test_what_ends_it_is_a_sentence(stream, code, said):
 
 
 @pytest.mark.parametrize(
-    "stream", [data(VELOCITY, bytes(24)), control(Pong(1, 2)), control(Subscribed(2, ()))]
+    "stream", [data(VELOCITY, bytes(24)), control(Pong(1, 2)), control(Subscribe(2, ()))]
 )
 def test_hello_comes_first(stream):
     protocol = ClientProtocol(ClientOptions())

@@ -2,7 +2,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.authentication import read_token, write_tokens
-from workbench.link.operations import Role
+from workbench.link.messages import Role
 
 
 def write(path, text, mode=0o600):

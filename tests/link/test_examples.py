@@ -12,14 +12,15 @@ import pytest
 
 from workbench.link.authentication import Tokens
 from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.operations import (
+from workbench.link.messages import (
     Bye,
+    Error,
     FlightOperation,
+    Nack,
     ReleaseControl,
     RequestControl,
     Subscribe,
 )
-from workbench.link.server_messages import Error, Nack
 from workbench.link.wire import Frame
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "link"

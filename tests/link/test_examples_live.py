@@ -12,8 +12,7 @@ import pytest
 
 from workbench.link.drone_topics import COMMAND, VELOCITY
 from workbench.link.hello import Hello
-from workbench.link.operations import Subscribe, write_operation
-from workbench.link.server_messages import read_message
+from workbench.link.messages import Subscribe, read_message, write_operation
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "link"

@@ -10,7 +10,7 @@ import pytest
 
 from workbench.common.errors import FlightBrokenError
 from workbench.control.mode import FlightMode
-from workbench.link.server_messages import Hand, Stage
+from workbench.link.messages import Hand, Stage
 from workbench.live.messages import Hold, Network, Phase, SetSpeed
 from workbench.scenario.scenario import Action, Rates, Scenario, Start
 from workbench.session.session import Session

@@ -4,9 +4,8 @@ import json
 
 import pytest
 
-from workbench.link.codes import NackCode
-from workbench.link.operations import (
-    BadOperation,
+from workbench.link.codes import DeniedError, NackCode
+from workbench.link.messages import (
     Bye,
     FlightOperation,
     GetParameters,
@@ -24,7 +23,7 @@ from workbench.link.strict_json import read_json
 
 
 def refused(**values):
-    with pytest.raises(BadOperation) as error:
+    with pytest.raises(DeniedError) as error:
         read_operation(json.dumps(values).encode())
     return error.value
 

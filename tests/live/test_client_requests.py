@@ -6,14 +6,15 @@ import pytest
 
 from workbench.control.mode import FlightMode
 from workbench.link.backplane import Request
-from workbench.link.operations import (
+from workbench.link.messages import (
     FlightOperation,
     GetParameters,
+    Hand,
     ReleaseControl,
     RequestControl,
     SetParameters,
+    write_message,
 )
-from workbench.link.server_messages import Hand, write_message
 from workbench.live.client_requests import ClientRequests
 from workbench.scenario.scenario import Action, FigureEight, Scenario, Start
 from workbench.session.session import Session

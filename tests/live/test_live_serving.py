@@ -17,8 +17,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.worker_process import Answer
 from workbench.link import Client
 from workbench.link.backplane import ServerStatus
+from workbench.link.messages import Hand, Stage
 from workbench.link.server.config import ServerConfig
-from workbench.link.server_messages import Hand, Stage
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
 from workbench.live.network import ServerSupervisor

@@ -228,7 +228,7 @@ def _run_mavlink(args: argparse.Namespace) -> int:
 def _client(args: argparse.Namespace, name: str) -> "Client":
     """Return a client that watches."""
     from workbench.link import Client
-    from workbench.link.operations import Role
+    from workbench.link.messages import Role
 
     link = link_options(args, flies=False)
     topics = [topic.strip() for topic in args.topics.split(",") if topic.strip()]

@@ -58,7 +58,7 @@ def link_options(args: argparse.Namespace, flies: bool) -> LinkOptions:
     """
     from workbench.link.address import parse_address
     from workbench.link.authentication import read_token
-    from workbench.link.operations import Role
+    from workbench.link.messages import Role
 
     address = parse_address(args.address)
     role = Role.COMMAND if flies else Role.VIEW

@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     """Show the flight until Q or Ctrl-C."""
     from workbench.gateways.monitor.picture import Camera
     from workbench.link import Client
-    from workbench.link.operations import Role
+    from workbench.link.messages import Role
 
     full = _is_full(args)
     if args.fly and not full:

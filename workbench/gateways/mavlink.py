@@ -14,7 +14,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gateways.running import Sayings, all_of, tell_trouble
 from workbench.link.address import Address, is_loopback
 from workbench.link.control import AsyncControl
-from workbench.link.operations import Role
+from workbench.link.messages import Role
 from workbench.link.topics import PREFIX
 
 if TYPE_CHECKING:

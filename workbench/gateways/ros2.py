@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_options import LOOPBACK, Ros2Options, domain_number
 from workbench.gateways.running import LOOK, Sayings, all_of, tell_trouble
-from workbench.link.operations import Role
+from workbench.link.messages import Role
 
 if TYPE_CHECKING:
     from cyclonedds.domain import DomainParticipant

@@ -8,7 +8,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_orders import Operation, Order, Unclear, Velocity
 from workbench.link import AsyncClient
 from workbench.link.control import AsyncDirectControl
-from workbench.link.operations import TAKE_OFF_HEIGHT
+from workbench.link.messages import TAKE_OFF_HEIGHT
 
 ASK_AGAIN = 1.0
 """After a refusal, a velocity does not ask for control sooner [s]."""

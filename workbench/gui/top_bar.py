@@ -26,7 +26,7 @@ from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look
 from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
-from workbench.link.server_messages import Hand, Stage
+from workbench.link.messages import Hand, Stage
 from workbench.live.announcer import LOW_CHARGE, RESERVE
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView

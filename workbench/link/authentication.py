@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
-from workbench.link.operations import Role
+from workbench.link.messages import Role
 from workbench.link.wire import HMAC_SIZE, Flag, Frame
 
 SHORTEST_TOKEN = 16

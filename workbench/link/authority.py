@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 from workbench.link.backplane import Command
+from workbench.link.codes import DeniedError
 from workbench.link.drone_topics import AXES
-from workbench.link.server_messages import ControlState, Hand, Stage
+from workbench.link.messages import ControlState, Hand, Stage
 
 HOLD_AFTER = 0.5
 """Silence after which the drone holds its place, and the lease is renewed no longer [s]."""
@@ -31,18 +32,6 @@ SCRIPT_FLIES = "the scenario's script flies"
 """Why a client that flew does so no longer: what a scenario says comes before clients."""
 TOO_FAST = 2.0
 """A command beyond a limit by this factor is refused; up to it, it is scaled."""
-
-
-class DeniedError(Exception):
-    """A command or request that is not carried out.
-
-    Attributes:
-        code: a word for programs, see docs/protocol.md.
-    """
-
-    def __init__(self, code: str, said: str) -> None:
-        super().__init__(said)
-        self.code = code
 
 
 class Effect(Enum):

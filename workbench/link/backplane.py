@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from workbench.link.hello import ParameterRow
-from workbench.link.operations import FlightRequest, Role
-from workbench.link.server_messages import ServerMessage
+from workbench.link.messages import FlightRequest, Role, ServerMessage
 from workbench.link.topics import Topic
 
 # From the server to the flight. `peer` is the number of a connection, never used twice.

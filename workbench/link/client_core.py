@@ -11,15 +11,18 @@ from workbench.link.client_protocol import full_name, make_options
 from workbench.link.client_tls import make_trust
 from workbench.link.connection import Connection, RefusedError, open_connection
 from workbench.link.hello import Hello
-from workbench.link.operations import GetParameters, Operation, Ping, Role
-from workbench.link.sample import Sample, SampleQueue
-from workbench.link.server_messages import (
+from workbench.link.messages import (
     ControlState,
+    GetParameters,
     Nack,
+    Operation,
     ParameterValues,
+    Ping,
     Pong,
+    Role,
     ServerMessage,
 )
+from workbench.link.sample import Sample, SampleQueue
 
 FIRST_PAUSE = 0.1
 LONGEST_PAUSE = 5.0
@@ -160,11 +163,11 @@ class ClientCore:
             WorkbenchError: if it is refused, or no answer comes.
         """
         connection = self.connection
-        operation = make(connection.protocol.new_id())
+        number = connection.protocol.new_id()
         future: asyncio.Future[ServerMessage] = asyncio.get_running_loop().create_future()
-        self._answers[operation.id] = future
+        self._answers[number] = future
         try:
-            connection.send(operation)
+            connection.send(make(number))
             async with asyncio.timeout(limit):
                 answer = await future
         except TimeoutError:
@@ -172,7 +175,7 @@ class ClientCore:
                 f"{self._address} gave no answer within {limit:g} s: the flight may be busy"
             ) from None
         finally:
-            del self._answers[operation.id]
+            del self._answers[number]
         if isinstance(answer, Nack):
             raise WorkbenchError(f"refused: {answer.said}")
         if not isinstance(answer, wanted):

@@ -6,30 +6,26 @@ from dataclasses import dataclass, field, replace
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.link.authentication import login_proof, new_nonce, prove, session_key
+from workbench.link.codes import DeniedError
 from workbench.link.drone_topics import COMMAND, LONGEST_NAME
 from workbench.link.hello import Hello
-from workbench.link.json_fields import BadOperation
-from workbench.link.operations import (
+from workbench.link.messages import (
     COMMANDING,
     FASTEST,
     SLOWEST,
+    Bye,
+    Error,
     Login,
+    Nack,
     Operation,
+    Pong,
     Role,
+    ServerMessage,
     Subscribe,
+    read_message,
     write_operation,
 )
 from workbench.link.sample import Sample
-from workbench.link.server_messages import (
-    Error,
-    Goodbye,
-    LoggedIn,
-    Nack,
-    Pong,
-    ServerMessage,
-    Subscribed,
-    read_message,
-)
 from workbench.link.topics import PREFIX, Topic
 from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
 
@@ -61,19 +57,6 @@ class ClientOptions:
     rate: float | None = None
 
 
-@dataclass(frozen=True)
-class End:
-    """Why a connection ended.
-
-    Attributes:
-        code: a word, as in an error frame.
-        said: a sentence.
-    """
-
-    code: str
-    said: str
-
-
 class ClientProtocol:
     """Greets, logs in, subscribes; then takes samples in and sends what is asked.
 
@@ -90,7 +73,7 @@ class ClientProtocol:
     def __init__(self, options: ClientOptions) -> None:
         self.hello: Hello | None = None
         self.ready = False
-        self.end: End | None = None
+        self.end: Error | None = None
         self.newest_ns: int | None = None
         self.samples: list[Sample] = []
         self.messages: list[ServerMessage] = []
@@ -108,7 +91,7 @@ class ClientProtocol:
             for frame in self._decoder.feed(data):
                 if self.end is None:
                     self._take(frame)
-        except (WireError, BadOperation) as error:
+        except (WireError, DeniedError) as error:
             self._finish(error.code, f"what the server sent cannot be understood: {error}")
 
     def take_outgoing(self) -> bytes:
@@ -153,21 +136,23 @@ class ClientProtocol:
         if frame.flags & ACKNOWLEDGE:
             self._outgoing += Frame(Kind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b"").to_bytes()
 
-    def _receive(self, message: ServerMessage) -> None:
+    def _receive(self, message: ServerMessage | None) -> None:
         """Act on what concerns the connection itself; pass on the rest."""
         match message:
             case Error(code, sentence):
                 self._finish(code, f"the server ended the connection: {sentence}")
-            case Goodbye(sentence):
+            case Bye(_, sentence):
                 self._finish("bye", f"the server said goodbye: {sentence or 'it stops'}")
             case Hello() if self.hello is None:
                 self._greet(message)
             case _ if self.hello is None:
                 self._finish("hello", NO_SERVER)
-            case LoggedIn() if not self.ready:
+            case Login() if not self.ready:
                 self._subscribe()
-            case Subscribed():
+            case Subscribe():
                 self.ready = True
+            case None:  # of a newer server
+                pass
             case Nack(code, sentence) if not self.ready:
                 self._finish(code, f"the server refused: {sentence}")
             case _:
@@ -197,7 +182,7 @@ class ClientProtocol:
         self.send(Subscribe(SUBSCRIBE_ID, self._options.topics, self._options.rate))
 
     def _finish(self, code: str, said: str) -> None:
-        self.end = self.end or End(code, said)
+        self.end = self.end or Error(code, said)
 
     def _keep(self, frame: Frame) -> None:
         """Keep a sample; topics that are not known are of a newer server."""

@@ -65,3 +65,19 @@ class ErrorCode(StrEnum):
     """The operator at the screen has ended it."""
     INTERNAL = "internal"
     """The server has failed at this connection; a bug."""
+
+
+class DeniedError(Exception):
+    """An operation or a command that is not carried out; the connection goes on.
+
+    Attributes:
+        code: a word for programs: a `NackCode`, or where the connection does end, an `ErrorCode`.
+        said: a sentence.
+        id: of the operation, 0 without one.
+    """
+
+    def __init__(self, code: str, said: str, id: int = 0) -> None:
+        super().__init__(said)
+        self.code = code
+        self.said = said
+        self.id = id

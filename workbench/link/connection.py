@@ -9,9 +9,9 @@ import time
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address
-from workbench.link.client_protocol import ClientOptions, ClientProtocol, End
+from workbench.link.client_protocol import ClientOptions, ClientProtocol
 from workbench.link.client_tls import Trust
-from workbench.link.operations import Bye, Operation, Ping
+from workbench.link.messages import Bye, Error, Operation, Ping
 
 LIMIT = 5.0
 """A connection that is not there by then does not come [s]."""
@@ -42,7 +42,7 @@ class Connection:
         self.protocol = ClientProtocol(options)
         self._reader = reader
         self._writer = writer
-        self._end: End | None = None
+        self._end: Error | None = None
         self._pinged = False
         self._told = -FRESH
 
@@ -52,7 +52,7 @@ class Connection:
         return time.monotonic() - self._told < FRESH
 
     @property
-    def end(self) -> End | None:
+    def end(self) -> Error | None:
         """Why it is over, None while it is not."""
         return self.protocol.end or self._end
 
@@ -65,7 +65,7 @@ class Connection:
             self._on_silence()
             return
         except OSError as error:
-            self._end = End("lost", f"the connection broke: {error.strerror or error}")
+            self._end = Error("lost", f"the connection broke: {error.strerror or error}")
             return
         self._pinged = False
         if data:
@@ -75,7 +75,7 @@ class Connection:
                 self._told = time.monotonic()
             self._flush()
         else:
-            self._end = End("lost", "the server closed the connection")
+            self._end = Error("lost", "the server closed the connection")
 
     def send(self, operation: Operation) -> None:
         """Send an operation."""
@@ -92,7 +92,7 @@ class Connection:
         """Say goodbye, if somebody is there to hear it, and end."""
         if self.end is None:
             self.send(Bye())
-            self._end = End("closed", "the client was closed")
+            self._end = Error("closed", "the client was closed")
             self._writer.close()
         else:
             self.abort()
@@ -108,7 +108,7 @@ class Connection:
 
     def _on_silence(self) -> None:
         if self._pinged:
-            self._end = End("lost", f"the server was silent for {2.0 * QUIET:g} s")
+            self._end = Error("lost", f"the server was silent for {2.0 * QUIET:g} s")
             return
         self._pinged = True
         self.send(Ping())
@@ -163,7 +163,7 @@ class RefusedError(WorkbenchError):
         self.retried = code in RETRIED
 
 
-def _hint(end: End, options: ClientOptions) -> str:
+def _hint(end: Error, options: ClientOptions) -> str:
     """Return what to do about an end, where the server cannot know it."""
     if end.code == "bad_login":
         return f"; is the token that of the role '{options.role.value}'?"

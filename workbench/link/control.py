@@ -19,23 +19,19 @@ from workbench.link.client_core import ClientCore
 from workbench.link.codes import NackCode
 from workbench.link.connection import Connection
 from workbench.link.drone_topics import AXES
-from workbench.link.operations import (
+from workbench.link.messages import (
     TAKE_OFF_HEIGHT,
-    FlightOperation,
-    Ping,
-    ReleaseControl,
-    RequestControl,
-    SetParameters,
-)
-from workbench.link.server_messages import (
     ControlState,
     FlightDone,
-    Granted,
+    FlightOperation,
     Hand,
     Nack,
     ParameterValues,
-    Released,
+    Ping,
+    ReleaseControl,
+    RequestControl,
     ServerMessage,
+    SetParameters,
     Stage,
 )
 
@@ -81,7 +77,7 @@ class AsyncDirectControl:
             raise WorkbenchError("this server takes no commands that this client knows")
         await self._client.request_time()  # which a command carries
         granted = await self._client.request(
-            lambda id: RequestControl(id, self._client.name), Granted
+            lambda id: RequestControl(id, self._client.name), RequestControl
         )
         self._connection = self._client.connection
         self._lease = granted.lease
@@ -97,7 +93,7 @@ class AsyncDirectControl:
                 # Whoever goes needs no answer: without one the lease runs out by itself.
                 with contextlib.suppress(WorkbenchError):
                     await self._client.request(
-                        lambda id: ReleaseControl(id, self._lease), Released, RELEASE_LIMIT
+                        lambda id: ReleaseControl(id, self._lease), ReleaseControl, RELEASE_LIMIT
                     )
         finally:
             self._lease, self.lost = 0, self.lost or "it was released"

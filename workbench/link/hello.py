@@ -106,7 +106,7 @@ def read_hello(found: JsonFields) -> Hello:
     """Return the first frame's content.
 
     Raises:
-        BadOperation: if something in it is missing or wrong.
+        DeniedError: if something in it is missing or wrong.
     """
     return Hello(
         protocol=_range(found),

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import TypeVar
 
-from workbench.link.codes import NackCode
+from workbench.link.codes import DeniedError, NackCode
 from workbench.link.drone_topics import LONGEST_NAME
 
 LARGEST_ID = 2**32 - 1
@@ -14,22 +14,6 @@ LONGEST_TOPIC = 64
 LONGEST_SENTENCE = 1024
 
 E = TypeVar("E", bound=Enum)
-
-
-class BadOperation(Exception):  # noqa: N818 - it is the other side's mistake, said to it
-    """An operation that was read and cannot be done; the connection goes on.
-
-    Attributes:
-        code: a word for programs, see `NackCode`.
-        said: a sentence.
-        id: of the operation, 0 without one.
-    """
-
-    def __init__(self, code: str, said: str, id: int = 0) -> None:
-        super().__init__(said)
-        self.code = code
-        self.said = said
-        self.id = id
 
 
 class JsonFields:
@@ -50,9 +34,9 @@ class JsonFields:
     def __contains__(self, name: str) -> bool:
         return self._values.get(name) is not None
 
-    def bad(self, said: str) -> BadOperation:
+    def bad(self, said: str) -> DeniedError:
         """Return the refusal of a value."""
-        return BadOperation(NackCode.BAD_VALUE, f"{self.op}: {said}".lstrip(": "), self.id)
+        return DeniedError(NackCode.BAD_VALUE, f"{self.op}: {said}".lstrip(": "), self.id)
 
     def integer(self, name: str, low: int, high: int) -> int:
         """Return an integer within bounds."""

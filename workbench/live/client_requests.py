@@ -8,20 +8,16 @@ from workbench.control.flight_mode import HOLD_HERE, hears, in_the_air
 from workbench.control.mode import FlightMode, Request
 from workbench.link import backplane
 from workbench.link.authority import HOLD_AFTER, DeniedError, Effect
-from workbench.link.operations import (
+from workbench.link.messages import (
+    FlightDone,
     FlightOperation,
     GetParameters,
-    ReleaseControl,
-    RequestControl,
-    SetParameters,
-)
-from workbench.link.server_messages import (
-    FlightDone,
-    Granted,
     Nack,
     ParameterValues,
-    Released,
+    ReleaseControl,
+    RequestControl,
     ServerMessage,
+    SetParameters,
 )
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import REQUESTS, Action
@@ -88,10 +84,11 @@ class ClientRequests:
         match operation:
             case RequestControl(id, name):
                 self._is_free()
-                return Granted(id, authority.request(request.peer, name, now), HOLD_AFTER)
+                lease = authority.request(request.peer, name, now)
+                return RequestControl(id, lease=lease, expires=HOLD_AFTER)
             case ReleaseControl(id):
                 authority.release(now)
-                return Released(id)
+                return ReleaseControl(id)
             case GetParameters(id, names):
                 return ParameterValues(id, self._get(names))
             case FlightOperation(id, what, height):

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from workbench.link.backplane import Published, ServerStatus
+    from workbench.link.messages import ControlState
     from workbench.link.server.config import ServerConfig
-    from workbench.link.server_messages import ControlState
     from workbench.link.topics import Topic
     from workbench.live.choice import Choice
     from workbench.plant.formats.xacro_arguments import XacroArgument

@@ -27,8 +27,8 @@ from workbench.link.backplane import (
     Stop,
 )
 from workbench.link.hello import ParameterRow
+from workbench.link.messages import ControlState, Hand, Stage
 from workbench.link.server.config import ServerConfig
-from workbench.link.server_messages import ControlState, Hand, Stage
 from workbench.live.announcer import FAILURE, INFORMATION, RESERVE, WARNING, Announcer
 from workbench.live.client_requests import ClientRequests, effect_action, in_landing
 from workbench.live.disturbed import disturbed

@@ -7,8 +7,8 @@ import pytest
 from workbench.gateways.monitor.dashboard import control_line, dashboard, one_line
 from workbench.gateways.monitor.picture import Picture, as_json
 from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.messages import ControlState, Hand, Stage
 from workbench.link.sample import Sample
-from workbench.link.server_messages import ControlState, Hand, Stage
 
 TOPICS = {
     topic.name.rsplit("/", 1)[1]: topic

@@ -16,7 +16,7 @@ import pytest
 
 from workbench.commands.cli import main
 from workbench.link.authentication import Tokens
-from workbench.link.operations import FlightOperation, Login, ReleaseControl, RequestControl
+from workbench.link.messages import FlightOperation, Login, ReleaseControl, RequestControl
 
 POSITION = (1.25, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 COMMAND = [sys.executable, "-m", "workbench", "monitor"]

@@ -5,7 +5,7 @@ import pytest
 
 from workbench.gateways.monitor.pilot import Pilot, Sticks
 from workbench.link import Client
-from workbench.link.operations import FlightOperation, ReleaseControl, RequestControl
+from workbench.link.messages import FlightOperation, ReleaseControl, RequestControl
 
 POSITION = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

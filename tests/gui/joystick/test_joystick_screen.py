@@ -17,8 +17,8 @@ from workbench.gui.joystick.piloting import NEUTRAL, Stick, Sticks
 from workbench.gui.preferences import Preferences
 from workbench.gui.workspace import make_workspace
 from workbench.link import Client
+from workbench.link.messages import Hand
 from workbench.link.server.config import ServerConfig
-from workbench.link.server_messages import Hand
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 

@@ -21,7 +21,7 @@ from workbench.gui.joystick.piloting import (
     heading_velocity,
     within_circle,
 )
-from workbench.link.server_messages import Hand
+from workbench.link.messages import Hand
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 

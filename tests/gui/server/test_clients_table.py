@@ -6,8 +6,7 @@ import pytest
 
 from workbench.gui.server.clients_panel import COLUMNS, ClientsPanel, ClientsTable
 from workbench.link.backplane import ClientStatus, ServerStatus
-from workbench.link.operations import Role
-from workbench.link.server_messages import ControlState, Hand, Stage
+from workbench.link.messages import ControlState, Hand, Role, Stage
 from workbench.live.messages import NetworkView
 
 ANNA = ClientStatus(1, "10.0.0.1:5001", "anna", "tcp", Role.COMMAND, 120.4, 0.012, 3, 1)

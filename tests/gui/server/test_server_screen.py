@@ -14,7 +14,7 @@ from workbench.gui.server.server_screen import Running, ServerScreen
 from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.authentication import read_tokens
-from workbench.link.server_messages import Hand
+from workbench.link.messages import Hand
 from workbench.live.choice import Choice
 
 LONG = 30_000

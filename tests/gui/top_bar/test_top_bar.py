@@ -33,8 +33,7 @@ from workbench.gui.top_bar import (
     warnings_said,
 )
 from workbench.link.backplane import ClientStatus, ServerStatus
-from workbench.link.operations import Role
-from workbench.link.server_messages import ControlState, Hand, Stage
+from workbench.link.messages import ControlState, Hand, Role, Stage
 from workbench.live.messages import AutopilotView, NetworkView, Pace, Phase
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Clearance

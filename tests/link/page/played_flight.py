@@ -9,13 +9,18 @@ from workbench.link import drone_topics as topic
 from workbench.link.authority import HOLD_AFTER, Authority, DeniedError, Effect, Limits
 from workbench.link.backplane import Command, Flight, Gone, Published, Refused, Reply, Request
 from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.operations import FlightOperation, ReleaseControl, RequestControl
+from workbench.link.messages import (
+    FlightDone,
+    FlightOperation,
+    Nack,
+    ReleaseControl,
+    RequestControl,
+)
 from workbench.link.server import web
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
-from workbench.link.server_messages import FlightDone, Granted, Nack, Released
 
 STEP = 0.02
 CLIMB = 10.0
@@ -150,11 +155,12 @@ class PlayedFlight:
     def _answer(self, peer, operation):
         match operation:
             case RequestControl(id, name):
-                return Granted(id, self.authority.request(peer, name, self.now), 0.5)
+                granted = self.authority.request(peer, name, self.now)
+                return RequestControl(id, lease=granted, expires=0.5)
             case ReleaseControl(id, lease):
                 self.authority.check(peer, lease, self.now)
                 self.authority.release(self.now)
-                return Released(id)
+                return ReleaseControl(id)
             case FlightOperation(id, what, _, lease):
                 self.authority.check(peer, lease, self.now)
                 if what == "land" and self.mode < 2:

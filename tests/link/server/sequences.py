@@ -5,7 +5,7 @@ import struct
 
 from workbench.link.authentication import Tokens
 from workbench.link.backplane import Disconnect, Refused, Reply
-from workbench.link.server_messages import Nack, ParameterValues
+from workbench.link.messages import Nack, ParameterValues
 from workbench.link.wire import LARGEST, Kind
 
 STEPS = 8

@@ -17,24 +17,21 @@ from workbench.link.backplane import (
     Stop,
 )
 from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
-from workbench.link.operations import (
+from workbench.link.messages import (
+    ControlState,
+    FlightDone,
     FlightOperation,
     GetParameters,
+    Hand,
+    ParameterValues,
     ReleaseControl,
     RequestControl,
     Role,
     SetParameters,
+    Stage,
 )
 from workbench.link.server.client_session import OPERATION_BURST, OPERATIONS
 from workbench.link.server.hub import TURN
-from workbench.link.server_messages import (
-    ControlState,
-    FlightDone,
-    Hand,
-    ParameterValues,
-    Released,
-    Stage,
-)
 from workbench.link.wire import LARGEST_OPERATION, Flag, Kind
 from workbench.scenario.parameters import parameter_table
 
@@ -156,7 +153,7 @@ def test_a_reply_that_json_has_no_numbers_for_is_a_nack(room, parts):
 
 
 def test_what_is_for_a_client_that_has_gone_is_nothing(room, parts):
-    room.hub.hear([Reply(9, Released(1)), Refused(9, 1, "held", ""), Disconnect(9, "")])
+    room.hub.hear([Reply(9, ReleaseControl(1)), Refused(9, 1, "held", ""), Disconnect(9, "")])
 
 
 def test_more_requests_than_16_wait_for_the_flight_in_vain(room, parts):

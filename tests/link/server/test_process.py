@@ -18,10 +18,9 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.backplane import Command, Gone, Reply, Request, ServerFailed, ServerStatus
-from workbench.link.operations import ReleaseControl, RequestControl
+from workbench.link.messages import ControlState, Hand, ReleaseControl, RequestControl, Stage
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.process import FlightConnection
-from workbench.link.server_messages import ControlState, Granted, Hand, Stage
 
 ANY = ServerConfig(port=0)
 RESET = struct.pack("ii", 1, 0)
@@ -83,7 +82,7 @@ def test_it_says_where_it_listens_and_serves(serve, parts):
         assert server.hear_of(Command).seq == 6
         client.send(parts.operation("request_control", 7, id=3, name="me"))
         assert server.hear_of(Request) == Request(1, RequestControl(3, "me"))
-        server.flight.send(Reply(1, Granted(3, 5, 0.5)))
+        server.flight.send(Reply(1, RequestControl(3, lease=5, expires=0.5)))
         assert client.answer("request_control")["lease"] == 5
         status = server.hear_of(ServerStatus, lambda record: record.clients)
         assert status.clients[0].address.startswith("127.0.0.1:")

@@ -6,7 +6,7 @@ import pytest
 
 from workbench.link.authentication import Tokens
 from workbench.link.backplane import Command, Request
-from workbench.link.operations import Role
+from workbench.link.messages import Role
 
 VIEW = "v" * 20
 COMMAND = "c" * 20

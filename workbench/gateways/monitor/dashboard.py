@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 
 from workbench.gateways.monitor.picture import Picture, number, numbers, text
+from workbench.link.messages import Hand, Stage
 from workbench.link.sample import Sample
-from workbench.link.server_messages import Hand, Stage
 
 BAR = 24
 LABEL = 10

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from workbench.link import Client
+from workbench.link.messages import ControlState, Hand
 from workbench.link.sample import Sample
-from workbench.link.server_messages import ControlState, Hand
 from workbench.link.topics import PREFIX, Direction, Value
 
 WINDOW = 1.0

@@ -45,7 +45,7 @@ from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
-from workbench.link.server_messages import ControlState, Hand
+from workbench.link.messages import ControlState, Hand
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Snapshot
 

@@ -25,7 +25,7 @@ from workbench.gui.joystick.piloting import (
 from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preferences import Preferences
 from workbench.link.backplane import Published
-from workbench.link.server_messages import Hand
+from workbench.link.messages import Hand
 from workbench.live.view import LiveView
 
 CENTRE = "Let go of the sticks first: they were held while they did not count."

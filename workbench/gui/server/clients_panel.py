@@ -22,8 +22,7 @@ from workbench.gui.flight_model import FlightModel
 from workbench.gui.style import dressed
 from workbench.link.authority import NOBODY_YET
 from workbench.link.backplane import ClientStatus
-from workbench.link.operations import Role
-from workbench.link.server_messages import ControlState, Hand, Stage
+from workbench.link.messages import ControlState, Hand, Role, Stage
 from workbench.live.messages import NetworkView
 
 COLUMNS = (

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from workbench.link.address import is_loopback, network_of
 from workbench.link.codes import ErrorCode
+from workbench.link.messages import Error
 
 FREE_GUESSES = 3
 """Bad logins in a row without a wait."""
@@ -24,13 +25,6 @@ OF_THIS_MACHINE = 0.75
 """Share of all places that programs of this machine may have: gateways, monitors and the page."""
 LONGEST_LOG = 20
 LONGEST_LINE = 200
-
-
-class Rejection(NamedTuple):
-    """Why a client is not admitted."""
-
-    code: ErrorCode
-    said: str
 
 
 class _Guesses(NamedTuple):
@@ -62,26 +56,26 @@ class Admission:
             return max(self._an_address, int(OF_THIS_MACHINE * self._clients))
         return self._an_address
 
-    def wait(self, host: str, now: float) -> Rejection | None:
+    def wait(self, host: str, now: float) -> Error | None:
         """Refuse who has guessed, for a while."""
         guesses = self._guesses.get(network_of(host))
         if guesses and now < guesses.until:
-            return Rejection(
+            return Error(
                 ErrorCode.BACK_OFF,
                 f"there were {guesses.bad} bad logins from {host}: wait "
                 f"{guesses.until - now:.0f} s more, and look at the token",
             )
         return None
 
-    def enter(self, host: str) -> Rejection | None:
+    def enter(self, host: str) -> Error | None:
         """Give a client a place, unless there is none."""
         if self._inside.total() >= self._clients:
-            return Rejection(
+            return Error(
                 ErrorCode.TOO_MANY,
                 f"all {self._clients} places are taken: disconnect another client",
             )
         if self._inside[host] >= self.most_of(host):
-            return Rejection(
+            return Error(
                 ErrorCode.TOO_MANY,
                 f"{host} has {self._inside[host]} clients already, the most from one address: "
                 "disconnect another of them",

@@ -9,33 +9,27 @@ from typing import Protocol
 from workbench.link.address import host_of
 from workbench.link.authentication import is_proven, is_same, login_proof, new_nonce, session_key
 from workbench.link.backplane import ClientStatus, Command, Request, ToFlight
-from workbench.link.codes import ErrorCode, NackCode
-from workbench.link.json_fields import BadOperation
-from workbench.link.operations import (
+from workbench.link.codes import DeniedError, ErrorCode, NackCode
+from workbench.link.messages import (
     COMMANDING,
     Bye,
+    Error,
     FlightRequest,
     Login,
+    Nack,
     Operation,
     Ping,
+    Pong,
     RequestControl,
     Role,
+    ServerMessage,
     Subscribe,
     read_operation,
+    write_message,
 )
 from workbench.link.server.admission import Admission
 from workbench.link.server.outgoing import LAST_SEQ, Outgoing
 from workbench.link.server.policy import Policy
-from workbench.link.server_messages import (
-    Error,
-    Goodbye,
-    LoggedIn,
-    Nack,
-    Pong,
-    ServerMessage,
-    Subscribed,
-    write_message,
-)
 from workbench.link.wire import (
     LARGEST,
     LARGEST_BEFORE_LOGIN,
@@ -119,10 +113,6 @@ class RateLimiter:
             -self._operations / OPERATIONS,
         )
         return max(lacking, LEAST_PAUSE) if lacking > 0.0 else 0.0
-
-
-class BadLoginError(Exception):
-    """A login that proves nothing."""
 
 
 class Transport(Protocol):
@@ -247,7 +237,7 @@ class ClientSession:
             ):
                 self._limiter.give_back()
         except WireError as error:
-            self.end(ErrorCode(error.code), str(error))
+            self.end(error.code, str(error))
         return self._worked
 
     def count_fragment(self) -> None:
@@ -277,7 +267,7 @@ class ClientSession:
         self._note(code, said)
         self.out.answer(write_message(Nack(str(code), said, id, seq)))
 
-    def end(self, code: ErrorCode, said: str) -> None:
+    def end(self, code: str, said: str) -> None:
         """Say why the connection ends."""
         if self.last is None:
             self._note(code, said)
@@ -286,7 +276,7 @@ class ClientSession:
     def bye(self, said: str) -> None:
         """Say that the connection ends as it should."""
         if self.last is None:
-            self.last = Goodbye(said)
+            self.last = Bye(said=said)
 
     def flush(self, now: float) -> bool:
         """Write what may go out now; return whether the last message was sent with that."""
@@ -405,7 +395,7 @@ class ClientSession:
                 case _:
                     self._charge(LABOUR)
                     self._request(operation, frame)
-        except BadOperation as error:
+        except DeniedError as error:
             self._charge(LABOUR)
             if self.role is None:
                 self.end(ErrorCode.LOGIN, f"log in first: {error.said}")
@@ -419,25 +409,25 @@ class ClientSession:
         # Others of its address may have guessed since it came.
         rejection = self._admission.wait(self.host, now)
         if rejection is not None:
-            self.end(*rejection)
+            self.end(rejection.code, rejection.said)
             return
         try:
             role, key = check_login(login, self._policy, self.nonce)
-        except BadLoginError as error:
+        except DeniedError as error:
             self.last_due = now + self._admission.bad_login(self.host, now)
-            self.end(ErrorCode.BAD_LOGIN, str(error))
+            self.end(error.code, error.said)
             return
         if self.role is None:
             self._admission.good_login(self.host)
             rejection = self._admission.enter(self.host)
             if rejection is not None:
-                self.end(*rejection)
+                self.end(rejection.code, rejection.said)
                 return
         self.role, self._key = role, key
         self._logged_in = True
         self.name = login.name
         self._decoder.largest = LARGEST
-        self.out.answer(write_message(LoggedIn(login.id, self.role)))
+        self.out.answer(write_message(Login(login.id, role=self.role)))
 
     def _request(self, operation: Operation, frame: Frame) -> None:
         """Subscribe, or ask the flight."""
@@ -445,7 +435,7 @@ class ClientSession:
             topics = self._policy.topics(operation.topics, operation.id)
             self.out.subscribe(topics, operation.rate)
             names = tuple(topic.name for topic in topics)
-            self.out.answer(write_message(Subscribed(operation.id, names)))
+            self.out.answer(write_message(Subscribe(operation.id, names)))
             return
         if isinstance(operation, COMMANDING):
             said = self._policy.hindrance(self.role)
@@ -475,14 +465,17 @@ def check_login(login: Login, policy: Policy, nonce: str) -> tuple[Role, bytes |
         nonce: that it was given.
 
     Raises:
-        BadLoginError: if it does not know the token.
+        DeniedError: if it does not know the token.
     """
     if policy.tokens is None:
         return (Role.VIEW if login.role is Role.VIEW else policy.best_role), None
     if login.role is None or not login.nonce or not login.proof:
-        raise BadLoginError("login needs role, nonce and proof: this server has tokens")
+        raise DeniedError(
+            ErrorCode.BAD_LOGIN, "login needs role, nonce and proof: this server has tokens"
+        )
     token = policy.tokens.of(login.role)
     if not is_same(login.proof, login_proof(token, login.role, nonce, login.nonce)):
-        raise BadLoginError(f"the proof is not that of the token of role {login.role.value}")
+        said = f"the proof is not that of the token of role {login.role.value}"
+        raise DeniedError(ErrorCode.BAD_LOGIN, said)
     role = login.role if policy.allow_commands else Role.VIEW
     return role, session_key(token, nonce, login.nonce)

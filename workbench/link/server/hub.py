@@ -19,11 +19,11 @@ from workbench.link.backplane import (
     ToFlight,
 )
 from workbench.link.codes import ErrorCode
+from workbench.link.messages import ControlState, write_message
 from workbench.link.server.admission import Admission
 from workbench.link.server.client_session import ClientSession, Transport
 from workbench.link.server.outgoing import Outgoing
 from workbench.link.server.policy import Policy
-from workbench.link.server_messages import ControlState, Error, write_message
 from workbench.link.wire import Decoder
 
 STATUS_PERIOD = 0.45
@@ -105,7 +105,7 @@ class Hub:
             rejection = self._admission.enter(host)
         if rejection is not None:
             self.refusals.add(rejection.code, f"{address}: {rejection.said}")
-            transport.write(Outgoing().last(write_message(Error(*rejection))))
+            transport.write(Outgoing().last(write_message(rejection)))
             transport.close()
             return None
         self._count += 1

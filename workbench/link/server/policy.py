@@ -8,11 +8,10 @@ from functools import cached_property
 from workbench.common.errors import unknown_name
 from workbench.link.authentication import Tokens
 from workbench.link.backplane import Flight
-from workbench.link.codes import NackCode
+from workbench.link.codes import DeniedError, NackCode
 from workbench.link.drone_topics import COMMAND
 from workbench.link.hello import Hello, Limits
-from workbench.link.json_fields import BadOperation
-from workbench.link.operations import Role
+from workbench.link.messages import Role
 from workbench.link.strict_json import write_json
 from workbench.link.topics import Direction, Topic
 
@@ -69,7 +68,7 @@ class Policy:
         """Return topics by their names, "*" for all that the server sends.
 
         Raises:
-            BadOperation: if there is no such topic.
+            DeniedError: if there is no such topic.
         """
         sent = {
             topic.name: topic for topic in self.flight.topics if topic.direction is not Direction.IN
@@ -79,7 +78,7 @@ class Policy:
         for name in names:
             if name not in sent:
                 said = str(unknown_name("topic", name, sent))
-                raise BadOperation(NackCode.UNKNOWN_TOPIC, said, id)
+                raise DeniedError(NackCode.UNKNOWN_TOPIC, said, id)
         return tuple(sent[name] for name in dict.fromkeys(names))
 
     def hello(self, peer: int, nonce: str, an_address: int) -> bytes:
