@@ -12,8 +12,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model
 from workbench.design.identify.flight import Flight
 from workbench.design.identify.quantities import level_drag, spin_up
-from workbench.design.identify.report import make_report
-from workbench.design.identify.result import rows_of
+from workbench.design.identify.report import make_report, rows_of
 from workbench.design.identify.search import Found, identify
 from workbench.plant.loading import load_vehicle
 from workbench.plant.vehicle import Vehicle

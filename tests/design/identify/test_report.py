@@ -9,8 +9,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.design.identify.plan import Limits, excitation, usual_limits
 from workbench.design.identify.quantities import with_quantities
-from workbench.design.identify.report import sidecar_text
-from workbench.design.identify.result import Row
+from workbench.design.identify.report import Row, sidecar_text
 from workbench.plant.loading import load_vehicle
 from workbench.plant.rotor_sources.sidecar_file import load_identified
 from workbench.scenario.scenario import load_scenario, save_scenario
