@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from workbench.design.linear.study import LinearStudy
     from workbench.design.predict.what_if import Explained
     from workbench.design.rollout.engine import RolloutEngine
-    from workbench.design.tune.retuned import LinearisedModels, RetunedModels
+    from workbench.design.tune.retuned import Models
     from workbench.logs.flight_record import FlightRecord
 
 OF_A_STEP = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
@@ -63,7 +63,7 @@ class Subject:
         self.table = parameter_table(flown_controller(self.judged))
         self.law = tuple(row.name for row in self.table.controller.parameters)
         self._around = tuple(row.name for system in SIGNAL_PATH for row in self.table.of(system))
-        self._models: tuple[dict[str, float], RetunedModels | LinearisedModels] | None = None
+        self._models: tuple[dict[str, float], Models] | None = None
         self.shaper: tuple[object, LoopShaper] | None = None
         self.log: tuple[object, FlightRecord, Explained] | None = None
         self.placer: tuple[object, PolePlacer] | None = None
@@ -101,7 +101,7 @@ class Subject:
             # other gains take a fraction of the time that other filters do
             values = {**self.study.gains, **self.linear_gains(around)}
             self._models = around, retuned_models(self.study, HOLDING, values)
-        return self._models[1].model(gains)
+        return self._models[1](gains)
 
     @cached_property
     def phases(self) -> "PhaseStudy":

@@ -15,10 +15,9 @@ from workbench.design.step_response import fly_step
 from workbench.design.tune import tuner
 from workbench.design.tune.case import NOMINAL, Robustness
 from workbench.design.tune.evaluation import Budget
-from workbench.design.tune.plan import make_plan
 from workbench.design.tune.proof import Proof
 from workbench.design.tune.report import plot_tuning, report_html
-from workbench.design.tune.tuner import Solver, Tuner
+from workbench.design.tune.tuner import Solver, Tuner, make_plan
 from workbench.design.tune.wish import Wishes, merged, parse_wish, wishes_for
 from workbench.gains.gains import rule_gains
 from workbench.plant.description import read_description

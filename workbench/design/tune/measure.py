@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
@@ -25,10 +25,9 @@ from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import make_senses, why_not
 from workbench.design.step_response import HOVER, START_HEIGHT, fly_step
-from workbench.design.step_response import HOVER as STILL
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.flight_numbers import flight_numbers
-from workbench.design.tune.retuned import LinearisedModels, RetunedModels, retuned_models
+from workbench.design.tune.retuned import Models, retuned_models
 from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
 from workbench.gains.gains import flight_gains
@@ -52,14 +51,6 @@ _WANDERS = 1e-9
 """A pole this near to the unit circle lies on it."""
 _UNSEEN = 1e-7
 """A mode that shows no more than this share of what is looked at shows nothing."""
-
-
-class FlownStep(NamedTuple):
-    """Response from the edge on (M) [m/s, rad/s], largest rotor use, and when it was lost [s]."""
-
-    response: np.ndarray
-    peak_rotor_use: float
-    diverged_at: float
 
 
 @dataclass(frozen=True)
@@ -91,8 +82,11 @@ class DiagramStep:
         """M: one each control period, the edge included."""
         return round(self.duration / self.scenario.rates.control_period) + 1
 
-    def run(self) -> FlownStep:
-        """Fly it; a response that breaks off stays at 0."""
+    def run(self) -> tuple[np.ndarray, float, float]:
+        """Return the response (M) from the edge on, the largest rotor use, and when it was lost.
+
+        A response that breaks off stays at 0.
+        """
         response = np.zeros(self.samples)
         rates = dataclasses.replace(
             self.scenario.rates, record_period=self.scenario.rates.control_period
@@ -107,10 +101,10 @@ class DiagramStep:
                 velocity=self.velocity,
             )
         except FlightBrokenError:
-            return FlownStep(response, np.inf, 0.0)
+            return response, np.inf, 0.0
         values = flown.response[: response.size]
         response[: values.size] = values
-        return FlownStep(response, flown.peak_rotor_use, flown.diverged_at)
+        return response, flown.peak_rotor_use, flown.diverged_at
 
 
 @dataclass(frozen=True)
@@ -151,12 +145,12 @@ class Instruments:
     """
 
     def __init__(
-        self, scenario: Scenario, settings: Mapping[str, float], velocity: Triple = STILL
+        self, scenario: Scenario, settings: Mapping[str, float], velocity: Triple = HOVER
     ) -> None:
         self._scenario = scenario
         self.point = OperatingPoint(velocity=velocity)
         self._studies: dict[Case, LinearStudy] = {}
-        self._models: dict[tuple[Case, OperatingPoint], RetunedModels | LinearisedModels] = {}
+        self._models: dict[tuple[Case, OperatingPoint], Models] = {}
         self._engines: dict[Case, RolloutEngine] = {}
         self.vehicle: Vehicle = self._study(NOMINAL).vehicle
         self.controller: Controller = self._study(NOMINAL).controller
@@ -176,7 +170,7 @@ class Instruments:
         )
         return schedule.nearest(value)
 
-    def models(self, case: Case, point: OperatingPoint) -> RetunedModels | LinearisedModels:
+    def models(self, case: Case, point: OperatingPoint) -> Models:
         """Return the linear models of a case.
 
         Raises:
@@ -233,14 +227,9 @@ class Instruments:
             for each in gains
         ]
         flown = dict(all_cores().run(tasks))
-        found = [flown[index] for index in range(len(tasks))]
+        found = zip(*(flown[index] for index in range(len(tasks))), strict=True)
         time = scenario.rates.control_period * np.arange(tasks[0].samples)
-        return Responses(
-            time,
-            np.array([each.response for each in found]),
-            np.array([each.peak_rotor_use for each in found]),
-            np.array([each.diverged_at for each in found]),
-        )
+        return Responses(time, *map(np.array, found))
 
     def measure(self, gains: Sequence[Gains], quantities: Sequence[Quantity]) -> np.ndarray:
         """Return the values (N, Q) of quantities, of N sets of all parameter values.
@@ -295,9 +284,9 @@ class Instruments:
         The velocity loops are open, so the angle is all that is asked for.
         """
         models = self.models(case, self.point)
-        rows = [attitude_step(models.model(each), angle) for each in gains]
+        rows = [attitude_step(models(each), angle) for each in gains]
         response = np.array(rows)
-        time = models.model(gains[0]).period * np.arange(response.shape[1])
+        time = models(gains[0]).period * np.arange(response.shape[1])
         grows = ~(np.abs(response).max(axis=1) < FLOWN_AWAY)
         numbers = flight_numbers(time, response, 1.0, grows)._asdict()
         return {Quantity(case, STEP, angle, name): numbers[name] for name in ATTITUDE_METRICS}
@@ -311,7 +300,7 @@ class Instruments:
     ) -> dict[Quantity, np.ndarray]:
         """Return numbers of the linear model at an operating point."""
         models, study = self.models(case, point), self._study(case)
-        rows = [_judged(models.model(each), quantities) for each in gains]
+        rows = [_judged(models(each), quantities) for each in gains]
         found = dict(zip(quantities, np.array(rows).T, strict=True))
         for quantity in quantities:
             if quantity.metric == "command_noise":

@@ -14,7 +14,7 @@ further in depends on those before it.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +28,10 @@ OTHER_KD = 0.1
 """By so much the second model's kd_velocity differ."""
 LEAST_KD = 1.0
 """Of roll and pitch in both models, as a rate error is what kd makes of it."""
+
+
+Models = Callable[[Mapping[str, float]], LinearModel]
+"""Gives the sampled model of one vehicle at one point with some gains of the loops."""
 
 
 class _Term(NamedTuple):
@@ -129,33 +133,20 @@ class RetunedModels:
         return row
 
 
-class LinearisedModels:
-    """Gives the sampled models of one vehicle in hover by linearising anew for each set of gains.
+def retuned_models(study: LinearStudy, point: OperatingPoint, gains: Mapping[str, float]) -> Models:
+    """Return what gives models for many sets of gains; arguments are those of `RetunedModels`.
 
-    It does for any controller what `RetunedModels` does for one whose gains are known to enter
-    linearly, in some milliseconds a model.
+    A controller whose gains are not known to enter linearly is linearised anew for each set, in
+    some milliseconds a model.
 
-    Arguments and exceptions are those of `RetunedModels`.
+    Raises:
+        WorkbenchError: if it cannot fly so.
     """
-
-    def __init__(
-        self, study: LinearStudy, point: OperatingPoint, gains: Mapping[str, float]
-    ) -> None:
-        self._study, self._point, self._gains = study, point, dict(gains)
-        study.trim(point, self._gains)
-
-    def model(self, gains: Mapping[str, float]) -> LinearModel:
-        """Return the sampled model with other gains."""
-        return self._study.sampled(self._point, {**self._gains, **gains})
-
-
-def retuned_models(
-    study: LinearStudy, point: OperatingPoint, gains: Mapping[str, float]
-) -> RetunedModels | LinearisedModels:
-    """Return what gives models for many sets of gains; arguments are those of `RetunedModels`."""
     if study.controller.update is load_controller().update:
-        return RetunedModels(study, point, gains)
-    return LinearisedModels(study, point, gains)
+        return RetunedModels(study, point, gains).model
+    base = dict(gains)
+    study.trim(point, base)
+    return lambda others: study.sampled(point, {**base, **others})
 
 
 def _whole(model: LinearModel) -> np.ndarray:
