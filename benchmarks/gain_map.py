@@ -13,8 +13,8 @@ from sweep import CORES, SPEED
 
 from workbench.common.resources import find_model
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.sweep.gain_map import gain_map
 from workbench.design.sweep.ranges import SweepRange
+from workbench.design.sweep.sweep import gain_map
 from workbench.plant.loading import load_vehicle
 
 SIDE, DURATION, TURNS = 32, 2.0, 30

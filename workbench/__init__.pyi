@@ -64,9 +64,9 @@ from workbench.design.rollout.engine import rollout_metrics as rollout_metrics
 from workbench.design.step_response import StepResponse as StepResponse
 from workbench.design.step_response import fly_step as fly_step
 from workbench.design.sweep.best import prove_best as prove_best
-from workbench.design.sweep.gain_map import gain_map as gain_map
 from workbench.design.sweep.plot_sweep import plot_sweep as plot_sweep
 from workbench.design.sweep.ranges import SweepRange as SweepRange
+from workbench.design.sweep.sweep import gain_map as gain_map
 from workbench.design.sweep.sweep import sweep as sweep
 from workbench.design.sweep.table import SweepTable as SweepTable
 from workbench.design.tune.case import identified_robustness as identified_robustness

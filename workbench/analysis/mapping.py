@@ -9,8 +9,8 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import unknown_name
 from workbench.design.metrics import find_metric
-from workbench.design.sweep.gain_map import gain_map
 from workbench.design.sweep.ranges import SweepRange
+from workbench.design.sweep.sweep import gain_map
 from workbench.scenario.axes import find_axis
 
 POINTS = 25

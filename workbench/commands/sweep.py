@@ -121,7 +121,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.control.controller import DEFAULT, load_controller
     from workbench.design.executor.executor import all_cores
     from workbench.design.sweep.best import prove_best
-    from workbench.design.sweep.loops import default_axis
+    from workbench.design.sweep.case import default_axis
     from workbench.design.sweep.table import check_table_path, write_table
 
     names = [text.partition("=")[0].strip() for text in args.ranges]
@@ -166,9 +166,9 @@ def _sweep(
     """Fly what the command line asks for."""
     from workbench.design.metrics import MARGINS, SWEPT, find_metric
     from workbench.design.reproduce import PAPER
+    from workbench.design.sweep.case import axis_loop
     from workbench.design.sweep.compiled_flights import fly_fastest
     from workbench.design.sweep.full_flights import fly_full
-    from workbench.design.sweep.loops import axis_loop
     from workbench.design.sweep.sweep import sweep
     from workbench.scenario.scenario import Scenario, flown_controller
 

@@ -5,8 +5,8 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.sweep.gain_map import gain_map
 from workbench.design.sweep.ranges import parse_range
+from workbench.design.sweep.sweep import gain_map
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.configured import read_configured
 from workbench.scenario.scenario import VehicleConfig

@@ -15,9 +15,8 @@ from workbench.design.sweep.best import (
     what_does_not_move,
     why_no_best,
 )
-from workbench.design.sweep.case import SweepCase, nothing_flown
+from workbench.design.sweep.case import SweepCase, default_axis, nothing_flown
 from workbench.design.sweep.full_flights import fly_full, fly_one, lost_at
-from workbench.design.sweep.loops import default_axis
 from workbench.design.sweep.sweep import sweep
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario, VehicleConfig

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.metrics import for_people
+from workbench.design.sweep.case import axis_of
 from workbench.design.sweep.full_flights import fly_one
-from workbench.design.sweep.loops import axis_of
 from workbench.design.sweep.ranges import SEED, VARY
 from workbench.design.sweep.table import SweepTable, resolution
 

@@ -1,14 +1,14 @@
 """The step that every candidate of a sweep flies, what a candidate is, and what flights give."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.errors import WorkbenchError
-from workbench.control.controller import Controller
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.control.controller import Controller, load_controller
 from workbench.design.metrics import FLOWN
 from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
@@ -17,12 +17,23 @@ from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.axes import find_axis
+from workbench.scenario.axes import AXES, find_axis
 from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, flown_controller
 from workbench.scenario.vehicle_parameters import check_parameters
 
+_OTHERS = {
+    "max_tilt": "x",
+    "max_speed": "x",
+    "max_climb_rate": "z",
+    "max_yaw_rate": "yaw",
+    "wind_x": "x",
+    "wind_y": "y",
+    "wind_z": "z",
+}
+"""Axes whose step shows parameters that no loop names."""
+DEFAULT_AXIS = "z"
 Progress = Callable[[float], None]
 """Takes the share done, 0 .. 1."""
 Stop = Callable[[], bool]
@@ -160,3 +171,41 @@ def nothing_flown(count: int) -> Flown:
         np.full((count, len(FLOWN)), np.nan),
         np.full(count, np.nan),
     )
+
+
+def axis_loop(axis: str, controller: Controller | None = None) -> str:
+    """Return the name of an axis's outermost loop that steers.
+
+    Args:
+        axis: x, y, z or yaw.
+        controller: whose loops; the default one where none is given.
+
+    Raises:
+        WorkbenchError: if there is no such axis, or the controller states no loop for it.
+    """
+    if axis not in AXES:
+        raise unknown_name("axis", axis, AXES)
+    law = controller or load_controller()
+    for loop in law.loops:
+        if loop.axis == axis and not loop.hold:
+            return loop.name
+    raise WorkbenchError(
+        f"{law.name} states no loop that steers {axis}: give a loop in its file axis={axis!r}"
+    )
+
+
+def axis_of(parameter: str, controller: Controller | None = None) -> str:
+    """Return the axis whose step a parameter acts in, "" if it is of none or of all.
+
+    Of a gain it is that of the first loop which names it.
+    """
+    if parameter in _OTHERS:
+        return _OTHERS[parameter]
+    loops = (controller or load_controller()).loops
+    return next((each.axis for each in loops if parameter in each.gains and not each.hold), "")
+
+
+def default_axis(parameters: Iterable[str], controller: Controller | None = None) -> str:
+    """Return the axis to step along: that of the first parameter that has one, else z."""
+    axes = (axis_of(each, controller) for each in parameters)
+    return next(filter(None, axes), DEFAULT_AXIS)
