@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from workbench.analysis.messages import Progressed
 from workbench.analysis.questions import Question
+from workbench.analysis.replies import Searched
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work
 from workbench.analysis.worker import find_answerer
@@ -28,8 +28,8 @@ class Caller:
     def on_stop(self, number: int, act: Callable[[], None]) -> None:
         self.act = act
 
-    def show(self, message: Progressed) -> None:
-        self.heard.append(message.searched)
+    def show(self, searched: Searched) -> None:
+        self.heard.append(searched)
 
 
 @pytest.fixture(scope="session")

@@ -73,7 +73,7 @@ def test_each_question_gets_its_reply(analyst):
     replies = [(analyst.ask(question), kind) for question, kind in asked]
     for reply, kind in replies:
         assert isinstance(reply.result(ENOUGH), kind)
-    assert replies[3][0].result().gains == {"kp_roll": 180.0}
+    assert replies[3][0].result().asked.gains == {"kp_roll": 180.0}
     assert analyst.pids[1] is None  # nothing slow was asked
 
 
@@ -82,7 +82,7 @@ def test_of_a_kind_that_waits_the_newest_wins(analyst):
     replies = [analyst.ask(Judge({"kp_roll": 100.0 + n})) for n in range(200)]
     wait(replies, ENOUGH)
     last = replies[-1].result()
-    assert last.gains == {"kp_roll": 299.0}
+    assert last.asked.gains == {"kp_roll": 299.0}
     dropped = [each for each in replies if isinstance(each.exception(), SupersededError)]
     answered = [each for each in replies if each.exception() is None]
     assert len(dropped) + len(answered) == 200
@@ -119,8 +119,8 @@ def test_asking_never_waits(own):
     finally:
         for pid in stopped:
             os.kill(pid, signal.SIGCONT)
-    assert judged.result(ENOUGH).gains["kp_roll"] == 599.0
-    assert predicted.result(ENOUGH).gains["kp_roll"] == 599.0
+    assert judged.result(ENOUGH).asked.gains["kp_roll"] == 599.0
+    assert predicted.result(ENOUGH).asked.gains["kp_roll"] == 599.0
 
 
 def test_a_killed_process_is_a_sentence_and_the_next_question_starts_another(own):

@@ -137,7 +137,7 @@ def test_a_set_of_scheduled_gains_is_judged_as_the_law_that_has_them_alone(answe
     plain = {subject.flown.gain_of(name): value for name, value in asked.items()}
     alone = Subject(Scenario(), {"payload_mass": 0.1})
     found, wanted = answer(Judge(asked), subject), answer(Judge(plain), alone)
-    assert found.gains == asked
+    assert found.asked.gains == asked
     one, other = (
         [(each.name, each.gain_margin, each.phase_margin) for each in judged.loops]
         for judged in (found, wanted)
@@ -172,13 +172,13 @@ def test_a_percent_inside_is_stable_and_a_percent_outside_is_not(answer, found, 
     for name, (low, high) in ranges.stable.items():
         row = parameter_table().find(name)
         for value, outward in ((low, 0.99), (high, 1.01)):
-            assert answer(Judge({**ranges.gains, name: value / outward ** (value > 0)})).stable, (
-                name
-            )
+            assert answer(
+                Judge({**ranges.asked.gains, name: value / outward ** (value > 0)})
+            ).stable, name
             if value in (row.minimum, row.maximum):
                 continue
             ends += 1
-            assert not answer(Judge({**ranges.gains, name: value * outward})).stable, name
+            assert not answer(Judge({**ranges.asked.gains, name: value * outward})).stable, name
     assert ends >= 6
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.analysis.questions import DrawMap, Fork, LoadStep, Predict, Step, Weigh
+from workbench.analysis.questions import DrawMap, Fork, Predict, Step, Weigh
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
 from workbench.design.branches import Branch
@@ -161,7 +161,7 @@ def test_bad_gains_and_a_stop_are_sentences(flight, about, answer, caller):
 def test_a_load_is_as_the_diagram_flies_it(answer, load, amplitude, acts):
     """Within 5 %, as is asked for; it is far less."""
     gains = {"kp_velocity_x": 6.0, "kp_roll": 180.0}
-    predicted = answer(Predict(gains, LoadStep(load, amplitude, 4.0, acts=acts)))
+    predicted = answer(Predict(gains, Step(load, amplitude, 4.0, acts=acts)))
     flown = fly_load_step(load, amplitude, duration=4.0, acts=acts, settings=gains)
     assert predicted.time == pytest.approx(flown.time, abs=1e-9)
     assert predicted.response == pytest.approx(flown.response, abs=1e-6)

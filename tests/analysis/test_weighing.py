@@ -11,7 +11,7 @@ STEP = Step("x", 2.0, 1.5)
 
 @pytest.fixture(scope="module")
 def weighed(subject):
-    from workbench.analysis.weighing import weigh
+    from workbench.analysis.predicting import weigh
 
     class Unstopped:
         def check(self, _share):

@@ -72,8 +72,8 @@ def test_answers_come_by_the_signal_of_their_kind_in_the_thread_of_the_screens(
     analysis.ask(Predict({}, STEP))
     analysis.ask(Judge({"kd_roll": 20.0}))
     qtbot.waitUntil(lambda: bool(heard.ranges_found and heard.mapped), timeout=ENOUGH)
-    assert heard.judged[0].gains == {"kd_roll": 20.0}
-    assert heard.predicted[0].step == STEP
+    assert heard.judged[0].asked.gains == {"kd_roll": 20.0}
+    assert heard.predicted[0].asked.step == STEP
     assert heard.threads == {QThread.currentThread()}
     assert not heard.refused
     assert not analysis.banner
@@ -86,7 +86,9 @@ def test_of_many_questions_the_last_is_answered_last_and_no_word_is_said_of_the_
     for number in range(100):
         analysis.ask(Judge({"kp_roll": 100.0 + number}))
     last = {"kp_roll": 199.0}
-    qtbot.waitUntil(lambda: bool(heard.judged) and heard.judged[-1].gains == last, timeout=ENOUGH)
+    qtbot.waitUntil(
+        lambda: bool(heard.judged) and heard.judged[-1].asked.gains == last, timeout=ENOUGH
+    )
     assert len(heard.judged) < 50
     assert not heard.refused
     assert not analysis.banner
@@ -139,7 +141,7 @@ def test_another_flight_forgets_what_was_asked_and_judges_anew(qtbot, analysis, 
     analysis.ask(Tune({}, ()))
     analysis.begin(Scenario(vehicle=VehicleConfig(args={"mass": "2.0"})), {})
     analysis.ask(Judge({"kd_roll": 22.0}))
-    qtbot.waitUntil(lambda: heard.judged[-1].gains == {"kd_roll": 22.0}, timeout=ENOUGH)
+    qtbot.waitUntil(lambda: heard.judged[-1].asked.gains == {"kd_roll": 22.0}, timeout=ENOUGH)
     assert len(heard.judged) == 2
     assert analysis.pids[0] != before
     qtbot.waitUntil(lambda: not Path(f"/proc/{before}").exists(), timeout=ENOUGH)
@@ -156,7 +158,7 @@ def test_an_answer_on_its_way_when_another_flight_begins_is_not_shown(qtbot, ana
     analysis.begin(Scenario(), {"kp_roll": 200.0})
     analysis.ask(Judge({"kd_roll": 22.0}))
     qtbot.waitUntil(lambda: bool(heard.judged), timeout=ENOUGH)
-    assert [each.gains for each in heard.judged] == [{"kd_roll": 22.0}]
+    assert [each.asked.gains for each in heard.judged] == [{"kd_roll": 22.0}]
 
 
 @pytest.mark.slow
@@ -179,7 +181,8 @@ def test_a_killed_analyst_is_told_and_asked_again(qtbot, analysis, heard):
     qtbot.waitUntil(lambda: bool(heard.refused or heard.judged), timeout=ENOUGH)
     analysis.ask(Judge({"kd_roll": 22.0}))
     qtbot.waitUntil(
-        lambda: bool(heard.judged) and heard.judged[-1].gains == {"kd_roll": 22.0}, timeout=ENOUGH
+        lambda: bool(heard.judged) and heard.judged[-1].asked.gains == {"kd_roll": 22.0},
+        timeout=ENOUGH,
     )
 
 

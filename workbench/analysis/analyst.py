@@ -8,26 +8,8 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from workbench.analysis.messages import Begin, Preparing, Progressed, Stop
-from workbench.analysis.questions import (
-    AskOther,
-    DrawFrequency,
-    DrawMap,
-    FindRanges,
-    FlyAgain,
-    Fork,
-    Judge,
-    JudgePlantInput,
-    MovePole,
-    Pin,
-    PlanMeasurement,
-    Predict,
-    Question,
-    ShapeLoop,
-    Tune,
-    Weigh,
-)
-from workbench.analysis.replies import Searched
+from workbench.analysis.questions import ANSWERED_BY, LONG, QUICK, SLOW, Begin, Question, Stop
+from workbench.analysis.replies import Preparing, Searched
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.worker_process import WorkerProcess, unanswered_future
 from workbench.scenario.scenario import Scenario
@@ -35,13 +17,7 @@ from workbench.scenario.scenario import Scenario
 CLOSED = "the analyst is closed"
 MOST_DEATHS = 3
 """So many processes in a row may end without an answer; then no further one is started."""
-QUICK = (Judge, ShapeLoop, MovePole, DrawFrequency, Predict, DrawMap, FindRanges)
-"""What is answered while a slider moves, by a process of its own."""
-SLOW = (JudgePlantInput, PlanMeasurement, Fork, Weigh, Pin, AskOther)
-"""What takes a tenth of a second to some seconds, and waits until a slider rests."""
-LONG = (Tune, FlyAgain)
-"""What takes minutes, a search or the reading of a log, for which nothing else is to wait."""
-QUICK_NICENESS, SLOW_NICENESS = 3, 10
+NICENESS = {QUICK: 3, SLOW: 10, LONG: 10}
 """A flight beside them must keep its time."""
 
 
@@ -126,11 +102,8 @@ class AnalysisProcess:
             return self._worker
 
     def _hear(self, message: object) -> None:
-        match message:
-            case Progressed(_, searched):
-                self._progressed(searched)
-            case Preparing():
-                self._progressed(message)
+        if isinstance(message, Searched | Preparing):
+            self._progressed(message)
 
 
 def _ignore(_: Searched | Preparing) -> None:
@@ -158,24 +131,24 @@ class Analyst:
     ) -> None:
         self.scenario = copy.deepcopy(scenario)
         self.settings = dict(settings)
-        self._quick, self._slow, self._searching = (
-            AnalysisProcess(Begin(self.scenario, self.settings, niceness), progress)
-            for niceness in (QUICK_NICENESS, SLOW_NICENESS, SLOW_NICENESS)
-        )
+        self._processes = {
+            process: AnalysisProcess(Begin(self.scenario, self.settings, niceness), progress)
+            for process, niceness in NICENESS.items()
+        }
         self._lock = threading.Lock()
         self._closed = False
         # To start a process takes ten milliseconds, more than a screen may wait.
         self._background = ThreadPoolExecutor(1, thread_name_prefix="analyst")
 
     @property
-    def pids(self) -> tuple[int | None, int | None, int | None]:
+    def pids(self) -> tuple[int | None, ...]:
         """Numbers of the quick, slow and searching process, None before they are started."""
-        return self._quick.pid, self._slow.pid, self._searching.pid
+        return tuple(each.pid for each in self._processes.values())
 
     @property
     def has_given_up(self) -> bool:
         """Whether a process died so often that questions to it are refused from now on."""
-        return any(each.has_given_up for each in (self._quick, self._slow, self._searching))
+        return any(each.has_given_up for each in self._processes.values())
 
     def ask(self, question: Question) -> "Future[Any]":
         """Ask; the Future has the reply, or a WorkbenchError that says why there is none.
@@ -185,33 +158,31 @@ class Analyst:
         slider that never rests.
         """
         answer = unanswered_future()
-        processes = ((QUICK, self._quick), (SLOW, self._slow), (LONG, self._searching))
-        for kinds, process in processes:
-            if isinstance(question, kinds):
-                if not self._submit(partial(process.ask, question, answer)):
-                    answer.set_exception(WorkbenchError(CLOSED))
-                return answer
-        said = f"{question!r:.60} is no question: ask one of workbench.analysis.questions"
-        answer.set_exception(WorkbenchError(said))
+        if type(question) not in ANSWERED_BY:
+            said = f"{question!r:.60} is no question: ask one of workbench.analysis.questions"
+            answer.set_exception(WorkbenchError(said))
+            return answer
+        process, _ = ANSWERED_BY[type(question)]
+        if not self._submit(partial(self._processes[process].ask, question, answer)):
+            answer.set_exception(WorkbenchError(CLOSED))
         return answer
 
     def warm_up(self) -> None:
         """Start the quick and the slow process, so that the first questions find them ready."""
-        self._submit(self._quick.warm_up)
-        self._submit(self._slow.warm_up)
+        for process in (QUICK, SLOW):
+            self._submit(self._processes[process].warm_up)
 
     def stop(self) -> None:
         """End a search soon, and keep its best."""
-        self._submit(self._searching.stop)
+        self._submit(self._processes[LONG].stop)
 
     def close(self) -> None:
         """Kill the processes, and wait until they are gone; the last call."""
         with self._lock:
             self._closed = True
         self._background.shutdown()
-        self._quick.close()
-        self._slow.close()
-        self._searching.close()
+        for process in self._processes.values():
+            process.close()
 
     def _submit(self, act: Callable[[], None]) -> bool:
         """Run something in the background thread, in order; return False once closed."""

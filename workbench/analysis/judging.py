@@ -66,7 +66,7 @@ def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
             if span is not None:
                 found[names.get(name, name)] = span
             yield None
-    yield Ranges(question.gains, found)
+    yield Ranges(question, found)
 
 
 def is_stable(holding: LinearModel) -> bool:
@@ -141,9 +141,14 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
     growing = steered + held
     turned = _turned(subject, (steering, holding), margins, question.gains) if stable else {}
     yield Judged(
-        gains=question.gains,
+        asked=question,
         loops=tuple(
-            _loop(each.name, margins[each.name], each.name in growing, turned.get(each.name, ()))
+            JudgedLoop(
+                **vars(margins[each.name]),
+                name=each.name,
+                growing=each.name in growing,
+                turned=turned.get(each.name, ()),
+            )
             for each in holding.loops
         ),
         poles=shown_poles(holding),
@@ -159,7 +164,7 @@ def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> W
     for point in (HOVER, HOLDING):
         found.append(multiloop_margin(subject.study.plant_input(point, gains)).disk_margin)
         yield None
-    yield JudgedPlantInput(question.gains, *found)
+    yield JudgedPlantInput(question, *found)
 
 
 def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Working:
@@ -170,16 +175,7 @@ def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Workin
     loop = subject.table.controller.loop(question.loop)
     holding = subject.model(subject.gains(question.gains))
     found = gang_of_four(holding if loop.hold else opened_to_steer(holding), loop, question.cut)
-    yield FrequencyCurves(
-        asked=question,
-        cut=found.cut,
-        frequency=found.frequency,
-        open_loop=found.open_loop,
-        control_sensitivity=found.control_sensitivity,
-        load_sensitivity=found.load_sensitivity,
-        units=(found.control_per_error, found.error_per_control),
-        margins=_loop(loop.name, found.margins, growing=False, turned=()),
-    )
+    yield FrequencyCurves(**vars(found), asked=question)
 
 
 def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Working:
@@ -227,22 +223,6 @@ def _turned(
         for model in models
         for budget in subject.phases.budgets(model, crossovers, gains)
     }
-
-
-def _loop(name: str, margins: LoopMargins, growing: bool, turned: Turned) -> JudgedLoop:
-    return JudgedLoop(
-        name=name,
-        gain_margin=margins.gain_margin,
-        gain_reduction_margin=margins.gain_reduction_margin,
-        phase_margin=margins.phase_margin,
-        delay_margin=margins.delay_margin,
-        disk_margin=margins.disk_margin,
-        crossover=margins.crossover,
-        stable=margins.stable,
-        growing=growing,
-        turned=turned,
-        bandwidth=margins.bandwidth,
-    )
 
 
 def _said(steered: tuple[str, ...], held: tuple[str, ...]) -> str:

@@ -1,31 +1,58 @@
-"""How a step would be flown with gains, and how a flight goes on from a checkpoint."""
+"""Flights with gains: of a step, around gains, and on from a checkpoint."""
 
+import math
 from concurrent.futures import wait
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.analysis.questions import Fork, Gains, LoadStep, Predict, Step
-from workbench.analysis.replies import Forked, LoadNumbers, Predicted, StepNumbers
+from workbench.analysis.questions import DrawMap, Fork, Predict, Step, Weigh
+from workbench.analysis.replies import (
+    Forked,
+    Mapped,
+    Predicted,
+    StepNumbers,
+    Weighed,
+    Weight,
+    load_numbers,
+    step_numbers,
+)
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
-from workbench.common.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.branches import FlownBranch
-from workbench.design.load_metrics import LoadMetrics, load_metrics
+from workbench.design.load_metrics import load_metrics
 from workbench.design.load_step import check_load, predict_load_step
+from workbench.design.metrics import find_metric
 from workbench.design.response_metrics import step_metrics
 from workbench.design.step_response import check_duration, check_step
-from workbench.scenario.axes import AXES
+from workbench.design.sweep.ranges import SweepRange
+from workbench.scenario.axes import AXES, find_axis
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
+    from workbench.design.judge.sensitivity import Sensitivity
     from workbench.design.rollout.engine import RolloutEngine
 
 LONGEST = 20.0
 """A step that is flown while somebody waits [s]."""
 PATIENCE = 0.005
 """Between two looks at what loads [s]."""
+POINTS = 25
+"""Along each axis; odd, so that the gains themselves are in the middle."""
+BAND = 2
+"""Rows that are flown before something more urgent is looked for; a range has two values."""
+LONGEST_MAPPED = 10.0
+"""Of a map's steps: a band of them takes 20 ms then, for which margins would have to wait [s]."""
+FACTOR = 2.0
+"""The map reaches from a gain over this to this times the gain, within its limits."""
+SHARE = 0.1
+"""Of a gain's largest value, to which a map goes from a gain of 0."""
+PERCENT = 0.01
+NOTHING = 1e-6
+"""A slope of this share of the strongest is rounding."""
 
 
 def fork(subject: Subject, question: Fork, work: Work) -> Working:
@@ -47,12 +74,9 @@ def _numbers(question: Fork, branch: FlownBranch) -> StepNumbers | None:
     if step is None or branch.lost:
         return None
     before = (*checkpoint.velocity, checkpoint.yaw_rate)[AXES.index(step.axis)]
-    return step_numbers(
-        branch.time - checkpoint.time,
-        branch.response(step.axis) - before,
-        step.amplitude,
-        float(branch.rotor_use.max()),
-    )
+    response = branch.response(step.axis) - before
+    metrics = step_metrics(branch.time - checkpoint.time, response, step.amplitude)
+    return step_numbers(metrics, float(branch.rotor_use.max()))
 
 
 def predict(subject: Subject, question: Predict, _: Work) -> Working:
@@ -63,79 +87,27 @@ def predict(subject: Subject, question: Predict, _: Work) -> Working:
     check_short(question.step)
     gains = subject.gains(question.gains)
     engine = yield from ready_engine(subject)
-    match question.step:
-        case Step() as step:
-            yield _predicted_step(engine, gains, question, step)
-        case LoadStep() as step:
-            yield _predicted_load(engine, gains, question, step)
-
-
-def _predicted_load(
-    engine: "RolloutEngine", gains: Gains, question: Predict, step: LoadStep
-) -> Predicted:
-    """Return the answer for a step of a load."""
-    time, response, use = predict_load_step(
-        engine,
-        gains,
-        step.axis,
-        step.amplitude,
-        duration=step.duration,
-        acts=step.acts,
-        heading=step.heading,
-    )
-    return Predicted(
-        gains=question.gains,
-        step=step,
-        time=time,
-        response=response,
-        numbers=load_numbers(load_metrics(time, response), use),
-        lost=not np.isfinite(response).all(),
-    )
-
-
-def _predicted_step(
-    engine: "RolloutEngine", gains: Gains, question: Predict, step: Step
-) -> Predicted:
-    """Return the answer for a step of a command."""
+    step = question.step
+    if step.is_load:
+        time, response, use = predict_load_step(
+            engine,
+            gains,
+            step.axis,
+            step.amplitude,
+            duration=step.duration,
+            acts=step.acts,
+            heading=step.heading,
+        )
+        numbers = load_numbers(load_metrics(time, response), use)
+        yield Predicted(question, time, response, numbers, not np.isfinite(response).all())
+        return
     flown = engine.fly(
         [gains], step.axis, step.amplitude, duration=step.duration, heading=step.heading
     )
-    response = flown.response[0]
-    use = float(flown.peak_rotor_use[0])
-    return Predicted(
-        gains=question.gains,
-        step=step,
-        time=flown.time,
-        response=response,
-        numbers=step_numbers(flown.time, response, step.amplitude, use),
-        lost=bool(flown.diverged_at[0] == flown.diverged_at[0]),
-    )
-
-
-def step_numbers(
-    time: np.ndarray, response: np.ndarray, command: float, peak_rotor_use: float
-) -> StepNumbers:
-    """Return what a screen shows of a step's metrics, see `step_metrics`."""
-    metrics = step_metrics(time, response, command)
-    return StepNumbers(
-        rise_time=metrics.rise_time,
-        settling_time=metrics.settling_time,
-        overshoot=metrics.overshoot,
-        steady_state_error=metrics.steady_state_error,
-        peak_rotor_use=peak_rotor_use,
-        withheld=metrics.withheld,
-    )
-
-
-def load_numbers(metrics: LoadMetrics, peak_rotor_use: float) -> LoadNumbers:
-    """Return what a screen shows of a load's metrics."""
-    return LoadNumbers(
-        peak=metrics.peak,
-        settling_time=metrics.settling_time,
-        steady_state_error=metrics.steady_state_error,
-        peak_rotor_use=peak_rotor_use,
-        withheld=metrics.withheld,
-    )
+    response, use = flown.response[0], float(flown.peak_rotor_use[0])
+    metrics = step_metrics(flown.time, response, step.amplitude)
+    numbers, lost = step_numbers(metrics, use), not math.isnan(flown.diverged_at[0])
+    yield Predicted(question, flown.time, response, numbers, lost)
 
 
 def ready_engine(subject: Subject) -> "Generator[None, None, RolloutEngine]":
@@ -147,13 +119,13 @@ def ready_engine(subject: Subject) -> "Generator[None, None, RolloutEngine]":
     return loading.result()
 
 
-def check_short(step: Step | LoadStep, longest: float = LONGEST) -> None:
+def check_short(step: Step, longest: float = LONGEST) -> None:
     """Refuse a step that makes no flight, or one too long to wait for.
 
     Raises:
         WorkbenchError: if it does.
     """
-    check = check_load if isinstance(step, LoadStep) else check_step
+    check = check_load if step.is_load else check_step
     check(step.axis, step.amplitude)
     check_duration(step.duration)
     if step.duration > longest:
@@ -161,3 +133,90 @@ def check_short(step: Step | LoadStep, longest: float = LONGEST) -> None:
             f"a step of {step.duration:g} s is too long to be shown at once: give it {longest:g} s "
             "at most"
         )
+
+
+def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
+    """Answer what a metric is around gains, by a compiled flight for each point."""
+    from workbench.design.sweep.sweep import gain_map
+
+    step = question.step
+    check_short(step, LONGEST_MAPPED)
+    gains = subject.gains(question.gains)
+    names = (subject.flown.gain_of(name) for name in (question.x, question.y))
+    x, y = (_around(subject, name, gains) for name in names)
+    engine = yield from ready_engine(subject)
+    values = np.full((y.points, x.points), np.nan)
+    for first in range(0, y.points, BAND):
+        work.check()
+        start = min(first, y.points - BAND)  # the last band has a row of the one before
+        low, *_, high = y.grid[start : start + BAND]
+        band = gain_map(
+            engine,
+            gains,
+            x,
+            replace(y, low=float(low), high=float(high), points=BAND),
+            metric=question.metric,
+            axis=step.axis,
+            amplitude=step.amplitude,
+            duration=step.duration,
+            heading=step.heading,
+        )
+        assert band is not None  # nothing stops it
+        values[start : start + BAND] = band.values
+        yield None
+    unit = find_metric(question.metric).unit_for(find_axis(step.axis).unit)
+    yield Mapped(question, x.grid, y.grid, values, unit)
+
+
+def _around(subject: Subject, name: str, gains: dict[str, float]) -> SweepRange:
+    """Return the values of a gain around its own."""
+    if name not in subject.law:
+        raise unknown_name("gain", name, subject.law)
+    row, own = subject.table.find(name), gains[name]
+    if own <= 0.0:
+        return SweepRange(name, row.minimum, SHARE * row.maximum, POINTS)
+    low, high = max(own / FACTOR, row.minimum), min(own * FACTOR, row.maximum)
+    return SweepRange(name, low, high, POINTS, log=True)
+
+
+def weigh(subject: Subject, question: Weigh, work: Work) -> Working:
+    """Answer what a percent more of each gain does to each metric of a step."""
+    from workbench.design.judge.sensitivity import step_sensitivity
+
+    step = question.step
+    check_short(step)
+    found = step_sensitivity(
+        step.axis,
+        step.amplitude,
+        duration=step.duration,
+        heading=step.heading,
+        scenario=subject.judged,
+        settings=subject.gains(question.gains),
+        progress=work.check,
+    )
+    gains, names = subject.gains(question.gains), subject.asked_names(question.gains)
+    weights = {
+        each.metric: tuple(
+            replace(weight, gain=names.get(weight.gain, weight.gain))
+            for weight in _weights(each, gains)
+        )
+        for each in found
+    }
+    yield Weighed(question, weights)
+
+
+def _weights(sensitivity: "Sensitivity", gains: dict[str, float]) -> tuple[Weight, ...]:
+    """Return what gains do to a metric, the strongest first, without those that do nothing.
+
+    A metric of 0, as the undershoot of what never turns back, has none: its slope is rounding.
+    """
+    if not sensitivity.value:
+        return ()
+    slopes = [
+        Weight(name, PERCENT * gains[name] * slope)
+        for name, slope in sensitivity.derivatives.items()
+    ]
+    known = [each for each in slopes if math.isfinite(each.slope)]
+    least = NOTHING * max((abs(each.slope) for each in known), default=0.0)
+    acting = [each for each in known if abs(each.slope) > least]
+    return tuple(sorted(acting, key=lambda each: -abs(each.slope)))

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 from workbench.design.branches import Branch
 from workbench.design.judge.margins import Robustness
+from workbench.scenario.loads import LOADS
+from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from workbench.session.checkpoint import Checkpoint
@@ -22,32 +24,15 @@ Gains = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Step:
-    """A step to be predicted.
+    """A step of a command, or of a load in hover.
 
     Attributes:
-        axis: x, y, z or yaw.
-        amplitude: [m/s] or [rad/s].
+        axis: x, y, z or yaw; of a load its name, see `scenario.loads`.
+        amplitude: [m/s] or [rad/s]; of a load in its unit.
         duration: after its edge [s].
         heading: yaw of the drone at the edge, in W [rad]. A velocity is commanded in W, so the
             heading decides how much of it the pitch loop flies, and how much the roll loop.
-    """
-
-    axis: str
-    amplitude: float
-    duration: float
-    heading: float = 0.0
-
-
-@dataclass(frozen=True)
-class LoadStep:
-    """A step of a load in hover, to be predicted.
-
-    Attributes:
-        axis: name of the load, see `scenario.loads`.
-        amplitude: [N] or [N·m].
-        duration: after its edge [s].
-        heading: yaw of the drone at the edge, in W [rad].
-        acts: for how long it acts [s], None to the end.
+        acts: for how long a load acts [s], None to the end.
     """
 
     axis: str
@@ -56,23 +41,32 @@ class LoadStep:
     heading: float = 0.0
     acts: float | None = None
 
+    @property
+    def is_load(self) -> bool:
+        """Whether it is one of a load."""
+        return self.axis in LOADS
+
+
+class Question:
+    """Something that an analyst answers."""
+
 
 @dataclass(frozen=True)
-class Judge:
+class Judge(Question):
     """How stable are these gains at hover? Answered by `Judged`."""
 
     gains: Gains
 
 
 @dataclass(frozen=True)
-class JudgePlantInput:
+class JudgePlantInput(Question):
     """How much do force and moments bear all at once? Answered by `JudgedPlantInput`."""
 
     gains: Gains
 
 
 @dataclass(frozen=True)
-class DrawFrequency:
+class DrawFrequency(Question):
     """What is a loop over frequency with these gains? Answered by `FrequencyCurves`.
 
     Attributes:
@@ -87,7 +81,7 @@ class DrawFrequency:
 
 
 @dataclass(frozen=True)
-class PlanMeasurement:
+class PlanMeasurement(Question):
     """Which injection measures a loop in flight with these gains? By `MeasurementPlanned`.
 
     Attributes:
@@ -102,7 +96,7 @@ class PlanMeasurement:
 
 
 @dataclass(frozen=True)
-class ShapeLoop:
+class ShapeLoop(Question):
     """Which gains of a loop give it a bandwidth and a margin? Answered by `LoopShaped`.
 
     Attributes:
@@ -125,7 +119,7 @@ class ShapeLoop:
 
 
 @dataclass(frozen=True)
-class MovePole:
+class MovePole(Question):
     """Which gains of a loop bring a pole to a place? Answered by `PoleMoved`.
 
     Attributes:
@@ -144,22 +138,22 @@ class MovePole:
 
 
 @dataclass(frozen=True)
-class FindRanges:
+class FindRanges(Question):
     """Within which values of each single gain is the loop stable? Answered by `Ranges`."""
 
     gains: Gains
 
 
 @dataclass(frozen=True)
-class Predict:
+class Predict(Question):
     """How would a step of a command or a load be flown? Answered by `Predicted`."""
 
     gains: Gains
-    step: Step | LoadStep
+    step: Step
 
 
 @dataclass(frozen=True)
-class DrawMap:
+class DrawMap(Question):
     """What is a metric over two gains around these? Answered by `Mapped`."""
 
     gains: Gains
@@ -170,7 +164,7 @@ class DrawMap:
 
 
 @dataclass(frozen=True)
-class Weigh:
+class Weigh(Question):
     """Which gain moves the metrics of a step most? Answered by `Weighed`."""
 
     gains: Gains
@@ -178,7 +172,7 @@ class Weigh:
 
 
 @dataclass(frozen=True)
-class Tune:
+class Tune(Question):
     """Find gains for wishes, as `x.rise_time <= 0.4`; answered by `Searched`s, then `Tuned`.
 
     Attributes:
@@ -193,7 +187,7 @@ class Tune:
 
 
 @dataclass(frozen=True)
-class Fork:
+class Fork(Question):
     """How does the flight go on from a checkpoint, with each branch? Answered by `Forked`.
 
     Attributes:
@@ -210,7 +204,7 @@ class Fork:
 
 
 @dataclass(frozen=True)
-class Pin:
+class Pin(Question):
     """Write a spec and its baseline for a step with these gains. Answered by `Pinned`.
 
     Attributes:
@@ -223,13 +217,13 @@ class Pin:
 
     path: Path
     gains: Gains
-    step: Step | LoadStep
+    step: Step
     margins: bool = True
     overwrite: bool = False
 
 
 @dataclass(frozen=True)
-class FlyAgain:
+class FlyAgain(Question):
     """How would a logged flight have gone with these gains? Answered by `FlownAgain`.
 
     Attributes:
@@ -249,7 +243,7 @@ class FlyAgain:
 
 
 @dataclass(frozen=True)
-class AskOther:
+class AskOther(Question):
     """What is the answer if another controller flies? Answered by `OtherAnswered`.
 
     Attributes:
@@ -261,20 +255,47 @@ class AskOther:
     question: Judge | Predict | DrawFrequency
 
 
-Question = (
-    Judge
-    | JudgePlantInput
-    | DrawFrequency
-    | ShapeLoop
-    | MovePole
-    | PlanMeasurement
-    | FindRanges
-    | Predict
-    | DrawMap
-    | Weigh
-    | Tune
-    | Fork
-    | Pin
-    | FlyAgain
-    | AskOther
-)
+@dataclass(frozen=True)
+class Begin:
+    """The first message to a process.
+
+    Attributes:
+        scenario: whose vehicle is judged.
+        settings: values of the live parameters, over those of its gains.
+        niceness: added to the process's own, so that a flight beside it goes first.
+    """
+
+    scenario: Scenario
+    settings: Mapping[str, float]
+    niceness: int
+
+
+@dataclass(frozen=True)
+class Stop:
+    """End the questions up to a number: a search keeps its best, other work is given up."""
+
+    number: int
+
+
+QUICK, SLOW, LONG = range(3)
+"""The process that answers: one answers while a slider moves; the next takes a tenth of a second to
+some seconds, and is asked once a slider rests; one takes minutes, and nothing else waits for it."""
+ANSWERED_BY: dict[type[Question], tuple[int, str]] = {
+    Judge: (QUICK, "judging:judge"),
+    ShapeLoop: (QUICK, "shaping:shape_loop"),
+    MovePole: (QUICK, "shaping:move_pole"),
+    DrawFrequency: (QUICK, "judging:draw_frequency"),
+    Predict: (QUICK, "predicting:predict"),
+    JudgePlantInput: (SLOW, "judging:judge_plant_input"),
+    PlanMeasurement: (SLOW, "judging:plan_measurement"),
+    Fork: (SLOW, "predicting:fork"),
+    DrawMap: (QUICK, "predicting:draw_map"),
+    FindRanges: (QUICK, "judging:find_ranges"),
+    Weigh: (SLOW, "predicting:weigh"),
+    Tune: (LONG, "tuning:tune"),
+    Pin: (SLOW, "tuning:pin"),
+    FlyAgain: (LONG, "flying_again:fly_again"),
+    AskOther: (SLOW, ""),
+}
+"""The process, file and function that answer each kind of question, the most urgent kind first.
+`AskOther` is answered by those of the question in it."""

@@ -1,6 +1,6 @@
 """What an analyst answers: frozen records of plain numbers and arrays.
 
-None carries an object of Drake's or of `design`, so that a screen loads neither.
+None carries an object of Drake's, so that a screen does not load it.
 """
 
 import math
@@ -14,48 +14,39 @@ from workbench.analysis.questions import (
     AskOther,
     DrawFrequency,
     DrawMap,
+    FindRanges,
     FlyAgain,
     Gains,
-    LoadStep,
+    Judge,
+    JudgePlantInput,
     MovePole,
     PlanMeasurement,
+    Predict,
     ShapeLoop,
-    Step,
+    Weigh,
 )
 from workbench.design.branches import FlownBranch
+from workbench.design.judge.gang_of_four import GangOfFour
+from workbench.design.judge.margins import LoopMargins
+from workbench.design.load_metrics import LoadMetrics
+from workbench.design.response_metrics import StepMetrics
 from workbench.scenario.scenario import Injection
 
 
 @dataclass(frozen=True)
-class JudgedLoop:
-    """The margins of one loop, see `design.judge.margins.LoopMargins`.
+class JudgedLoop(LoopMargins):
+    """The margins of one loop.
 
     Attributes:
         name: of the loop.
-        gain_margin: factor above 1; infinite if there is none.
-        gain_reduction_margin: factor below 1; 0 if there is none.
-        phase_margin: [rad].
-        delay_margin: [s].
-        disk_margin: alpha.
-        crossover: [rad/s].
-        stable: whether the closed loop is.
         growing: whether a mode that grows goes through it.
         turned: what turned the phase at the crossover, by its name [rad], see
             `design.judge.phase_budget`; nothing of an unstable loop.
-        bandwidth: [rad/s].
     """
 
-    name: str
-    gain_margin: float
-    gain_reduction_margin: float
-    phase_margin: float
-    delay_margin: float
-    disk_margin: float
-    crossover: float
-    stable: bool
-    growing: bool
+    name: str = ""
+    growing: bool = False
     turned: tuple[tuple[str, float], ...] = ()
-    bandwidth: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -63,14 +54,14 @@ class Judged:
     """How stable gains are.
 
     Attributes:
-        gains: that were asked about.
+        asked: the question.
         loops: in the order of the cascade.
         poles: of the closed loop in continuous terms, as complex numbers (k) [1/s].
         stable: whether all is.
         said: what is unstable, in a sentence; "" where all is stable.
     """
 
-    gains: Gains
+    asked: Judge
     loops: tuple[JudgedLoop, ...]
     poles: np.ndarray
     stable: bool
@@ -82,12 +73,12 @@ class JudgedPlantInput:
     """The multi-loop disk margin at the plant's input, see `design.judge.multiloop`.
 
     Attributes:
-        gains: that were asked about.
+        asked: the question.
         steering: α while the pilot steers, 0 where a mode grows.
         holding: α while the place is held, likewise.
     """
 
-    gains: Gains
+    asked: JudgePlantInput
     steering: float
     holding: float
 
@@ -98,39 +89,10 @@ class JudgedPlantInput:
 
 
 @dataclass(frozen=True)
-class FrequencyCurves:
-    """A loop over frequency, see `design.judge.gang_of_four`.
-
-    Attributes:
-        asked: the question.
-        cut: the loop point where L is taken.
-        frequency: (F), rising [rad/s].
-        open_loop: (F) L.
-        control_sensitivity: (F) KS.
-        load_sensitivity: (F) GS.
-        units: of KS and of GS, SI.
-        margins: of the loop at that cut.
-    """
+class FrequencyCurves(GangOfFour):
+    """A loop over frequency, and the question."""
 
     asked: DrawFrequency
-    cut: str
-    frequency: np.ndarray
-    open_loop: np.ndarray
-    control_sensitivity: np.ndarray
-    load_sensitivity: np.ndarray
-    units: tuple[str, str]
-    margins: JudgedLoop
-
-    @property
-    def sensitivity(self) -> np.ndarray:
-        """S = 1 / (1 + L), (F)."""
-        response: np.ndarray = 1.0 / (1.0 + self.open_loop)
-        return response
-
-    @property
-    def complementary_sensitivity(self) -> np.ndarray:
-        """T = L / (1 + L), (F)."""
-        return self.open_loop * self.sensitivity
 
 
 @dataclass(frozen=True)
@@ -192,16 +154,17 @@ class MeasurementPlanned:
 class Ranges:
     """Stable values of every gain by name, smallest and largest, the others as they were."""
 
-    gains: Gains
+    asked: FindRanges
     stable: Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class StepNumbers:
-    """Metrics of one flown step by python-control's names; NaN where it has none.
+    """Metrics of one flown step of a command or a load; NaN where it has none.
 
-    Times in s, overshoot and error in %, rotor use as a share. `withheld` says why some are NaN, as
-    of a step that has not settled; "" if none is for such a reason.
+    Times in s, overshoot and error in %, rotor use as a share, the peak of a load in its response's
+    unit. `withheld` says why some are NaN, as of a step that has not settled; "" if none is for
+    such a reason.
     """
 
     rise_time: float
@@ -210,21 +173,32 @@ class StepNumbers:
     steady_state_error: float
     peak_rotor_use: float
     withheld: str = ""
+    peak: float = math.nan
 
 
-@dataclass(frozen=True)
-class LoadNumbers:
-    """Metrics of one flown step of a load, see `design.load_metrics`; NaN where it has none.
+def step_numbers(metrics: StepMetrics, peak_rotor_use: float) -> StepNumbers:
+    """Return the numbers of a step of a command."""
+    return StepNumbers(
+        rise_time=metrics.rise_time,
+        settling_time=metrics.settling_time,
+        overshoot=metrics.overshoot,
+        steady_state_error=metrics.steady_state_error,
+        peak_rotor_use=peak_rotor_use,
+        withheld=metrics.withheld,
+    )
 
-    The peak in the response's unit, times in s, the error in % of the peak, rotor use as a share.
-    `withheld` says why some are NaN; "" if none is.
-    """
 
-    peak: float
-    settling_time: float
-    steady_state_error: float
-    peak_rotor_use: float
-    withheld: str = ""
+def load_numbers(metrics: LoadMetrics, peak_rotor_use: float) -> StepNumbers:
+    """Return the numbers of a step of a load."""
+    return StepNumbers(
+        rise_time=math.nan,
+        settling_time=metrics.settling_time,
+        overshoot=math.nan,
+        steady_state_error=metrics.steady_state_error,
+        peak_rotor_use=peak_rotor_use,
+        withheld=metrics.withheld,
+        peak=metrics.peak,
+    )
 
 
 @dataclass(frozen=True)
@@ -232,19 +206,17 @@ class Predicted:
     """A step of a command or a load as it would be flown.
 
     Attributes:
-        gains: that were asked about.
-        step: that was.
+        asked: the question.
         time: from the edge on (N) [s].
         response: (N) [m/s] or [rad/s]; of a load the deviation, in its response's unit.
         numbers: metrics of it.
         lost: whether the drone was lost.
     """
 
-    gains: Gains
-    step: Step | LoadStep
+    asked: Predict
     time: np.ndarray
     response: np.ndarray
-    numbers: StepNumbers | LoadNumbers
+    numbers: StepNumbers
     lost: bool
 
 
@@ -284,8 +256,7 @@ class Weight:
 class Weighed:
     """What the gains do to each metric of a step, by its name, the strongest first."""
 
-    gains: Gains
-    step: Step
+    asked: Weigh
     weights: Mapping[str, tuple[Weight, ...]]
 
 
@@ -428,20 +399,8 @@ class OtherAnswered:
     answer: Judged | Predicted | FrequencyCurves
 
 
-Reply = (
-    Judged
-    | JudgedPlantInput
-    | FrequencyCurves
-    | LoopShaped
-    | PoleMoved
-    | MeasurementPlanned
-    | Ranges
-    | Predicted
-    | Mapped
-    | Weighed
-    | Tuned
-    | Forked
-    | Pinned
-    | FlownAgain
-    | OtherAnswered
-)
+@dataclass(frozen=True)
+class Preparing:
+    """What is being done before any answer, as compiling, in words."""
+
+    said: str

@@ -1,6 +1,6 @@
 """Finds gains for wishes, tells how the search goes, and pins what was tuned as a regression."""
 
-from workbench.analysis.questions import LoadStep, Pin, Tune
+from workbench.analysis.questions import Pin, Tune
 from workbench.analysis.replies import Pinned, Searched, Tuned, TunedStep, Wished
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
@@ -22,13 +22,13 @@ def pin(subject: Subject, question: Pin, work: Work) -> Working:
         step.axis,
         step.amplitude,
         duration=step.duration,
-        acts=step.acts if isinstance(step, LoadStep) else None,
+        acts=step.acts,
         margins=question.margins,
         overwrite=question.overwrite,
         progress=work.check,
     )
     loops = f" and the margins of {found.loops} loops" if found.loops else ""
-    what = step.axis if isinstance(step, LoadStep) else f"along {step.axis}"
+    what = step.axis if step.is_load else f"along {step.axis}"
     said = (
         f"{found.limits} numbers and {found.curves} curves of a step {what}{loops} are "
         "held to what they are now"

@@ -1,23 +1,100 @@
-"""What someone who works on an answer knows of the asker."""
+"""Questions that wait while another one is worked on, and the work on one question."""
 
+import os
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
 
-from workbench.analysis.messages import Progressed
-from workbench.analysis.replies import Reply, Searched
-from workbench.analysis.request_queue import RequestQueue
+from workbench.analysis.questions import Stop
+from workbench.analysis.replies import Searched
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.send_queue import SendQueue
+from workbench.ipc.worker_process import Request, Superseded
 
 STOPPED = "it was stopped before it was done"
+Working = Iterator[Any]
+"""Work on an answer: gives None as often as it can rest, and the reply in the end."""
 
-Working = Iterator[Reply | None]
-"""An answer in the making: gives None as often as it can rest, and the reply in the end."""
+
+class RequestQueue:
+    """Keeps what was asked and is not begun yet; a thread fills it.
+
+    The process ends at once when the caller's end of the connection does, whatever it works on: a
+    search may take minutes.
+
+    Args:
+        connection: to the caller.
+        send_queue: to the caller; questions that are dropped are told of.
+        end: called when the caller is gone.
+    """
+
+    def __init__(
+        self,
+        connection: Connection,
+        send_queue: SendQueue,
+        end: Callable[[], None] = lambda: os._exit(0),
+    ) -> None:
+        self._connection = connection
+        self._send_queue = send_queue
+        self._end = end
+        self._waiting: dict[type, Request] = {}
+        self._stopped = 0
+        self._stopper: tuple[int, Callable[[], None]] | None = None
+        self._change = threading.Condition()
+        threading.Thread(target=self._listen, name="request queue", daemon=True).start()
+
+    @property
+    def stopped(self) -> int:
+        """Number up to which questions are stopped."""
+        return self._stopped
+
+    def take(self, kinds: set[type], wait: bool) -> list[Request]:
+        """Take the questions that wait.
+
+        Args:
+            kinds: of which none is taken.
+            wait: whether to wait for one.
+        """
+        with self._change:
+            if wait:
+                self._change.wait_for(lambda: self._waiting.keys() - kinds)
+            return [self._waiting.pop(kind) for kind in self._waiting.keys() - kinds]
+
+    def on_stop(self, number: int, act: Callable[[], None]) -> None:
+        """Call when a question is stopped: at once, in another thread; the last one counts."""
+        with self._change:
+            self._stopper = (number, act)
+            if number <= self._stopped:
+                act()
+
+    def _listen(self) -> None:
+        """Hear the caller until it is gone."""
+        try:
+            while True:
+                self._hear(self._connection.recv())
+        except (EOFError, OSError):
+            self._end()
+
+    def _hear(self, message: object) -> None:
+        with self._change:
+            match message:
+                case Request(_, question):
+                    older = self._waiting.pop(type(question), None)
+                    if older is not None:
+                        self._send_queue.post(Superseded(older.number))
+                    self._waiting[type(question)] = message
+                    self._change.notify()
+                case Stop(number):
+                    self._stopped = max(self._stopped, number)
+                    if self._stopper is not None and self._stopper[0] <= number:
+                        self._stopper[1]()
 
 
 @dataclass(frozen=True)
 class Work:
-    """One question's being worked on.
+    """The work on one question.
 
     Attributes:
         number: of the question.
@@ -31,11 +108,11 @@ class Work:
 
     @property
     def stopped(self) -> bool:
-        """Whether the asker wants it no more."""
+        """Whether the caller no longer wants it."""
         return self.number <= self.requests.stopped
 
     def check(self, _share: float = 0.0) -> None:
-        """Give up if the asker wants it no more; a callback of progress.
+        """Give up if the caller no longer wants it; a callback of progress.
 
         Raises:
             WorkbenchError: if so.
@@ -44,9 +121,9 @@ class Work:
             raise WorkbenchError(STOPPED)
 
     def on_stop(self, act: Callable[[], None]) -> None:
-        """Call when the asker wants it no more: at once, in another thread."""
+        """Call when the caller no longer wants it: at once, in another thread."""
         self.requests.on_stop(self.number, act)
 
     def tell(self, searched: Searched) -> None:
         """Tell how it goes."""
-        self.send_queue.show(Progressed(self.number, searched))
+        self.send_queue.show(searched)

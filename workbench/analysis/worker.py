@@ -12,71 +12,18 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
-from workbench.analysis.messages import Begin, Preparing
-from workbench.analysis.questions import (
-    AskOther,
-    DrawFrequency,
-    DrawMap,
-    FindRanges,
-    FlyAgain,
-    Fork,
-    Judge,
-    JudgePlantInput,
-    MovePole,
-    Pin,
-    PlanMeasurement,
-    Predict,
-    ShapeLoop,
-    Tune,
-    Weigh,
-)
-from workbench.analysis.request_queue import RequestQueue
+from workbench.analysis.questions import ANSWERED_BY, AskOther, Begin
+from workbench.analysis.replies import OtherAnswered, Preparing
 from workbench.analysis.subject import Subject
-from workbench.analysis.work import Work, Working
+from workbench.analysis.work import RequestQueue, Work, Working
 from workbench.common.cache import PROGRESS_LOGGER
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.send_queue import LogPoster, SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 
-ORDER = (
-    Judge,
-    ShapeLoop,
-    MovePole,
-    DrawFrequency,
-    Predict,
-    JudgePlantInput,
-    PlanMeasurement,
-    Fork,
-    DrawMap,
-    FindRanges,
-    Weigh,
-    Tune,
-    Pin,
-    FlyAgain,
-    AskOther,
-)
-"""The kinds of questions, the most urgent first."""
 SLICE = 0.005
 """A kind gives way to the next one after this long, where it can rest [s]."""
 Answerer = Callable[[Subject, Any, Work], Working]
-ANSWERERS = {
-    Judge: "judging:judge",
-    JudgePlantInput: "judging:judge_plant_input",
-    DrawFrequency: "judging:draw_frequency",
-    ShapeLoop: "shaping:shape_loop",
-    MovePole: "placing:move_pole",
-    PlanMeasurement: "judging:plan_measurement",
-    FindRanges: "judging:find_ranges",
-    Predict: "predicting:predict",
-    DrawMap: "mapping:draw_map",
-    Weigh: "weighing:weigh",
-    Tune: "tuning:tune",
-    Fork: "predicting:fork",
-    Pin: "tuning:pin",
-    FlyAgain: "flying_again:fly_again",
-    AskOther: "others:ask_other",
-}
-"""File and function that answer a kind of question; loaded when it is first asked."""
 
 
 class Scheduler:
@@ -113,7 +60,7 @@ class Scheduler:
 
     def turn(self) -> None:
         """Give every kind its turn."""
-        for kind in ORDER:
+        for kind in ANSWERED_BY:
             self._take_in(wait=False)
             if kind in self._begun:
                 self._go_on(kind)
@@ -170,9 +117,21 @@ def main(connection: Connection) -> int:
 
 def find_answerer(kind: type) -> Answerer:
     """Return who answers a kind of question."""
-    file, name = ANSWERERS[kind].split(":")
+    if kind is AskOther:
+        return ask_other
+    file, name = ANSWERED_BY[kind][1].split(":")
     found: Answerer = getattr(importlib.import_module(f"workbench.analysis.{file}"), name)
     return found
+
+
+def ask_other(subject: Subject, question: AskOther, work: Work) -> Working:
+    """Answer a question about another controller, on the same vehicle.
+
+    Its models, and the machine code of its flights, are made at the first question about it.
+    """
+    other = subject.other(question.controller)
+    for reply in find_answerer(type(question.question))(other, question.question, work):
+        yield None if reply is None else OtherAnswered(question, reply)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ from typing import Any
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
 from workbench.analysis.analyst import Analyst
-from workbench.analysis.messages import Preparing
 from workbench.analysis.questions import (
     AskOther,
     DrawFrequency,
@@ -26,7 +25,7 @@ from workbench.analysis.questions import (
     Tune,
     Weigh,
 )
-from workbench.analysis.replies import Reply, Searched
+from workbench.analysis.replies import Preparing, Searched
 from workbench.control.controller import Controller
 from workbench.gui.answers import Answers
 from workbench.gui.errands import Errands
@@ -34,19 +33,9 @@ from workbench.gui.notices import Notices
 from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
-STREAMED = (
-    Judge,
-    ShapeLoop,
-    MovePole,
-    JudgePlantInput,
-    DrawFrequency,
-    Predict,
-    DrawMap,
-    FindRanges,
-    FlyAgain,
-    AskOther,
-)
-"""Questions that a moving slider asks all the time: why one has no answer stands beside it."""
+ASKED_ONCE = (PlanMeasurement, Fork, Weigh, Tune, Pin)
+"""Questions that come one by one: a notice tells why one has no answer. The others come in a stream
+while a slider moves, and the card tells."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
 
 
@@ -56,6 +45,9 @@ class Analysis(QObject):
     Args:
         notices: where refusals are told, but for those of questions that come in streams.
         parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        answers: the signal of the answers to each kind of question.
     """
 
     judged = pyqtSignal(object)
@@ -105,7 +97,7 @@ class Analysis(QObject):
         self._controller: Controller | None = None
         self._token = object()
         self._errands = Errands()
-        self._tell = {
+        self.answers = {
             Judge: self.judged,
             JudgePlantInput: self.plant_input_judged,
             DrawFrequency: self.frequency_drawn,
@@ -126,9 +118,9 @@ class Analysis(QObject):
         self._progressed.connect(self._show_progress, queued)  # type: ignore[call-arg]
 
     @property
-    def pids(self) -> tuple[int | None, int | None, int | None]:
+    def pids(self) -> tuple[int | None, ...]:
         """Numbers of the quick, slow and searching process, None where there is none yet."""
-        return self._analyst.pids if self._analyst is not None else (None, None, None)
+        return self._analyst.pids if self._analyst is not None else (None,) * 3
 
     def begin(
         self,
@@ -198,9 +190,9 @@ class Analysis(QObject):
                 lambda said: self._show_refusal(analyst, question, said),
             )
 
-    def _show(self, analyst: Analyst, question: Question, reply: Reply) -> None:
+    def _show(self, analyst: Analyst, question: Question, reply: object) -> None:
         if analyst is self._analyst:
-            self._tell[type(question)].emit(reply)
+            self.answers[type(question)].emit(reply)
 
     def _show_refusal(self, analyst: Analyst, question: Question, said: str) -> None:
         if analyst is self._analyst:
@@ -217,5 +209,5 @@ class Analysis(QObject):
     def _refuse(self, question: Question, said: str) -> None:
         """Tell why there is no answer."""
         self.refused.emit(question, said)
-        if not isinstance(question, STREAMED):
+        if isinstance(question, ASKED_ONCE):
             self._notices.warn(said)

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 from PyQt6.QtCore import QObject, pyqtSignal
 
+from workbench.analysis.questions import FindRanges
 from workbench.analysis.replies import Judged, Ranges
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.profiles import GainProfiles
@@ -88,8 +89,7 @@ class FakeAnalysis(QObject):
 
     def judge(self, stable: bool, said: str = "a swing would grow") -> None:
         """Answer the last question."""
-        gains = self.asked[-1].gains
-        self.judged.emit(Judged(gains, (), None, stable, "" if stable else said))
+        self.judged.emit(Judged(self.asked[-1], (), None, stable, "" if stable else said))
 
 
 @dataclass
@@ -111,7 +111,7 @@ class Rig:
             if row.system == "controller"
         }
         gains = {name: self.editor.flown[name] for name in every}
-        self.analysis.ranges_found.emit(Ranges(gains, every | stable))
+        self.analysis.ranges_found.emit(Ranges(FindRanges(gains), every | stable))
 
 
 def start_values() -> dict[str, float]:

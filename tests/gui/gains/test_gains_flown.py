@@ -4,6 +4,7 @@ import pytest
 from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
 
+from workbench.analysis.questions import FindRanges
 from workbench.analysis.replies import Ranges
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
@@ -28,7 +29,7 @@ def flown(workspace, qtbot):
     qtbot.waitUntil(lambda: NAME in panel.rows, timeout=SECONDS)
     panel.show()
     every = {row.name: (row.minimum, row.maximum) for row in editor.rows}
-    workspace.analysis.ranges_found.emit(Ranges(dict(editor.flown), every))
+    workspace.analysis.ranges_found.emit(Ranges(FindRanges(dict(editor.flown)), every))
     return editor, panel
 
 

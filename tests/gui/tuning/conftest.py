@@ -7,10 +7,9 @@ import pytest
 
 from workbench.analysis.judging import draw_frequency
 from workbench.analysis.judging import judge as judge_loops
-from workbench.analysis.placing import move_pole
-from workbench.analysis.questions import DrawFrequency, Judge, MovePole, ShapeLoop
+from workbench.analysis.questions import DrawFrequency, Judge, MovePole, Predict, ShapeLoop
 from workbench.analysis.replies import Judged, JudgedLoop, Predicted, StepNumbers
-from workbench.analysis.shaping import shape_loop
+from workbench.analysis.shaping import move_pole, shape_loop
 from workbench.analysis.subject import Subject
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
@@ -126,6 +125,8 @@ def loop(name: str, **other) -> JudgedLoop:
         "phase_margin": np.radians(60.0),
         "delay_margin": 0.05,
         "disk_margin": 1.0,
+        "peak_sensitivity": 1.5,
+        "bandwidth": np.nan,
         "crossover": 10.0,
         "stable": True,
         "growing": False,
@@ -141,7 +142,8 @@ def judge():
         named = {each.name: each for each in others}
         loops = tuple(named.get(name, loop(name)) for name in LOOPS)
         stable = all(each.stable for each in loops)
-        return Judged(controller_gains(gains), loops, np.array(poles, dtype=complex), stable, said)
+        asked = Judge(controller_gains(gains))
+        return Judged(asked, loops, np.array(poles, dtype=complex), stable, said)
 
     return make
 
@@ -160,7 +162,8 @@ def predict():
         time = np.arange(0.0, step.duration, 1 / 128)
         numbers = StepNumbers(0.3, 0.6, 12.0, 0.5, 0.8)
         response = step.amplitude * (1.0 - np.exp(-5.0 * time))
-        return Predicted(controller_gains(gains), step, time, response, numbers, lost)
+        asked = Predict(controller_gains(gains), step)
+        return Predicted(asked, time, response, numbers, lost)
 
     return make
 
@@ -184,10 +187,10 @@ def settle(offline, qtbot):
     """Returns what answers as the analyst's process would, until something is so."""
     subject, done = Subject(Scenario(), {}), [0]
     by_kind = {
-        Judge: (judge_loops, offline.analysis.judged),
-        DrawFrequency: (draw_frequency, offline.analysis.frequency_drawn),
-        ShapeLoop: (shape_loop, offline.analysis.loop_shaped),
-        MovePole: (move_pole, offline.analysis.pole_moved),
+        Judge: judge_loops,
+        DrawFrequency: draw_frequency,
+        ShapeLoop: shape_loop,
+        MovePole: move_pole,
     }
 
     def answer():
@@ -195,7 +198,7 @@ def settle(offline, qtbot):
         done[0] = len(offline.analysis.asked)
         for question in waiting:
             if type(question) in by_kind:
-                work, signal = by_kind[type(question)]
+                work, signal = by_kind[type(question)], offline.analysis.answers[type(question)]
                 signal.emit(next(each for each in work(subject, question, None) if each))
         return bool(waiting)
 

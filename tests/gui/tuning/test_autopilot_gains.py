@@ -59,7 +59,7 @@ def test_an_import_shows_what_it_does_to_margins_before_anything_flies(
     analysis.judged.emit(judge(flown, weak))
     asked = [question.gains["MC_ROLLRATE_P"] for question in analysis.of(Judge)]
     assert {0.12, 0.15} <= set(asked)
-    assert screen.diff_judgement.proposed.gains["MC_ROLLRATE_P"] == 0.12
+    assert screen.diff_judgement.proposed.asked.gains["MC_ROLLRATE_P"] == 0.12
     assert screen.diff_judgement.flown.loops[3].phase_margin == pytest.approx(np.radians(21.0))
     bar.diff.fly.click()
     assert not screen.diff_margins.isVisible()

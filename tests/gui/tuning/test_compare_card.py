@@ -42,19 +42,13 @@ class Answerer:
 
     def __init__(self, analysis, subject) -> None:
         self.analysis, self.subject, self.done = analysis, subject, 0
-        self.told = {
-            Judge: analysis.judged,
-            Predict: analysis.predicted,
-            DrawFrequency: analysis.frequency_drawn,
-            AskOther: analysis.other_answered,
-        }
 
     def answer(self) -> None:
         asked, self.done = self.analysis.asked[self.done :], len(self.analysis.asked)
         for question in asked:
-            if type(question) in self.told:
+            if isinstance(question, Judge | Predict | DrawFrequency | AskOther):
                 *_, reply = find_answerer(type(question))(self.subject, question, None)
-                self.told[type(question)].emit(reply)
+                self.analysis.answers[type(question)].emit(reply)
 
 
 @pytest.fixture
@@ -85,9 +79,12 @@ def known(name, rise, margin, **numbers):
         "peak_rotor_use": 0.8,
         **numbers,
     }
-    loop = JudgedLoop("roll", math.inf, 0.0, math.radians(margin), 0.03, 1.0, 10.0, True, False)
+    margins = (math.inf, 0.0, math.radians(margin), 0.03, 1.0, 1.5, math.nan, 10.0)
+    loop = JudgedLoop(*margins, name="roll")
     judged = type("Judgement", (), {"loops": (loop,), "stable": True, "said": ""})()
-    predicted = Predicted({}, Step("x", 1.0, 2.0), None, None, StepNumbers(**values), lost=False)
+    predicted = Predicted(
+        Predict({}, Step("x", 1.0, 2.0)), None, None, StepNumbers(**values), lost=False
+    )
     return Known(name, predicted, judged)
 
 

@@ -2,13 +2,12 @@ import pytest
 
 from workbench.analysis.questions import FindRanges, Judge
 from workbench.gui.tuning.follower import Follower
-from workbench.gui.tuning.judgement import _answers
 
 
 @pytest.fixture
 def follower(offline):
     analysis = offline.analysis
-    made = Follower(analysis, analysis.judged, Judge, _answers)
+    made = Follower(analysis, Judge)
     made.set_seen(True)
     made.heard = []
     made.answered.connect(made.heard.append)
@@ -21,7 +20,7 @@ def test_one_question_is_in_flight_and_the_newest_is_next(follower, offline, jud
     assert offline.analysis.asked == [Judge({"kp_pitch": 0.0})]
     offline.analysis.judged.emit(judge({"kp_pitch": 0.0}))
     assert offline.analysis.asked[1:] == [Judge({"kp_pitch": 9.0})]
-    assert [dict(each.gains) for each in follower.heard] == [{"kp_pitch": 0.0}]
+    assert [dict(each.asked.gains) for each in follower.heard] == [{"kp_pitch": 0.0}]
 
 
 def test_nothing_is_asked_while_nobody_looks(follower, offline):

@@ -15,6 +15,7 @@ from workbench.analysis.judging import judge as judge_loops
 from workbench.analysis.questions import DrawFrequency, Judge
 from workbench.analysis.replies import FrequencyCurves
 from workbench.analysis.subject import Subject
+from workbench.design.judge.margins import LoopMargins
 from workbench.design.linear.linearize import linearize
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.tuning.drawn_loop import DrawnLoop, drawn_curves, drawn_measurement
@@ -196,7 +197,7 @@ def test_nothing_is_asked_while_nobody_looks(screen, settle, offline):
         hide()
         screen.gains.propose("kp_roll", 1.01 * screen.gains.proposed["kp_roll"])
         wanted = screen.gains.proposed["kp_roll"]
-        settle(lambda value=wanted: screen.judgement.proposed.gains["kp_roll"] == value)
+        settle(lambda value=wanted: screen.judgement.proposed.asked.gains["kp_roll"] == value)
         assert len(offline.analysis.of(DrawFrequency)) == asked
     screen.tabs.setCurrentWidget(card)
     card.show_view("Bode")
@@ -275,9 +276,7 @@ def synthetic(system, frequency):
     """A drawn loop of an open loop of python-control's, with its margins."""
     response = system(1j * frequency)
     gain, phase, _, _, crossover, _ = control.stability_margins(system)
-    from workbench.analysis.replies import JudgedLoop
-
-    margins = JudgedLoop("x", gain, 0.0, math.radians(phase), 0.1, 0.5, crossover, True, False)
+    margins = LoopMargins(gain, 0.0, math.radians(phase), 0.1, 0.5, math.nan, math.nan, crossover)
     return DrawnLoop("flown", frequency, response, NOTHING, NOTHING, margins, NOTHING)
 
 
@@ -315,9 +314,8 @@ def test_curves_are_taken_as_they_were_answered():
     asked = DrawFrequency({}, "pitch")
     frequency, response = np.array([1.0, 2.0]), np.array([1.0j, 2.0])
     margins = synthetic(control.tf([1], [1, 1]) * 5.0, frequency).margins
-    curves = FrequencyCurves(
-        asked, "u", frequency, response, response, response, ("1", "1"), margins
-    )
+    points = ("u", "error", "u", "1", "1")
+    curves = FrequencyCurves(*points, frequency, response, response, response, margins, asked)
     loop = drawn_curves("kept", curves)
     assert loop.at(1.0, loop.open_loop) == pytest.approx(1.0j)
     assert np.isnan(loop.at(3.0, loop.open_loop))

@@ -142,7 +142,7 @@ def test_gains_that_are_known_are_not_asked_about_again(card, offline, judge):
     asked = len(offline.analysis.asked)
     card.judgement.follow(FLOWN, FLOWN)
     assert len(offline.analysis.asked) == asked
-    assert card.judgement.proposed.gains == FLOWN
+    assert card.judgement.proposed.asked.gains == FLOWN
 
 
 def test_arrows_read_row_after_row(card, offline, judge, qtbot):
@@ -188,7 +188,7 @@ def test_the_plants_input_is_asked_about_once_a_slider_rests(card, offline, judg
     for gains, margin in ((PROPOSED, 0.55), (FLOWN, 0.71)):
         qtbot.waitUntil(lambda: bool(asked.of(JudgePlantInput)), timeout=20000)
         assert asked.asked.pop() == JudgePlantInput(gains)
-        asked.plant_input_judged.emit(JudgedPlantInput(gains, 0.8, margin))
+        asked.plant_input_judged.emit(JudgedPlantInput(JudgePlantInput(gains), 0.8, margin))
     found = row(card, PLANT_INPUT)
     assert [cell.text for cell in found.cells] == ["", "", "", "", "0.55"]
     assert found.cells[-1].was == "0.71"

@@ -4,7 +4,7 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 
-from workbench.analysis.questions import LoadStep, Pin, Step
+from workbench.analysis.questions import Pin, Step
 from workbench.analysis.replies import Pinned
 from workbench.gui.tuning.pin_card import PinCard, name_fault, regress_command, spec_path
 
@@ -84,7 +84,7 @@ def test_a_suffix_that_is_typed_is_not_doubled():
 
 
 def test_a_load_can_be_pinned(card, offline, trial, qtbot):
-    trial.set_step(LoadStep("gust_x", 6.0, 4.0, acts=1.0))
+    trial.set_step(Step("gust_x", 6.0, 4.0, acts=1.0))
     assert "gust x, east for 4 s" in card.what.text()
     press(qtbot, card.button)
     assert offline.analysis.of(Pin)[-1].step == trial.excited

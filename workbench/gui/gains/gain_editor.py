@@ -119,14 +119,14 @@ class StabilityCheck(QObject):
             return False
         found, used = self.ranges, 0.0
         for name, value in loop_gains(gains).items():
-            if name not in found.gains:
+            if name not in found.asked.gains:
                 return False
-            used += _share(value, found.gains[name], found.stable.get(name))
+            used += _share(value, found.asked.gains[name], found.stable.get(name))
         return used <= 1.0
 
     def has_ranges_of(self, gains: Values) -> bool:
         """Return whether the ranges were found around these gains."""
-        return self.ranges is not None and _has_loops(self.ranges.gains, gains)
+        return self.ranges is not None and _has_loops(self.ranges.asked.gains, gains)
 
     def ask(self, gains: Values) -> None:
         """Ask about gains; answers about earlier ones no longer count."""
@@ -153,7 +153,7 @@ class StabilityCheck(QObject):
     def _hear_judged(self, judged: Judged) -> None:
         if self._asked is None:
             return
-        gains = {**self._start(), **judged.gains}
+        gains = {**self._start(), **judged.asked.gains}
         if not _has_loops(gains, self._asked):
             if not any(_has_loops(gains, ours) for ours in self._asked_before):
                 self._analysis.ask(Judge(self._asked))  # another's question has displaced ours
@@ -165,7 +165,8 @@ class StabilityCheck(QObject):
             self.doubted.emit(judged.said or "the closed loop would be unstable")
 
     def _hear_ranges(self, found: Ranges) -> None:
-        self.ranges = Ranges({**self._start(), **found.gains}, found.stable)
+        around = FindRanges({**self._start(), **found.asked.gains})
+        self.ranges = Ranges(around, found.stable)
         self.ranges_changed.emit()
 
     def _hear_refused(self, question: Question, said: str) -> None:

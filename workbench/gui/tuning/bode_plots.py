@@ -8,7 +8,7 @@ from PyQt6.QtCore import pyqtSignal
 from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import QGridLayout, QWidget
 
-from workbench.analysis.replies import JudgedLoop
+from workbench.design.judge.margins import LoopMargins
 from workbench.gui.charts.content import Guide
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plot import StaticPlot
@@ -171,7 +171,7 @@ def margin_guides(loop: DrawnLoop | None) -> tuple[Shown, Shown]:
     return (sizes, ", ".join(said)), (turns, turned)
 
 
-def _words(limit: Limit, margins: JudgedLoop) -> str:
+def _words(limit: Limit, margins: LoopMargins) -> str:
     """Return a margin with its unit, as the table of margins has it."""
     glue = "" if limit.unit == "°" else " "
     return f"{limit.short} {limit.text(getattr(margins, limit.name))}{glue}{limit.unit}"

@@ -8,7 +8,6 @@ from workbench.analysis.questions import (
     AskOther,
     DrawFrequency,
     Judge,
-    LoadStep,
     Predict,
     Question,
     Step,
@@ -18,7 +17,6 @@ from workbench.analysis.replies import (
     Judged,
     OtherAnswered,
     Predicted,
-    Reply,
 )
 from workbench.gui.analysis import Analysis
 from workbench.gui.single_shot import single_shot
@@ -32,10 +30,11 @@ REST = 200
 asks about the proposed gains all the time, and its answers are heard."""
 ACTUATOR = "actuator"
 """Where loops are cut that are compared, as their margins are."""
-About = Step | LoadStep | str | None
+About = Step | str | None
 """What is asked: a step, the curves of the loop of a name, or with None the margins."""
 Asked = tuple[Key, About]
 Answer = Judged | Predicted | FrequencyCurves
+KINDS: tuple[type[Question], ...] = (Judge, Predict, DrawFrequency, AskOther)
 
 
 class DesignAnswers(QObject):
@@ -60,18 +59,10 @@ class DesignAnswers(QObject):
         self._step: Step | None = None
         self._loop = ""
         self._seen = False
-        heard = {
-            Judge: analysis.judged,
-            Predict: analysis.predicted,
-            DrawFrequency: analysis.frequency_drawn,
-            AskOther: analysis.other_answered,
-        }
-        for signal in heard.values():  # before the followers hear it, who ask the next question
-            signal.connect(self._hear)
+        for kind in KINDS:  # before the followers hear it, who ask the next question
+            analysis.answers[kind].connect(self._hear)
         analysis.refused.connect(self._hear_refusal)
-        self._followers = {
-            kind: Follower(analysis, signal, kind, _answers, self) for kind, signal in heard.items()
-        }
+        self._followers = {kind: Follower(analysis, kind, self) for kind in KINDS}
         self._rest = single_shot(self._ask, self, REST)
         for each in self._followers.values():
             each.answered.connect(lambda _: self._ask())
@@ -158,7 +149,7 @@ class DesignAnswers(QObject):
     def _hear(self, reply: Answer | OtherAnswered) -> None:
         controller = reply.asked.controller if isinstance(reply, OtherAnswered) else ""
         answer = reply.answer if isinstance(reply, OtherAnswered) else reply
-        self._known[_asked(controller, answer)] = answer
+        self._known[_asked(controller, answer.asked)] = answer
         wanted = {each for design in self._designs for each in self._wanted(design)}
         unwanted = [each for each in self._known if each not in wanted]
         for old in unwanted[: max(0, len(self._known) - MOST)]:
@@ -176,26 +167,17 @@ class DesignAnswers(QObject):
 def _question(design: Design, about: About) -> Judge | Predict | DrawFrequency:
     if about is None:
         return Judge(design.gains)
-    if isinstance(about, Step | LoadStep):
+    if isinstance(about, Step):
         return Predict(design.gains, about)
     return DrawFrequency(design.gains, about)
 
 
-def _asked(controller: str, each: Answer | Judge | Predict | DrawFrequency) -> Asked:
-    """Return what a question is about, or an answer."""
+def _asked(controller: str, question: Judge | Predict | DrawFrequency) -> Asked:
+    """Return what a question is about."""
     about: About = None
-    if isinstance(each, FrequencyCurves):
-        each = each.asked
-    if isinstance(each, DrawFrequency):
-        about = each.loop if each.cut == ACTUATOR else f"{each.loop} at {each.cut}"
-    elif isinstance(each, Predict | Predicted):
-        about = each.step
-    return (controller, tuple(sorted(each.gains.items()))), about
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    if isinstance(question, AskOther):
-        return isinstance(reply, OtherAnswered) and reply.asked == question
-    assert isinstance(question, Judge | Predict | DrawFrequency)
-    assert isinstance(reply, Judged | Predicted | FrequencyCurves)
-    return _asked("", question) == _asked("", reply)
+    if isinstance(question, DrawFrequency):
+        cut = "" if question.cut == ACTUATOR else f" at {question.cut}"
+        about = f"{question.loop}{cut}"
+    elif isinstance(question, Predict):
+        about = question.step
+    return (controller, tuple(sorted(question.gains.items()))), about

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.replies import FrequencyCurves, JudgedLoop
+from workbench.analysis.replies import FrequencyCurves
+from workbench.design.judge.margins import LoopMargins
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
 from workbench.gui.tuning.designs import STROKES as STROKES_OF_GAINS
@@ -39,7 +40,7 @@ class DrawnLoop:
     open_loop: np.ndarray
     control_sensitivity: np.ndarray
     load_sensitivity: np.ndarray
-    margins: JudgedLoop | None
+    margins: LoopMargins | None
     deviation: np.ndarray
 
     @property

@@ -1,25 +1,19 @@
 """Asks the analyst no faster than it answers: one question in flight, the newest next."""
 
-from collections.abc import Callable
+from typing import Any
 
-from PyQt6.QtCore import QObject, pyqtBoundSignal, pyqtSignal
+from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.questions import Question
-from workbench.analysis.replies import Reply
 from workbench.gui.analysis import Analysis
-
-Matches = Callable[[Question, Reply], bool]
-"""Whether a reply answers a question: others ask the same analyst."""
 
 
 class Follower(QObject):
     """Keeps the answer to a question that changes often.
 
     Args:
-        analysis: who is asked.
-        heard: its signal of the answers.
+        analysis: to be asked.
         kind: of the questions.
-        matches: whether an answer is to a question.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -27,25 +21,22 @@ class Follower(QObject):
     """The reply to the question that was asked."""
     refused = pyqtSignal(str)
     """Why there is none."""
+    preparing = pyqtSignal(str)
+    """What is done before the answer that is waited for, as compiling."""
 
     def __init__(
-        self,
-        analysis: Analysis,
-        heard: pyqtBoundSignal,
-        kind: type,
-        matches: Matches,
-        parent: QObject | None = None,
+        self, analysis: Analysis, kind: type[Question], parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
         self._analysis = analysis
         self._kind = kind
-        self._matches = matches
         self._seen = False
         self._wanted: Question | None = None
         self._asked: Question | None = None
         self._known: Question | None = None
-        heard.connect(self._hear)
+        analysis.answers[kind].connect(self._hear)
         analysis.refused.connect(self._hear_refusal)
+        analysis.preparing.connect(self._hear_preparing)
 
     @property
     def is_waiting(self) -> bool:
@@ -76,9 +67,9 @@ class Follower(QObject):
         self._asked = question
         self._analysis.ask(question)
 
-    def _hear(self, reply: Reply) -> None:
+    def _hear(self, reply: Any) -> None:
         asked, self._asked = self._asked, None
-        if asked is not None and self._matches(asked, reply):
+        if asked is not None and reply.asked == asked:
             self._known = asked
             self.answered.emit(reply)
         elif asked is not None and self._wanted is None:
@@ -94,3 +85,7 @@ class Follower(QObject):
         elif self._wanted is None:
             self._wanted = asked
         self._send()
+
+    def _hear_preparing(self, said: str) -> None:
+        if self.is_waiting:
+            self.preparing.emit(said)

@@ -260,7 +260,7 @@ class FrequencyCard(Card):
             return
         if self._view == "Gang of four" and self.curves.shown:
             any_of = next(iter(self.curves.shown.values()))
-            self.gang.name_units(*any_of.units)
+            self.gang.name_units(any_of.control_per_error, any_of.error_per_control)
         seen = [each for each in self._drawn if each.name not in self._hidden]
         self._drawing[VIEWS.index(self._view)].show_loops(seen)
         self._frame()

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import Judge, JudgePlantInput, Question
-from workbench.analysis.replies import Judged, JudgedPlantInput, Reply
+from workbench.analysis.questions import Judge, JudgePlantInput
+from workbench.analysis.replies import Judged, JudgedPlantInput
 from workbench.gui.analysis import Analysis
 from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.single_shot import single_shot
@@ -42,12 +42,10 @@ class Judgement(QObject):
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._follower = Follower(analysis, analysis.judged, Judge, _answers, self)
+        self._follower = Follower(analysis, Judge, self)
         self._follower.refused.connect(self._hear_refusal)
         analysis.judged.connect(self._hear)
-        self._input_follower = Follower(
-            analysis, analysis.plant_input_judged, JudgePlantInput, _answers_input, self
-        )
+        self._input_follower = Follower(analysis, JudgePlantInput, self)
         self._input_follower.answered.connect(self._hear_input)
         self._input_follower.refused.connect(self._hear_input_refusal)
         self._rest = single_shot(self._ask_input, self, REST)
@@ -74,7 +72,7 @@ class Judgement(QObject):
 
     @property
     def _is_fresh(self) -> bool:
-        return self.proposed is not None and _key(self.proposed.gains) == _key(self._gains[0])
+        return self.proposed is not None and _key(self.proposed.asked.gains) == _key(self._gains[0])
 
     def clear(self) -> None:
         """Forget all: another flight begins."""
@@ -123,7 +121,7 @@ class Judgement(QObject):
                 return
 
     def _hear_input(self, judged: JudgedPlantInput) -> None:
-        self._known_inputs[_key(judged.gains)] = judged
+        self._known_inputs[_key(judged.asked.gains)] = judged
         while len(self._known_inputs) > KEPT:
             del self._known_inputs[next(iter(self._known_inputs))]
         self.input_said = ""
@@ -137,11 +135,11 @@ class Judgement(QObject):
 
     def _hear(self, judged: Judged) -> None:
         """Take any judgement: others ask, too."""
-        self._known[_key(judged.gains)] = judged
+        self._known[_key(judged.asked.gains)] = judged
         while len(self._known) > KEPT:
             del self._known[next(iter(self._known))]
         self.said = ""
-        if not self._show() and _key(judged.gains) != _key(self._gains[1]):
+        if not self._show() and _key(judged.asked.gains) != _key(self._gains[1]):
             self.proposed = judged  # on the way of a slider: the newest there is
             self.changed.emit()
         self._come_in_time()
@@ -179,13 +177,3 @@ class Judgement(QObject):
 
 def _key(gains: Gains) -> Key:
     return tuple(sorted(controller_gains(gains).items()))
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    assert isinstance(question, Judge)
-    return isinstance(reply, Judged) and _key(reply.gains) == _key(question.gains)
-
-
-def _answers_input(question: Question, reply: Reply) -> bool:
-    assert isinstance(question, JudgePlantInput)
-    return isinstance(reply, JudgedPlantInput) and _key(reply.gains) == _key(question.gains)

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import DrawFrequency, Question
-from workbench.analysis.replies import FrequencyCurves, Reply
+from workbench.analysis.questions import DrawFrequency
+from workbench.analysis.replies import FrequencyCurves
 from workbench.gui.analysis import Analysis
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
 from workbench.gui.tuning.follower import Follower
@@ -34,7 +34,7 @@ class LoopCurves(QObject):
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._follower = Follower(analysis, analysis.frequency_drawn, DrawFrequency, _answers, self)
+        self._follower = Follower(analysis, DrawFrequency, self)
         self._follower.answered.connect(self._hear)
         self._follower.refused.connect(self._hear_refusal)
         self.loop, self.cut = "", "actuator"
@@ -116,7 +116,3 @@ class LoopCurves(QObject):
     def _hear_refusal(self, said: str) -> None:
         self.said = said
         self.changed.emit()
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    return isinstance(reply, FrequencyCurves) and reply.asked == question

@@ -7,8 +7,8 @@ from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent
 from PyQt6.QtWidgets import QComboBox, QGridLayout, QLabel, QWidget
 
-from workbench.analysis.questions import Question, ShapeLoop
-from workbench.analysis.replies import JudgedLoop, LoopShaped, Reply
+from workbench.analysis.questions import ShapeLoop
+from workbench.analysis.replies import JudgedLoop, LoopShaped
 from workbench.common.parameter import Parameter
 from workbench.design.judge.margins import Robustness
 from workbench.gui.gains.gain_row import GainScale, GainSlider, StepSize
@@ -142,7 +142,7 @@ class LoopShaping(QWidget):
         )
         self.said = self.tone = ""
         self._rest = single_shot(self._ask_at_rest, self, REST)
-        self._follower = Follower(analysis, analysis.loop_shaped, ShapeLoop, _answers, self)
+        self._follower = Follower(analysis, ShapeLoop, self)
         self._follower.answered.connect(self._hear)
         self._follower.refused.connect(lambda said: self._say(said, "warning"))
         self._lay_out()
@@ -366,7 +366,8 @@ class LoopShaping(QWidget):
         """Whether the judgement is of the loop's gains as they are proposed."""
         judged, proposed = self._judgement.proposed, self._trial.judged
         return judged is not None and all(
-            judged.gains.get(name) == proposed[name] for name in self._trial.gains_of(self._loop)
+            judged.asked.gains.get(name) == proposed[name]
+            for name in self._trial.gains_of(self._loop)
         )
 
     @property
@@ -375,7 +376,3 @@ class LoopShaping(QWidget):
         if judged is None:
             return None
         return next((each for each in judged.loops if each.name == self._loop), None)
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    return isinstance(reply, LoopShaped) and reply.asked == question

@@ -21,8 +21,8 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import QComboBox, QGridLayout, QSizePolicy, QWidget
 
-from workbench.analysis.questions import DrawMap, Question
-from workbench.analysis.replies import Mapped, Reply
+from workbench.analysis.questions import DrawMap
+from workbench.analysis.replies import Mapped
 from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of
 from workbench.gui.number_field import buddy
 from workbench.gui.single_shot import single_shot
@@ -433,9 +433,7 @@ class MapCard(Card):
         super().__init__("Map", parent)
         self._trial = trial
         self._axis = ""
-        self._follower = Follower(
-            workspace.analysis, workspace.analysis.mapped, DrawMap, _answers, self
-        )
+        self._follower = Follower(workspace.analysis, DrawMap, self)
         self.across, self.upwards, self.number = QComboBox(), QComboBox(), QComboBox()
         for row in STEP_LIMITS:
             self.number.addItem(row.label, row.name)
@@ -461,7 +459,7 @@ class MapCard(Card):
         trial.changed.connect(self._follow)
         self._follower.answered.connect(self._show)
         self._follower.refused.connect(lambda said: self.said.say(said, "warning"))
-        workspace.analysis.preparing.connect(self._say_preparing)
+        self._follower.preparing.connect(lambda said: self.said.say(f"Drawing … {said}"))
         self.view.picked.connect(self._propose)
         self.view.read.connect(self._read)
         self._read("")
@@ -512,10 +510,6 @@ class MapCard(Card):
         if self._follower.is_waiting:
             self.said.say("Drawing …")
 
-    def _say_preparing(self, said: str) -> None:
-        if self._follower.is_waiting:
-            self.said.say(f"Drawing … {said}")
-
     def _show(self, mapped: Mapped) -> None:
         self.view.show_map(mapped)
         self.said.say("" if not self._follower.is_waiting else "Drawing …")
@@ -539,7 +533,3 @@ class MapCard(Card):
 def _rounded(value: float) -> float:
     """Return three significant digits: a map is no finer."""
     return float(f"{value:.3g}")
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    return isinstance(reply, Mapped) and reply.asked == question

@@ -16,7 +16,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.analysis.questions import Pin, Question, Step
+from workbench.analysis.questions import Pin, Question
 from workbench.analysis.replies import Pinned
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.number_field import buddy
@@ -167,7 +167,7 @@ class PinCard(Card):
         if step is not None:
             row = find_excited(step.axis)
             unit = unit_for(row.unit, self._preferences)
-            what = f"along {step.axis}" if isinstance(step, Step) else row.label
+            what = row.label if step.is_load else f"along {step.axis}"
             self.what.setText(
                 f"Pins the gains that fly with a step of {unit.text(step.amplitude)} {what} for "
                 f"{step.duration:g} s, flown from hover with heading 0: its numbers as limits, "

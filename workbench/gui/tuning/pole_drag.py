@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import MovePole, Question
-from workbench.analysis.replies import PoleMoved, Reply
+from workbench.analysis.questions import MovePole
+from workbench.analysis.replies import PoleMoved
 from workbench.gui.analysis import Analysis
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.margins_card import loop_label
@@ -32,7 +32,7 @@ class PoleDrag(QObject):
     def __init__(self, analysis: Analysis, trial: Trial, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._trial = trial
-        self._follower = Follower(analysis, analysis.pole_moved, MovePole, _answers, self)
+        self._follower = Follower(analysis, MovePole, self)
         self._follower.answered.connect(self._hear)
         self._follower.refused.connect(self._hear_refusal)
         self._follower.set_seen(True)
@@ -102,7 +102,3 @@ class PoleDrag(QObject):
         self._base, self._released = None, False
         self._trial.gains.end_edit()
         self.ended.emit()
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    return isinstance(reply, PoleMoved) and reply.asked == question

@@ -10,8 +10,8 @@ from PyQt6.QtGui import QPainter, QPaintEvent, QPen, QPolygonF
 from PyQt6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 from pyqtgraph.functions import arrayToQPolygonF
 
-from workbench.analysis.questions import LoadStep, Step
-from workbench.analysis.replies import LoadNumbers, Predicted, StepNumbers
+from workbench.analysis.questions import Step
+from workbench.analysis.replies import Predicted, StepNumbers
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.theme import Look
@@ -51,7 +51,6 @@ HEAD = ("flown", "predicted", "limit")
 CHIRP_POINTS = 400
 """Of a chirp."""
 FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"
-Numbers = StepNumbers | LoadNumbers
 _NOTHING = np.empty(0)
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
@@ -106,7 +105,7 @@ class Response:
 
     round: Round
     trace: Trace
-    numbers: Numbers | None
+    numbers: StepNumbers | None
 
 
 class ResponseHistory:
@@ -133,7 +132,7 @@ class ResponseHistory:
     def clear(self) -> None:
         """Forget all: another flight begins."""
         self.round: Round | None = None
-        self.numbers: Numbers | None = None
+        self.numbers: StepNumbers | None = None
         self.ghosts: tuple[Response, ...] = ()
         self._running = False
         self._ended = 0.0
@@ -185,7 +184,7 @@ class ResponseHistory:
         kept = Response(self.round, trace, numbers)
         self.ghosts = (kept, *self.ghosts)[:GHOSTS]
 
-    def _measure(self, flown: Round, trace: Trace) -> Numbers | None:
+    def _measure(self, flown: Round, trace: Trace) -> StepNumbers | None:
         """Return the numbers of a round's first step; those of the others are alike."""
         if not flown.parts:
             return None
@@ -318,8 +317,8 @@ class LimitStrip(QWidget):
 
 
 def metric_rows(
-    flown: Numbers | None,
-    predicted: Numbers | None,
+    flown: StepNumbers | None,
+    predicted: StepNumbers | None,
     limit_of: Callable[[str], float],
     limits: tuple[Limit, ...] = STEP_LIMITS,
 ) -> tuple[Row, ...]:
@@ -341,7 +340,9 @@ def limits_of(row: Axis | Load) -> tuple[Limit, ...]:
     return STEP_LIMITS
 
 
-def _row(limit: Limit, flown: Numbers | None, predicted: Numbers | None, most: float) -> Row:
+def _row(
+    limit: Limit, flown: StepNumbers | None, predicted: StepNumbers | None, most: float
+) -> Row:
     values = [
         limit.of(numbers) if numbers is not None else math.nan for numbers in (flown, predicted)
     ]
@@ -449,7 +450,7 @@ class ResponsePlot(QWidget):
             self.plot.remove_curve(PREDICTED)
             return
         time = predicted.time + part.begin
-        before = 0.0 if isinstance(predicted.step, LoadStep) else part.before
+        before = 0.0 if predicted.asked.step.is_load else part.before
         self.plot.set_curve(PREDICTED, time, predicted.response + before, CurveStyle.DASHED, 1)
 
     def show_future(self, time: np.ndarray = _NOTHING, values: np.ndarray = _NOTHING) -> None:
@@ -556,7 +557,7 @@ class ResponseCard(Card):
         return parts[0] if parts else None
 
     @property
-    def step(self) -> Step | LoadStep | None:
+    def step(self) -> Step | None:
         """What is to be predicted; None for a chirp."""
         part = self.part
         if part is None:
@@ -567,7 +568,7 @@ class ResponseCard(Card):
         flown = self.history.round
         excitation = flown.excitation if flown is not None else self._choice.excitation
         acts = excitation.period if excitation.shape is Shape.PULSE else None
-        return LoadStep(axis, part.jump, duration, self._heading, acts)
+        return Step(axis, part.jump, duration, self._heading, acts)
 
     def begin(self, view: LiveView) -> None:
         """Forget the responses of another flight."""
@@ -703,7 +704,7 @@ class ResponseCard(Card):
 
     def _show_prediction(self) -> None:
         step, found = self.step, self._predicted
-        fits = found is not None and step is not None and found.step == step
+        fits = found is not None and step is not None and found.asked.step == step
         self.plot.show_predicted(found if fits else None, self.part)
 
     def _show_uses(self, trace: Trace | None) -> None:
@@ -727,8 +728,8 @@ class ResponseCard(Card):
 
     def _show_numbers(self) -> None:
         step, found = self.step, self._predicted
-        fits = found is not None and step is not None and found.step == step
-        predicted: Numbers | None = found.numbers if fits and found is not None else None
+        fits = found is not None and step is not None and found.asked.step == step
+        predicted: StepNumbers | None = found.numbers if fits and found is not None else None
         limits = limits_of(find_excited(self._choice.axis))
         rows = metric_rows(self.history.numbers, predicted, self._limits.value, limits)
         self.table.set_rows(rows)

@@ -2,7 +2,7 @@
 
 import math
 
-from workbench.analysis.replies import LoadNumbers, StepNumbers
+from workbench.analysis.replies import StepNumbers, load_numbers
 from workbench.design.load_metrics import load_metrics
 from workbench.design.response_metrics import response_metrics, why_withheld
 from workbench.gui.tuning.rounds import StepPart
@@ -41,7 +41,7 @@ def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
     )
 
 
-def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> LoadNumbers | None:
+def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:
     """Return the numbers of a step of a load; None before it is over, or where it is too short.
 
     Args: as of `measure_step`.
@@ -52,10 +52,4 @@ def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> Load
     if len(flown) < FEWEST or part.jump == 0.0:
         return None
     found = load_metrics(flown.time, flown.response - flown.response[0], changed=changed)
-    return LoadNumbers(
-        peak=found.peak,
-        settling_time=found.settling_time,
-        steady_state_error=found.steady_state_error,
-        peak_rotor_use=float(flown.rotor_use.max()),
-        withheld=found.withheld,
-    )
+    return load_numbers(found, float(flown.rotor_use.max()))

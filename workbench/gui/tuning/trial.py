@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import LoadStep, Step
+from workbench.analysis.questions import Step
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_rows import controller_gains, loop_gains, partner
 
@@ -23,7 +23,7 @@ class Trial(QObject):
     def __init__(self, gains: GainEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.gains = gains
-        self._excited: Step | LoadStep | None = None
+        self._excited: Step | None = None
         gains.proposed_changed.connect(lambda _: self.changed.emit())
         gains.flown_changed.connect(lambda _: self.changed.emit())
         gains.set_changed.connect(self.changed.emit)
@@ -74,14 +74,14 @@ class Trial(QObject):
     @property
     def step(self) -> Step | None:
         """By which gains are judged; None where no step of a command is excited."""
-        return self._excited if isinstance(self._excited, Step) else None
+        return None if self._excited is None or self._excited.is_load else self._excited
 
     @property
-    def excited(self) -> Step | LoadStep | None:
+    def excited(self) -> Step | None:
         """What is predicted and pinned, of a command or a load; None for a chirp."""
         return self._excited
 
-    def set_step(self, step: Step | LoadStep | None) -> None:
+    def set_step(self, step: Step | None) -> None:
         """Judge by another step."""
         if step != self._excited:
             self._excited = step

@@ -9,7 +9,7 @@ from PyQt6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import QHBoxLayout, QLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
 
 from workbench.analysis.questions import Fork, Predict, Question
-from workbench.analysis.replies import Forked, Predicted, Reply
+from workbench.analysis.replies import Forked
 from workbench.design.branches import Branch
 from workbench.gui.analysis import Analysis
 from workbench.gui.card_help import explain
@@ -298,7 +298,7 @@ class TuningScreen(Screen):
         self.trial = Trial(self.gains, self)
         self.limits = Limits(workspace.preferences.store, self)
         self.judgement = Judgement(analysis, self)
-        self._predictor = Follower(analysis, analysis.predicted, Predict, _answers, self)
+        self._predictor = Follower(analysis, Predict, self)
         self.designs = Designs(workspace.flight, self.trial, self)
         self.excitation = ExcitationCard(workspace)
         self.response = ResponseCard(workspace, self.limits, self.excitation.choice, self.designs)
@@ -434,16 +434,12 @@ class TuningScreen(Screen):
         self.excitation.chosen.connect(self._plan)
         self._predictor.answered.connect(self.response.show_predicted)
         self._predictor.refused.connect(self.response.refuse_predicted)
-        self.workspace.analysis.preparing.connect(self._say_preparing)
+        self._predictor.preparing.connect(self.response.show_preparing)
         self.ghost.seen_ahead.connect(self.response.show_ahead)
         self.ghost.foreseen.connect(self.workspace.scene.foreseen)
         self.margins.loop_chosen.connect(self.frequency.choose_loop)
         self.margins.loop_chosen.connect(self.poles.choose_loop)
         self.tabs.currentChanged.connect(lambda _: self._set_seen())
-
-    def _say_preparing(self, said: str) -> None:
-        if self._predictor.is_waiting:
-            self.response.show_preparing(said)
 
     def _plan(self, choice: ExcitationChoice) -> None:
         self.response.plan(choice)
@@ -493,12 +489,3 @@ def _stacked(*parts: QWidget) -> QWidget:
     for part in parts:
         box.addWidget(part, 1 if part is parts[-1] else 0)
     return column
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    assert isinstance(question, Predict)
-    return (
-        isinstance(reply, Predicted)
-        and reply.step == question.step
-        and dict(reply.gains) == dict(question.gains)
-    )

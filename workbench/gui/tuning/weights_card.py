@@ -7,8 +7,8 @@ from PyQt6.QtCore import QRectF, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent
 from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QWidget
 
-from workbench.analysis.questions import Question, Weigh
-from workbench.analysis.replies import Reply, Weighed, Weight
+from workbench.analysis.questions import Weigh
+from workbench.analysis.replies import Weighed, Weight
 from workbench.gui.number_field import buddy
 from workbench.gui.single_shot import single_shot
 from workbench.gui.theme import Look
@@ -126,9 +126,7 @@ class WeightsCard(Card):
         super().__init__("Sensitivity", parent)
         self._trial = trial
         self._weighed: Weighed | None = None
-        self._follower = Follower(
-            workspace.analysis, workspace.analysis.weighed, Weigh, _answers, self
-        )
+        self._follower = Follower(workspace.analysis, Weigh, self)
         self.number = QComboBox()
         for row in STEP_LIMITS:
             self.number.addItem(row.label, row.name)
@@ -160,7 +158,7 @@ class WeightsCard(Card):
         self._say_waiting()
 
     def _follow(self) -> None:
-        if self._weighed is not None and self._weighed.gains != self._trial.judged:
+        if self._weighed is not None and self._weighed.asked.gains != self._trial.judged:
             self.said.say("Of the gains before; new ones follow …")
         self._rest.start()
 
@@ -188,12 +186,3 @@ class WeightsCard(Card):
         texts = self.bars.texts
         none = "No gain moves it." if self._weighed is not None else ""
         self.words.setText(f"{texts[0]}." if texts else none)
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    assert isinstance(question, Weigh)
-    return (
-        isinstance(reply, Weighed)
-        and reply.step == question.step
-        and dict(reply.gains) == dict(question.gains)
-    )

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from PyQt6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QPushButton, QWidget
 
-from workbench.analysis.questions import FlyAgain, Question
-from workbench.analysis.replies import FlownAgain, Reply
+from workbench.analysis.questions import FlyAgain
+from workbench.analysis.replies import FlownAgain
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plot import StaticPlot
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
@@ -64,7 +64,7 @@ class WhatIfCard(Card):
         self._answer: FlownAgain | None = None
         self._refusal = ""
         analysis = workspace.analysis
-        self._follower = Follower(analysis, analysis.flown_again, FlyAgain, _answers, self)
+        self._follower = Follower(analysis, FlyAgain, self)
         self.open = QPushButton("&Open log…")
         self.open.setToolTip("Choose the flight that is flown again")
         self.own = QPushButton("Log's &gains")
@@ -86,7 +86,7 @@ class WhatIfCard(Card):
         workspace.log.changed.connect(self._forget)
         self._follower.answered.connect(self._take)
         self._follower.refused.connect(self._refuse)
-        analysis.preparing.connect(self._say_preparing)
+        self._follower.preparing.connect(lambda said: self.said.say(f"{said} …"))
         self._forget()
 
     def begin(self) -> None:
@@ -132,10 +132,6 @@ class WhatIfCard(Card):
         path = self._workspace.log.path  # its folder is known, and the chart is small
         self._answer, self._refusal = None, said.replace(f"{path}", path.name) if path else said
         self._draw()
-
-    def _say_preparing(self, said: str) -> None:
-        if self._follower.is_waiting:
-            self.said.say(f"{said} …")
 
     def _draw(self) -> None:
         self.plot.clear()
@@ -262,7 +258,3 @@ def _numbers(answer: FlownAgain, index: int) -> str:
         band = f" ± {answer.band[index]:.3f}" if answer.drawn > 1 else ""
         said.append(f"apart {answer.difference[index]:.3f}{band}")
     return f"{', '.join(said)} {unit}" if said else ""
-
-
-def _answers(question: Question, reply: Reply) -> bool:
-    return isinstance(reply, FlownAgain) and reply.asked == question

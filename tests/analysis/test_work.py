@@ -5,9 +5,8 @@ from multiprocessing import Pipe
 
 import pytest
 
-from workbench.analysis.messages import Stop
-from workbench.analysis.questions import Judge, Predict, Step
-from workbench.analysis.request_queue import RequestQueue
+from workbench.analysis.questions import Judge, Predict, Step, Stop
+from workbench.analysis.work import RequestQueue
 from workbench.ipc.worker_process import Request, Superseded
 
 ENOUGH = 30.0
