@@ -2,6 +2,7 @@
 
 import io
 import sys
+import time
 
 from workbench.commands import progress
 from workbench.commands.progress import above_bars, progress_bar
@@ -29,11 +30,18 @@ def test_a_file_or_a_pipe_sees_nothing(capsys):
 
 
 def test_what_takes_long_is_said_in_lines(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "SELDOM", 0.0)
+    monkeypatch.setattr(progress, "SOON", 0.3)
     with progress_bar("flying") as show:
         show(0.25)
+        time.sleep(0.5)
         show(1.0)
     assert capsys.readouterr().err == "workbench: flying: 25 %\n"
+
+
+def test_what_takes_long_is_said_though_no_share_is_known(capsys):
+    with progress_bar("reading"):
+        time.sleep(1.8)
+    assert capsys.readouterr().err == "workbench: reading: 0 %\n"
 
 
 def test_a_sentence_stands_above_the_bar(monkeypatch):

@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from tests.logs.conftest import fly, write_log
+from workbench.commands import progress
 from workbench.commands.cli import main
 from workbench.design.regress.flight import Changes, case_scenario, changed
 from workbench.design.regress.loading import load_spec
@@ -303,12 +304,15 @@ def test_the_command_tells_of_skipped_cases(run, tmp_path, monkeypatch):
     assert [each["skipped"] for each in found[0]["checks"]] == [False, True]
 
 
-def test_a_log_is_pinned_and_another_one_noticed(run, tmp_path, monkeypatch):
+def test_a_log_is_pinned_and_another_one_noticed(run, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     motors = {f"m{number}": 0.5 for number in (1, 2, 3, 4)}
     write_steps(tmp_path / "flight.csv", {1.0: 1.0, 3.0: -1.0}, noisy=0.002, **motors)
     words = ["pin", "ours.spec.yaml", "--log", "flight.csv", "--loop", "roll_rate"]
-    said = run(*words)
+    monkeypatch.setattr(progress, "SOON", 0.0)
+    assert main([*words]) == 0
+    said, told = capsys.readouterr()
+    assert "workbench: pinning and proving flight.csv: 0 %" in told
     assert "held to what they are now" in said and "left out: peak_tilt" in said
     assert "is there already" in run(*words, code=2)
     gone = run("pin", "new.spec.yaml", "--log", "gone.csv", code=2)
@@ -317,6 +321,9 @@ def test_a_log_is_pinned_and_another_one_noticed(run, tmp_path, monkeypatch):
     motors["m3"] = 0.7
     write_steps(tmp_path / "flight.csv", {1.0: 1.0, 3.0: -1.0}, noisy=0.002, **motors)
     assert "trim is 0.2, and should be at most 0.1" in run("regress", "ours.spec.yaml", code=1)
+    for change in (("--set", "kp_roll=3"), ("--vary", "mass=1.1"), ("--seed", 1)):
+        refused = run("regress", "ours.spec.yaml", *change, code=2)
+        assert f"flight: has a log, which has flown already, so {change[0]} cannot" in refused
     # A step that is cut short tells no rise time, and the spec would judge it.
     write_steps(tmp_path / "flight.csv", {1.0: 1.0, 3.0: -1.0, 3.31: 1.0}, noisy=0.002, **motors)
     assert "left out: settling_time: the step" in run(*words, "--force")

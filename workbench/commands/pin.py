@@ -17,6 +17,7 @@ from workbench.commands.options import (
 from workbench.commands.printing import print_json, say_written
 from workbench.commands.progress import progress_bar
 from workbench.commands.step import LOADS
+from workbench.common.errors import WorkbenchError
 
 AXIS = "x"
 """Of a step that nobody has chosen."""
@@ -123,28 +124,29 @@ def run(args: argparse.Namespace) -> int:
 
 def _pin_log(args: argparse.Namespace) -> int:
     """Write the spec of a log."""
-    from workbench.common.errors import WorkbenchError
-    from workbench.design.pin_log import pin_log
-    from workbench.design.regress.running import regress
-    from workbench.design.regress.spec import LogConfig
-    from workbench.logs.judged_log import read_case
-    from workbench.scenario.scenario import Scenario
-
     given = [option for option in ("set", "gains", "controller") if getattr(args, option, None)]
     if given:
         raise WorkbenchError(
             f"--{given[0]} belongs to a step that is flown: a log has flown already"
         )
-    vehicle = with_vehicle(Scenario(), args).vehicle
-    log = LogConfig(
-        file=str(args.log),
-        mapping=str(args.mapping or ""),
-        order=args.order,
-        span=list(args.span),
-    )
-    with progress_bar(f"reading {args.log.name}"):
+    with progress_bar(f"pinning and proving {args.log.name}") as progress:
+        from workbench.design.pin_log import pin_log
+        from workbench.design.regress.running import regress
+        from workbench.design.regress.spec import LogConfig
+        from workbench.logs.judged_log import read_case
+        from workbench.scenario.scenario import Scenario
+
+        vehicle = with_vehicle(Scenario(), args).vehicle
+        log = LogConfig(
+            file=str(args.log),
+            mapping=str(args.mapping or ""),
+            order=args.order,
+            span=list(args.span),
+        )
         pinned = pin_log(args.spec, vehicle, log, args.loop, read_case, overwrite=args.force)
-    failures = [said for it in regress([pinned.spec], read_log=read_case) for said in it.failures]
+        progress(0.5)
+        results = regress([pinned.spec], read_log=read_case)
+    failures = [said for each in results for said in each.failures]
     if failures:
         raise WorkbenchError(f"{pinned.spec}: what was pinned is not green: {failures[0]}")
     if args.json:

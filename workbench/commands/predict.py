@@ -2,7 +2,7 @@
 
 import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ from workbench.control.controller import SHIPPED
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
+    from workbench.control.controller import Controller
     from workbench.design.predict.motion import Motion
     from workbench.design.predict.prediction import Prediction, Predictor, Summary
     from workbench.plant.vehicle import Vehicle
@@ -162,6 +163,20 @@ def read_vehicle(args: argparse.Namespace) -> "Vehicle":
     return vehicle
 
 
+def check_gains(names: Iterable[str], law: "Controller") -> None:
+    """Refuse to set what is no gain of a law.
+
+    Raises:
+        WorkbenchError: if a name is none of its gains; it says which one is near.
+    """
+    from workbench.scenario.parameters import parameter_table
+
+    own, table = {row.name for row in law.parameters}, parameter_table(law)
+    for name in names:
+        if name not in table or any(row.name not in own for row in table.sets(name)):
+            raise unknown_name(f"gain of {law.name}", name, own)
+
+
 def predictor(vehicle: "Vehicle", law: str, args: argparse.Namespace) -> "Predictor":
     """Return what predicts with a law."""
     from workbench.control.controller import load_controller
@@ -171,6 +186,7 @@ def predictor(vehicle: "Vehicle", law: str, args: argparse.Namespace) -> "Predic
     from workbench.gains.gains import flight_gains
 
     controller = load_controller(law)
+    check_gains(dict(args.set), controller)
     gains = flight_gains(vehicle, args.gains, dict(args.set), controller)
     effects = ALL._replace(**dict.fromkeys(args.without, False))
     return Predictor(vehicle, controller, dict(gains), controller.period or PERIOD, None, effects)

@@ -1,14 +1,14 @@
 """How far it is, of what takes a while."""
 
 import sys
-import time
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from workbench.commands.printing import say
 
-SELDOM = 4.0
-"""Between two lines where there is no terminal [s]."""
+SOON, SELDOM = 1.0, 4.0
+"""Time to the first line where there is no terminal, and between two lines [s]."""
 
 
 @contextmanager
@@ -18,7 +18,8 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     A terminal has a bar; a file or a pipe, as of CI, a line now and then.
     """
     if not sys.stderr.isatty():
-        yield _lines(what)
+        with _lines(what) as show:
+            yield show
         return
     from tqdm import tqdm
 
@@ -36,17 +37,31 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
         yield show
 
 
-def _lines(what: str) -> Callable[[float], None]:
-    """Return what says the share done, in a line now and then; nothing of what is done soon."""
-    said = time.monotonic()
+@contextmanager
+def _lines(what: str) -> Iterator[Callable[[float], None]]:
+    """Yield a function that takes the share done, and say it in a line now and then.
+
+    A thread says it, as the first share may take long. What is done soon has no line.
+    """
+    done, over = 0.0, threading.Event()
 
     def show(share: float) -> None:
-        nonlocal said
-        if time.monotonic() > said + SELDOM and share < 1.0:
-            said = time.monotonic()
-            say(f"{what}: {100.0 * share:.0f} %")
+        nonlocal done
+        done = share
 
-    return show
+    def tell() -> None:
+        pause = SOON
+        while not over.wait(pause) and done < 1.0:
+            say(f"{what}: {100.0 * done:.0f} %")
+            pause = SELDOM
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield show
+    finally:
+        over.set()
+        teller.join()
 
 
 @contextmanager

@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
     with Outputs() as outputs, chosen_executor(args.scheduler, local(args.jobs)) as executor:
         junit = outputs.add(args.junit) if args.junit else None
         html = outputs.add(args.html) if args.html else None
-        with progress_bar("flying") as progress:
+        with progress_bar("judging the cases") as progress:
             if args.update:
                 results, files = record(
                     specs,

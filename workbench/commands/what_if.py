@@ -16,7 +16,7 @@ from workbench.commands.options import (
     add_rotors_option,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.predict import DEFAULT, read_vehicle
+from workbench.commands.predict import DEFAULT, check_gains, read_vehicle
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
@@ -97,7 +97,8 @@ def run(args: argparse.Namespace) -> int:
     find_model(args.model)
     for name in filter(None, (args.rotors, args.gains)):
         find_file(name)
-    flight = read_flight(args.log, args.mapping)
+    with progress_bar(f"reading {args.log.name}") as progress:
+        flight = read_flight(args.log, args.mapping, progress)
     with Outputs() as outputs:
         table = outputs.add(args.output / f"{flight.name}-what-if.csv")
         picture = None
@@ -159,8 +160,10 @@ def _laws(
     flown = flown_law(flight, vehicle, name)
     if args.controller and args.controller != name:
         other = load_controller(args.controller)
+        check_gains(dict(args.set), other)
         return flown, Law(other, flight_gains(vehicle, args.gains, dict(args.set), other))
     controller, changed = flown.controller, dict(flown.gains)
+    check_gains(dict(args.set), controller)
     if args.gains:
         changed |= load_gains(find_file(args.gains), controller).gains
     changed |= parameter_table(controller).checked(dict(args.set))

@@ -67,6 +67,17 @@ class Changes:
         """Whether there is one."""
         return self != Changes()
 
+    @property
+    def of_flights(self) -> list[str]:
+        """The options among them that change a flight, and cannot change a log."""
+        given = {
+            "--set": bool(self.settings),
+            "--vary": bool(self.variation),
+            "--seed": self.seed is not None,
+            "--physics-step": self.physics_step is not None,
+        }
+        return [option for option, is_given in given.items() if is_given]
+
 
 class UnknownError(WorkbenchError):
     """A log does not tell what a metric needs."""

@@ -146,11 +146,17 @@ class Job:
             read: makes that flight, `workbench.logs.judged_log.read_case`.
 
         Raises:
-            WorkbenchError: if the log cannot be read, or lacks a signal that the case names.
+            WorkbenchError: if the log cannot be read, or lacks a signal that the case names, or if
+                the run has a change that only a new flight can have.
         """
         case = self.case
         if case is None or case.log is None:
             return self
+        if asked := self.changes.of_flights:
+            raise WorkbenchError(
+                f"{self.spec.path}: {case.name}: has a log, which has flown already, so {asked[0]} "
+                "cannot change it: leave it out, or name other specs"
+            )
         try:
             return dataclasses.replace(self, logged=read(self.spec, case))
         except WorkbenchError as error:
