@@ -31,12 +31,12 @@ from workbench.plant.description import Description, read_description
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.gathered import gathered
 from workbench.plant.gravity import GRAVITY
-from workbench.plant.ground import add_ground
 from workbench.plant.loading import make_vehicle
 from workbench.plant.model import Model
 from workbench.plant.multibody import add_plant
 from workbench.plant.placing import body_state
 from workbench.plant.vehicle import Vehicle
+from workbench.plant.worlds.geometry import add_ground
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.systems.flight_computer import FlightComputer

@@ -1,7 +1,7 @@
 """All that a file of an estimator of the user's own may import, see docs/estimation.md."""
 
+from workbench.common.parameter import State as State
 from workbench.common.parameter import gain as gain
-from workbench.common.state import State as State
 from workbench.dynamics.rigid_body import into_body as into_body
 from workbench.dynamics.rigid_body import into_world as into_world
 from workbench.dynamics.rigid_body import rotation as rotation

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import write_atomically
 
 if TYPE_CHECKING:
     from workbench.design.step_response import StepResponse

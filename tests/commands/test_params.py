@@ -3,7 +3,7 @@
 from workbench.common.resources import find_model
 from workbench.gains.gains import vehicle_gains
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.vehicle_parameters import vehicle_parameters
+from workbench.scenario.parameters import vehicle_parameters
 
 ROWS = vehicle_parameters(load_vehicle(find_model("dh_drone")))
 

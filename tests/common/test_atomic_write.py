@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import write_atomically
 
 
 def test_a_file_is_written_and_written_over(tmp_path):

@@ -12,7 +12,7 @@ from workbench.estimation.charge import (
     next_charge,
     open_circuit,
 )
-from workbench.plant.battery import BatteryPack
+from workbench.plant.vehicle import BatteryPack
 
 PACK = BatteryPack(900.0, 0.06, ((0.0, 9.6), (0.15, 10.9), (0.8, 11.9), (1.0, 12.6)))
 LEVEL = BatteryPack(900.0, 0.06, ((0.0, 9.6), (0.3, 11.4), (0.7, 11.4), (1.0, 12.6)))

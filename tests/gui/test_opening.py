@@ -14,7 +14,7 @@ from workbench.gui.main_window import ArgumentsDialog, MainWindow
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 from workbench.logs.record import read_log
-from workbench.plant.formats.xacro_arguments import XacroArgument
+from workbench.plant.formats.xacro import XacroArgument
 
 LIMIT = 240_000
 """Any single thing happens within this time, however slow the machine is [ms]."""

@@ -3,10 +3,10 @@
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.battery import BatteryPack
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.store import stored_files
+from workbench.plant.vehicle import BatteryPack
 
 PLUGIN = """<gazebo><plugin filename="gz-sim-linear-battery-plugin-system" name="{name}">{rows}
   </plugin></gazebo></robot>"""

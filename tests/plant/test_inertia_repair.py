@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.tree import RotationalInertia
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.inertia_repair import repair_inertias
+from workbench.plant.description import repair_inertias
 from workbench.plant.model import Inertial, Link, Model
 from workbench.plant.remarks import Remarks
 

@@ -4,10 +4,10 @@ import pytest
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.description import read_rotors
 from workbench.plant.formats.xml import parse_xml
 from workbench.plant.model import DeclaredPlugin, Inertial, Joint, Link, Model
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_reader import read_rotors
 
 BLOCK = "".join(f"<link{i}>prop{i}_link</link{i}><joint{i}>spin_{i}</joint{i}>" for i in range(4))
 BLOCK = f'<plugin filename="libSetVelocity.so">{BLOCK}</plugin>'

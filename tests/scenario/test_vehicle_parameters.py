@@ -8,13 +8,14 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.parameters import SENSOR_KINDS, parameter_table
-from workbench.scenario.scenario import Action, Scenario
-from workbench.scenario.vehicle_parameters import (
+from workbench.scenario.parameters import (
+    SENSOR_KINDS,
     check_parameters,
     check_settings,
+    parameter_table,
     vehicle_parameters,
 )
+from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 
 

@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from workbench.dynamics.vehicle_step import loaded, power_share
-from workbench.plant.battery import BatteryPack
+from workbench.plant.vehicle import BatteryPack
 from workbench.systems.battery import PERIOD, Battery
 
 DURATION = 40.0

@@ -22,9 +22,7 @@ from workbench.scenario.parameters import parameter_table
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
-    from workbench.gains.difference import GainChange
-    from workbench.gains.history import Save
-    from workbench.gains.profiles import GainFile
+    from workbench.gains.profiles import GainChange, GainFile, Save
     from workbench.plant.vehicle import Vehicle
 
 
@@ -136,8 +134,8 @@ def _show(args: argparse.Namespace) -> int:
 def _diff(args: argparse.Namespace) -> int:
     """Print the differences of two sets."""
     from workbench.common.resources import find_file
-    from workbench.gains.difference import diff_gains
     from workbench.gains.gains import rule_values
+    from workbench.gains.profiles import diff_gains
 
     law = _law(args, *(find_file(side) for side in (args.a, args.b) if _is_file(side)))
     vehicle = _read_vehicle_of_sides(args, law)
@@ -187,8 +185,8 @@ def _history(args: argparse.Namespace) -> int:
 
 def _restore(args: argparse.Namespace) -> int:
     """Save an earlier state of a file again."""
-    from workbench.gains.difference import diff_gains
     from workbench.gains.gains import gains_at, load_gains, save_gains
+    from workbench.gains.profiles import diff_gains
     from workbench.scenario.parameters import parameter_table
 
     law = _law(args, args.file)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from workbench.control.controller import Controller
     from workbench.design.judge.live import LiveMargins
     from workbench.gains.autopilots.exchange import Imported
-    from workbench.gains.difference import GainChange
+    from workbench.gains.profiles import GainChange
     from workbench.plant.vehicle import Vehicle
     from workbench.scenario.scenario import Scenario
 
@@ -80,8 +80,8 @@ def _import(args: argparse.Namespace) -> int:
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.exchange import import_gains
     from workbench.gains.autopilots.parameter_file import joined
-    from workbench.gains.difference import diff_gains
     from workbench.gains.gains import make_profile, save_gains
+    from workbench.gains.profiles import diff_gains
 
     if args.save and args.save.suffix not in (".yaml", ".yml"):
         raise WorkbenchError(f"{args.save}: a gain file's name ends in .yaml")
@@ -116,13 +116,13 @@ def _import(args: argparse.Namespace) -> int:
 
 def _export(args: argparse.Namespace) -> int:
     """Compare with the file that is there, or the firmware's defaults, and write."""
-    from workbench.common.atomic_write import write_atomically
+    from workbench.common.plain_files import write_atomically
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.exchange import export_gains, import_gains
     from workbench.gains.autopilots.firmware import find_firmware
     from workbench.gains.autopilots.parameter_file import encoded
-    from workbench.gains.difference import diff_gains
     from workbench.gains.gains import load_gains
+    from workbench.gains.profiles import diff_gains
 
     firmware = find_firmware(args.firmware)
     if not args.controller:

@@ -221,8 +221,7 @@ def run(args: argparse.Namespace) -> int:
     _complete(args, _ask if asks else _missing)
     sheet = _sheet(args, target)
 
-    from workbench.plant.estimates import check_lift, figures
-    from workbench.plant.formats.xacro_writer import write_xacro
+    from workbench.plant.estimates import check_lift, figures, write_xacro
     from workbench.plant.loading import load_vehicle
 
     found = figures(sheet)

@@ -33,9 +33,8 @@ def run(args: argparse.Namespace) -> int:
     from workbench.gains.gains import flight_gains
     from workbench.plant.loading import make_vehicle
     from workbench.scenario.configured import read_configured
-    from workbench.scenario.parameters import parameter_table
+    from workbench.scenario.parameters import parameter_table, vehicle_parameters
     from workbench.scenario.scenario import Scenario, flown_controller
-    from workbench.scenario.vehicle_parameters import vehicle_parameters
 
     scenario = with_vehicle(Scenario(), args)
     config, law = scenario.vehicle, flown_controller(scenario)

@@ -29,9 +29,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.cache import release
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import write_atomically
 
 SUFFIX = ".code"
 _CHECK = hashlib.sha256().digest_size

@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.parameter import Parameter
-from workbench.common.state import State
+from workbench.common.parameter import Parameter, State
 
 MOST_LINES = 1_000_000
 """A file, or an update, that runs longer than this many lines is taken to be an endless loop."""

@@ -77,3 +77,12 @@ def gain(
         group: heading under which it is shown.
     """
     return Parameter(name, "controller", unit, *limits, default, help, group=group)
+
+
+@dataclass(frozen=True)
+class State:
+    """A number that is remembered, with its SI unit and its value at the start."""
+
+    name: str
+    unit: str
+    initial: float = 0.0

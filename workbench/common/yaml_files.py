@@ -19,6 +19,7 @@ from workbench.common.plain_files import read_plain
 if TYPE_CHECKING:
     import yaml
 
+
 Keys = tuple[str | int, ...]
 """The way to a value: keys of mappings and places in lists, from the top."""
 
@@ -238,3 +239,21 @@ def _changes(value: Any, default: Any) -> Any:
     names = [each.name for each in dataclasses.fields(value)]
     pairs = ((name, getattr(value, name), getattr(default, name)) for name in names)
     return {name: _changes(new, old) for name, new, old in pairs if new != old}
+
+
+@lru_cache(maxsize=1)
+def tagged_loader() -> Any:
+    """Return a loader that reads what has a tag of Drake's, as `!Rpy`, as if it had none."""
+    loader: Any = type("TaggedLoader", (fast_loader(),), {})
+    loader.add_multi_constructor("!", _without_tag)
+    return loader
+
+
+def _without_tag(loader: "yaml.SafeLoader", _: str, node: "yaml.Node") -> object:
+    import yaml
+
+    if isinstance(node, yaml.MappingNode):
+        return loader.construct_mapping(node, deep=True)
+    if isinstance(node, yaml.SequenceNode):
+        return loader.construct_sequence(node, deep=True)
+    return loader.construct_scalar(node)

@@ -6,7 +6,7 @@ from typing import Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.jitable import made_function
-from workbench.common.state import State
+from workbench.common.parameter import State
 
 METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff")
 """How a continuous one is sampled, as `control.sample_system` has them."""

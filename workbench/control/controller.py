@@ -45,9 +45,8 @@ from workbench.common.own_file import (
     stated_update,
     table_of,
 )
-from workbench.common.parameter import Parameter, gain
+from workbench.common.parameter import Parameter, State, gain
 from workbench.common.resources import controllers_dir
-from workbench.common.state import State
 from workbench.control.guidance import (
     Body,
     Guidance,

@@ -1,7 +1,7 @@
 """Control laws, each a file; and all that a file of a law may import, see docs/controllers.md."""
 
+from workbench.common.parameter import State as State
 from workbench.common.parameter import gain as gain
-from workbench.common.state import State as State
 from workbench.control.compensator import compensator as compensator
 from workbench.control.controller import Loop as Loop
 from workbench.control.flight_state import attitude_matrix as attitude_matrix

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import yaml
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import write_atomically
 from workbench.common.resources import find_file, find_model, list_models
 from workbench.common.yaml_files import dump_changes
 from workbench.control.controller import DEFAULT, Controller, load_controller

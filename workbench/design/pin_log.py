@@ -13,8 +13,8 @@ from pathlib import Path
 
 import yaml
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import write_atomically
 from workbench.design.pin import ANYTHING, check_name, limit_between, limit_text, vehicle_head
 from workbench.design.regress.judging import Job, ReadLog, measure
 from workbench.design.regress.spec import Case, Limit, LogConfig, Spec, SpecFile

@@ -9,12 +9,11 @@ from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 
 from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.gyro import GyroSettings
-from workbench.plant.battery import BatteryPack
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
 from workbench.plant.payload import payload_of
 from workbench.plant.sensors import Imu
-from workbench.plant.vehicle import Vehicle
+from workbench.plant.vehicle import BatteryPack, Vehicle
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates

@@ -17,7 +17,6 @@ from workbench.diagram.airframe import Airframe
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.home import Home
-from workbench.plant.sensor_frames import free_name
 from workbench.plant.sensors import (
     Barometer,
     DepthCamera,
@@ -26,6 +25,7 @@ from workbench.plant.sensors import (
     Lidar,
     Magnetometer,
     RangeFinder,
+    free_name,
 )
 from workbench.systems.noise import (
     CountedNoise,

@@ -12,7 +12,7 @@ All of it in plain floats; a pack is a `plant.battery.BatteryPack`.
 
 import math
 
-from workbench.plant.battery import BatteryPack
+from workbench.plant.vehicle import BatteryPack
 
 SETTLING_TIME = 60.0
 """An error of the charge falls by the factor e in this time [s]: a voltage with noise of 0.1 V at

@@ -36,8 +36,7 @@ from workbench.common.own_file import (
     stated_parameters,
     stated_update,
 )
-from workbench.common.parameter import Parameter
-from workbench.common.state import State
+from workbench.common.parameter import Parameter, State
 from workbench.dynamics.rigid_body import into_world, rotation
 from workbench.estimation import complementary, ekf
 from workbench.estimation.ekf import InitialDeviations

@@ -10,8 +10,7 @@ from workbench.control.controller import Controller
 from workbench.gains.profiles import GainFile, gains_at, load_gains, owner_of, save_gains
 from workbench.plant.drag import drag_area
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import parameter_table
-from workbench.scenario.vehicle_parameters import check_settings
+from workbench.scenario.parameters import check_settings, parameter_table
 
 __all__ = [
     "Gain",

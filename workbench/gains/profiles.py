@@ -1,25 +1,43 @@
 """Gain files: the values of live parameters that belong to a vehicle, as YAML with a history."""
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_files import write_atomically
 from workbench.common.resources import find_file
-from workbench.common.yaml_files import read_yaml
+from workbench.common.yaml_files import YamlFile, read_yaml
 from workbench.control.controller import DEFAULT, Controller, is_shipped, load_controller
 from workbench.control.schedule import split_label, with_label
-from workbench.gains.history import Save, next_save, read_history, values_at, write_history
 from workbench.scenario.parameters import Parameter, ParameterTable, parameter_table
 
 MOST_SAVES = 200
 """The history keeps so many; then the oldest go."""
 _KEYS = ("vehicle", "controller", "origin", "gains", "history")
 _POWERS = str.maketrans({"²": "^2", "³": "^3"})
+_SAVE_KEYS = ("saved", "origin", "changed")
+
+
+@dataclass(frozen=True)
+class Save:
+    """One state of a gain file, as it was saved.
+
+    Attributes:
+        saved: date and time, UTC, as ISO 8601 has it; "" of what was written by hand.
+        origin: where its values came from.
+        changed: value before and after by name, for what differs from the state before; None
+            stands for a value that was not in the file.
+    """
+
+    saved: str
+    origin: str
+    changed: Mapping[str, tuple[float | None, float | None]]
 
 
 @dataclass(frozen=True)
@@ -257,3 +275,127 @@ def _written(gains: Mapping[str, float], table: ParameterTable) -> dict[str, flo
 def _with_unit(row: Parameter, value: float) -> float | str:
     """Return a value as it is written: with its unit, where it has one."""
     return value if row.unit == "1" else f"{value!r} {row.unit}"
+
+
+def read_history(file: YamlFile) -> tuple[Save, ...]:
+    """Return the history of a gain file that was read, oldest first.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    entries = file.data.get("history") or []
+    if not isinstance(entries, list):
+        raise WorkbenchError(f"{file.where('history')}history is a list of saves: leave it out")
+    return tuple(_read_save(file, index, entry) for index, entry in enumerate(entries))
+
+
+def write_history(history: Sequence[Save]) -> list[dict[str, Any]]:
+    """Return a history as YAML has it."""
+    return [
+        ({"saved": save.saved} if save.saved else {})
+        | {"origin": save.origin, "changed": {n: list(pair) for n, pair in save.changed.items()}}
+        for save in history
+    ]
+
+
+def next_save(
+    saved: str, origin: str, before: Mapping[str, float], after: Mapping[str, float]
+) -> Save:
+    """Return the entry of a save.
+
+    Args:
+        saved: when, UTC, as ISO 8601 has it.
+        origin: of the new values.
+        before: the values that are written over.
+        after: the new ones.
+    """
+    pairs = {name: (before.get(name), after.get(name)) for name in {**before, **after}}
+    return Save(saved, origin, {name: pair for name, pair in pairs.items() if pair[0] != pair[1]})
+
+
+def values_at(present: Mapping[str, float], later: Sequence[Save]) -> dict[str, float]:
+    """Return the values of an earlier state.
+
+    Args:
+        present: the values now.
+        later: every save after that state, oldest first.
+    """
+    values = dict(present)
+    for save in reversed(later):
+        for name, (before, _) in save.changed.items():
+            values.pop(name, None)
+            if before is not None:
+                values[name] = before
+    return values
+
+
+def _read_save(file: YamlFile, index: int, entry: Any) -> Save:
+    """Return one entry of a history."""
+    if not isinstance(entry, dict) or not isinstance(entry.get("changed", {}), dict):
+        raise WorkbenchError(f"{file.where('history', index)}a save has {', '.join(_SAVE_KEYS)}")
+    for key in entry:
+        if key not in _SAVE_KEYS:
+            where = file.where("history", index, key)
+            raise WorkbenchError(f"{where}{unknown_name('key', str(key), _SAVE_KEYS)}")
+    changed = {}
+    for name, pair in entry.get("changed", {}).items():
+        if not (isinstance(pair, list) and len(pair) == 2 and all(map(_is_value, pair))):
+            where = file.where("history", index, "changed", name)
+            raise WorkbenchError(f"{where}{name} is {pair!r}: write [value before, value after]")
+        before, after = (None if value is None else float(value) for value in pair)
+        changed[str(name)] = (before, after)
+    return Save(str(entry.get("saved", "")), str(entry.get("origin", "")), changed)
+
+
+def _is_value(value: Any) -> bool:
+    """Return whether this is a number or nothing."""
+    return value is None or (isinstance(value, Real) and not isinstance(value, bool))
+
+
+class GainChange(NamedTuple):
+    """A gain in two sets.
+
+    Attributes:
+        name: of the parameter.
+        unit: of both values.
+        a: value in the first set.
+        b: value in the second.
+        percent: by how much b is larger, of a's size; NaN if that says nothing, as a is 0.
+    """
+
+    name: str
+    unit: str
+    a: float
+    b: float
+    percent: float
+
+
+def diff_gains(
+    a: Mapping[str, float],
+    b: Mapping[str, float],
+    missing: Mapping[str, float],
+    controller: Controller | None = None,
+) -> tuple[GainChange, ...]:
+    """Compare two sets of gains, as two files have them.
+
+    Args:
+        a: value by name.
+        b: value by name.
+        missing: every value by name, for what only one of them has: `gains.rule_values`.
+        controller: whose; the default one where none is given.
+
+    Returns:
+        A row for every name that is in either, equal ones too, in the parameter table's order.
+    """
+    all_a, all_b = {**missing, **a}, {**missing, **b}
+    return tuple(
+        _change(row.name, row.unit, all_a[row.name], all_b[row.name])
+        for row in parameter_table(controller)
+        if row.name in a or row.name in b
+    )
+
+
+def _change(name: str, unit: str, a: float, b: float) -> GainChange:
+    if a == b:
+        return GainChange(name, unit, a, b, 0.0)
+    return GainChange(name, unit, a, b, 100.0 * (b - a) / abs(a) if a else math.nan)

@@ -59,7 +59,7 @@ from workbench.gui.workspace import Workspace
 from workbench.live.choice import Choice, with_arguments
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.plant.formats.xacro_arguments import XacroArgument
+from workbench.plant.formats.xacro import XacroArgument
 from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:

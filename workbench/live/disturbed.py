@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
-from workbench.scenario.faults import PARTS
+from workbench.scenario.faults import PARTS, TURBULENCES
 from workbench.scenario.scenario import Action
-from workbench.scenario.turbulence import TURBULENCES
 
 
 def disturbed(action: Action) -> Iterator[str]:

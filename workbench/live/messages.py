@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from workbench.link.server.config import ServerConfig
     from workbench.link.topics import Topic
     from workbench.live.choice import Choice
-    from workbench.plant.formats.xacro_arguments import XacroArgument
+    from workbench.plant.formats.xacro import XacroArgument
     from workbench.plant.vehicle import Vehicle
     from workbench.plant.worlds.outline import Outline
     from workbench.scenario.excitation import Excitation, Exciting

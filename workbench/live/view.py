@@ -19,7 +19,7 @@ from workbench.live.messages import (
     TakenOver,
     Told,
 )
-from workbench.plant.formats.xacro_arguments import XacroArgument
+from workbench.plant.formats.xacro import XacroArgument
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.outline import Outline

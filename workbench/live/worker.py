@@ -17,7 +17,7 @@ from workbench.common.cache import PROGRESS_LOGGER
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.ipc.send_queue import LogPoster, SendQueue
 from workbench.live.messages import Begin, Failed, Started, Starting, Told
-from workbench.plant.formats.xacro_arguments import MissingArgumentsError
+from workbench.plant.formats.xacro import MissingArgumentsError
 
 LAST_WORDS = 2.0
 """Time to send what is left to say [s]."""
@@ -73,7 +73,7 @@ def _fly(
     from workbench.live.picture import Picture
     from workbench.live.stream import NoStream, Stream
     from workbench.plant.home import DEFAULT_HOME
-    from workbench.plant.worlds.footprint import outlines
+    from workbench.plant.worlds.world import outlines
     from workbench.scenario.scenario import without_arrays
     from workbench.session.session import Session
     from workbench.systems.bridge import Bridge

@@ -1,33 +1,54 @@
 """Read a drone description: xacro, URDF, SDF or MJCF in; links, rotors, sensors and remarks out."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.battery import BatteryPack
-from workbench.plant.battery_reader import is_battery_plugin, read_battery
-from workbench.plant.body_reader import with_stated_body
+from workbench.common.yaml_files import YamlFile
 from workbench.plant.drawable import with_drawable_meshes
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.urdf import read_urdf
+from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xacro import expand_xacro, is_xacro
 from workbench.plant.formats.xml import parse_xml, read_xml
-from workbench.plant.inertia_repair import repair_inertias
-from workbench.plant.model import Model
+from workbench.plant.model import DeclaredPlugin, Inertial, Link, Model
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remark, Remarks
-from workbench.plant.rotor_reader import read_rotors
-from workbench.plant.rotor_sources.motor_plugins import is_motor_plugin
+from workbench.plant.rotor_sources.mjcf_actuators import read_mjcf_actuators
+from workbench.plant.rotor_sources.motor_plugins import is_motor_plugin, read_motor_plugins
 from workbench.plant.rotor_sources.mount import triple
-from workbench.plant.rotor_sources.velocity_plugin import is_velocity_plugin
+from workbench.plant.rotor_sources.names import same_name
+from workbench.plant.rotor_sources.pybullet import is_pybullet, read_pybullet
+from workbench.plant.rotor_sources.sidecar import read_sidecar
+from workbench.plant.rotor_sources.sidecar_file import find_sidecar, load_battery, load_body
+from workbench.plant.rotor_sources.tags import Tags
+from workbench.plant.rotor_sources.velocity_plugin import (
+    is_velocity_plugin,
+    read_velocity_plugin,
+    velocity_plugin_joints,
+)
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensor_reader import read_sensors
 from workbench.plant.sensors import Sensor
 from workbench.plant.tree import find_base_link, one_body
+from workbench.plant.vehicle import BatteryPack
+
+_ROUNDING = 1e-6
+"""Moments of a flat plate meet the triangle rule exactly; beyond it, this share of the largest is
+how few digits they are written with, and needs no remark."""
+_EXACT = 1e-15
+"""Beyond the rule by more than this share, Drake takes a quite different inertia."""
+_BATTERY_KIND = "battery plugin"
+_BATTERY_FILE = "linear-battery"
+_BATTERY_CLASS = "::LinearBatteryPlugin"
+_HOUR = 3600.0
 
 
 @dataclass(frozen=True)
@@ -173,3 +194,284 @@ def _note_plugins(model: Model, remarks: Remarks) -> None:
                 f"plugin '{name}'",
                 f"its code ({filename}) runs in Gazebo only",
             )
+
+
+def repair_inertias(model: Model, remarks: Remarks) -> Model:
+    """Return the model with inertias that bodies can have, and remarks on those that could not.
+
+    A link without mass becomes a frame. Where the largest moment exceeds the other two together,
+    which no body's does, it is lowered to their sum: one number changes, and of a drone it is that
+    of yaw. Products of inertia too large for their moments are left out.
+
+    Raises:
+        WorkbenchError: for a negative mass or a negative moment, whose meaning is not plain.
+    """
+    links = tuple(
+        link
+        if link.inertial is None
+        else dataclasses.replace(link, inertial=_repaired(model, link, link.inertial, remarks))
+        for link in model.links
+    )
+    return dataclasses.replace(model, links=links)
+
+
+def _repaired(model: Model, link: Link, inertial: Inertial, remarks: Remarks) -> Inertial | None:
+    """Return a link's inertia as a body can have it, None for a link without mass."""
+    element = f"inertia of link '{shortened(link.name)}'"
+    if inertial.mass < 0.0:
+        raise WorkbenchError(
+            f"{model.source}: link '{shortened(link.name)}' has the mass {inertial.mass:g}: "
+            "give it a mass of 0 kg or more"
+        )
+    if min(inertial.moments) < 0.0:
+        raise WorkbenchError(
+            f"{model.source}: link '{shortened(link.name)}' has a negative moment of inertia "
+            f"({_listed_numbers(inertial.moments)}): give it moments of 0 kg m^2 or more"
+        )
+    if inertial.mass == 0.0:
+        text = "its mass is 0; taken as a frame without inertia"
+        remarks.add("repaired", model.source, element, text)
+        return None
+    principal, axes = _principal(inertial)
+    if principal[0] < -_ROUNDING * principal[2]:
+        text = (
+            f"products ({_listed_numbers(inertial.products)}) too large for the moments; left out"
+        )
+        remarks.add("repaired", model.source, element, text)
+        inertial = dataclasses.replace(inertial, products=(0.0, 0.0, 0.0))
+        principal, axes = _principal(inertial)
+    small, middle, large = principal
+    excess = large - small - middle
+    if excess > _ROUNDING * large:
+        text = (
+            f"no body has principal moments of {_listed_numbers(principal)} kg m^2, the largest "
+            f"more than the other two together; it is taken as {small + middle:.3g}"
+        )
+        remarks.add("repaired", model.source, element, text)
+    if excess > _EXACT * large:
+        return _turned_inertial(inertial, np.array([small, middle, small + middle]), axes)
+    if principal[2] == 0.0:
+        remarks.add("repaired", model.source, element, "it is 0; taken as a point mass")
+    return inertial
+
+
+def _principal(inertial: Inertial) -> tuple[np.ndarray, np.ndarray]:
+    """Return principal moments, smallest first, and their axes in I as columns."""
+    xx, yy, zz = inertial.moments
+    xy, xz, yz = inertial.products
+    moments, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    return moments, axes
+
+
+def _turned_inertial(inertial: Inertial, principal: np.ndarray, axes: np.ndarray) -> Inertial:
+    """Return an inertia with other principal moments about the same axes."""
+    if np.linalg.det(axes) < 0.0:
+        axes = axes * np.array([1.0, 1.0, -1.0])
+    turn = RigidTransform(RotationMatrix.ProjectToRotationMatrix(axes), np.zeros(3))
+    xx, yy, zz = (float(moment) for moment in principal)
+    return dataclasses.replace(
+        inertial, X_LI=inertial.X_LI @ turn, moments=(xx, yy, zz), products=(0.0, 0.0, 0.0)
+    )
+
+
+def _listed_numbers(values: object) -> str:
+    return ", ".join(f"{float(value):.3g}" for value in values)  # type: ignore[attr-defined]
+
+
+def read_rotors(
+    model: Model, base_link: str, remarks: Remarks, sidecar: Path | None = None
+) -> tuple[Rotor, ...]:
+    """Return the rotors that a description or the sidecar beside it declares, or none.
+
+    Of several ways in one description the one that says most counts: sidecar, motor-model
+    plugins, the paper's plugin block, gym-pybullet-drones' properties, MuJoCo's actuators.
+
+    Args:
+        model: what the description says.
+        base_link: whose frame is the body frame B.
+        remarks: where to note what was assumed, and what was there besides.
+        sidecar: a file of rotors that was asked for, instead of one that lies beside.
+
+    Raises:
+        WorkbenchError: with file and line, where rotors are declared and cannot be read.
+    """
+    sidecar = sidecar or find_sidecar(model.source)
+    if sidecar:
+        if _declares_rotors(model):
+            text = f"they are those of {sidecar.name}; its own are not used"
+            remarks.add("ignored", model.source, "rotors", text)
+        return read_sidecar(sidecar, model, base_link, remarks)
+    blocks = [plugin for plugin in model.plugins if is_velocity_plugin(plugin)]
+    rotors = read_motor_plugins(model, base_link, remarks)
+    if len(blocks) > 1:
+        text = "there are several; only the first counts"
+        remarks.add("ignored", blocks[1].file, "velocity plugin", text)
+    if rotors:
+        _note_others(model, rotors, blocks[:1], remarks)
+        return rotors
+    if blocks:
+        return read_velocity_plugin(model, blocks[0], base_link, remarks)
+    if is_pybullet(model):
+        return read_pybullet(model, base_link, remarks)
+    return read_mjcf_actuators(model, base_link, remarks)
+
+
+def _declares_rotors(model: Model) -> bool:
+    return (
+        bool(model.actuators)
+        or is_pybullet(model)
+        or any(is_motor_plugin(plugin) or is_velocity_plugin(plugin) for plugin in model.plugins)
+    )
+
+
+def _note_others(
+    model: Model, rotors: tuple[Rotor, ...], blocks: list[DeclaredPlugin], remarks: Remarks
+) -> None:
+    """Note what tells of rotors besides motor-model plugins, where it says something else."""
+    for block in blocks:
+        named = velocity_plugin_joints(block)
+        if not all(any(same_name(name, rotor.joint) for rotor in rotors) for name in named):
+            text = "it names joints that no motor-model plugin turns; these plugins count"
+            remarks.add("ignored", block.file, "velocity plugin", text)
+    if is_pybullet(model):
+        text = "they tell of rotors, and so do motor-model plugins; these count"
+        remarks.add("ignored", model.source, "properties", text)
+
+
+def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks: Remarks) -> Model:
+    """Return a model with the body of a sidecar, where that states one.
+
+    All mass is in the base link then, whose frame the centre of mass is given in: that changes
+    nothing of how a rigid body moves.
+
+    Args:
+        model: whose links carry all of the drone.
+        base_link: whose frame is the body frame.
+        sidecar: a file that was asked for, instead of one that lies beside.
+        remarks: where to note it.
+
+    Raises:
+        WorkbenchError: with file and line, for what cannot be.
+    """
+    path = sidecar or find_sidecar(model.source)
+    found = load_body(path) if path else None
+    if not found:
+        return model
+    file, rows = found
+
+    def refuse(key: str, reason: str) -> WorkbenchError:
+        return WorkbenchError(f"{file.where('body', key)}body.{key} {reason}")
+
+    if not 0.0 < rows.mass < math.inf:
+        raise refuse("mass", "should be a positive number of kg")
+    if len(rows.center_of_mass) != 3 or not np.isfinite(rows.center_of_mass).all():
+        raise refuse("center_of_mass", "should be three numbers: x, y, z in m")
+    if len(rows.inertia) != 6 or not np.isfinite(rows.inertia).all():
+        raise refuse("inertia", "should be six numbers: xx, yy, zz, xy, xz, yz in kg m²")
+    xx, yy, zz, xy, xz, yz = rows.inertia
+    moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if moments[0] <= 0.0:
+        raise refuse("inertia", "is of no body: its moments have to be positive")
+    whole = Inertial(
+        mass=rows.mass,
+        X_LI=RigidTransform(rows.center_of_mass),
+        moments=(xx, yy, zz),
+        products=(xy, xz, yz),
+    )
+    remarks.add("assumed", file.path, "body", "mass, centre and inertia are those of this file")
+    links = tuple(
+        dataclasses.replace(link, inertial=whole if link.name == base_link else None)
+        for link in model.links
+    )
+    return repair_inertias(dataclasses.replace(model, links=links), remarks)
+
+
+def is_battery_plugin(plugin: DeclaredPlugin) -> bool:
+    """Return whether a plugin is gz-sim's linear battery, by its file or its class."""
+    name, file = (plugin.element.get(key, "").strip() for key in ("name", "filename"))
+    return name.endswith(_BATTERY_CLASS) or _BATTERY_FILE in file
+
+
+def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> BatteryPack | None:
+    """Return the battery of a sidecar, else that of gz-sim's LinearBatteryPlugin, else None.
+
+    The plugin's voltage without load is E0 + E1 (1 - q/c) with q/c the share of charge (its
+    LinearBatteryPlugin.cc); our `openCircuitVoltage` in it, pairs of share and voltage, counts
+    more.
+
+    Args:
+        model: with the plugins.
+        sidecar: a file that was asked for, instead of one that lies beside.
+        remarks: where to note a plugin that tells too little.
+
+    Raises:
+        WorkbenchError: with file and line, for what cannot be.
+    """
+    path = sidecar or find_sidecar(model.source)
+    found = load_battery(path) if path else None
+    if found:
+        file, rows = found
+        points = rows.open_circuit_voltage
+        return _checked_battery(rows.capacity, rows.resistance, points, _battery_place(file))
+    plugins = [plugin for plugin in model.plugins if is_battery_plugin(plugin)]
+    for plugin in plugins[1:]:
+        text = "there are several; only the first counts"
+        remarks.add("ignored", plugin.file, _BATTERY_KIND, text)
+    return _battery_of_plugin(plugins[0], remarks) if plugins else None
+
+
+def _battery_of_plugin(plugin: DeclaredPlugin, remarks: Remarks) -> BatteryPack | None:
+    tags = Tags(plugin, _BATTERY_KIND)
+    constant, linear = "open_circuit_voltage_constant_coef", "open_circuit_voltage_linear_coef"
+    if not tags.has("capacity") or not (tags.has("openCircuitVoltage") or tags.has(constant)):
+        text = f"it has no <capacity>, or no <{constant}>; not used"
+        remarks.add("ignored", plugin.file, _BATTERY_KIND, text)
+        return None
+    if tags.has("openCircuitVoltage"):
+        values = tags.numbers("openCircuitVoltage")
+        points = [values[i : i + 2] for i in range(0, len(values), 2)]
+    else:
+        full = tags.positive(constant)
+        slope = tags.numbers(linear)[0] if tags.has(linear) else 0.0
+        points = [[0.0, full + slope], [1.0, full]]
+    resistance = tags.not_negative("resistance") if tags.has("resistance") else 0.0
+    return _checked_battery(_HOUR * tags.positive("capacity"), resistance, points, tags.where())
+
+
+def _checked_battery(
+    capacity: float, resistance: float, points: list[list[float]], where: str
+) -> BatteryPack:
+    """Return a battery that can be.
+
+    Raises:
+        WorkbenchError: saying what cannot.
+    """
+    if not (0.0 < capacity < math.inf and 0.0 <= resistance < math.inf):
+        raise WorkbenchError(
+            f"{where}: a battery has a positive capacity and a resistance of 0 or more"
+        )
+    shares = [point[0] for point in points if len(point) == 2]
+    voltages = [point[1] for point in points if len(point) == 2]
+    rising = all(one < other for one, other in pairwise(shares))
+    falls = any(one > other for one, other in pairwise(voltages))
+    if (
+        len(shares) != len(points)
+        or len(points) < 2
+        or not rising
+        or falls
+        or (shares[0], shares[-1]) != (0.0, 1.0)
+        or not 0.0 < voltages[0] <= voltages[-1] < math.inf
+    ):
+        raise WorkbenchError(
+            f"{where}: the battery's open-circuit voltage is pairs of charge and V, both rising, "
+            "from charge 0 to charge 1"
+        )
+    return BatteryPack(
+        float(capacity),
+        float(resistance),
+        tuple((float(share), float(voltage)) for share, voltage in points),
+    )
+
+
+def _battery_place(file: YamlFile) -> str:
+    return file.where("battery").removesuffix(": ")

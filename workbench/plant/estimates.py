@@ -1,12 +1,14 @@
 """From a data sheet to all numbers of a description, each with its source.
 
-`formats/xacro_writer.py` writes every `Figure` as it stands, formulas included, so a description
+`write_xacro` writes every `Figure` as it stands, formulas included, so a description
 says what was estimated and how, and follows when a number in it is replaced by a measured one.
 """
 
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.data_sheet import DataSheet, Propeller
@@ -39,6 +41,77 @@ _USABLE = 0.8
 """Of a battery's charge."""
 
 UIUC = "UIUC Propeller Data Site, static tests"
+GIVEN = "as given"
+HOVER_TIME_SOURCE = (
+    f"{100 * _USABLE:.0f} % of the battery's energy, motors and speed controllers "
+    f"{100 * _MOTOR_EFFICIENCY:.0f} % efficient, nothing else drawing power"
+)
+_WIDTH = 96
+_TEXT = """\
+<?xml version="1.0"?>
+<!-- {title}.
+     Written by `workbench new` from a data sheet. SI units; x forward, y left, z up.
+     Replace an estimate when you have measured it: what follows from it follows. -->
+<robot name={name} xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <!-- FROM THE DATA SHEET -->
+{given}
+
+  <!-- ESTIMATED -->
+{estimated}
+
+  <!-- THE BODY: all mass is in the base link. -->
+  <link name="base_link">
+    <inertial>
+      <mass value="${{mass}}"/>
+      <inertia ixx="${{ixx}}" iyy="${{ixx}}" izz="${{izz}}" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+    <visual>
+      <geometry><box size="${{body_side}} ${{body_side}} ${{body_height}}"/></geometry>
+    </visual>
+    <!-- What touches the ground. -->
+    <collision>
+      <geometry><box size="${{arm}} ${{arm}} ${{body_height}}"/></geometry>
+    </collision>
+  </link>
+
+  <!-- THE ROTORS: angle in degrees from the front to the left; level 1 above the arm, -1 below;
+       turns as seen from above. -->
+  <xacro:macro name="rotor" params="number angle level turns">
+    <xacro:property name="gap" value="${{body_height/2 + 0.02*diameter}}"/>
+    <link name="rotor_${{number}}">
+      <visual>
+        <geometry><cylinder radius="${{diameter/2}}" length="${{0.02*diameter}}"/></geometry>
+      </visual>
+    </link>
+    <joint name="rotor_${{number}}_joint" type="continuous">
+      <parent link="base_link"/>
+      <child link="rotor_${{number}}"/>
+      <origin xyz="${{arm*cos(radians(angle))}} ${{arm*sin(radians(angle))}} ${{level*gap}}"/>
+      <axis xyz="0 0 1"/>
+    </joint>
+    <gazebo>
+      <plugin filename="gz-sim-multicopter-motor-model-system"
+              name="gz::sim::systems::MulticopterMotorModel">
+        <jointName>rotor_${{number}}_joint</jointName>
+        <linkName>rotor_${{number}}</linkName>
+        <turningDirection>${{turns}}</turningDirection>
+        <timeConstantUp>${{time_constant}}</timeConstantUp>
+        <timeConstantDown>${{time_constant}}</timeConstantDown>
+        <maxRotVelocity>${{max_speed}}</maxRotVelocity>
+        <motorConstant>${{motor_constant}}</motorConstant>
+        <momentConstant>${{moment_constant}}</momentConstant>
+        <!-- Not Gazebo's: there a rotor's link has it. -->
+        <rotorInertia>${{rotor_inertia}}</rotorInertia>
+        <commandSubTopic>command/motor_speed</commandSubTopic>
+        <motorNumber>${{number - 1}}</motorNumber>
+        <motorType>velocity</motorType>
+      </plugin>
+    </gazebo>
+  </xacro:macro>
+
+{rotors}
+</robot>
+"""
 
 
 @dataclass(frozen=True)
@@ -62,9 +135,6 @@ class Figure:
     formula: str = ""
 
 
-GIVEN = "as given"
-
-
 def figures(sheet: DataSheet) -> list[Figure]:
     """Return the numbers of a description, each after those that its formula uses."""
     return [*_body(sheet), *_rotor(sheet)]
@@ -81,12 +151,6 @@ def hover_time(sheet: DataSheet, hover_power: float) -> float | None:
         return None
     energy = 3600.0 * sheet.voltage * sheet.capacity
     return _USABLE * _MOTOR_EFFICIENCY * energy / hover_power
-
-
-HOVER_TIME_SOURCE = (
-    f"{100 * _USABLE:.0f} % of the battery's energy, motors and speed controllers "
-    f"{100 * _MOTOR_EFFICIENCY:.0f} % efficient, nothing else drawing power"
-)
 
 
 def _body(sheet: DataSheet) -> list[Figure]:
@@ -303,3 +367,54 @@ def check_lift(sheet: DataSheet, found: Sequence[Figure]) -> None:
             f"it cannot fly: {sheet.rotors} rotors of at most {thrust:.3g} N lift less than its "
             f"weight, {weight:.3g} N; look at mass, propeller, motors and battery again"
         )
+
+
+def write_xacro(sheet: DataSheet, figures: Sequence[Figure]) -> str:
+    """Return the text of the description.
+
+    Args:
+        sheet: name, rotors and their layout.
+        figures: its numbers, each after those that its formula uses.
+    """
+    name = quoteattr(sheet.name)
+    rotors = "\n".join(f"  {line}" for line in _rotors(sheet))
+    return _TEXT.format(
+        name=name,
+        title=f"{sheet.rotors} rotors, {sheet.layout}, propellers {sheet.propeller.label}",
+        given=_properties([figure for figure in figures if figure.source == GIVEN]),
+        estimated=_properties([figure for figure in figures if figure.source != GIVEN]),
+        rotors=rotors,
+    )
+
+
+def _properties(figures: Sequence[Figure]) -> str:
+    """Return a property with a comment for each figure."""
+    return "\n".join(line for figure in figures for line in _property(figure))
+
+
+def _property(figure: Figure) -> list[str]:
+    """Return the lines of one figure."""
+    unit = "" if figure.unit == "1" else f" [{figure.unit}]"
+    source = "" if figure.source == GIVEN else f": {figure.source}"
+    comment = f"{figure.label}{unit}{source}"
+    lines = textwrap.wrap(comment.replace("--", "- "), _WIDTH - 14)
+    head = [f"  <!-- {lines[0]}", *(f"       {line}" for line in lines[1:])]
+    head[-1] += " -->"
+    value = f"${{{figure.formula}}}" if figure.formula else f"{figure.value:.6g}"
+    return [*head, f'  <xacro:property name="{figure.name}" value="{value}"/>']
+
+
+def _rotors(sheet: DataSheet) -> list[str]:
+    """Return a line for each rotor: arms counted from the front to the left."""
+    first = 0.0 if sheet.layout == "plus" else 180.0 / sheet.arms
+    levels = (1, -1) if sheet.layout == "coaxial" else (1,)
+    lines: list[str] = []
+    for level in levels:
+        for arm in range(sheet.arms):
+            turns = "cw" if (arm % 2 == 0) == (level == 1) else "ccw"
+            angle = first + 360.0 * arm / sheet.arms
+            lines.append(
+                f'<xacro:rotor number="{len(lines) + 1}" angle="{angle:g}" level="{level}" '
+                f'turns="{turns}"/>'
+            )
+    return lines

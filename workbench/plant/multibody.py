@@ -20,7 +20,7 @@ from workbench.plant.description import Description
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.gathered import gathered
 from workbench.plant.gravity import GRAVITY
-from workbench.plant.ground import add_ground
+from workbench.plant.worlds.geometry import add_ground
 from workbench.plant.worlds.world import EMPTY, World
 
 MOST_BESIDE_THE_GROUND = 13

@@ -16,7 +16,6 @@ from workbench.plant.frame_tree import WORLD
 from workbench.plant.model import DeclaredSensor, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.mount import body_pose, triple
-from workbench.plant.sensor_frames import sensor_frames
 from workbench.plant.sensors import (
     QUIET,
     Barometer,
@@ -29,6 +28,7 @@ from workbench.plant.sensors import (
     RangeFinder,
     ScanAxis,
     Sensor,
+    sensor_frames,
 )
 
 LARGEST = 1e9

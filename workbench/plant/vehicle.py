@@ -7,11 +7,26 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import find_row
-from workbench.plant.battery import BatteryPack
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensors import Sensor
 from workbench.plant.thrust_frame import thrust_frame
+
+
+@dataclass(frozen=True)
+class BatteryPack:
+    """A battery as a voltage behind a resistance.
+
+    Attributes:
+        capacity: charge of the full battery [C].
+        resistance: of cells and leads [Ω].
+        open_circuit_voltage: voltage [V] without load over the share of charge, 0 .. 1, rising;
+            straight lines lie between the points.
+    """
+
+    capacity: float
+    resistance: float
+    open_circuit_voltage: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from workbench.plant.frame_tree import (
     TreeFrame,
 )
 from workbench.plant.model import Model
-from workbench.plant.sensor_frames import SensorFrames, free_name, sensor_frames
-from workbench.plant.sensors import Sensor
+from workbench.plant.sensors import Sensor, SensorFrames, free_name, sensor_frames
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 

@@ -51,3 +51,24 @@ PARTS = (
     *(Part(f"rotor {number}", f"rotor_{number}", 1.0, ()) for number in range(1, MOST_ROTORS + 1)),
     *(Part(kind.replace("_", " "), f"{kind}_fault", 0.0, SENSOR_MODES) for kind in SENSOR_KINDS),
 )
+
+
+@dataclass(frozen=True)
+class Turbulence:
+    """A degree of turbulence.
+
+    Attributes:
+        name: of the degree.
+        speed: value of the parameter `turbulence` [m/s].
+    """
+
+    name: str
+    speed: float
+
+
+TURBULENCES = (
+    Turbulence("still", 0.0),
+    Turbulence("light", 7.7),
+    Turbulence("moderate", 15.4),
+    Turbulence("severe", 23.2),
+)

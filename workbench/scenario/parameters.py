@@ -4,7 +4,7 @@ One row makes a slider, a `--set NAME=VALUE`, a line of `workbench params` and a
 parameter never rebuilds the diagram; what would need that stands in the scenario.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,7 @@ from workbench.estimation.settings import (
 
 if TYPE_CHECKING:
     from workbench.estimation.estimators import Estimator
+    from workbench.plant.vehicle import Vehicle
 
 __all__ = [
     "MOST_ROTORS",
@@ -407,3 +408,59 @@ def split_setting(text: str) -> tuple[str, float]:
         return name.strip(), float(value)
     except ValueError:
         raise WorkbenchError(f"{name.strip()} is '{value}': give it a number") from None
+
+
+def vehicle_parameters(
+    vehicle: "Vehicle", table: ParameterTable | None = None
+) -> tuple[Parameter, ...]:
+    """Return the rows that mean something for a vehicle, in the table's order."""
+    table = table or parameter_table()
+    rotors = table.of("rotors")[: len(vehicle.rotors)]
+    kinds = {sensor.kind for sensor in vehicle.sensors}
+    return tuple(
+        row
+        for row in table
+        if (row.system != "rotors" or row in rotors)
+        and (row.system not in SENSOR_KINDS or row.system in kinds)
+    )
+
+
+def check_settings(
+    vehicle: "Vehicle", settings: Mapping[str, float], table: ParameterTable | None = None
+) -> None:
+    """Refuse values for rows that a vehicle has not, unless they are the defaults.
+
+    So a file with every row of the table may be flown with any drone.
+
+    Raises:
+        WorkbenchError: for the first one.
+    """
+    table = table or parameter_table()
+    changed = [
+        row.name
+        for name, value in settings.items()
+        for row in table.sets(name)
+        if value != row.default
+    ]
+    check_parameters(vehicle, changed, table)
+
+
+def check_parameters(
+    vehicle: "Vehicle", names: Iterable[str], table: ParameterTable | None = None
+) -> None:
+    """Refuse names of rows that a vehicle has not.
+
+    Raises:
+        WorkbenchError: for the first one.
+    """
+    table = table or parameter_table()
+    rows = vehicle_parameters(vehicle, table)
+    for name in names:
+        row = table.find(name)
+        if row in rows:
+            continue
+        if row.system == "rotors":
+            has = f"{len(vehicle.rotors)} rotors"
+        else:
+            has = f"no {row.system.replace('_', ' ')}"
+        raise WorkbenchError(f"{name} cannot be set: {vehicle.name} has {has}")

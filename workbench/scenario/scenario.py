@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_files import write_atomically
 from workbench.common.resources import find_file, find_model, find_world
 from workbench.common.yaml_files import (
     Keys,

@@ -23,8 +23,8 @@ from workbench.scenario.configured import (
     tell_remarks,
     tell_world,
 )
+from workbench.scenario.parameters import check_settings
 from workbench.scenario.scenario import Scenario, check_scenario, flown_controller, flown_tables
-from workbench.scenario.vehicle_parameters import check_settings
 from workbench.session.script import scenario_feedforward, scenario_path
 
 if TYPE_CHECKING:

@@ -20,9 +20,8 @@ from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import SENSOR_KINDS, Parameter, parameter_table
+from workbench.scenario.parameters import SENSOR_KINDS, Parameter, check_parameters, parameter_table
 from workbench.scenario.scenario import Scenario, Start
-from workbench.scenario.vehicle_parameters import check_parameters
 from workbench.session.checkpoint import Checkpoint, SystemState
 from workbench.session.compiled_flight import CompiledFlight
 from workbench.session.system_states import read_states, write_states

@@ -34,7 +34,7 @@ from workbench.dynamics.air.settings import gust_settings, push_settings
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 from workbench.scenario.configured import tell_start
-from workbench.scenario.parameters import parameter_table
+from workbench.scenario.parameters import parameter_table, vehicle_parameters
 from workbench.scenario.scenario import (
     REQUESTS,
     Action,
@@ -43,7 +43,6 @@ from workbench.scenario.scenario import (
     at_own_period,
     check_injection,
 )
-from workbench.scenario.vehicle_parameters import vehicle_parameters
 from workbench.session.built_flight import BuiltFlight, build_flight
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.compiled_flight import CompiledFlight, why_not_compiled

@@ -4,7 +4,7 @@ from pydrake.common import RandomDistribution
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from workbench.estimation.charge import next_charge, open_circuit
-from workbench.plant.battery import BatteryPack
+from workbench.plant.vehicle import BatteryPack
 from workbench.systems.battery import PERIOD
 
 

@@ -7,7 +7,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats import sdf_values
+from workbench.plant.formats import sdf_node
 from workbench.plant.formats.sdf_node import Node
 from workbench.plant.formats.xml import Element
 
@@ -41,14 +41,14 @@ def parent(tag: str, text: str) -> Node:
 )
 def test_a_pose_is_read(text, attributes, rpy):
     expected = RigidTransform(RollPitchYaw(*rpy), [1.0, 2.0, 3.0])
-    found = sdf_values.pose(node("pose", text, **attributes))
+    found = sdf_node.pose(node("pose", text, **attributes))
     assert found.IsNearlyEqualTo(expected, 1e-12)
 
 
 def test_no_pose_is_the_identity():
-    assert sdf_values.pose(None).IsExactlyIdentity()
-    assert sdf_values.pose(node("pose", " ")).IsExactlyIdentity()
-    assert sdf_values.pose(node("pose", "", degrees="odd")).IsExactlyIdentity()
+    assert sdf_node.pose(None).IsExactlyIdentity()
+    assert sdf_node.pose(node("pose", " ")).IsExactlyIdentity()
+    assert sdf_node.pose(node("pose", "", degrees="odd")).IsExactlyIdentity()
 
 
 @pytest.mark.parametrize(
@@ -70,37 +70,37 @@ def test_no_pose_is_the_identity():
 )
 def test_a_pose_that_cannot_be_is_refused(text, attributes, said):
     with pytest.raises(WorkbenchError) as caught:
-        sdf_values.pose(node("pose", text, **attributes))
+        sdf_node.pose(node("pose", text, **attributes))
     assert str(caught.value).startswith("drone.sdf:7: ")
     assert said in str(caught.value)
 
 
 def test_the_largest_pose_is_a_thousand_kilometres():
-    pose = sdf_values.pose(node("pose", "1e6 -1e6 0 0 0 0"))
+    pose = sdf_node.pose(node("pose", "1e6 -1e6 0 0 0 0"))
     assert pose.translation().tolist() == [1e6, -1e6, 0.0]
 
 
 def test_a_missing_or_empty_number_has_the_default():
-    assert sdf_values.number(parent("mass", "2.5"), "mass", 1.0) == 2.5
-    assert sdf_values.number(parent("mass", " "), "mass", 1.0) == 1.0
-    assert sdf_values.number(parent("weight", "2.5"), "mass", 1.0) == 1.0
+    assert sdf_node.number(parent("mass", "2.5"), "mass", 1.0) == 2.5
+    assert sdf_node.number(parent("mass", " "), "mass", 1.0) == 1.0
+    assert sdf_node.number(parent("weight", "2.5"), "mass", 1.0) == 1.0
 
 
 def test_three_numbers_are_three():
-    assert sdf_values.triple(parent("xyz", "1 2 3"), "xyz", (0.0, 0.0, 1.0)) == (1.0, 2.0, 3.0)
-    assert sdf_values.triple(parent("xyz", ""), "xyz", (0.0, 0.0, 1.0)) == (0.0, 0.0, 1.0)
+    assert sdf_node.triple(parent("xyz", "1 2 3"), "xyz", (0.0, 0.0, 1.0)) == (1.0, 2.0, 3.0)
+    assert sdf_node.triple(parent("xyz", ""), "xyz", (0.0, 0.0, 1.0)) == (0.0, 0.0, 1.0)
     with pytest.raises(WorkbenchError, match="give it 3 numbers"):
-        sdf_values.triple(parent("xyz", "1 2"), "xyz", (0.0, 0.0, 1.0))
+        sdf_node.triple(parent("xyz", "1 2"), "xyz", (0.0, 0.0, 1.0))
 
 
 @pytest.mark.parametrize(
     ("text", "value"), [("true", True), ("1", True), ("True", True), ("0", False), ("", False)]
 )
 def test_a_flag_is_read(text, value):
-    assert sdf_values.flag(node("static", text), text) is value
+    assert sdf_node.flag(node("static", text), text) is value
 
 
 def test_a_long_text_is_shortened_in_a_message():
     with pytest.raises(WorkbenchError) as caught:
-        sdf_values.pose(node("pose", "1 " * 100_000))
+        sdf_node.pose(node("pose", "1 " * 100_000))
     assert len(str(caught.value)) < 150

@@ -15,8 +15,8 @@ from pydrake.geometry import Convex
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError
-from workbench.plant.meshes import convert as meshes
-from workbench.plant.meshes.convert import MeshUse, convert
+from workbench.plant import drawable as meshes
+from workbench.plant.drawable import MeshUse, convert
 from workbench.plant.meshes.job import is_sealed, sealed
 from workbench.plant.shapes import Mesh
 

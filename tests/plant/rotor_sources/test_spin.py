@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
+from workbench.plant.description import read_rotors
 from workbench.plant.model import Inertial, Link
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_reader import read_rotors
-from workbench.plant.rotor_sources.spin import spin_inertia
+from workbench.plant.rotor_sources.motor_constants import spin_inertia
 
 PLUGIN = """<plugin name="motor" filename="librotors_gazebo_motor_model.so">
   <jointName>joint_0</jointName><linkName>rotor_0</linkName><turningDirection>cw</turningDirection>

@@ -21,8 +21,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.plant.worlds.footprint import outlines
-from workbench.plant.worlds.world import MovingObstacle, Obstacle, World
+from workbench.plant.worlds.world import MovingObstacle, Obstacle, World, outlines
 
 MESH = """v 0 0 0
 v 2 0 0.3

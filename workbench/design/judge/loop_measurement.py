@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import write_atomically
 from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import LoopMargins, response_margins

@@ -37,9 +37,8 @@ from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import parameter_table
+from workbench.scenario.parameters import parameter_table, vehicle_parameters
 from workbench.scenario.scenario import Scenario
-from workbench.scenario.vehicle_parameters import vehicle_parameters
 
 SAME, TINY = 1e-6, 1e-12
 """Largest difference, relative and absolute, between values that count as the same."""

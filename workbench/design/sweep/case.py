@@ -19,9 +19,8 @@ from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.axes import AXES, find_axis
 from workbench.scenario.configured import read_configured
-from workbench.scenario.parameters import parameter_table
+from workbench.scenario.parameters import check_parameters, parameter_table
 from workbench.scenario.scenario import Scenario, flown_controller
-from workbench.scenario.vehicle_parameters import check_parameters
 
 _OTHERS = {
     "max_tilt": "x",

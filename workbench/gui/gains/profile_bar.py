@@ -25,7 +25,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.control.schedule import QUANTITIES
-from workbench.gains.difference import GainChange
+from workbench.gains.profiles import GainChange
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor

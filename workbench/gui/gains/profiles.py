@@ -10,15 +10,21 @@ from pathlib import Path
 import yaml
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.common.atomic_write import write_atomically
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import write_atomically
 from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.control.schedule import split_label
 from workbench.gains.autopilots.exchange import export_gains, import_gains
 from workbench.gains.autopilots.firmware import FIRMWARES, firmware_of, same
 from workbench.gains.autopilots.parameter_file import encoded
-from workbench.gains.difference import GainChange, diff_gains
-from workbench.gains.profiles import GainFile, flown_by, load_gains, save_gains
+from workbench.gains.profiles import (
+    GainChange,
+    GainFile,
+    diff_gains,
+    flown_by,
+    load_gains,
+    save_gains,
+)
 from workbench.gui.answers import Answers
 from workbench.gui.errands import Errands
 from workbench.gui.gains.gain_editor import GainEditor

@@ -10,7 +10,7 @@ from workbench.gui.style import dressed
 from workbench.gui.tuning.card import SPACING
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
-from workbench.scenario.turbulence import TURBULENCES
+from workbench.scenario.faults import TURBULENCES
 
 MOST = 25.0
 """Of the wind [m/s]."""

@@ -10,11 +10,18 @@ from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles, sdf_file
-from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node, known_names
+from workbench.plant.formats.sdf_node import (
+    FRAME_SEMANTICS,
+    Node,
+    flag,
+    known_names,
+    number,
+    pose,
+    triple,
+)
 from workbench.plant.formats.sdf_poses import ROOT, WORLD, Poses, joint_end, joint_key
 from workbench.plant.formats.sdf_shapes import ShapeReader, solid
 from workbench.plant.formats.sdf_tree import SdfTree
-from workbench.plant.formats.sdf_values import flag, number, pose, triple
 from workbench.plant.formats.sdf_world import choose_model, motor_names, same_part
 from workbench.plant.formats.solids import Solid, together, volume
 from workbench.plant.formats.values import shortened

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pydrake.math import RigidTransform
 
-from workbench.plant.formats import sdf_values
+from workbench.plant.formats import sdf_node
 from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node, known_names
 from workbench.plant.formats.sdf_tree import DEEPEST, SdfTree
 from workbench.plant.formats.values import shortened
@@ -179,7 +179,7 @@ class Poses:
         pose = part.child("pose")
         base = _relative_to(pose)
         if not pose or not base:
-            return sdf_values.pose(pose)
+            return sdf_node.pose(pose)
         full = self._look_up(pose, base)
         if full is None:
             self._remarks.add(
@@ -189,8 +189,8 @@ class Poses:
                 f"its pose is relative to '{shortened(base)}', which is not there; taken relative "
                 "to the link",
             )
-            return sdf_values.pose(pose)
-        return self.X_MF(link).inverse() @ self.X_MF(full) @ sdf_values.pose(pose)
+            return sdf_node.pose(pose)
+        return self.X_MF(link).inverse() @ self.X_MF(full) @ sdf_node.pose(pose)
 
     def link_of(self, name: str) -> str:
         """Return the full name of the link that a frame is fixed to, or `world`.
@@ -226,7 +226,7 @@ class Poses:
     def _X_BF(self, name: str) -> RigidTransform:
         """Return the pose of a frame F in the frame B that its pose is given in."""
         frame = self._frames[name]
-        X_BP = sdf_values.pose(frame.pose)
+        X_BP = sdf_node.pose(frame.pose)
         if not frame.placement:
             return X_BP
         if name in self._placing or len(self._placing) > DEEPEST:

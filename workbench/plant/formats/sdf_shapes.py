@@ -8,9 +8,8 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
 from workbench.plant.formats.colours import GAZEBO_COLOURS, Colour
-from workbench.plant.formats.sdf_node import Node
+from workbench.plant.formats.sdf_node import Node, flag, number, numbers, triple
 from workbench.plant.formats.sdf_poses import Poses
-from workbench.plant.formats.sdf_values import flag, number, numbers, triple
 from workbench.plant.formats.values import shortened
 from workbench.plant.model import Collision, Visual
 from workbench.plant.packages import PackageFinder

@@ -7,8 +7,7 @@ from itertools import count
 from pathlib import Path
 
 from workbench.plant.formats.sdf_include import MissingIncludeError, SdfFile, SdfFiles
-from workbench.plant.formats.sdf_node import Node, checked_name
-from workbench.plant.formats.sdf_values import flag
+from workbench.plant.formats.sdf_node import Node, checked_name, flag
 from workbench.plant.formats.xml import MOST_ELEMENTS, Element
 
 DEEPEST = 20

@@ -4,10 +4,9 @@ from collections.abc import Iterable
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles, model_name
-from workbench.plant.formats.sdf_node import Node
+from workbench.plant.formats.sdf_node import Node, flag
 from workbench.plant.formats.sdf_poses import ROOT
 from workbench.plant.formats.sdf_tree import ModelFrame, SdfTree, grow_tree
-from workbench.plant.formats.sdf_values import flag
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import Element
 from workbench.plant.remarks import Remarks

@@ -10,8 +10,7 @@ from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.colours import GAZEBO_COLOURS, Colour
-from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node
-from workbench.plant.formats.sdf_values import pose
+from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node, pose
 from workbench.plant.formats.values import (
     listed,
     number,

@@ -5,12 +5,12 @@ import json
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.common.cache import cache_folder, release
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError, run_limited
-from workbench.plant.formats.xacro_arguments import MissingArgumentsError, XacroArgument
 from workbench.plant.formats.xml import Element
 from workbench.plant.packages import PackageFinder
 
@@ -18,6 +18,7 @@ _SECONDS = 20.0
 _MEGABYTES = 2000
 MOST_KEPT = 200
 """Expansions; the oldest go first."""
+_MOST_NAMED = 40
 
 
 def is_xacro(root: Element) -> bool:
@@ -107,3 +108,33 @@ def _place(request: dict[str, object]) -> Path:
 
 def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@dataclass(frozen=True)
+class XacroArgument:
+    """An argument of a xacro file.
+
+    Attributes:
+        name: of the argument.
+        default: as the file writes it, None where it needs a value.
+    """
+
+    name: str
+    default: str | None = None
+
+
+class MissingArgumentsError(WorkbenchError):
+    """A xacro file that cannot be expanded without more values, said for the command line.
+
+    Args:
+        path: of the file.
+        arguments: that it takes, those that need a value first.
+    """
+
+    def __init__(self, path: str, arguments: tuple[XacroArgument, ...]) -> None:
+        needed = [f"--arg {each.name}:=…" for each in arguments if each.default is None]
+        more = f" and {len(needed) - _MOST_NAMED} more" if len(needed) > _MOST_NAMED else ""
+        super().__init__(
+            f"{path}: has arguments without a default: give {' '.join(needed[:_MOST_NAMED])}{more}"
+        )
+        self.arguments = arguments

@@ -6,7 +6,6 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.limit import refuse_crowd
 from workbench.plant.rotor_sources.motor_constants import (
     CONSTANTS,
     GAZEBO,
@@ -15,7 +14,7 @@ from workbench.plant.rotor_sources.motor_constants import (
 )
 from workbench.plant.rotor_sources.mount import mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
-from workbench.plant.rotor_sources.tags import Tags
+from workbench.plant.rotor_sources.tags import Tags, refuse_crowd
 from workbench.plant.rotors import Rotor
 
 _FILES = ("gazebo_motor_model", "multicopter-motor-model")

@@ -7,11 +7,9 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
 from workbench.plant.model import Link, Model
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.limit import refuse_crowd
-from workbench.plant.rotor_sources.motor_constants import GAZEBO, note_assumed
+from workbench.plant.rotor_sources.motor_constants import GAZEBO, note_assumed, total_mass
 from workbench.plant.rotor_sources.mount import mount_on_link
-from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST
-from workbench.plant.rotor_sources.weight import total_mass
+from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST, refuse_crowd
 from workbench.plant.rotors import Rotor
 
 RPM = 2.0 * math.pi / 60.0

@@ -9,10 +9,10 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
+from workbench.plant.rotor_sources.motor_constants import spin_inertia
 from workbench.plant.rotor_sources.mount import Mount, Triple, body_pose, mount_on_joint, triple
 from workbench.plant.rotor_sources.names import find_joint, find_link
 from workbench.plant.rotor_sources.sidecar_file import Entry, Place, load_sidecar
-from workbench.plant.rotor_sources.spin import spin_inertia
 from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST, TURNS
 from workbench.plant.rotors import Rotor
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
-from workbench.plant.rotor_sources.limit import refuse_crowd
+from workbench.plant.rotor_sources.tags import refuse_crowd
 
 _SUFFIXES = (".xacro", ".urdf", ".sdf", ".xml", ".world")
 

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Container
+from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
@@ -19,6 +20,7 @@ _NOT_PHYSICAL = re.compile(r"(?i)topic|namespace|node_?name|frame_?id|channel|pu
 _MOST_NAMED = 10
 
 TURNS = {"ccw": 1, "cw": -1}
+MOST_ROTORS = 128
 
 
 class Tags:
@@ -135,3 +137,13 @@ class Tags:
         return WorkbenchError(
             f"{self.where(tag)}: {self._kind} has <{tag}>{text}</{tag}>: {advice}"
         )
+
+
+def refuse_crowd(file: Path, number: int) -> None:
+    """Refuse more rotors than any multirotor has.
+
+    Raises:
+        WorkbenchError: for more than `MOST_ROTORS`.
+    """
+    if number > MOST_ROTORS:
+        raise WorkbenchError(f"{file}: it declares {number} rotors: up to {MOST_ROTORS} are read")

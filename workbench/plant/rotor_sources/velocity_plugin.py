@@ -8,18 +8,17 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.limit import refuse_crowd
 from workbench.plant.rotor_sources.motor_constants import (
     CONSTANTS,
     GAZEBO,
     make_rotor,
     note_assumed,
     read_constants,
+    total_mass,
 )
 from workbench.plant.rotor_sources.mount import Mount, mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
-from workbench.plant.rotor_sources.tags import Tags
-from workbench.plant.rotor_sources.weight import total_mass
+from workbench.plant.rotor_sources.tags import Tags, refuse_crowd
 from workbench.plant.rotors import Rotor
 
 _FILE = "setvelocity"

@@ -35,12 +35,11 @@ from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import Context
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.yaml_files import YamlFile, read_yaml
+from workbench.common.yaml_files import YamlFile, read_yaml, tagged_loader
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import read_xml
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.geometry import drawn_if_none
-from workbench.plant.worlds.tagged import tagged_loader
 from workbench.plant.worlds.world import Obstacle
 
 DEEPEST = 20

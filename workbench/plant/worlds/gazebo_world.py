@@ -11,11 +11,10 @@ from pydrake.geometry import GeometryInstance
 from workbench.common.errors import WorkbenchError
 from workbench.plant.drawable import with_converted_meshes
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles
-from workbench.plant.formats.sdf_node import Node
+from workbench.plant.formats.sdf_node import Node, number, numbers, triple
 from workbench.plant.formats.sdf_poses import ROOT, Poses
 from workbench.plant.formats.sdf_shapes import ShapeReader
 from workbench.plant.formats.sdf_tree import SdfTree, grow_in_world
-from workbench.plant.formats.sdf_values import number, numbers, triple
 from workbench.plant.formats.sdf_world import (
     gazebos_own,
     has_motors,
