@@ -15,6 +15,8 @@ from collections import deque
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
+import uvloop
+
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.channel import Channel
 from workbench.link.backplane import Command, Flight, FromServer, Gone, ServerFailed, ServerStatus
@@ -180,7 +182,7 @@ def main(connection: Connection) -> int:
     gc.freeze()  # modules are no garbage, and to look through them all stops the server for 16 ms
     try:
         config.check()
-        asyncio.run(serve(connection, config, flight))
+        uvloop.run(serve(connection, config, flight))
     except WorkbenchError as error:
         with contextlib.suppress(OSError):  # nobody is there to be told
             connection.send(ServerFailed(str(error)))
