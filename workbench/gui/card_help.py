@@ -121,13 +121,13 @@ CARDS = (
         "Clients",
         "Who is connected, what each one reads, and who has control.",
         "Take over makes you fly, Give back lets clients ask again.",
-        "link.md#who-flies",
+        "link.md#who-has-control",
     ),
     CardHelp(
         "Refusals",
         "What the server refused, with the reason.",
         "Each sentence says what to do about it.",
-        "link.md#who-flies",
+        "link.md#who-has-control",
     ),
     CardHelp(
         "Who flies",
@@ -187,7 +187,7 @@ CARDS = (
         "Log",
         "The opened log, and the time of it that all charts and the 3-D view show.",
         "Drag the slider or press Play; Back to live closes the log.",
-        "logs.md#what-is-in-it",
+        "logs.md#contents",
     ),
     CardHelp(
         "Gains",
@@ -271,7 +271,7 @@ CARDS = (
         "Pin as regression",
         "Writes what was just flown as a spec with a baseline.",
         "From then on workbench regress fails where a number leaves its limits.",
-        "regression.md#pinned",
+        "regression.md#pins",
     ),
     CardHelp(
         "Settings: Appearance",
