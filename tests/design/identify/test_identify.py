@@ -11,7 +11,7 @@ from tests.design.identify.flown import GYRO_LOWPASS, STEP, Truth, fly, true_veh
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model
 from workbench.design.identify.flight import Flight
-from workbench.design.identify.quantities import level_drag, spin_up
+from workbench.design.identify.quantities import spin_up
 from workbench.design.identify.report import make_report, rows_of
 from workbench.design.identify.search import Found, identify
 from workbench.plant.loading import load_vehicle
@@ -54,6 +54,7 @@ def errors(found: Found, truth: Truth) -> dict[str, tuple[float, float]]:
     vehicle = found.vehicle
     made = true_vehicle(vehicle, truth)
     half = 0.5 * vehicle.span
+    pulls = np.array([rotor.rotor_drag_coefficient for rotor in made.rotors])
     cutoff = math.tan(math.pi * GYRO_LOWPASS * STEP) / (math.pi * STEP)
     true = {
         "lag": math.log(truth.lag),
@@ -63,7 +64,7 @@ def errors(found: Found, truth: Truth) -> dict[str, tuple[float, float]]:
         "center_x": truth.center[0] / half,
         "center_y": truth.center[1] / half,
         "turn": truth.turn,
-        "drag": level_drag(made),
+        "drag": float(pulls @ made.hover_speeds) / made.mass,
         "spin_up": spin_up(made),
         "climb_drag": 0.0,
     }

@@ -193,9 +193,21 @@ class Piece:
     turn: np.ndarray
     force: np.ndarray
 
+    @property
+    def row(self) -> float:
+        """Between rows [s]."""
+        return self.period * self.every * self.block
 
-def make_piece(flight: Flight, mean_voltage: float, vehicle: Vehicle) -> Piece:
-    """Return a run of even samples as the model of a vehicle takes it."""
+
+def make_piece(flight: Flight, vehicle: Vehicle, mean_voltage: float | None = None) -> Piece:
+    """Return a run of even samples as the model of a vehicle takes it.
+
+    Args:
+        flight: the run.
+        vehicle: as it is described.
+        mean_voltage: which counts as 1 [V]; without it the run's own.
+    """
+    own = 1.0 if flight.voltage is None else float(np.mean(flight.voltage))
     longest = min(LONGEST, max(SHORTEST, vehicle.rotor_lag / STEPS))
     early = -0.5 * flight.period
     flight = thinned(flight, longest)
@@ -223,7 +235,7 @@ def make_piece(flight: Flight, mean_voltage: float, vehicle: Vehicle) -> Piece:
         else on_even_grid(flight.time, smoothed(velocity, flight.period), grid),
         voltage=np.ones(len(grid))
         if voltage is None
-        else on_even_grid(flight.time, voltage, grid) / mean_voltage,
+        else on_even_grid(flight.time, voltage, grid) / (mean_voltage or own),
         turn=np.diff(gyro, axis=0) / (flight.period * block),
         force=blocks(flight.force, block)[1:],
     )
@@ -257,9 +269,8 @@ def beginnings(pieces: Sequence[Piece], seconds: float) -> list[Piece]:
     """Return the first pieces up to a time in all [s]; the last of them is cut."""
     found = []
     for piece in pieces:
-        row = piece.period * piece.every * piece.block
-        rows = min(len(piece.turn), round(seconds / row))
-        if rows * row <= 10.0 * MEMORY:
+        rows = min(len(piece.turn), round(seconds / piece.row))
+        if rows * piece.row <= 10.0 * MEMORY:
             break
         many = (rows + 1) * piece.block * piece.every
         found.append(
@@ -273,7 +284,7 @@ def beginnings(pieces: Sequence[Piece], seconds: float) -> list[Piece]:
                 force=piece.force[:rows],
             )
         )
-        seconds -= rows * row
+        seconds -= rows * piece.row
     return found
 
 
@@ -376,7 +387,7 @@ def _model_rows(vehicle: Vehicle, values: dict[str, float], piece: Piece) -> np.
     turned[1:] = piece.period * np.cumsum(alpha[:-1], axis=0)
     force[1:] = 0.5 * (force[1:] + force[:-1])
     turned = filtered(turned, values.get("gyro_delay", 0.0), piece.period)[:: piece.every]
-    turn = np.diff(blocks(turned, piece.block), axis=0) / (piece.period * piece.every * piece.block)
+    turn = np.diff(blocks(turned, piece.block), axis=0) / piece.row
     if piece.force_delay:
         force = filtered(force, piece.force_delay, piece.period)
     bias = [values.get(f"bias_{axis}", 0.0) for axis in "xyz"]
@@ -568,8 +579,7 @@ class Fitter:
 
     def _whitening(self, rest: list[np.ndarray]) -> Whitening:
         """Return the filters that whiten differences."""
-        row = self._pieces[0]
-        order = MEMORY / (row.period * row.every * row.block)
+        order = MEMORY / self._pieces[0].row
         return whitening(rest, round(min(order, MOST_SHARE * sum(len(each) for each in rest))))
 
     def _biased(self, rest: np.ndarray, name: str) -> np.ndarray:
@@ -592,8 +602,7 @@ class Fitter:
         for number, (each, piece) in enumerate(zip(rest, self._pieces, strict=True)):
             errors.append(whiten(each, filters))
             rows.append(np.stack([whiten(s[number], filters) for s in slopes], axis=-1))
-            seconds = piece.period * piece.every * piece.block
-            size = max(1, round(BLOCK / seconds))
+            size = max(1, round(BLOCK / piece.row))
             block = np.arange(len(errors[-1])) // size
             if len(block) and len(errors[-1]) % size < size // 2:
                 block = np.minimum(block, max(0, len(errors[-1]) // size - 1))

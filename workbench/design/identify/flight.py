@@ -73,16 +73,9 @@ class Flight:
 
     def cut(self, keep: slice) -> "Flight":
         """Return a part of it."""
-        return replace(
-            self,
-            time=self.time[keep],
-            commands=self.commands[keep],
-            gyro=self.gyro[keep],
-            force=self.force[keep],
-            velocity=None if self.velocity is None else self.velocity[keep],
-            voltage=None if self.voltage is None else self.voltage[keep],
-            good=self.good[keep],
-        )
+        names = ("time", "commands", "gyro", "force", "velocity", "voltage", "good")
+        known = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        return replace(self, **{name: values[keep] for name, values in known.items()})
 
     def pieces(self, shortest: float) -> list["Flight"]:
         """Return the runs of good samples that last at least so long [s]."""

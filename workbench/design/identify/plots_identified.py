@@ -70,10 +70,9 @@ def _draw_flight(rows, report: Report) -> None:  # type: ignore[no-untyped-def]
     many = min(len(run.time), round((STRETCH + 1.0) * run.rate))
     begin = max(0, (len(run.time) - many) // 2)
     run = run.cut(slice(begin, begin + many))
-    voltage = 1.0 if run.voltage is None else float(np.mean(run.voltage))
-    piece = make_piece(run, voltage, found.vehicle)
+    piece = make_piece(run, found.vehicle)
     model = model_rows(found.vehicle, found.fit.named, piece)
-    time = run.time[0] + np.arange(len(model)) * piece.period * piece.every * piece.block
+    time = run.time[0] + np.arange(len(model)) * piece.row
     skip = time > time[0] + 0.5
     force, turn = rows
     force.plot(time[skip], piece.force[skip, 2], color="0.6", label="measured")
@@ -81,8 +80,7 @@ def _draw_flight(rows, report: Report) -> None:  # type: ignore[no-untyped-def]
     force.set_ylabel("specific force along z [m/s²]")
     force.legend(loc="upper right", fontsize="small")
     axis = int(np.argmax(np.std(piece.turn, axis=0)))
-    period = piece.period * piece.every * piece.block
-    size = max(1, round(0.03 / period))
+    size = max(1, round(0.03 / piece.row))
     shape = np.ones(size) / size
     turn.plot(time[skip], np.convolve(piece.turn[:, axis], shape, "same")[skip], color="0.6")
     turn.plot(time[skip], np.convolve(model[:, axis], shape, "same")[skip], color="C0")

@@ -137,15 +137,3 @@ def spin_up(vehicle: Vehicle) -> float:
         for rotor in vehicle.rotors
     ]
     return float(np.mean(shares))
-
-
-def level_drag(vehicle: Vehicle) -> float:
-    """Return the deceleration by the rotors over level speed in hover [1/s]."""
-    pulls = [each.rotor_drag_coefficient for each in vehicle.rotors]
-    return float(pulls @ vehicle.hover_speeds) / vehicle.mass
-
-
-def climb_drag(vehicle: Vehicle) -> float:
-    """Return the thrust that rotors lose over climb rate and mass in hover [1/s]."""
-    losses = [each.inflow_coefficient for each in vehicle.rotors]
-    return float(losses @ vehicle.hover_speeds) / vehicle.mass

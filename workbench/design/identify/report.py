@@ -232,11 +232,6 @@ def whiteness(fit: Fit, period: float) -> np.ndarray:
     ).T
 
 
-def coloured_share(correlations: np.ndarray, many: int) -> float:
-    """Return the share of autocorrelations beyond their bound of 95 %; 0.05 for white errors."""
-    return float((np.abs(correlations) > 1.96 / math.sqrt(many)).mean())
-
-
 def noise_densities(found: Found) -> tuple[float, float]:
     """Return the noise of gyro [rad/s/√Hz] and accelerometer [m/s²/√Hz] at the fastest half.
 
@@ -264,16 +259,14 @@ def predicted(found: Found, ahead: float = 0.2) -> Prediction:
     force, mean, turn, held = [], [], [], []
     for flight in found.flights:
         for run in flight.pieces(ahead + 0.5):
-            voltage = 1.0 if run.voltage is None else float(np.mean(run.voltage))
-            piece = make_piece(run, voltage, found.vehicle)
+            piece = make_piece(run, found.vehicle)
             rows = model_rows(found.vehicle, found.fit.named, piece)
-            skip = round(0.3 / (piece.period * piece.every * piece.block))
+            skip = round(0.3 / piece.row)
             force.append((piece.force - rows[:, 3:])[skip:, 2])
             mean.append((piece.force[:, 2] - piece.force[:, 2].mean())[skip:])
-            period = piece.period * piece.every * piece.block
-            many = max(1, round(ahead / period))
-            went = np.cumsum(piece.turn, axis=0) * period
-            should = np.cumsum(rows[:, :3], axis=0) * period
+            many = max(1, round(ahead / piece.row))
+            went = np.cumsum(piece.turn, axis=0) * piece.row
+            should = np.cumsum(rows[:, :3], axis=0) * piece.row
             change = went[many:] - went[:-many]
             turn.append((change - should[many:] + should[:-many])[skip:])
             held.append(change[skip:])
@@ -394,26 +387,36 @@ class Report:
     """What is said of an identification.
 
     Attributes:
-        vehicle: as it is described.
         found: what was found.
         rows: in numbers that people know.
-        seconds: of free flight.
         correlations: autocorrelations of the errors of prediction, see `whiteness`.
-        coloured: share of them beyond their bound.
         noise: densities of gyro [rad/s/√Hz] and accelerometer [m/s²/√Hz].
         held_back: what a search without the last fifth predicts of it; None without one.
         sidecar: the file's text.
     """
 
-    vehicle: Vehicle
     found: Found
     rows: list[Row]
-    seconds: float
     correlations: np.ndarray
-    coloured: float
     noise: tuple[float, float]
     held_back: Prediction | None
     sidecar: str
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """As it is described."""
+        return self.found.vehicle
+
+    @property
+    def seconds(self) -> float:
+        """Of free flight."""
+        return self.found.seconds
+
+    @property
+    def coloured(self) -> float:
+        """Share of autocorrelations beyond their bound of 95 %; 0.05 for white errors."""
+        bound = 1.96 / math.sqrt(len(self.found.fit.innovations))
+        return float((np.abs(self.correlations) > bound).mean())
 
     @property
     def sentences(self) -> list[str]:
@@ -481,17 +484,11 @@ def make_report(
     """
     found = identify(vehicle, flights, lambda share: tell(0.6 * share), stopped)
     rows = rows_of(found)
-    run = found.flights[0].pieces(SHORTEST)[0]
-    voltage = 1.0 if run.voltage is None else float(np.mean(run.voltage))
-    piece = make_piece(run, voltage, found.vehicle)
-    correlations = whiteness(found.fit, piece.period * piece.every * piece.block)
+    piece = make_piece(found.flights[0].pieces(SHORTEST)[0], found.vehicle)
     return Report(
-        vehicle=vehicle,
         found=found,
         rows=rows,
-        seconds=found.seconds,
-        correlations=correlations,
-        coloured=coloured_share(correlations, len(found.fit.innovations)),
+        correlations=whiteness(found.fit, piece.row),
         noise=noise_densities(found),
         held_back=_held_back(found, lambda share: tell(0.6 + 0.4 * share), stopped),
         sidecar=sidecar_text(identified_vehicle(found), rows, logs),

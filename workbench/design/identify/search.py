@@ -89,7 +89,7 @@ def identify(
         )
     first = flights[0]
     mean_voltage = float(np.mean(np.concatenate([_voltage(run) for run in runs])))
-    pieces = [make_piece(run, mean_voltage, vehicle) for run in runs]
+    pieces = [make_piece(run, vehicle, mean_voltage) for run in runs]
     channels, refused = _channels(flights)
     needs = {"force"} | {each.split("_")[0] for each in channels}
     needs |= {"climb"} if "level" in needs else set()

@@ -80,11 +80,6 @@ class Motion(NamedTuple):
         begin, end = edges[longest] + 1, edges[longest + 1]
         return self.period * (first + float(begin)), self.period * (first + float(end))
 
-    @property
-    def wanted_known(self) -> bool:
-        """Whether the log tells which attitude and thrust the law asked for."""
-        return bool(np.isfinite(self.attitude_setpoint).all())
-
 
 def rotation(q: np.ndarray) -> Rotation:
     """Return rotations of quaternions w, x, y, z (m, 4)."""
