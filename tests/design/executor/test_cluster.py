@@ -266,7 +266,7 @@ def test_workers_without_the_package_are_named(tmp_path):
     ],
 )
 def test_a_worker_with_another_version_is_named(name, said):
-    there = versions()._replace(**{name: "1.0"})
+    there = versions() | {name: "1.0"}
     with pytest.raises(WorkbenchError, match=f"the worker tcp://w:1 {said}"):
         check_versions("tcp://w:1", there, versions())
     check_versions("tcp://w:1", versions(), versions())

@@ -13,12 +13,12 @@ import pickle
 import platform
 import socket
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib import metadata
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Self
 from urllib.parse import urlsplit
 
 from workbench.common.errors import WorkbenchError
@@ -37,25 +37,13 @@ ASK = 0.05
 INSTALL = "install there what is installed here, with one constraints.txt for all"
 
 
-class Versions(NamedTuple):
-    """Of what a flight follows from.
-
-    Attributes:
-        workbench: a digest of its source and of the shipped models.
-        drake, numpy, numba: of these packages.
-        processor: x86_64 and so on.
-    """
-
-    workbench: str
-    drake: str
-    numpy: str
-    numba: str
-    processor: str
-
-
 @functools.cache
-def versions() -> Versions:
-    """Return those of this process."""
+def versions() -> dict[str, str]:
+    """Return, of this process, the versions of what a flight follows from.
+
+    That of the workbench is a digest of its source and of the shipped models; the processor is
+    x86_64 and so on.
+    """
     package = Path(__file__).parents[2]
     digest = hashlib.sha256()
     for folder, pattern in ((package, "*.py"), (models_dir(), "*")):
@@ -63,22 +51,18 @@ def versions() -> Versions:
             if path.is_file() and path.suffix != ".pyc":
                 digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
                 digest.update(path.read_bytes())
-    return Versions(
-        workbench=digest.hexdigest()[:12],
-        drake=metadata.version("drake"),
-        numpy=metadata.version("numpy"),
-        numba=metadata.version("numba"),
-        processor=platform.machine(),
-    )
+    packages = {name: metadata.version(name) for name in ("drake", "numpy", "numba")}
+    return {"workbench": digest.hexdigest()[:12], **packages, "processor": platform.machine()}
 
 
-def check_versions(worker: str, there: Versions, here: Versions) -> None:
+def check_versions(worker: str, there: Mapping[str, str], here: Mapping[str, str]) -> None:
     """Refuse a worker that would fly otherwise.
 
     Raises:
         WorkbenchError: naming the first that is not the same.
     """
-    for name, other, own in zip(Versions._fields, there, here, strict=True):
+    for name, own in here.items():
+        other = there[name]
         if other != own and name == "workbench":
             raise WorkbenchError(
                 f"the worker {worker} has another state of the workbench's source than there is "
@@ -91,7 +75,7 @@ def check_versions(worker: str, there: Versions, here: Versions) -> None:
             )
 
 
-def run_there(task: bytes, files: bytes | None, here: Versions) -> Any:
+def run_there(task: bytes, files: bytes | None, here: Mapping[str, str]) -> Any:
     """Do a task on a worker of a cluster.
 
     Args:
@@ -350,19 +334,22 @@ class DaskCluster:
         for address, there in self._client.run(tell).items():
             if there is None:
                 raise WorkbenchError(f"the worker {address} lacks drake-drone-workbench: {INSTALL}")
-            check_versions(address, Versions(*there), versions())
+            check_versions(address, there, versions())
         return len(pythons)
 
 
 def _versions_there() -> Any:
     """Return a function that tells a worker's versions, None where it has no workbench.
 
-    A function within a function is sent as it is, and needs not be there already.
+    A function within a function is sent as it is. What it names must not be sent with it, as the
+    other end may have no workbench: so it imports that itself.
     """
 
-    def tell() -> tuple[str, ...] | None:
+    def tell() -> dict[str, str] | None:
         try:
-            return tuple(versions())
+            from workbench.design.executor.cluster import versions
+
+            return versions()
         except ImportError:  # of the workbench, or of what it needs
             return None
 
