@@ -171,7 +171,7 @@ class Explained:
         random = np.random.default_rng(seed)
         uncertain = uncertainty or Uncertainty()
         self._drawn = [
-            _Real(vehicle, (0.0, 0.0, 0.0)),
+            (vehicle, (0.0, 0.0, 0.0)),
             *(_drawn(vehicle, uncertain, random) for _ in range(draws)),
         ]
         self._own = _begun(motion, vehicle, flown, self._craft(flown, vehicle))
@@ -247,8 +247,8 @@ class Explained:
         self, begun: "_Begun", real: "_Real", pushes: np.ndarray, trials: int = 1
     ) -> np.ndarray:
         """Return states (K+1, 13), see `flown.make_refly`; several trials write the pushes."""
-        vehicle = real.vehicle
-        craft = self._craft(begun.law, vehicle)._replace(wind=real.wind)
+        vehicle, wind = real
+        craft = self._craft(begun.law, vehicle)._replace(wind=wind)
         return np.asarray(
             compiled_flights(begun.law.controller).refly(
                 begun.targets,
@@ -268,11 +268,8 @@ class Explained:
         )
 
 
-class _Real(NamedTuple):
-    """What may have flown: a vehicle, and the wind [m/s]."""
-
-    vehicle: Vehicle
-    wind: tuple[float, float, float]
+_Real = tuple[Vehicle, tuple[float, float, float]]
+"""What may have flown: a vehicle, and the wind [m/s]."""
 
 
 class _Begun(NamedTuple):
@@ -366,7 +363,7 @@ def _drawn(vehicle: Vehicle, uncertainty: Uncertainty, random: np.random.Generat
     )
     mass = factors.mass * vehicle.mass
     real = dataclasses.replace(vehicle, mass=mass, I_BBcm_B=rows, rotors=rotors)
-    return _Real(real, wind)
+    return real, wind
 
 
 def stays(states: np.ndarray, logged: np.ndarray) -> int:
