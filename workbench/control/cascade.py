@@ -1,6 +1,6 @@
-"""Loop points and loops of a cascade from position to angular acceleration.
+"""Loop points and loops of a cascade from position to angular acceleration, for several laws.
 
-Several laws have it. Attitude means the errors about x and y of T, and that of the turn about z.
+Attitude errors are the tilt errors about x and y of T and the heading or yaw-rate error about z.
 """
 
 from workbench.control.controller import Loop
@@ -17,7 +17,7 @@ CASCADE_POINTS = {
     for axis in "xyz"
 }
 POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
-"""Where the three points of each stage begin."""
+"""Index of the first of the three points of each stage."""
 
 Names = tuple[str, ...]
 
@@ -28,12 +28,12 @@ def cascade_loops(
     """Return the loops of such a cascade.
 
     Args:
-        level: names of the gains of the velocities x and y.
-        climb: of the velocity z.
-        tilt: of roll and pitch.
-        turn: of the turn about z.
-        place: of the position x and y, and of z.
-        about_z: name of the loop of that turn.
+        level: names of the gains of the velocity loops x and y.
+        climb: those of the velocity loop z.
+        tilt: those of roll and pitch.
+        turn: those of the loop about z.
+        place: that of the position loops x and y, and that of z.
+        about_z: name of the loop about z.
     """
     gains_of_velocity = {"x": level, "y": level, "z": climb}
     gains_of_place = {"x": place[:1], "y": place[:1], "z": place[1:]}

@@ -1,8 +1,15 @@
-"""A whole control update: a controller's law, allocation and rotor speeds, as pure functions.
+"""One control update: the control law, allocation and rotor speeds, as pure functions.
 
-They run as plain Python with lists (floats or AutoDiffXd) and compiled with arrays: one source.
-This is the only place where the order of an update stands; diagram, linear models and compiled
-flights all take it from here.
+The steps of an update, in `flight_law`:
+
+1. estimate the acceleration from the velocity, and low-pass it and the setpoint if wanted;
+2. run the controller's `update`: setpoint and measured state -> wrench F, m and next memory;
+3. compensate spin-up torque in the yaw moment (`kept_share`);
+4. allocate the wrench to thrusts within limits (`mixer`, or `stopped_rotors`), and convert
+   thrusts to rotor speeds.
+
+The same source runs as plain Python with lists (floats or AutoDiffXd) and as machine code with
+arrays. Diagram, linear models and compiled flights all take the order of these steps from here.
 """
 
 import math
@@ -41,23 +48,23 @@ Signal = Any
 """A sequence of scalars: a list in Python, an array in compiled code."""
 
 SOURCES = ("control", "dynamics", "estimation/filters.py", "plant/gravity.py")
-"""What the compiled update stands in, below `workbench/`, besides its controller."""
+"""Sources of the compiled update below `workbench/`, besides its controller."""
 BODY, ROTOR = 20, 12
-"""Numbers that the law knows of the body, and of each rotor, see `packed`."""
+"""How many numbers the law knows of the body, and of each rotor, see `packed`."""
 ALL_PARTS = -1.0
-"""In place of the number of updates before: every part of the law runs, as in linear models."""
+"""As the number of previous updates: every part of the law runs, as in linear models."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
 
 DERIVATIVE, SETPOINT, FILTERED = 3, 6, 10
-"""Numbers that the stages before the law remember: the velocity of the acceleration estimate (3)
-[m/s], states of the low-pass behind it (3) [m/s²], and of the one on the setpoint (4) [m/s, rad/s];
-where the second and third begin, and how many there are."""
+"""States of the stages before the law: the velocity of the acceleration estimate (3) [m/s], the
+low-pass after it (3) [m/s²], and the low-pass on the setpoint (4) [m/s, rad/s]. These are the
+indices of the second and third, and the number of states."""
 
 
 class ComputerSettings(NamedTuple):
-    """Live numbers of the stages around a law; `workbench params` lists what each means."""
+    """Live parameters of the stages around a law; `workbench params` explains each."""
 
     setpoint_lowpass: float = 0.0
     derivative_lowpass: float = 0.0
@@ -65,20 +72,29 @@ class ComputerSettings(NamedTuple):
 
 
 PLAIN = ComputerSettings()
-"""Nothing around the law."""
+"""All stages around the law are off."""
 
 
 class LawConstants(NamedTuple):
     """What the law knows of a vehicle: lists for Python, views of `packed` arrays for numba.
 
-    Mass [kg]; inertia xx, xy, xz, yy, yz, zz [kg·m²]; orientation w, x, y, z of the frame T that
-    the vehicle hovers upright in, and place of the centre of mass in B [m]; drag as in
-    `plant.drag.DragRates`; allocation from a wrench to thrusts and effects of thrusts on the
-    wrench, n rows of 4 each; idle and largest thrusts [N], motor constants [N·s²] and halves of
-    the rotors' `linear_speed` [rad/s], n each; by how much spin-up torque leads drag torque in
-    yaw [s]; the time constant of the slowest rotor at hover [s]; and the known mass of the payload,
-    which is in the mass [kg].
-    Inertia, allocation and effects are for T, see `plant.thrust_frame`.
+    Inertia, allocation and effects are for T, the frame of upright hover, see `plant.thrust_frame`.
+
+    Attributes:
+        mass: of vehicle and known payload [kg].
+        inertia: xx, xy, xz, yy, yz, zz [kg·m²].
+        q_BT: orientation of T in B, w x y z.
+        p_BoBcm_B: position of the centre of mass in B [m].
+        drag: see `plant.drag.DragRates`.
+        allocation: n rows of 4, from a wrench to thrusts.
+        effects: n rows of 4, wrench per thrust.
+        idle_thrusts: n [N].
+        max_thrusts: n [N].
+        motor_constants: n [N·s²].
+        half_linear_speeds: n halves of the rotors' `linear_speed` [rad/s].
+        spin_up_time: lead of spin-up torque over drag torque in yaw [s].
+        rotor_lag: time constant of the slowest rotor at hover [s].
+        payload: known mass of the payload, included in the mass [kg].
     """
 
     mass: float
@@ -102,10 +118,10 @@ def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstan
 
     Args:
         vehicle: without a payload.
-        payload: of which the law believes that it has the known mass.
+        payload: that the law assumes, with its known mass.
 
     Raises:
-        WorkbenchError: if no rotor speeds would hold the two in hover.
+        WorkbenchError: if no rotor speeds can hold both in hover.
     """
     area = drag_area(vehicle.mass)
     vehicle = believed(vehicle, payload)
@@ -266,11 +282,14 @@ def resolved(speed: Scalar, full: Scalar, steps: Scalar) -> Scalar:
 
 @register_jitable(forceinline=True)
 def kept_share(g: Any, spin_up_time: Scalar, period: Scalar) -> Scalar:
-    """Return how much of the yaw moment of one update the next one keeps.
+    """Return the weight of the previous yaw moment in the next one.
 
-    Rotors make the moment m that is asked for by drag, and spin_up_time dm/dt by spinning up. So
-    that both together make the wanted one, wanted = m + lead dm/dt, with the difference between
-    updates for dm/dt; lead is the share `spin_up_feedforward` of spin_up_time.
+    For a commanded yaw moment m, drag torque gives m and spin-up torque spin_up_time dm/dt. Their
+    sum should be the wanted moment:
+
+        wanted = m + lead dm/dt,  lead = spin_up_feedforward spin_up_time
+
+    with the difference between updates for dm/dt.
 
     Args:
         g: gains by name.
@@ -300,16 +319,16 @@ def commanded_wrench(commands: Signal, constants: LawConstants) -> tuple[Any, An
 def allocate(
     wrench: Signal, lift: Scalar, motors: Scalar, shares: Signal, constants: Any, commands: Signal
 ) -> None:
-    """Write the rotor speeds (n) [rad/s] that make a wrench, as nearly as rotors can.
+    """Write the rotor speeds (n) [rad/s] that make a wrench, or the nearest one possible.
 
     Args:
         wrench: force along z [N] and moment [N·m] in T.
         lift: 0 lets the rotors idle.
         motors: 0 stops them.
-        shares: of their thrust that rotors give (n). The law knows which have stopped, with a
-            share of 0, as motors report that; of weak ones it knows nothing.
+        shares: fraction of its thrust that each rotor gives (n). The law knows which have stopped
+            (0), as motors report that, but not which are weak.
         constants: see `LawConstants`.
-        commands: n places.
+        commands: n places to write to.
     """
     n = len(constants.allocation)
     if lift > 0.0:
@@ -342,7 +361,7 @@ class FlightLaw(NamedTuple):
 
     Attributes:
         gains: from a sequence to gains by name.
-        memory: from a sequence to what the law remembers, by name.
+        memory: from a sequence to the law's states, by name.
         wrench: the law, from the plant's state to a wrench.
         commands: one update without the estimate of acceleration.
         update: one update.
@@ -383,7 +402,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         loops,
         count=ALL_PARTS,
     ):
-        """Return the wrench (4) that the law asks of a vehicle whose rotors lift, and its memory.
+        """Return the wrench (4) that the law commands while the rotors lift, and its memory.
 
         Args:
             state: of the plant (13): q_WB, p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
@@ -428,7 +447,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         """Write the commanded rotor speeds (n) [rad/s]; return the wanted yaw moment and memory.
 
         Args: as for `wrench` and `allocate`, and
-            kept: how much of the yaw moment before is kept, see `kept_share`.
+            kept: weight of the previous yaw moment, see `kept_share`.
             speeds: n places.
             count: see `ALL_PARTS`.
         """
@@ -483,18 +502,18 @@ def flight_law(controller: Controller) -> FlightLaw:
             loops: see `loop_points`.
             estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
             settings: see `ComputerSettings`.
-            filtered: what the stages before the law remember, see `FILTERED`.
+            filtered: states of the stages before the law, see `FILTERED`.
             memory: of the law, in its order.
-            speeds: commanded before (n) [rad/s], and places for those from now on.
+            speeds: previous commands (n) [rad/s], overwritten by the new ones.
             count: of the updates before this one, see `ALL_PARTS`.
 
         Returns:
-            What the stages before the law remember, and the memory of the law.
+            Next states of the stages before the law, and the memory of the law.
         """
         acceleration, velocity = estimated(state[10:13], filtered[0:3], estimate)
         share, rate = estimate
         dt = share / rate
-        # where no low-pass is on, it lets everything through
+        # a low-pass that is off passes its input
         section = lowpass(settings[1], 1.0, dt)
         slowed, derivative = smoothed(section, filtered[DERIVATIVE:SETPOINT], acceleration)
         section = lowpass(settings[0], 1.0, dt)
@@ -540,9 +559,9 @@ def flight_law(controller: Controller) -> FlightLaw:
     ):
         """Do `update` with packed constants, in place; this is what gets compiled.
 
-        `known` are the constants of the body, and those of the rotors row by row, see `packed`:
-        each array handed to compiled code costs a quarter of a microsecond, hence so few. `probes`
-        are gates and injections of the loop points.
+        `known` has the constants of the body, then those of the rotors row by row, see `packed`:
+        one array, as each argument costs compiled code a quarter of a microsecond. `probes` has
+        gates and injections of the loop points.
         """
         constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
         loops = np.empty(3 * points)
@@ -581,7 +600,7 @@ def flight_law(controller: Controller) -> FlightLaw:
 
 
 def elapsed_reader(controller: Controller) -> Callable[..., Any]:
-    """Return a function that tells when each part of a law last ran, see `guidance.Measured`."""
+    """Return a function to the time since each part of a law last ran, see `guidance.Measured`."""
     parts = "".join(
         f"dt if count < 0.0 else {divider} * dt "
         f"if floor(count / {divider}) * {divider} == count else 0.0, "  # as vectors have no modulo
@@ -602,7 +621,7 @@ def gains_reader(controller: Controller, source: str = "s[{}]", arguments: str =
 
 
 def memory_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
-    """Return a function to what a controller remembers, by name, see `reader`."""
+    """Return a function to a controller's states by name, see `reader`."""
     fields = [state.name for state in controller.memory]
     key = f"Memory_{controller.key}"
     return reader(record(key, fields), len(fields), key, source, arguments)

@@ -1,4 +1,4 @@
-"""The flight mode: which mode follows which, and what each lets the controller do.
+"""The flight mode: its transitions, and the guidance of each mode.
 
 Pure functions of plain numbers; `mode_manager` runs them as a Drake system.
 """
@@ -13,33 +13,33 @@ from workbench.control.mode import FlightMode, Reason, Request
 from workbench.control.obstacle_brake import WALLS
 
 SPOOL_UP_TIME = 0.5
-"""Rotors idle this long before a take-off leaves the ground [s]."""
+"""Rotors idle this long before a take-off [s]."""
 SLOW = 0.2
-"""Below this speed a drone counts as standing in the air [m/s]."""
+"""Below this speed a drone counts as hovering [m/s]."""
 STOPPING_TIME = 0.25
-"""A drone that begins to hold keeps the point it reaches in this time [s]."""
+"""A drone that starts to hold uses the point that it reaches in this time [s]."""
 TOUCH_DOWN_SPEED = 0.05
 TOUCH_DOWN_TIME = 0.5
 TOUCH_DOWN_HEIGHT = 0.1
-"""A landing drone slower than this for this long, this near the ground, stands [m/s, s, m]."""
+"""A landing drone slower than this for this long, this near the ground, has landed [m/s, s, m]."""
 SINK_RATE = 0.5
 SLOW_HEIGHT = 2.0
 FASTEST_SINK = 2.0
-"""From high up a landing sinks faster: SINK_RATE [1/s] times the height over SLOW_HEIGHT [m]."""
+"""A landing descends at SINK_RATE [1/s] times the height above SLOW_HEIGHT [m], if faster."""
 STEEP = 0.7
-"""A wall whose direction points down by this much or more lies below the drone."""
+"""A wall whose direction points down by this much or more is below the drone."""
 STANDING_TIME = 2.0
-"""On an estimate, whose height may be off, a landing drone slower for this long stands [s]."""
+"""On an estimate, whose height may be wrong, a drone slower for this long has landed [s]."""
 ARREST_TIME = 0.2
 ARREST_HEIGHT = 0.5
-"""Where the position is lost, a landing ends when this low something has stopped its sinking for
-this long: on the ground it moves by its estimate, and would go on as the legs are held [s, m]."""
+"""With a lost position, a landing ends when the descent has stopped for this long below this
+height: on the ground the estimate still moves, so the usual test would not end it [s, m]."""
 GPS_LATE = 1.0
-"""Without a GPS sample for longer, the place is dead reckoning [s]."""
+"""Without a GPS sample for longer, the position is dead reckoning [s]."""
 HEADING_LATE = 2.0
-"""Without a magnetometer's sample for longer, the heading goes by the gyro alone [s]."""
+"""Without a magnetometer sample for longer, the heading follows the gyro alone [s]."""
 TAKE_OFF_PATIENCE = 3.0
-"""A take-off that no longer climbs, under a ceiling perhaps, becomes a hover after this [s]."""
+"""A take-off that no longer climbs, for example under a ceiling, becomes a hover after this [s]."""
 
 
 HOVERING, ASCENDING, DESCENDING, CRUISING = (
@@ -52,11 +52,11 @@ HOVERING, ASCENDING, DESCENDING, CRUISING = (
     )
 )
 HOLD_HERE = 0.01
-"""Height of an abort of a landing that climbs nowhere: no drone is that low in the air [m]."""
+"""Height that aborts a landing without a climb: no drone in the air is that low [m]."""
 
 
 class Settings(NamedTuple):
-    """Live numbers of the flight mode."""
+    """Live parameters of the flight mode."""
 
     take_off_speed: float
     landing_speed: float
@@ -69,14 +69,14 @@ class Settings(NamedTuple):
 
 
 class Health(NamedTuple):
-    """What an estimate says of itself.
+    """The state of health of an estimate.
 
     Attributes:
-        deviation: of the level position, root of the sum of both variances [m]; NaN where the
-            estimator does not know it.
-        gps_age: time since the estimate took in a sample of the GPS [s].
-        imu_age: for how long the readings of the gyro have been the same [s].
-        heading_age: time since it took in one of the magnetometer, 0 where there is none [s].
+        deviation: standard deviation of the horizontal position, root of the sum of both variances
+            [m]; NaN if the estimator has none.
+        gps_age: time since the estimate used a GPS sample [s].
+        imu_age: for how long the gyro readings have been the same [s].
+        heading_age: time since it used a magnetometer sample, 0 without a magnetometer [s].
     """
 
     deviation: float
@@ -86,11 +86,11 @@ class Health(NamedTuple):
 
 
 class ModeState(NamedTuple):
-    """What the flight mode remembers; all numbers, so that it is a Drake state vector.
+    """The state of the flight mode; only numbers, so that it is a Drake state vector.
 
-    `serial` counts requests seen; `since` is when the mode began [s]; `still_since` when the
-    drone last moved [s]; `target` the take-off height [m]; `holding` 1 while (x, y, z) is kept [m],
-    which a landing does once it has braked; `reason` is a `mode.Reason`.
+    `serial` counts requests seen; `since` is the start of the mode [s]; `still_since` when the
+    drone last moved [s]; `target` the take-off height [m]; `holding` 1 while (x, y, z) is held [m],
+    in a landing once it has braked; `reason` is a `mode.Reason`.
     """
 
     mode: float
@@ -109,11 +109,11 @@ REASON = ModeState._fields.index("reason")
 
 
 class Situation(NamedTuple):
-    """What the flight mode sees at an update; frames and units as in `pd`.
+    """The inputs of the flight mode at an update; frames and units as in `pd`.
 
-    `health` is that of the estimate that place and velocity come from, None on the truth. What the
-    battery still has decides when the rotors stop, what is known of it when the drone lands.
-    `ended` is whether the program that runs the law has ended.
+    `health` is that of the estimate of position and velocity, None with the true state. The true
+    `charge` decides when the rotors stop, the `known_charge` when the drone lands. `ended` is
+    whether the program that runs the law has ended.
     """
 
     time: float
@@ -131,7 +131,7 @@ class Situation(NamedTuple):
 
 
 def hears(mode: FlightMode, request: Request) -> bool:
-    """Return whether a request has any effect in a mode, or asks for what is so already."""
+    """Return whether a request has an effect in a mode, or is already fulfilled."""
     if request is Request.ARM:
         return mode is FlightMode.OFF
     if request is Request.TAKE_OFF:
@@ -147,7 +147,7 @@ def in_the_air(height: float, standing_height: float) -> bool:
 
 
 def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
-    """Return the state of a flight that begins in a mode at a place."""
+    """Return the state of a flight that begins in a mode at a position."""
     holding = float(mode is FlightMode.HOVERING)
     return ModeState(float(mode), 0.0, 0.0, 0.0, 0.0, holding, *p_WB)
 
@@ -159,7 +159,7 @@ def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeStat
     mode = FlightMode(int(state.mode))
     if request is Request.STOP:
         return _enter(FlightMode.OFF, state, now)
-    if now.ended:  # nobody flies what another mode would ask for
+    if now.ended:  # without a controller, no other mode can be flown
         return state._replace(reason=float(Reason.AUTOPILOT_ENDED))
     if now.charge <= 0.0 and mode is not FlightMode.OFF:
         return _enter(FlightMode.OFF, state, now, Reason.BATTERY_EMPTY)
@@ -186,10 +186,11 @@ def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeStat
 
 
 def position_lost(health: Health | None, settings: Settings) -> bool:
-    """Return whether an estimate no longer knows where the drone is.
+    """Return whether an estimate no longer knows the drone's position.
 
-    By its own deviation, as PX4's COM_POS_FS_EPH and ArduPilot's FS_EKF_THRESH have it, and where
-    it knows none, by the time since the last sample of the GPS, as PX4's EKF2_NOAID_TOUT does.
+    The criterion is its standard deviation, as in PX4's COM_POS_FS_EPH and ArduPilot's
+    FS_EKF_THRESH. Without one, it is the time since the last GPS sample, as in PX4's
+    EKF2_NOAID_TOUT.
     """
     if health is None:
         return False
@@ -199,15 +200,15 @@ def position_lost(health: Health | None, settings: Settings) -> bool:
 
 
 def imu_failed(health: Health | None, settings: Settings) -> bool:
-    """Return whether the IMU's readings no longer change, as those of a working one always do.
+    """Return whether the IMU's readings no longer change; those of a working one always do.
 
-    PX4's DataValidator takes equal values in a row as the sign of a stuck sensor, too.
+    PX4's DataValidator uses repeated values as the sign of a stuck sensor, too.
     """
     return health is not None and health.imu_age > settings.imu_timeout
 
 
 def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidance:
-    """Return what the state lets the controller do."""
+    """Return the guidance of a state."""
     mode = FlightMode(int(state.mode))
     motors = float(mode is not FlightMode.OFF)
     if mode in (FlightMode.OFF, FlightMode.ARMED):
@@ -218,7 +219,7 @@ def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidanc
     if mode is FlightMode.LANDING:
         fast = min(FASTEST_SINK, SINK_RATE * (p_WB[2] - SLOW_HEIGHT))
         sink = -state.holding * max(settings.landing_speed, fast)  # brake before sinking
-        # a place that is not known is not chased
+        # an unknown position is not held
         hold_xy = 0.0 if state.reason == Reason.POSITION_LOST else state.holding
         return Guidance(motors, 1.0, 0.0, sink, hold_xy, 0.0, state.x, state.y, state.z)
     hold = state.holding
@@ -234,12 +235,12 @@ def with_walls(
 ) -> Guidance:
     """Return guidance that also limits the speed towards obstacles.
 
-    A landing comes down on whatever is below.
+    In a landing, walls below the drone do not count.
 
     Args:
         guide: without walls.
-        walls: (4 `WALLS`) direction in W and clearance [m] of each, nearest first; the clearance
-            is infinite where there is none.
+        walls: (4 `WALLS`) direction in W and clearance [m] of each, nearest first; an infinite
+            clearance means none.
         p_WB: position [m].
         mode: the present one.
         settings: brake and the distance at which to stop.
@@ -267,7 +268,7 @@ def _enter(
 
 
 def _shortcoming(health: Health | None) -> Reason:
-    """Return what an estimate that is still good enough has to do without."""
+    """Return what a usable estimate lacks."""
     if health is None:
         return Reason.NONE
     if health.gps_age > GPS_LATE:
@@ -314,7 +315,7 @@ def _taking_off(request: Request, state: ModeState, now: Situation) -> ModeState
 
 
 def _losing_position(state: ModeState, now: Situation) -> ModeState:
-    """Let a landing sink at once: there is nothing to brake by."""
+    """Let a landing descend at once: without a position it cannot brake."""
     return state._replace(
         holding=1.0, since=now.time, still_since=now.time, reason=float(Reason.POSITION_LOST)
     )
@@ -346,7 +347,7 @@ def _landing(request: Request, state: ModeState, now: Situation, settings: Setti
 
 
 def _flying(state: ModeState, now: Situation) -> ModeState:
-    """Tell the flying modes apart, and hold the place while nothing is asked."""
+    """Choose among the flying modes, and hold the position without a command."""
     mode, holding, x, y, z = flying(
         state.holding, (state.x, state.y, state.z), now.p_WB, now.v_WB, now.reference
     )
@@ -358,13 +359,13 @@ def _flying(state: ModeState, now: Situation) -> ModeState:
 def flying(
     holding: float, held: Any, p_WB: Any, v_WB: Any, reference: Any
 ) -> tuple[float, float, float, float, float]:
-    """Return the mode in which a drone flies, whether a place is held, 0 or 1, and which (3) [m].
+    """Return the flying mode, whether a position is held (0 or 1), and that position (3) [m].
 
-    Compiled flights have no other modes than these.
+    Compiled flights have only these modes.
 
     Args:
-        holding: whether one was held until now.
-        held: that place (3) [m].
+        holding: whether a position was held until now.
+        held: that position (3) [m].
         p_WB: position (3) [m].
         v_WB: velocity in W (3) [m/s].
         reference: see `guidance.Reference` (8).

@@ -1,4 +1,4 @@
-"""What the law reads off the plant's state: attitude, motion of the mass, and drag."""
+"""What the law computes from the plant's state: attitude, velocity of the mass, and drag."""
 
 from typing import Any
 
@@ -47,8 +47,8 @@ def attitude_matrix(q_WB: Signal) -> tuple[Scalar, ...]:
 def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
     """Return the velocity of the centre of mass in W [m/s].
 
-    Rotors move that point; an origin far from it swings the wrong way at first when the drone
-    tilts, and a law that fed that back would chase its own tilting.
+    The rotors accelerate this point. An origin far from it first moves the wrong way when the drone
+    tilts, so feeding back its velocity would disturb the attitude loop.
     """
     w, x, y, z = state[0:4]
     p_x, p_y, p_z = p_BoBcm_B
@@ -69,10 +69,10 @@ def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Sca
 
 @register_jitable
 def still_air_drag(q_WT: Signal, v_WB: Signal, drag: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return what drag takes from a vehicle in still air, over mass, in W [m/s²].
+    """Return the deceleration by drag in still air, with the sign that compensates it, in W [m/s²].
 
-    Rotors that turn as in hover pull across their axis, the body against its velocity. The wind
-    is not known to the law.
+    Rotors at hover speed have drag across their axis, the body has drag against its velocity. The
+    law does not know the wind.
 
     Args:
         q_WT: orientation of the frame in which the rotors lift along z.

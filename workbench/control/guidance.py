@@ -1,7 +1,7 @@
-"""What stands before the law: the reference, what the flight mode makes of it, and the limits.
+"""Guidance, the same for every control law: the reference, the flight mode, and the limits.
 
-Every law gets the same: an error of position where a point is held or gone to, and a velocity and
-a yaw rate within limits. Written as the law is, see `pd`.
+It gives the position error while a point is held or approached, and the commanded velocity and yaw
+rate within limits. Pure functions, like the control laws, see `controllers.pd`.
 """
 
 from typing import Any, NamedTuple
@@ -16,16 +16,16 @@ Vector = Any
 """A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 
 CEILING_RATE = 1.0
-"""Below the largest height a drone climbs no faster than this times the way left [1/s]."""
+"""The climb rate is limited to this times the distance to the largest height [1/s]."""
 STEERING = 1e-12
-"""A pilot who asks for a squared velocity above this steers; what a low-pass leaves of it decays
-below that soon, and to nothing never [m²/s²]."""
+"""A pilot steers while the commanded velocity squared exceeds this: after a low-pass it decays, but
+never to exactly zero [m²/s²]."""
 BRAKING_SHARE = 0.5
-"""From afar a wall is neared only as fast as this share of the largest level acceleration stops."""
+"""Share of the largest horizontal acceleration that may be needed to stop before a wall."""
 
 
 class Reference(NamedTuple):
-    """What the pilot or a path asks for, in W [m/s, rad/s, m]; `follow` 1 means go to p."""
+    """The command of the pilot or a path, in W [m/s, rad/s, m]; `follow` 1 means go to p."""
 
     v_x: Scalar
     v_y: Scalar
@@ -40,9 +40,9 @@ class Reference(NamedTuple):
 class Guidance(NamedTuple):
     """What the flight mode allows and adds; weights are 0 or 1.
 
-    `motors` 0 stops the rotors; `lift` 0 lets them idle; `authority` 0 takes no reference;
-    `climb` is the mode's own vertical velocity [m/s]; `hold_xy` and `hold_z` keep the point p [m]
-    while the reference asks for nothing.
+    `motors` 0 stops the rotors; `lift` 0 lets them idle; `authority` 0 ignores the reference;
+    `climb` is the mode's own vertical velocity [m/s]; `hold_xy` and `hold_z` hold the point p [m]
+    while the reference is zero.
 
     `brake` [1/s] and the three walls limit the speed towards obstacles, see `obstacle_brake`; a
     brake of 0 sets no limit.
@@ -73,15 +73,21 @@ class Guidance(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What a law knows of the motion; T is the frame that hovers upright, see `plant.thrust_frame`.
+    """What a law knows of the motion; T is the frame of upright hover, see `plant.thrust_frame`.
 
-    Position p_WB [m]; velocity v_WBcm of the centre of mass and its acceleration a_WBcm, estimated,
-    in W [m/s, m/s²]; attitude q_WT, a quaternion w, x, y, z of any length but zero; angular
-    velocity w_WB in W [rad/s]; what drag of still air takes, over mass, in W [m/s²]; the wrench,
-    force along z of T [N] and moment in T [N·m], that the speeds commanded before make once the
-    rotors have reached them; the battery's voltage under load over that of the full battery
-    without load, 1 where no battery is stated; and for each part of the law that runs in every n-th
-    update only, the time since it last ran [s], 0 in an update in which it does not run.
+    Attributes:
+        p_WB: position [m].
+        v_WBcm: velocity of the centre of mass in W [m/s].
+        a_WBcm: its estimated acceleration in W [m/s²].
+        q_WT: attitude, a quaternion w, x, y, z of any length but zero.
+        w_WB: angular velocity in W [rad/s].
+        drag: drag of still air over mass in W [m/s²], with the sign that compensates it.
+        wrench: of the previous commands once the rotors have reached them: force along z of T [N]
+            and moment in T [N·m].
+        voltage: of the battery under load over that of the full battery without load; 1 without a
+            battery.
+        elapsed: for each part of the law that runs only in every n-th update, the time since it
+            last ran [s], or 0 if it does not run in this update.
     """
 
     p_WB: Vector
@@ -96,11 +102,15 @@ class Measured(NamedTuple):
 
 
 class Body(NamedTuple):
-    """What a law knows of the body: mass [kg], inertia xx, xy, xz, yy, yz, zz [kg·m²], in T.
+    """What a law knows of the body.
 
-    And what drag takes of the turn about z, as an angular acceleration over its rate [1/s], the
-    time constant of the slowest rotor at hover [s], by how much spin-up torque leads drag torque in
-    yaw [s], and the mass of the payload that is known, which is in the mass [kg].
+    Attributes:
+        mass: with the known payload [kg].
+        inertia: xx, xy, xz, yy, yz, zz in T [kg·m²].
+        yaw_drag: yaw deceleration by drag over the yaw rate [1/s].
+        rotor_lag: time constant of the slowest rotor at hover [s].
+        spin_up_time: lead of spin-up torque over drag torque in yaw [s].
+        payload: known mass of the payload [kg].
     """
 
     mass: float
@@ -114,9 +124,9 @@ class Body(NamedTuple):
 class KnownRotor(NamedTuple):
     """What a law knows of a rotor.
 
-    Force along z of T and moment about the centre of mass in T over its thrust [1, m]; thrust at
-    which it idles and largest thrust [N]; and motor constant [N·s²] and linear speed [rad/s]: the
-    thrust at a speed is motor_constant speed (speed + linear_speed).
+    Force along z of T and moment about the centre of mass in T per thrust [1, m]; idle and largest
+    thrust [N]; motor constant [N·s²] and linear speed [rad/s]: the thrust at a speed is
+    motor_constant speed (speed + linear_speed).
     """
 
     force: float
@@ -130,7 +140,7 @@ class KnownRotor(NamedTuple):
 
 
 class KnownVehicle(NamedTuple):
-    """What a law's `design` knows: that of `Body`, and the rotors, `KnownRotor`s."""
+    """What a law's `design` knows: the fields of `Body`, and the rotors."""
 
     mass: float
     inertia: Any
@@ -142,7 +152,7 @@ class KnownVehicle(NamedTuple):
 
 
 class Setpoint(NamedTuple):
-    """What is asked for: `Reference`, `Guidance`, and acceleration along a path in W (3) [m/s²]."""
+    """The command: `Reference`, `Guidance`, and acceleration along a path in W (3) [m/s²]."""
 
     reference: Vector
     guidance: Vector
@@ -156,7 +166,7 @@ FIRST_WALL = BRAKE + 1
 
 @register_jitable(forceinline=True)
 def place_weights(setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
-    """Return whether a point is gone to, whether one is held level, and whether a height is: 0, 1.
+    """Return weights, 0 or 1: going to a point, holding a horizontal position, holding a height.
 
     Args:
         setpoint: see `Setpoint`.
@@ -164,7 +174,7 @@ def place_weights(setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
     v_x, v_y, v_z, _, _, _, _, follow = setpoint.reference
     _, _, authority, _, hold_xy, hold_z = setpoint.guidance[0:6]
     if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > STEERING:
-        # a pilot who steers is not pulled back while the mode has yet to notice
+        # no pull back to the held point until the flight mode notices that the pilot steers
         hold_xy = 0.0
         hold_z = 0.0
     return authority * follow, hold_xy, hold_z
@@ -172,7 +182,7 @@ def place_weights(setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
 
 @register_jitable(forceinline=True)
 def position_error(measured: Any, setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
-    """Return the way to the point that is held or gone to, in W [m]; 0 where there is none.
+    """Return the vector to the point that is held or approached, in W [m]; 0 without one.
 
     Args:
         measured: see `Measured`.
@@ -193,10 +203,10 @@ def position_error(measured: Any, setpoint: Any) -> tuple[Scalar, Scalar, Scalar
 def velocity_setpoint(
     correction: Vector, measured: Any, setpoint: Any, limits: Any
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return velocity (x, y, z) in W [m/s] and yaw rate [rad/s]: what is asked for, within limits.
+    """Return the commanded velocity (x, y, z) in W [m/s] and yaw rate [rad/s], within limits.
 
     Args:
-        correction: velocity that the law adds for the error of position, in W [m/s].
+        correction: velocity that the law adds for the position error, in W [m/s].
         measured: see `Measured`.
         setpoint: see `Setpoint`.
         limits: a record with max_speed, max_climb_rate, max_height, max_tilt and max_yaw_rate.

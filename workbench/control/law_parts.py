@@ -1,8 +1,8 @@
-"""Parts that laws share: a force within a tilt, the way to an attitude, and the rigid body.
+"""Functions that control laws share: tilt limit, attitude error, rigid-body moment, integrals.
 
-Plain arithmetic, powers and comparisons only, so that one source runs with floats, converts to
-AutoDiffXd for exact linear models, and compiles with numba (`register_jitable` leaves functions as
-they are for Python, and lets numba call them). A vector is a sequence of three scalars.
+They use only arithmetic, powers and comparisons, so the same source runs with floats, with
+AutoDiffXd for exact linear models, and compiled by numba (`register_jitable` leaves functions
+unchanged for Python, and lets numba call them). A vector is a sequence of three scalars.
 """
 
 import math
@@ -19,12 +19,12 @@ Vector = Any
 
 PI = math.pi
 LEAST_LIFT = 0.3 * GRAVITY
-"""The specific force never points below this much upwards [m/s²]: no flying on its back."""
+"""Smallest upward part of the specific force [m/s²]: no inverted flight."""
 
 
 @register_jitable(forceinline=True)
 def tilted(f_x: Scalar, f_y: Scalar, f_z: Scalar, g: Any) -> tuple[Scalar, Scalar, Scalar]:
-    """Return a specific force in W [m/s²] that points up, tilted no more than allowed."""
+    """Return a specific force in W [m/s²] that points up, tilted by at most `g.max_tilt`."""
     if f_z < LEAST_LIFT:
         f_z = LEAST_LIFT
     level_squared = f_x * f_x + f_y * f_y
@@ -40,6 +40,8 @@ def tilted(f_x: Scalar, f_y: Scalar, f_z: Scalar, g: Any) -> tuple[Scalar, Scala
 def attitude_error(f: Vector, w: Vector, w_sp: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return the errors of tilt [2 sin(angle / 2)] about x and y, and of the yaw rate [rad/s].
 
+    The tilt error is the shortest rotation from z of T to f.
+
     Args:
         f: specific force, never zero, in T [m/s²].
         w: angular velocity in T [rad/s].
@@ -48,7 +50,7 @@ def attitude_error(f: Vector, w: Vector, w_sp: Vector) -> tuple[Scalar, Scalar, 
     f_x, f_y, f_z = f
     length = (f_x * f_x + f_y * f_y + f_z * f_z) ** 0.5
     upright = 1.0 + f_z / length  # 2 when z points along the force, 0 when against it
-    if upright < 1e-6:  # exactly upside down every tilt axis is as short: take roll
+    if upright < 1e-6:  # exactly upside down all tilt axes are equivalent: use roll
         e_x = 2.0
         e_y = 0.0
     else:
@@ -60,10 +62,10 @@ def attitude_error(f: Vector, w: Vector, w_sp: Vector) -> tuple[Scalar, Scalar, 
 
 @register_jitable(forceinline=True)
 def arctan2(y: Scalar, x: Scalar) -> Scalar:
-    """Return the angle of the vector (x, y), -pi .. pi [rad]; 0 where both are 0.
+    """Return the angle of the vector (x, y), -pi .. pi [rad]; 0 if both are 0.
 
-    Halved three times, tan(a / 2) = t / (1 + (1 + t²)^0.5), an angle is so small that twelve terms
-    of the arctangent's series are exact to rounding.
+    The angle is halved three times by tan(a / 2) = t / (1 + (1 + t²)^0.5). Twelve terms of the
+    arctangent's series are then exact to rounding.
     """
     across = x if x > 0.0 else -x
     length = (x * x + y * y) ** 0.5
@@ -86,7 +88,7 @@ def arctan2(y: Scalar, x: Scalar) -> Scalar:
 def cosine_sine(angle: Scalar) -> tuple[Scalar, Scalar]:
     """Return cosine and sine of an angle within ±2 pi [rad].
 
-    Of a sixteenth of it by their series, then doubled four times: exact to 1e-12.
+    Series at a sixteenth of the angle, then four doublings: exact to 1e-12.
     """
     a = angle / 16.0
     s = -a * a
@@ -100,7 +102,7 @@ def cosine_sine(angle: Scalar) -> tuple[Scalar, Scalar]:
 
 @register_jitable(forceinline=True)
 def clipped(x: Scalar, most: Scalar) -> Scalar:
-    """Return a number no farther from 0 than `most`."""
+    """Return a number limited to -most .. most."""
     if x > most:
         return most
     if x < -most:
@@ -110,7 +112,7 @@ def clipped(x: Scalar, most: Scalar) -> Scalar:
 
 @register_jitable(forceinline=True)
 def moment(alpha: Vector, w: Vector, inertia: Vector) -> tuple[Scalar, Scalar, Scalar]:
-    """Return I α + ω x I ω [N·m]."""
+    """Return the moment I α + ω x I ω [N·m]."""
     xx, xy, xz, yy, yz, zz = inertia
     a_x, a_y, a_z = alpha
     w_x, w_y, w_z = w
@@ -132,16 +134,16 @@ def difference(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
 
 @register_jitable(forceinline=True)
 def integrated(integral: Any, slope: Any, missing: Any, tolerance: float, dt: float) -> Any:
-    """Return an integral after an update; it stands where more of it would be more beyond a limit.
+    """Return an integral after an update; it stops where growth would increase saturation.
 
     This is conditional integration: Åström and Hägglund, Advanced PID Control, 2006, section 3.5.
 
     Args:
-        integral: before.
-        slope: its change over time.
-        missing: what the vehicle did not do of what was asked, of the sign of the integral.
-        tolerance: so much may be missing.
-        dt: since the update before [s].
+        integral: its previous value.
+        slope: its rate of change.
+        missing: command minus what the vehicle did, with the sign of the integral.
+        tolerance: of `missing` without saturation.
+        dt: time since the previous update [s].
     """
     if (missing > tolerance and slope > 0.0) or (missing < -tolerance and slope < 0.0):
         return integral

@@ -1,9 +1,12 @@
-"""The places where a signal of the law can be cut, scaled, added to or measured.
+"""Loop points: where a signal of the control law can be cut, scaled, excited or measured.
 
-At each a probe passes on gate times signal plus injection. With gates of 1 and injections of 0, as
-in every normal flight, that changes no bit. A loop is opened by its gate, delayed or driven by its
-injection, and its transfer functions are derivatives by injections: linear models, margins and
-their proof in flight all go through here.
+At each point a probe computes
+
+    signal after = gate * signal before + injection
+
+With gates of 1 and injections of 0, as in every normal flight, this does not change a bit. A gate
+opens or scales a loop, an injection delays or excites it, and transfer functions are derivatives
+by injections. Linear models, margins and their verification in flight use these points.
 """
 
 from typing import Any
@@ -17,13 +20,13 @@ Signal = Any
 
 @register_jitable(forceinline=True)
 def probe(signal: Scalar, place: int, loops: Signal) -> Scalar:
-    """Return what goes on from a point, and note what came there.
+    """Return the signal after a loop point, and store the signal before it.
 
     Args:
-        signal: that comes.
-        place: of the point in the controller's `POINTS`.
-        loops: gates, injections, and places for the signals, one each a point; None where all
-            are closed and nobody listens.
+        signal: before the point.
+        place: index of the point in the controller's `POINTS`.
+        loops: gates, injections, and room for the signals, one of each per point; None if all
+            loops are closed and nothing is measured.
     """
     if loops is None:
         return signal
@@ -34,6 +37,6 @@ def probe(signal: Scalar, place: int, loops: Signal) -> Scalar:
 
 @register_jitable(forceinline=True)
 def probe3(signals: Signal, first: int, loops: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return what goes on from three points, the first of which is at a place; see `probe`."""
+    """Return the signals after three consecutive loop points, see `probe`."""
     x, y, z = signals
     return probe(x, first, loops), probe(y, first + 1, loops), probe(z, first + 2, loops)

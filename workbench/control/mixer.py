@@ -1,8 +1,9 @@
-"""The mixer: from a wanted force and moment to rotor thrusts within what rotors can give.
+"""The mixer: from a wanted force and moment to rotor thrusts within their limits.
 
-All rotors work here; `stopped_rotors` is for a vehicle that has lost some.
+Without saturation, thrusts = allocation · (F, m_x, m_y, m_z). With saturation, priority goes to
+tilt, then force, then yaw. `stopped_rotors` replaces the mixer if a rotor has stopped.
 
-Pure arithmetic on scalars, so that the same source serves floats, AutoDiffXd and numba.
+Pure arithmetic on scalars, so the same source works with floats, AutoDiffXd and numba.
 """
 
 from collections.abc import MutableSequence, Sequence
@@ -25,10 +26,10 @@ def mix(
     thrust_max: Sequence[float],
     thrusts: MutableSequence[Scalar],
 ) -> None:
-    """Write the thrusts [N] that make a wrench into `thrusts`, as nearly as the rotors can.
+    """Write the thrusts [N] that make a wrench into `thrusts`, or the nearest possible ones.
 
-    Where rotors saturate, tilting moments come first (they keep the drone upright), then force,
-    and yaw takes what is left. The tilting moment keeps its direction and only shrinks.
+    If rotors saturate, the tilting moment has priority (it keeps the drone upright), then force;
+    yaw gets the rest. The tilting moment keeps its direction and is only scaled down.
 
     Args:
         force: along body z [N].
@@ -58,14 +59,14 @@ def mix(
 def plain_thrust(
     force: Scalar, moment_x: Scalar, moment_y: Scalar, moment_z: Scalar, row: Sequence[float]
 ) -> Scalar:
-    """Return a rotor's part of a wrench [N], whatever its limits; `row` is of the allocation."""
+    """Return a rotor's thrust for a wrench [N], without limits; `row` is of the allocation."""
     lift, roll, pitch, yaw = row
     return lift * force + roll * moment_x + pitch * moment_y + yaw * moment_z
 
 
 @register_jitable
 def _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max):  # type: ignore[no-untyped-def]
-    """Return the largest share of the tilting moment that some collective force can carry."""
+    """Return the largest share of the tilting moment that is possible with any total force."""
     tilt = 1.0
     for high in range(len(allocation)):
         for low in range(len(allocation)):
@@ -94,7 +95,7 @@ def _add_force(force, allocation, thrust_min, thrust_max, thrusts):  # type: ign
 
 @register_jitable
 def _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts):  # type: ignore[no-untyped-def]
-    """Add as much of the yaw moment as the room left over allows."""
+    """Add as much of the yaw moment as the remaining room allows."""
     yaw = 1.0
     for i in range(len(allocation)):
         own = allocation[i][3] * moment_z

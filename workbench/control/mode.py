@@ -1,13 +1,13 @@
-"""Flight modes and requests by name; `flight_mode` says which follows which.
+"""Flight modes and requests by name; `flight_mode` has the transitions.
 
-They stand apart so that who shows a flight need not load its law.
+This module is separate so that displays of a flight need not load the control law.
 """
 
 from enum import IntEnum
 
 
 class FlightMode(IntEnum):
-    """Modes in the order in which a flight passes them; the paper's conditions are among them."""
+    """Modes in the order of a flight; they include the paper's conditions."""
 
     OFF = 0
     ARMED = 1
@@ -25,23 +25,23 @@ class FlightMode(IntEnum):
 
 
 class Reason(IntEnum):
-    """Why a flight does what nobody asked for, or what it flies without; it stands by the mode."""
+    """Why a flight does something on its own, or what it lacks; shown beside the mode."""
 
     NONE = 0
     BATTERY_LOW = 1
     BATTERY_EMPTY = 2
     DEAD_RECKONING = 3
-    """No GPS any more: the place is held by what is left of the estimate."""
+    """No GPS any more: the position is held by the rest of the estimate."""
     POSITION_LOST = 4
     IMU_FAILED = 5
     HEADING_DRIFTS = 6
-    """The magnetometer is silent, or too far off to count: the heading goes by the gyro alone."""
+    """The magnetometer is silent or rejected: the heading follows the gyro alone."""
     AUTOPILOT_ENDED = 7
-    """The program that runs the law has ended: the rotors stand, and the mode stays what it was."""
+    """The program that runs the law has ended: the rotors stop, and the mode is held."""
 
     @property
     def label(self) -> str:
-        """The reason in words, none for NONE."""
+        """The reason in words, empty for NONE."""
         return _REASONS[self]
 
 
@@ -59,15 +59,15 @@ _REASONS = (
 
 
 class Request(IntEnum):
-    """What a pilot may ask of the flight mode."""
+    """Requests of a pilot to the flight mode."""
 
     NONE = 0
     ARM = 1
     TAKE_OFF = 2
     HOLD = 3
-    """End a take-off where it is; the other modes hold by themselves while nothing is asked."""
+    """End a take-off at its present place; other modes hold automatically without a command."""
     LAND = 4
     STOP = 5
     ABORT_LANDING = 6
-    """Climb to a height, or hold the place if that is lower. It is a request of its own, as the
-    others have no effect in a landing: an automatic hold does not end it, nor do old scripts."""
+    """Climb to a height, or hold the position if that is lower. It is a separate request because
+    the others have no effect in a landing: neither an automatic hold nor old scripts end it."""

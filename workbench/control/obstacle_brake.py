@@ -1,7 +1,4 @@
-"""The brake near obstacles: how fast a drone may go towards walls, as a pure function of scalars.
-
-Part of the law and written like it: see `pd`.
-"""
+"""The obstacle brake: it limits the speed towards obstacles, as a pure function of scalars."""
 
 from typing import Any
 
@@ -11,9 +8,9 @@ Scalar = Any
 Vector = Any
 
 WALLS = 3
-"""How many walls are heeded: two and a ceiling meet in the corner of a room."""
+"""Number of walls considered: two and a ceiling meet in the corner of a room."""
 BACK_OFF = 0.5
-"""What is nearer than it may be is left no faster than this [m/s]."""
+"""Largest speed away from a wall that is too near [m/s]."""
 
 
 @register_jitable
@@ -26,27 +23,29 @@ def braked(
     walls: Vector,
     slowing: Scalar,
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Return a velocity in W that goes towards no wall faster than it may; along them it stays.
+    """Return a velocity in W whose part towards each wall is limited; parts along walls stay.
 
-    The speed allowed is `brake` times the way left; farther off, where slowing down at that rate
-    would take more than `slowing`, it is the speed from which `slowing` stops in time.
+    With the distance s left to the stopping point, the limit on the speed towards a wall is
 
-    A wall is the plane in the obstacle's nearest point, so that the limit is exact between its
-    updates for what is flat, and cautious for what is round.
+        brake s                            near the wall
+        sqrt(2 slowing s - (slowing / brake)²)   farther away, so that `slowing` suffices to stop
+
+    A wall is the plane through the obstacle's nearest point. Between updates of that point, the
+    limit is exact for flat obstacles and conservative for round ones.
 
     Args:
         v_x: wanted velocity in W [m/s]; so `v_y`, `v_z`.
         v_y: see `v_x`.
         v_z: see `v_x`.
         p_WB: position [m].
-        brake: speed allowed per way left, not 0 [1/s].
-        walls: (4 `WALLS`) the unit vector n in W towards each, and the place n · p along it at
-            which to stop [m], nearest first; all zero where there is none.
+        brake: allowed speed per distance left, not 0 [1/s].
+        walls: (4 `WALLS`) for each, nearest first, the unit vector n in W towards it, and n · p of
+            the stopping point p [m]; all zero for none.
         slowing: largest deceleration [m/s²].
     """
     x, y, z = p_WB
     turn = slowing / brake
-    for wall in range(WALLS - 1, -1, -1):  # the nearest last: its limit holds whatever the others
+    for wall in range(WALLS - 1, -1, -1):  # the nearest last, so that its limit always holds
         at = 4 * wall
         n_x, n_y, n_z, place = walls[at], walls[at + 1], walls[at + 2], walls[at + 3]
         way = place - n_x * x - n_y * y - n_z * z

@@ -1,21 +1,21 @@
-"""The mixer of a vehicle that has lost rotors: the nearest wrench that the others can make.
+"""The mixer for a vehicle with stopped rotors: the nearest wrench that the others can make.
 
-Fixed columns, along which the usual mixer scales, cannot do here. A hexacopter without one of its
-rotors hovers with the opposite one at rest and its other rotors far from equal, so most of what it
-can do lies beside them. This one gives up yaw before force and force before tilt, by least squares:
+Fixed allocation columns do not work here: a hexacopter without one of its rotors hovers with the
+opposite one at rest and the others far from equal. This mixer solves a least-squares problem:
 
-    thrusts f within 0 .. most that minimise  f² / 2 + sum over rows of (wanted - made)² / (2 soft)
+    minimise  |f|² / 2 + sum over rows of (wanted - made)² / (2 soft),  0 <= f <= most
 
-with so small a `soft` [N² or (N·m)²] for tilt, a larger one for force and the largest for yaw. Its
-dual has four unknowns only, a price for each row of the wrench; thrusts are the prices' pull on a
-rotor, cut to its limits, and Newton's method with an exact line search finds the prices in about
-five steps. Weighted least squares within limits for mixing: O. Härkegård, "Efficient active set
-algorithms for solving constrained least squares problems in aircraft control allocation", 2002.
+with thrusts f, and `soft` [N² or (N·m)²] smallest for tilt, larger for force and largest for yaw,
+so that yaw is given up before force, and force before tilt. The dual problem has only four
+unknowns, a price for each row of the wrench. A rotor's thrust is its column times the prices,
+clipped to its limits. Newton's method with an exact line search finds the prices in about five
+steps. Source for weighted least squares with limits: O. Härkegård, "Efficient active set algorithms
+for solving constrained least squares problems in aircraft control allocation", 2002.
 
-A rotor may come to rest here, where it else idles: the hexacopter's opposite one, idling, would
-turn it faster and faster.
+The smallest thrust is 0 here, not idle: the hexacopter's opposite rotor, idling, would spin the
+vehicle faster and faster.
 
-Pure arithmetic on scalars, so that the same source serves floats, AutoDiffXd and numba.
+Pure arithmetic on scalars, so the same source works with floats, AutoDiffXd and numba.
 """
 
 from collections.abc import MutableSequence, Sequence
@@ -29,20 +29,20 @@ Scalar = Any
 SOFT_TILT = 1e-11
 SOFT_FORCE = 1e-7
 SOFT_YAW = 1e-3
-"""Shares of a row's sum of squares; so far apart, a row gives way before any stiffer one does."""
+"""Relative to a row's sum of squares; far enough apart for strict priorities."""
 ROUNDS = 4
-"""Of asking again for what softness has cost: yaw once, force twice, tilt every time."""
+"""Corrections of the error that softness leaves: yaw once, force twice, tilt every time."""
 STEPS = 40
-"""Newton's at most; the most seen is half of it."""
+"""Largest number of Newton steps; twice the largest one seen."""
 ROUNDING = 1e-18
-"""A step that promises less is rounding, as a share of squared thrusts."""
+"""A smaller gain of a step is rounding, relative to squared thrusts."""
 FULL_STEP = 1e-9
-"""A step this near to Newton's met no limit on its way."""
+"""A share of a Newton step this near to 1 met no limit."""
 
 
 @register_jitable
 def any_stopped(shares: Sequence[Any]) -> bool:
-    """Return whether a rotor gives nothing."""
+    """Return whether any rotor has stopped."""
     for i in range(len(shares)):  # noqa: SIM110 - numba compiles a loop faster
         if shares[i] == 0.0:
             return True
@@ -59,11 +59,11 @@ def mix_without(
     most: Sequence[Any],
     thrusts: MutableSequence[Scalar],
 ) -> None:
-    """Write the thrusts [N] that make a wrench into `thrusts`, as nearly as the rotors can.
+    """Write the thrusts [N] that make a wrench into `thrusts`, or the nearest possible ones.
 
-    Tilt and force are exact where there are thrusts for both; else tilt comes first, then force,
-    then yaw. What is out of reach is made as nearly as can be: unlike with all rotors, a tilting
-    moment may change its direction, as a whole side of directions can be lost.
+    Tilt and force are exact if possible; otherwise tilt has priority, then force, then yaw. Unlike
+    with all rotors, the tilting moment may change its direction, because some directions may be
+    impossible.
 
     Args:
         force: along body z [N].
@@ -71,11 +71,11 @@ def mix_without(
         moment_y: see `moment_x`.
         moment_z: see `moment_x`.
         effects: n rows of 4, force and moments that a newton of thrust makes.
-        most: n largest thrusts [N], 0 of those that have stopped.
+        most: n largest thrusts [N], 0 for stopped rotors.
         thrusts: n places to write to.
     """
     soft, rounding = _measures(effects, most)
-    prices = (1e-6, 0.0, 0.0, 0.0)  # a little lift of each, so that all begin within limits
+    prices = (1e-6, 0.0, 0.0, 0.0)  # a little lift from each, so that all start within limits
     force_asked, x_asked, y_asked, z_asked = force, moment_x, moment_y, moment_z
     for turn in range(ROUNDS):
         asked = (force_asked, x_asked, y_asked, z_asked)
@@ -92,7 +92,7 @@ def mix_without(
 
 @register_jitable
 def _measures(effects, most):  # type: ignore[no-untyped-def]
-    """Return the softness of each row, and what a step gains by rounding [N²]."""
+    """Return the softness of each row, and the gain of a step that is only rounding [N²]."""
     force, tilt, yaw, scale = 0.0, 0.0, 0.0, 0.0
     for i in range(len(effects)):
         lift, roll, pitch, turn = effects[i]
@@ -106,7 +106,7 @@ def _measures(effects, most):  # type: ignore[no-untyped-def]
 
 @register_jitable
 def _nearest(wanted, prices, soft, effects, most, rounding):  # type: ignore[no-untyped-def]
-    """Return the prices of the rows at which rotors make what is wanted, starting from others."""
+    """Return the prices at which rotors make the wanted wrench, from initial prices."""
     for _ in range(STEPS):
         step, gain = _newton_step(wanted, prices, soft, effects, most)
         share = 1.0
@@ -127,9 +127,9 @@ def _nearest(wanted, prices, soft, effects, most, rounding):  # type: ignore[no-
 
 @register_jitable
 def _newton_step(wanted, prices, soft, effects, most):  # type: ignore[no-untyped-def]
-    """Return the step to where the row's errors end if no rotor meets a limit, and what it gains.
+    """Return Newton's step, which is exact if no rotor meets a limit, and its gain.
 
-    The four equations are solved by elimination without pivoting: they are symmetric and definite.
+    The four equations are symmetric and definite, so elimination needs no pivoting.
     """
     r_0 = wanted[0] - soft[0] * prices[0]
     r_1 = wanted[1] - soft[1] * prices[1]
@@ -168,9 +168,9 @@ def _newton_step(wanted, prices, soft, effects, most):  # type: ignore[no-untype
 
 @register_jitable
 def _best_share(wanted, prices, step, gain, soft, effects, most):  # type: ignore[no-untyped-def]
-    """Return the share of a step at which it stops to gain.
+    """Return the share of a step at which its gain becomes zero.
 
-    What is gained falls along the step, in a straight line from one rotor's limit to the next.
+    The gain falls along the step, linearly between the limits of rotors.
     """
     low, gain_low = 0.0, gain
     high, gain_high = -1.0, gain  # below zero: none known yet
@@ -193,7 +193,7 @@ def _best_share(wanted, prices, step, gain, soft, effects, most):  # type: ignor
 
 @register_jitable
 def _slope(wanted, prices, step, share, soft, effects, most):  # type: ignore[no-untyped-def]
-    """Return what is gained per share of a step, at a share of it."""
+    """Return the gain per share of a step, at a share of it."""
     slope = 0.0
     for row in range(4):
         price = prices[row] + share * step[row]
@@ -206,16 +206,16 @@ def _slope(wanted, prices, step, share, soft, effects, most):  # type: ignore[no
 
 @register_jitable
 def _pull(effect, prices):  # type: ignore[no-untyped-def]
-    """Return the thrust that prices ask of a rotor [N]."""
+    """Return a rotor's thrust at given prices, without limits [N]."""
     a, b, c, d = effect
     return a * prices[0] + b * prices[1] + c * prices[2] + d * prices[3]
 
 
 @register_jitable
 def _cut(thrust, most):  # type: ignore[no-untyped-def]
-    """Return a thrust within its limits."""
+    """Return a thrust clipped to its limits."""
     if thrust > most:
         thrust = most
     if thrust <= 0.0:
-        thrust = 0.0  # a plain one: its root has no derivative
+        thrust = 0.0  # a float, not AutoDiffXd: its root has no derivative
     return thrust

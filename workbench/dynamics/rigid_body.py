@@ -1,25 +1,25 @@
-"""One rigid body in free flight, and a step of second order for it: pure functions of scalars.
+"""One rigid body in free flight, and a second-order step for it: pure functions of scalars.
 
-One source runs with floats, converts to AutoDiffXd, and compiles with numba. With the body's
+The same source runs with floats and AutoDiffXd, and compiles with numba. With the body's
 origin Bo, the centre of mass C at c = p_BoBcm_B, and a force f and a moment t about Bo:
 
     I_C alpha = t - c x f - w x I_C w
     a_Bo      = f / m + g - alpha x c - w x (w x c)
 
-A step of the length h is drift, kick, drift (velocity Verlet, as in Leimkuhler and Reich,
-"Simulating Hamiltonian Dynamics", 2004, section 4), with forces that depend on velocities: these
-are taken at the middle of the step, extrapolated by the acceleration alpha_, a_ of the step before.
+A step of length h is drift, kick, drift (velocity Verlet, as in Leimkuhler and Reich, "Simulating
+Hamiltonian Dynamics", 2004, section 4). Forces that depend on velocities use the velocities at the
+middle of the step, extrapolated with the accelerations alpha_, a_ of the previous step.
 
     w_m = w + h/2 alpha_,  v_m = v + h/2 a_,  q_m = q + h/4 (w + h/4 alpha_) q
     w+  = w + h alpha(q_m, w_m, v_m),  v+ = v + h a(q_m, w_m, v_m)
     p+  = p + h/2 (v + v+)
     q+  = exp(h/2 (w' - h²/12 w' x alpha)) q  with w' = (w + w+) / 2
 
-The exponent is that of Magnus for an angular velocity that changes evenly, and what w_m misses,
-3/8 h (alpha - alpha_), is made good in the gyroscopic term: bodies that tumble fast need both.
+The exponent is that of Magnus for an angular velocity that changes linearly. The gyroscopic term
+also corrects the error of w_m, 3/8 h (alpha - alpha_). Fast tumbling needs both.
 
-Drake's discrete plant takes forces at the old state and positions by the new velocities, which is
-of first order: a free body that tumbles at 17.5 rad/s gains 10 % of energy in 5 s at h = 1/1024 s.
+Drake's discrete plant uses forces at the old state and positions by the new velocities, which is
+first order: a free body that tumbles at 17.5 rad/s gains 10 % of energy in 5 s at h = 1/1024 s.
 """
 
 from typing import Any, NamedTuple
@@ -41,10 +41,10 @@ State = tuple[Scalar, ...]
 
 
 class RigidBody(NamedTuple):
-    """What moves.
+    """Mass properties of a rigid body.
 
     Mass [kg]; inertia about the centre of mass in B and its inverse as xx, xy, xz, yy, yz, zz
-    [kg·m²]; place of the centre of mass in B [m].
+    [kg·m²]; position of the centre of mass in B [m].
     """
 
     mass: float
@@ -58,7 +58,7 @@ class RigidBody(NamedTuple):
 
 
 def rigid_body(mass: float, inertia: np.ndarray, p_BoBcm_B: Three) -> RigidBody:
-    """Return a body of a mass [kg], an inertia matrix about its centre of mass in B, and that."""
+    """Return a body from its mass [kg], inertia matrix about its centre of mass, and that in B."""
     return RigidBody(mass, _six(inertia), _six(np.linalg.inv(inertia)), p_BoBcm_B)
 
 

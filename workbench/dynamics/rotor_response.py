@@ -1,14 +1,14 @@
-"""How a rotor answers its command: pure functions of scalars, as the control law is.
+"""Rotor lag: how a rotor's speed follows its command, as pure functions of scalars.
 
 The speed w follows the command u with dw/dt = (u - w) / time constant, faster up than down, as
-Gazebo's motor model has it; thrust is motor_constant w (w + linear_speed), see `plant.rotors`. The
-two time constants meet smoothly at u = w, where a linear model of hover needs one rate: with the
+in Gazebo's motor model; thrust is motor_constant w (w + linear_speed), see `plant.rotors`. The
+two time constants are blended near u = w, because a linear model of hover needs one rate: with the
 error e = u - w,
 
     dw/dt = e s / up + e (1 - s) / down,  s = (1 + (e² / (e² + BLEND²))^(3/2) sign e) / 2
 
-At e = 0 the rate is the mean of both, and stays so to third order; where the error is ten times
-`BLEND`, less than a percent of it goes by the other time constant.
+At e = 0 the rate is the mean of both, to third order. At an error of ten times `BLEND`, less than a
+percent of it follows the other time constant.
 """
 
 import math
@@ -24,14 +24,14 @@ Scalar = Any
 BLEND = 3.0
 """Less than half a percent of usual hover speeds [rad/s]."""
 CONSTANTS = 7
-"""How many `rotor_constants` has."""
+"""Length of `rotor_constants`."""
 
 
 def rotor_constants(rotor: Rotor, step: float) -> list[float]:
-    """Return the constants of a rotor's answer over a physics step [s], for `step_rotor`.
+    """Return the constants of a rotor's lag over a physics step [s], for `step_rotor`.
 
-    They are the largest speed [rad/s]; for errors up and down, exp(-t / time constant) at the
-    step's middle, the same at its end, and one over the time constant [1/s].
+    They are the largest speed [rad/s]; then, each for errors up and down, exp(-t / time constant)
+    at the step's middle, the same at its end, and one over the time constant [1/s].
     """
     both = (rotor.time_constant_up, rotor.time_constant_down)
     return [
@@ -44,7 +44,7 @@ def rotor_constants(rotor: Rotor, step: float) -> list[float]:
 
 @register_jitable(forceinline=True)
 def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
-    """Return the parts of an error that go by the time constant up and by that down."""
+    """Return the parts of an error that follow the time constants up and down."""
     side = error / (error * error + BLEND * BLEND) ** 0.5
     up = 0.5 * error * (1.0 + side * side * side)
     return up, error - up
@@ -54,7 +54,7 @@ def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
 def speed_command(thrust: Scalar, motor_constant: Scalar, half: Scalar, motors: Scalar) -> Scalar:
     """Return the speed [rad/s] that makes a thrust [N].
 
-    It is the root of motor_constant w (w + 2 half) = thrust that is not negative.
+    It is the non-negative root of motor_constant w (w + 2 half) = thrust.
 
     Args:
         thrust: wanted [N].
@@ -67,7 +67,7 @@ def speed_command(thrust: Scalar, motor_constant: Scalar, half: Scalar, motors: 
 
 @register_jitable(forceinline=True)
 def within(command: Scalar, limit: float) -> Scalar:
-    """Return a commanded speed cut to what a rotor can do: from standing to its limit [rad/s]."""
+    """Return a commanded speed clipped to a rotor's range, 0 to its limit [rad/s]."""
     if command > limit:
         command = limit
     if command < 0.0:
@@ -77,7 +77,7 @@ def within(command: Scalar, limit: float) -> Scalar:
 
 @register_jitable(forceinline=True)
 def speed_slope(command: Scalar, speed: Scalar, constants: Sequence[float]) -> Scalar:
-    """Return the slope of a speed [rad/s²] that follows a command, see `rotor_constants`."""
+    """Return dw/dt of a rotor [rad/s²], see `rotor_constants`."""
     up, down = split_error(command - speed)
     return constants[5] * up + constants[6] * down
 
@@ -88,11 +88,11 @@ def step_rotor(
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Return speed and its slope in the middle of a step, and speed at its end.
 
-    Each part of the error decays along its closed form, and is split anew in the middle:
-    extrapolated from one step and from two halves of it (Richardson), the end is of second order.
+    Each part of the error decays in closed form. Richardson extrapolation from one whole step and
+    two half steps, with a new split in the middle, makes the end second order.
 
     Args:
-        command: wanted speed, held, see `within` [rad/s].
+        command: constant over the step, see `within` [rad/s].
         speed: at the beginning [rad/s].
         constants: see `rotor_constants`.
 

@@ -1,9 +1,8 @@
-"""What moves a vehicle in the air, and one physics step of it: pure functions of scalars.
+"""Forces on a vehicle in the air, and one physics step of it: pure functions of scalars.
 
-One source runs with floats, converts to AutoDiffXd, and compiles with numba. A rotor at p_BR with
-the unit axis n turns with the speed w; J is the moment of inertia of what turns about n, and d is
-+1 where it turns counter-clockwise. With T = motor_constant w² + linear_motor_constant w, it acts
-on the body with
+The same source runs with floats and AutoDiffXd, and compiles with numba. A rotor at p_BR with the
+unit axis n has the speed w and the moment of inertia J about n; d is +1 if it turns
+counter-clockwise. With T = motor_constant w² + linear_motor_constant w, it acts on the body with
 
     thrust            (T (1 + g) - inflow_coefficient w u) n, at p_BR
     drag torque       -d moment_constant T n
@@ -11,25 +10,24 @@ on the body with
     gyroscopic moment -w_WB x h, with its angular momentum h = d J w n
 
 (Mahony, Kumar and Corke, "Multirotor Aerial Vehicles", IEEE Robotics & Automation Magazine, 2012,
-equations 4 to 8; the inertia of the body has the rotors in it), and with the air's drag, see
-`air.drag`.
+equations 4 to 8; the inertia of the body includes the rotors), and with drag, see `air.drag`.
 
-Inflow: u is the hub's velocity through the air along n. The loss of thrust over w u is `k_z` of
+Inflow: u is the hub's air velocity along n. The loss of thrust over w u is `k_z` of
 RotorPy (Folk, Paulos and Kumar, "RotorPy", 2023) and `drag_coeff_z` of gym-pybullet-drones, after
 Forster, "System Identification of the Crazyflie 2.0 Nano Quadrocopter", ETH Zurich, 2015.
 
-Ground effect: g = c (r / 4h)² at the height h of the hub above the ground, where n points upwards.
-It is what Cheeseman and Bennett, "The Effect of the Ground on a Helicopter Rotor in Forward
-Flight", ARC R&M 3021, 1955, have to first order, with c for several rotors over a body (Shi et al.,
-"Neural Lander", ICRA 2019). As in gym-pybullet-drones, g is 4/15 at most. The drag torque knows of
-neither, as in both simulators.
+Ground effect: g = c (r / 4h)² at the height h of the hub above the ground, if n points upwards.
+This is the first-order term of Cheeseman and Bennett, "The Effect of the Ground on a Helicopter
+Rotor in Forward Flight", ARC R&M 3021, 1955, with a factor c for several rotors over a body (Shi et
+al., "Neural Lander", ICRA 2019). As in gym-pybullet-drones, g is at most 4/15. Neither effect
+changes the drag torque, as in both simulators.
 
-A rotor that is commanded to turn with the speed w goes to s w, with s for the battery's voltage
-under load over that of the full battery without load, and so does its largest speed. Speed
-controllers of hobby motors set a share of the voltage, no speed: thrust at a command goes with s²
-in ArduPilot's simulator (SIM_Motor.cpp, `voltage_scale`). Flight controllers that make up for it
-divide their outputs by the voltage (`vbat_sag_compensation` of Betaflight): with the share c of it,
-w becomes w / (1 + c (s - 1)), and no more than the largest speed, before it acts.
+Battery: a rotor with the commanded speed w goes to s w, where s is the battery voltage under load
+over that of the full battery without load; its largest speed is scaled likewise. The reason is that
+speed controllers of hobby motors set a share of the voltage, not a speed: thrust at a command is
+proportional to s² in ArduPilot's simulator (SIM_Motor.cpp, `voltage_scale`). Flight controllers
+compensate by dividing their outputs by the voltage (Betaflight's `vbat_sag_compensation`): with a
+compensation of c, the command is w / (1 + c (s - 1)), limited to the largest speed.
 """
 
 from collections.abc import Sequence
@@ -115,14 +113,14 @@ def _row(rotor: Rotor, step: float) -> list[float]:
 def given(share: Scalar) -> Scalar:
     """Return the share of its thrust that a rotor gives while it turns.
 
-    One that has stopped, with a share of 0, gives all of it while it runs down.
+    A stopped rotor, with a share of 0, gives its full thrust while it runs down.
     """
     return share if share > 0.0 else 1.0
 
 
 @register_jitable(forceinline=True)
 def with_thrust(load: Load, speed: Scalar, slope: Scalar, share: Scalar, rotor: Signal) -> Load:
-    """Return a load with thrust, drag torque, spin-up torque and angular momentum of a rotor.
+    """Return a load plus thrust, drag torque, spin-up torque and angular momentum of a rotor.
 
     The thrust is that in still air far from the ground, see `thrust_change`.
 
@@ -168,7 +166,7 @@ def thrust_change(
     share: Scalar,
     rotor: Signal,
 ) -> Scalar:
-    """Return by how much inflow and ground change a rotor's thrust [N].
+    """Return the change of a rotor's thrust by inflow and ground effect [N].
 
     Args:
         v_B: velocity of the origin relative to the air, in B (3) [m/s].
@@ -246,13 +244,13 @@ def rotor_thrust(
 
 @register_jitable(forceinline=True)
 def changes_thrust(rotor: Signal) -> bool:
-    """Return whether inflow or ground change the thrust of a rotor, given its row."""
+    """Return whether inflow or ground effect change the thrust of a rotor, given its row."""
     return bool(rotor[INFLOW] != 0.0 or rotor[GROUND] != 0.0)
 
 
 @register_jitable(forceinline=True)
 def power_share(thrust: Scalar) -> Scalar:
-    """Return a thrust [N] to the 3/2, with which a rotor's power goes, see `battery.Battery`."""
+    """Return a thrust [N] to the 3/2, proportional to a rotor's power, see `battery.Battery`."""
     return thrust * (thrust + _TINY) ** 0.5
 
 
@@ -261,9 +259,9 @@ def loaded(supply: Signal, power: Scalar) -> Scalar:
     """Return the voltage under load over that of the full battery without load.
 
     Args:
-        supply: voltage without load, and what it falls by over power, both over the full one's
+        supply: voltage without load, and its drop per power, both over that of the full battery
             without load [1, N^-3/2]; the share of sag that is compensated; and the voltage without
-            load as that knows it.
+            load that the compensation assumes.
         power: sum of the rotors' `power_share` [N^3/2].
     """
     share = supply[0] - supply[1] * power
@@ -282,8 +280,8 @@ def supplied(
         command: speed [rad/s].
         most: largest speed on the full battery [rad/s].
         voltage: see `loaded`.
-        known: the same as the compensation knows it.
-        compensation: share of what the voltage lacks that the command is raised for.
+        known: the same, as the compensation assumes it.
+        compensation: share of the sag by which the command is raised.
     """
     share = 1.0 + compensation * (known - 1.0)
     if share < LEAST_VOLTAGE:
@@ -293,7 +291,7 @@ def supplied(
 
 @register_jitable(forceinline=True)
 def voltage_share(speeds: Signal, shares: Signal, supply: Signal, rotors: Signal) -> Scalar:
-    """Return `loaded` of what rotors draw that turn with speeds (n) [rad/s].
+    """Return `loaded` at the power of rotors with speeds (n) [rad/s].
 
     The arguments are those of `vehicle_wrench` and `loaded`.
     """
@@ -392,7 +390,7 @@ def step_vehicle(
         state: at its beginning (13), see `rigid_body.State`.
         last: acceleration in the middle of the step before (6), see `rigid_body.middle`.
         speeds: of the rotors at its beginning (n) [rad/s].
-        commands: speeds that they are to reach (n) [rad/s].
+        commands: commanded speeds (n) [rad/s].
         shares: see `vehicle_wrench` (n).
         wind_W: velocity of the air in W (3) [m/s].
         push_W: a further force in W and moment about the origin in W (6) [N, N·m].
