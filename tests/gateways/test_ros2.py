@@ -104,8 +104,8 @@ def test_who_wants_to_fly_hears_why_it_does_not(server):
         from cyclonedds.domain import DomainParticipant
         from cyclonedds.pub import DataWriter
 
+        from workbench.gateways.ros2_dds import STRING, message_type
         from workbench.gateways.ros2_publishing import dds_topic, writer_qos
-        from workbench.gateways.ros2_types import STRING, message_type
 
         other = DomainParticipant(DOMAIN)
         kind = message_type(STRING)

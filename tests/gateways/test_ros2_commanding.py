@@ -10,9 +10,8 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
-from workbench.gateways import ros2, ros2_commanding, ros2_orders
-from workbench.gateways.ros2_commanding import Commanding
-from workbench.gateways.ros2_orders import Operation, Unclear, Velocity
+from workbench.gateways import ros2, ros2_orders
+from workbench.gateways.ros2_orders import Commanding, Operation, Unclear, Velocity
 from workbench.link import AsyncClient
 from workbench.link.messages import (
     ControlState,
@@ -51,7 +50,7 @@ def server():
 @pytest.fixture(autouse=True)
 def patience(monkeypatch):
     """Let no order be too late because the machine is slow."""
-    monkeypatch.setattr(ros2_commanding, "OLDEST", 3600.0)
+    monkeypatch.setattr(ros2_orders, "OLDEST", 3600.0)
 
 
 class Flying:
@@ -184,7 +183,7 @@ def test_another_program_does_not_fly_between(server):
 
 
 def test_a_refusal_is_said_and_control_is_not_asked_for_by_who_goes_on(server, monkeypatch):
-    monkeypatch.setattr(ros2_commanding, "ASK_AGAIN", 0.0)
+    monkeypatch.setattr(ros2_orders, "ASK_AGAIN", 0.0)
 
     async def test(flying):
         server.refuse(RequestControl, "held", "the operator at the screen flies")
@@ -300,7 +299,7 @@ def test_an_order_that_waited_for_control_is_not_carried_out(server):
 
         async def ask_long():
             control = await ask()
-            ros2_commanding.OLDEST = -1.0  # it took too long; `patience` puts it right again
+            ros2_orders.OLDEST = -1.0  # it took too long; `patience` puts it right again
             return control
 
         flying.commanding._ask = ask_long
@@ -314,7 +313,7 @@ def test_an_order_that_waited_for_control_is_not_carried_out(server):
 
 def test_what_came_while_an_operation_was_answered_is_old(server, monkeypatch):
     """The age counts from the last look at what has come, not from when its turn is."""
-    monkeypatch.setattr(ros2_commanding, "OLDEST", 0.2)
+    monkeypatch.setattr(ros2_orders, "OLDEST", 0.2)
     looks = iter([[Operation(ONE, "land", None)], [rest()]])
     monkeypatch.setattr(ros2_orders.Orders, "__init__", lambda *_: None)
     monkeypatch.setattr(ros2_orders.Orders, "take", lambda *_: next(looks, []))

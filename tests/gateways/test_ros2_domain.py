@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
 from workbench.common.errors import WorkbenchError
-from workbench.gateways import ros2_domain
-from workbench.gateways.ros2_domain import DdsDomain, configuration_of, hear_only
+from workbench.gateways import ros2_dds
+from workbench.gateways.ros2_dds import DdsDomain, configuration_of, hear_only
 
 DOMAIN = 101 + os.getpid() % 100
 
@@ -45,27 +45,27 @@ def test_a_socket_hears_nothing_by_another_interface(pair):
 
 def test_all_sockets_of_the_domain_are_closed_in(monkeypatch):
     told = []
-    monkeypatch.setattr(ros2_domain, "hear_only", lambda *both: told.append(both))
-    before = ros2_domain._sockets()
+    monkeypatch.setattr(ros2_dds, "hear_only", lambda *both: told.append(both))
+    before = ros2_dds._sockets()
     with DdsDomain(DOMAIN):
-        opened = ros2_domain._sockets() - before
+        opened = ros2_dds._sockets() - before
     lo = socket.if_nametoindex("lo")
     assert opened
     assert sorted(told) == sorted((descriptor, lo) for descriptor in opened)
 
 
 def test_what_a_network_is_to_hear_is_not_closed_in(monkeypatch):
-    monkeypatch.setattr(ros2_domain, "hear_only", lambda *both: pytest.fail("it was"))
+    monkeypatch.setattr(ros2_dds, "hear_only", lambda *both: pytest.fail("it was"))
     own = configuration_of("lo")  # in this test nothing leaves the computer either
     with DdsDomain(DOMAIN, configuration=own):
         pass
 
 
 def test_nothing_is_left_behind():
-    sockets, threads = ros2_domain._sockets(), len(list(Path("/proc/self/task").iterdir()))
+    sockets, threads = ros2_dds._sockets(), len(list(Path("/proc/self/task").iterdir()))
     with DdsDomain(DOMAIN) as domain:
         assert domain.participant is not None
-    assert ros2_domain._sockets() == sockets
+    assert ros2_dds._sockets() == sockets
     assert len(list(Path("/proc/self/task").iterdir())) <= threads
 
 
@@ -73,11 +73,11 @@ def test_a_filter_that_the_system_refuses_is_said(monkeypatch):
     def refuse(*_):
         raise OSError(92, "Protocol not available")
 
-    monkeypatch.setattr(ros2_domain, "hear_only", refuse)
-    before = ros2_domain._sockets()
+    monkeypatch.setattr(ros2_dds, "hear_only", refuse)
+    before = ros2_dds._sockets()
     with pytest.raises(WorkbenchError, match=r"cannot be kept to this computer.*not available"):
         DdsDomain(DOMAIN).__enter__()
-    assert ros2_domain._sockets() == before
+    assert ros2_dds._sockets() == before
 
 
 def test_an_interface_that_is_not_there_is_said(capfd):

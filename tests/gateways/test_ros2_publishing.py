@@ -12,9 +12,8 @@ from cyclonedds.domain import DomainParticipant
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
 
-from workbench.gateways.ros2_domain import DdsDomain
+from workbench.gateways.ros2_dds import DdsDomain, message_type
 from workbench.gateways.ros2_publishing import CLOCK_CHANNEL, ODOMETRY, Publishing, dds_topic
-from workbench.gateways.ros2_types import message_type
 from workbench.gateways.ros_messages.conversion import Channel, conversion
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.sample import Sample

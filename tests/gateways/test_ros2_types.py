@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="install the extra `ros2` to try it")
 
 from workbench.common.errors import WorkbenchError
-from workbench.gateways.ros2_types import CLOCK, STRING, dds_name, message_type
+from workbench.gateways.ros2_dds import CLOCK, STRING, dds_name, message_type
 from workbench.gateways.ros_messages.definitions import NUMBERS, TEXT, Arity
 from workbench.gateways.ros_messages.library import included, type_names
 

@@ -72,8 +72,8 @@ class Foxglove:
         if not any(channel.base.has_sinks() for channel in way.channels):
             return
         made = way.conversion.messages(sample.t_ns, sample.payload)
-        for channel, message in zip(way.channels, made, strict=True):
-            channel.log(encode(message.type, message.values), log_time=sample.t_ns)
+        for channel, (kind, values) in zip(way.channels, made, strict=True):
+            channel.log(encode(kind.type, values), log_time=sample.t_ns)
 
     def close(self) -> None:
         """End the server."""

@@ -59,7 +59,7 @@ async def serve_ros2(address: str, options: Ros2Options, say: Callable[[str], No
     """Do the work of `run_ros2` until it is cancelled."""
     from cyclonedds.core import DDSException
 
-    from workbench.gateways.ros2_domain import DdsDomain
+    from workbench.gateways.ros2_dds import DdsDomain
     from workbench.gateways.ros2_publishing import Publishing
     from workbench.link import AsyncClient
 
@@ -108,8 +108,7 @@ async def _take_orders(
     client: "AsyncClient", participant: "DomainParticipant", say: Callable[[str], None]
 ) -> None:
     """Pass orders on as they come."""
-    from workbench.gateways.ros2_commanding import Commanding
-    from workbench.gateways.ros2_orders import Orders
+    from workbench.gateways.ros2_orders import Commanding, Orders
 
     orders, commanding = Orders(participant), Commanding(client, say)
     now = asyncio.get_running_loop().time

@@ -10,10 +10,9 @@ from cyclonedds.qos import Policy, Qos
 from cyclonedds.topic import Topic as DdsTopic
 
 from workbench.common.errors import WorkbenchError
-from workbench.gateways.ros2_types import CLOCK, MessageType, message_type
+from workbench.gateways.ros2_dds import CLOCK, MessageType, message_type
 from workbench.gateways.ros_messages.conversion import Channel, Conversion, conversion
-from workbench.gateways.ros_messages.motion import odometry
-from workbench.gateways.ros_messages.stamps import BODY, WORLD
+from workbench.gateways.ros_messages.making import BODY, WORLD, odometry
 from workbench.link.drone_topics import FRAMES, POSITION, TIME, VELOCITY
 from workbench.link.sample import Sample
 from workbench.link.topics import PREFIX, Direction, Topic
@@ -82,8 +81,8 @@ class Publishing:
         found = self._conversions.get(number)
         if found is None or found.topic is not sample.definition:
             found = self._learn(sample.definition)
-        for message in found.messages(sample.t_ns, sample.payload):
-            self._write(Channel(message.topic, message.type), message.values)
+        for channel, values in found.messages(sample.t_ns, sample.payload):
+            self._write(channel, values)
         if number == TIME:
             seconds, rest = divmod(sample.t_ns, 1_000_000_000)
             self._write(CLOCK_CHANNEL, {"clock": {"sec": seconds, "nanosec": rest}})

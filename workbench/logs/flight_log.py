@@ -14,7 +14,7 @@ from workbench.control.controller import Controller
 from workbench.gateways.ros_messages.cdr import codec
 from workbench.gateways.ros_messages.conversion import Channel, Conversion, Make, conversion
 from workbench.gateways.ros_messages.library import schema_text
-from workbench.gateways.ros_messages.stamps import WORLD, header
+from workbench.gateways.ros_messages.making import WORLD, header
 from workbench.link.backplane import Published, Sampled
 from workbench.link.topics import Topic
 from workbench.logs.actions import action_text

@@ -10,9 +10,9 @@ import pytest
 from mcap_ros2._dynamic import generate_dynamic
 
 from workbench.gateways.ros_messages.cdr import encode
-from workbench.gateways.ros_messages.conversion import conversion, messages
+from workbench.gateways.ros_messages.conversion import conversion
 from workbench.gateways.ros_messages.library import schema_text
-from workbench.gateways.ros_messages.motion import odometry
+from workbench.gateways.ros_messages.making import odometry
 from workbench.link import drone_topics as numbers
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.topics import Direction, Field, Topic
@@ -36,13 +36,17 @@ OUTFIT = Outfit(
 TOPICS = {topic.id: topic for topic in drone_topics(OUTFIT)}
 
 
+def messages(topic: Topic, payload: bytes) -> list:
+    return conversion(topic).messages(T_NS, payload)
+
+
 def made(number: int, *values) -> dict:
     """Return the values of a topic's messages by the topic of ROS 2, as others decode them."""
     topic = TOPICS[number]
     found = {}
-    for message in messages(topic, T_NS, topic.pack(values)):
-        decode = generate_dynamic(message.type, schema_text(message.type))[message.type]
-        found[message.topic] = decode(encode(message.type, message.values))
+    for channel, message in messages(topic, topic.pack(values)):
+        decode = generate_dynamic(channel.type, schema_text(channel.type))[channel.type]
+        found[channel.topic] = decode(encode(channel.type, message))
     return found
 
 
@@ -55,7 +59,7 @@ def test_every_topic_is_converted_and_its_channels_are_known_before(case):
             ]
             found = conversion(topic)
             got = found.messages(T_NS, topic.pack(values))
-            assert [(message.topic, message.type) for message in got] == [*found.channels]
+            assert [channel for channel, _ in got] == [*found.channels]
             assert got
 
 
@@ -158,8 +162,8 @@ def test_a_sensors_frame_is_that_of_its_topic():
     topic = TOPICS[numbers.IMU]
     named = Topic(topic.id, topic.name, topic.direction, 1, topic.fields, about={"frame": "imu_x"})
     payload = topic.pack([1, [0] * 3, [0] * 3, [0] * 4])
-    assert messages(named, T_NS, payload)[0].values["header"]["frame_id"] == "imu_x"
-    assert messages(topic, T_NS, payload)[0].values["header"]["frame_id"] == "base_link"
+    assert messages(named, payload)[0][1]["header"]["frame_id"] == "imu_x"
+    assert messages(topic, payload)[0][1]["header"]["frame_id"] == "base_link"
 
 
 def test_a_cloud_has_the_points_of_rays_that_met_something():
@@ -180,7 +184,7 @@ def test_a_large_cloud_is_the_same():
     scan = {"azimuths": [0.0, 0.001, count], "elevations": [0.0, 0.0, 1]}
     fields = (Field("stamp", "int64", "ns"), Field("ranges", "float32", "m", "S", count))
     topic = Topic(numbers.LIDAR_CLOUD, "/c", Direction.OUT, 10, fields, about=scan)
-    found = messages(topic, T_NS, topic.pack([1_000_000_002, [1.0] * count]))[0].values
+    found = messages(topic, topic.pack([1_000_000_002, [1.0] * count]))[0][1]
     points = np.frombuffer(found["data"], "<f4").reshape(-1, 3)
     angles = 0.001 * np.arange(count)
     assert points[:, 0] == pytest.approx(np.cos(angles), abs=1e-6)
@@ -200,12 +204,12 @@ def test_frames_become_transforms_from_parent_to_child():
 
 def test_a_payload_of_another_size_is_refused():
     with pytest.raises(ValueError, match="no frame of it"):
-        messages(TOPICS[numbers.VELOCITY], T_NS, b"12345")
+        messages(TOPICS[numbers.VELOCITY], b"12345")
 
 
 def test_a_topic_of_tomorrow_becomes_nothing():
     topic = Topic(999, "/dh_drone/new", Direction.OUT, 1.0, (Field("a", "int32", "1"),))
-    assert messages(topic, T_NS, topic.pack([1])) == []
+    assert messages(topic, topic.pack([1])) == []
 
 
 def test_neither_drake_nor_ros_is_loaded():

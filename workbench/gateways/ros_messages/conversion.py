@@ -11,14 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.gateways.ros_messages import motion, sensing
-from workbench.gateways.ros_messages.stamps import WORLD, header
+from workbench.gateways.ros_messages import making
+from workbench.gateways.ros_messages.making import WORLD, Make, header
 from workbench.link import drone_topics as numbers
 from workbench.link.topics import CODES, PREFIX, Field, Topic
 
 Values = Mapping[str, Any]
-Make = Callable[[int, Values], Values]
-"""Makes a message of the time [ns] and a topic's fields by name."""
 
 
 MANY = 256
@@ -30,20 +28,6 @@ class Channel(NamedTuple):
 
     topic: str
     type: str
-
-
-class RosMessage(NamedTuple):
-    """A message.
-
-    Attributes:
-        topic: of ROS 2.
-        type: name of its definition, as std_msgs/msg/Header.
-        values: by field; numbers, texts, bytes, tuples, and mappings for messages within.
-    """
-
-    topic: str
-    type: str
-    values: Values
 
 
 @dataclass(frozen=True)
@@ -63,8 +47,10 @@ class Conversion:
         """Topics and types of the messages that it makes."""
         return tuple(channel for channel, _ in self.made)
 
-    def messages(self, t_ns: int, payload: bytes) -> list[RosMessage]:
-        """Return the messages of a frame.
+    def messages(self, t_ns: int, payload: bytes) -> list[tuple[Channel, Values]]:
+        """Return the messages of a frame: their channels, and their values by field.
+
+        Values are numbers, texts, bytes, tuples, and mappings for messages within.
 
         Args:
             t_ns: simulated time in the frame's header [ns].
@@ -74,10 +60,7 @@ class Conversion:
             ValueError: if the payload has not just the topic's size.
         """
         values = self.read(payload)
-        return [
-            RosMessage(channel.topic, channel.type, make(t_ns, values))
-            for channel, make in self.made
-        ]
+        return [(channel, make(t_ns, values)) for channel, make in self.made]
 
     def read(self, payload: bytes) -> Values:
         """Return the fields of a payload by name, as `made` wants them.
@@ -129,16 +112,11 @@ def conversion(topic: Topic) -> Conversion:
     return Conversion(topic, tuple(made))
 
 
-def messages(topic: Topic, t_ns: int, payload: bytes) -> list[RosMessage]:
-    """Return the messages of a frame; whoever has many keeps the topic's `conversion`."""
-    return conversion(topic).messages(t_ns, payload)
-
-
 def _ours(topic: Topic) -> Make:
     """Return what makes a message of ours, whose fields are named as the link's."""
     if not any(field.name == "stamp" for field in topic.fields):
         return lambda t_ns, values: {"header": header(t_ns, WORLD), **values}
-    head = sensing.sensor_header(topic)
+    head = making.sensor_header(topic)
     return lambda t_ns, values: {"header": head(values), **values}
 
 
@@ -161,20 +139,20 @@ _OURS = {
 """Our own types, by the number of their topic."""
 
 _STANDARD: Mapping[int, tuple[tuple[str, str, Callable[[Topic], Make]], ...]] = {
-    numbers.POSITION: ((f"{PREFIX}pose", "geometry_msgs/msg/PoseStamped", motion.pose),),
-    numbers.VELOCITY: ((f"{PREFIX}twist", "geometry_msgs/msg/TwistStamped", motion.twist),),
-    numbers.IMU: ((f"{PREFIX}imu", "sensor_msgs/msg/Imu", sensing.imu),),
+    numbers.POSITION: ((f"{PREFIX}pose", "geometry_msgs/msg/PoseStamped", making.pose),),
+    numbers.VELOCITY: ((f"{PREFIX}twist", "geometry_msgs/msg/TwistStamped", making.twist),),
+    numbers.IMU: ((f"{PREFIX}imu", "sensor_msgs/msg/Imu", making.imu),),
     numbers.GPS: (
-        (f"{PREFIX}gps", "sensor_msgs/msg/NavSatFix", sensing.fix),
-        (f"{PREFIX}gps_velocity", "geometry_msgs/msg/TwistStamped", sensing.fix_velocity),
+        (f"{PREFIX}gps", "sensor_msgs/msg/NavSatFix", making.fix),
+        (f"{PREFIX}gps_velocity", "geometry_msgs/msg/TwistStamped", making.fix_velocity),
     ),
-    numbers.LIDAR_CLOUD: ((f"{PREFIX}lidar_cloud", "sensor_msgs/msg/PointCloud2", sensing.cloud),),
+    numbers.LIDAR_CLOUD: ((f"{PREFIX}lidar_cloud", "sensor_msgs/msg/PointCloud2", making.cloud),),
     numbers.MAGNETOMETER: (
-        (f"{PREFIX}magnetometer", "sensor_msgs/msg/MagneticField", sensing.magnetic_field),
+        (f"{PREFIX}magnetometer", "sensor_msgs/msg/MagneticField", making.magnetic_field),
     ),
     numbers.ESTIMATE: (
-        (f"{PREFIX}estimated_odometry", "nav_msgs/msg/Odometry", motion.estimated_odometry),
+        (f"{PREFIX}estimated_odometry", "nav_msgs/msg/Odometry", making.estimated_odometry),
     ),
-    numbers.FRAMES: (("/tf", "tf2_msgs/msg/TFMessage", motion.transforms),),
+    numbers.FRAMES: (("/tf", "tf2_msgs/msg/TFMessage", making.transforms),),
 }
 """Topics and types of ROS 2 that are made of a topic, by its number."""

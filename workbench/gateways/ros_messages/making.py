@@ -1,14 +1,40 @@
-"""Where the drone is and how it moves, in the standard messages."""
+"""Fields of the link as messages of ROS 2, most of them standard ones: motion and sensors."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
-from workbench.gateways.ros_messages.stamps import BODY, WORLD, header, quaternion, vector
+import numpy as np
+
 from workbench.link.topics import Topic, Value
 
-Make = Callable[[int, Mapping[str, Any]], dict[str, Any]]
+WORLD = "world"
+"""Frame at the root: x east, y north, z up."""
+BODY = "base_link"
+Make = Callable[[int, Mapping[str, Any]], Mapping[str, Any]]
 """Makes a message of the time [ns] and a topic's fields by name."""
+
+
+@lru_cache(maxsize=32)
+def header(t_ns: int, frame: str) -> Mapping[str, Any]:
+    """Return a std_msgs/msg/Header of a time [ns] and a frame; many messages share one."""
+    seconds, rest = divmod(t_ns, 1_000_000_000)
+    return {"stamp": {"sec": seconds, "nanosec": rest}, "frame_id": frame}
+
+
+def vector(parts: Sequence[float]) -> Mapping[str, float]:
+    """Return a geometry_msgs/msg/Vector3 or Point."""
+    x, y, z = parts
+    return {"x": x, "y": y, "z": z}
+
+
+def quaternion(parts: Sequence[float]) -> Mapping[str, float]:
+    """Return a geometry_msgs/msg/Quaternion of w, x, y, z."""
+    w, x, y, z = parts
+    return {"x": x, "y": y, "z": z, "w": w}
+
+
 UNKNOWN = (0.0,) * 36
 """Covariance of a pose or twist that nobody knows."""
 
@@ -141,3 +167,107 @@ def _in_body(turn: Mapping[str, float], parts: list[Any]) -> Mapping[str, float]
         "y": b + w * t_y + z * t_x - x * t_z,
         "z": c + w * t_z + x * t_y - y * t_x,
     }
+
+
+UNKNOWN_OF_VECTOR = (0.0,) * 9
+"""Likewise of a vector."""
+FIX = 0
+GPS = 1
+FLOAT32 = 7
+"""Constants of sensor_msgs: NavSatStatus.STATUS_FIX and SERVICE_GPS, PointField.FLOAT32."""
+POINT_SIZE = 12
+
+
+def sensor_header(topic: Topic) -> Callable[[Mapping[str, Any]], Mapping[str, Any]]:
+    """Return what makes a sample's header: when it was taken, and the sensor's frame."""
+    frame = str(topic.about.get("frame", BODY))
+    return lambda values: header(int(values["stamp"]), frame)
+
+
+def imu(topic: Topic) -> Make:
+    """Return what makes a sensor_msgs/msg/Imu."""
+    head = sensor_header(topic)
+    return lambda t_ns, values: {
+        "header": head(values),
+        "orientation": quaternion(values["q_WS"]),
+        "orientation_covariance": UNKNOWN_OF_VECTOR,
+        "angular_velocity": vector(values["angular_velocity"]),
+        "angular_velocity_covariance": UNKNOWN_OF_VECTOR,
+        "linear_acceleration": vector(values["specific_force"]),
+        "linear_acceleration_covariance": UNKNOWN_OF_VECTOR,
+    }
+
+
+def fix(topic: Topic) -> Make:
+    """Return what makes a sensor_msgs/msg/NavSatFix, which is in degrees."""
+    head = sensor_header(topic)
+    return lambda t_ns, values: {
+        "header": head(values),
+        "status": {"status": FIX, "service": GPS},
+        "latitude": math.degrees(values["latitude"]),
+        "longitude": math.degrees(values["longitude"]),
+        "altitude": values["altitude"],
+        "position_covariance": UNKNOWN_OF_VECTOR,
+        "position_covariance_type": 0,
+    }
+
+
+def fix_velocity(topic: Topic) -> Make:
+    """Return what makes a geometry_msgs/msg/TwistStamped of a fix: east, north, up."""
+    nothing = {"x": 0.0, "y": 0.0, "z": 0.0}
+    return lambda t_ns, values: {
+        "header": header(values["stamp"], WORLD),
+        "twist": {"linear": vector(values["velocity"]), "angular": nothing},
+    }
+
+
+def magnetic_field(topic: Topic) -> Make:
+    """Return what makes a sensor_msgs/msg/MagneticField."""
+    head = sensor_header(topic)
+    return lambda t_ns, values: {
+        "header": head(values),
+        "magnetic_field": vector(values["magnetic_field"]),
+        "magnetic_field_covariance": UNKNOWN_OF_VECTOR,
+    }
+
+
+def cloud(topic: Topic) -> Make:
+    """Return what makes a sensor_msgs/msg/PointCloud2 of the rays that met something."""
+    head, directions = sensor_header(topic), scan_directions(topic)
+    fields = [
+        {"name": name, "offset": 4 * index, "datatype": FLOAT32, "count": 1}
+        for index, name in enumerate("xyz")
+    ]
+
+    def make(t_ns: int, values: Mapping[str, Any]) -> dict[str, Any]:
+        ranges = np.asarray(values["ranges"], dtype=np.float32)
+        seen = np.isfinite(ranges)
+        points = ranges[seen, None] * directions[seen]
+        return {
+            "header": head(values),
+            "height": 1,
+            "width": len(points),
+            "fields": fields,
+            "is_bigendian": False,
+            "point_step": POINT_SIZE,
+            "row_step": POINT_SIZE * len(points),
+            "data": points.astype("<f4").tobytes(),
+            "is_dense": True,
+        }
+
+    return make
+
+
+def scan_directions(topic: Topic) -> np.ndarray:
+    """Return the unit vectors of a cloud's rays in the sensor's axes, (n, 3)."""
+    azimuth, elevation = (_angles(topic.about[name]) for name in ("azimuths", "elevations"))
+    level = np.cos(elevation)[:, None]
+    x, y = level * np.cos(azimuth), level * np.sin(azimuth)
+    z = np.broadcast_to(np.sin(elevation)[:, None], x.shape)
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(np.float32)
+
+
+def _angles(said: Any) -> np.ndarray:
+    """Return evenly spaced angles of their first, step and count [rad]."""
+    first, step, count = said
+    return first + step * np.arange(count)
