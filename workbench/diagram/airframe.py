@@ -17,8 +17,7 @@ from workbench.plant.vehicle import BatteryPack, Vehicle
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
-from workbench.systems.battery import PERIOD, Battery
-from workbench.systems.charge_gauge import ChargeGauge
+from workbench.systems.battery import PERIOD, Battery, ChargeGauge
 from workbench.systems.noise import CountedNoise, add_counted_noise
 from workbench.systems.vehicle_dynamics import VehicleDynamics
 

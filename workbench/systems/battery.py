@@ -5,15 +5,29 @@ lower by resistance times current, as in gz-sim's LinearBatteryPlugin. The curre
 the capacity as fast as the charge falls: capacity P / P_hover / duration, see `Battery`. So
 capacity, resistance and the duration of a hover are all that must be known, and no efficiency of
 motors. What the voltage does to the rotors stands in `dynamics.vehicle_step`.
+
+The flight computer estimates the charge from voltage and current at the terminals. Current over
+time tells how much the charge falls, and nothing of where it began. The voltage tells where it is:
+with the resistance times the current added it is that without load, and the charge is where the
+battery's curve has that. It is noisy, and where the curve is flat it tells little. So a current is
+counted, and a fixed share of what the voltage says otherwise is taken in at each update: an
+observer of first order. Where the curve's slope changes from a to b, noise of the deviation s
+leaves a mean error of 0.4 s (1/b - 1/a): 1.5 % for 0.1 V and slopes of 1.5 and 3.5 V.
 """
 
+import math
+
 import numpy as np
+from pydrake.common import RandomDistribution
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from workbench.plant.vehicle import Vehicle
+from workbench.plant.vehicle import BatteryPack, Vehicle
 
 PERIOD = 0.125
 """Between updates [s]; a battery is slow."""
+SETTLING_TIME = 60.0
+"""An error of the charge falls by the factor e in this time [s]: a voltage with noise of 0.1 V at
+8 Hz on a curve of 3 V leaves 0.1 % of noise."""
 
 
 class Battery(LeafSystem):
@@ -132,3 +146,111 @@ def voltage_drop(vehicle: Vehicle, duration: float) -> float:
     hover_current = pack.capacity / duration
     full = pack.open_circuit_voltage[-1][1]
     return pack.resistance * hover_current / full / hover_power(vehicle)
+
+
+class ChargeGauge(LeafSystem):
+    """Estimates the state of charge, see `next_charge`, as often as the battery discharges.
+
+    It begins with a full battery, as a flight does.
+
+    Input ports:
+        terminals (2): voltage under load [V] and current [A] of the battery.
+        noise (1): a standard normal number, another one for each update.
+    Output ports:
+        charge (1): as it is known, 0 .. 1.
+        open_circuit (1): voltage without load at that charge, over that of the full battery.
+        voltage (1): what it is under the present current, over that of the full battery without
+            load; not below 0.
+    Numeric parameter 0: deviation of the measured voltage [V].
+
+    Args:
+        pack: what is known of the battery.
+        voltage_noise: to begin with [V].
+    """
+
+    def __init__(self, *, pack: BatteryPack, voltage_noise: float = 0.0) -> None:
+        super().__init__()
+        self._pack, self._full = pack, pack.open_circuit_voltage[-1][1]
+        self.DeclareNumericParameter(BasicVector([voltage_noise]))
+        self._terminals = self.DeclareVectorInputPort("terminals", 2)
+        self.noise_input = self.DeclareVectorInputPort("noise", 1, RandomDistribution.kGaussian)
+        self.DeclareStateOutputPort("charge", self.DeclareDiscreteState([1.0]))
+        known = {self.xd_ticket()}
+        self.DeclareVectorOutputPort("open_circuit", 1, self._calc_open_circuit, known)
+        needs = known | {self._terminals.ticket()}
+        self.DeclareVectorOutputPort("voltage", 1, self._calc_voltage, needs)
+        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+
+    def _charge(self, context: Context) -> float:
+        return float(context.get_discrete_state(0)[0])
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        voltage, current = self._terminals.Eval(context).tolist()
+        deviation = float(context.get_numeric_parameter(0)[0])
+        if deviation > 0.0:
+            voltage += deviation * float(self.noise_input.Eval(context)[0])
+        found = next_charge(self._charge(context), voltage, current, self._pack, PERIOD)
+        discrete_state.set_value([found])
+
+    def _calc_open_circuit(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([open_circuit(self._charge(context), self._pack) / self._full])
+
+    def _calc_voltage(self, context: Context, output: BasicVector) -> None:
+        current = float(self._terminals.Eval(context)[1])
+        rest = open_circuit(self._charge(context), self._pack)
+        output.SetFromVector([max(0.0, rest - self._pack.resistance * current) / self._full])
+
+
+def open_circuit(charge: float, pack: BatteryPack) -> float:
+    """Return the voltage without load at a charge, 0 .. 1 [V]."""
+    points = pack.open_circuit_voltage
+    for (q_0, u_0), (q_1, u_1) in zip(points[:-1], points[1:], strict=True):
+        if charge <= q_1:
+            return u_0 + (u_1 - u_0) * max(0.0, charge - q_0) / (q_1 - q_0)
+    return points[-1][1]
+
+
+def charge_by_voltage(voltage: float, current: float, pack: BatteryPack, near: float) -> float:
+    """Return the charge that a voltage under load tells.
+
+    Beyond its ends the curve goes on as it came: a noisy voltage of a full battery may tell more
+    than 1. Were that cut, its noise would lower the mean.
+
+    Args:
+        voltage: at the terminals [V].
+        current: that is drawn [A].
+        pack: whose resistance and curve count.
+        near: where the curve is level all of its charges have that voltage: the one nearest to this
+            is returned.
+    """
+    points = pack.open_circuit_voltage
+    rest = voltage + pack.resistance * current
+    least, most = math.inf, -math.inf
+    last = len(points) - 2
+    for number, ((q_0, u_0), (q_1, u_1)) in enumerate(zip(points[:-1], points[1:], strict=True)):
+        above, below = rest >= u_0 or number == 0, rest <= u_1 or number == last
+        if not (above and below):
+            continue
+        if u_0 == u_1:
+            least, most = min(least, q_0), max(most, q_1)
+        else:
+            charge = q_0 + (q_1 - q_0) * (rest - u_0) / (u_1 - u_0)
+            least, most = min(least, charge), max(most, charge)
+    return min(max(near, least), most)
+
+
+def next_charge(
+    charge: float, voltage: float, current: float, pack: BatteryPack, dt: float
+) -> float:
+    """Return the charge after an update, 0 .. 1.
+
+    Args:
+        charge: at its begin, as it was known, 0 .. 1.
+        voltage: at the terminals then [V].
+        current: that is drawn from then on [A].
+        pack: what is known of the battery.
+        dt: to the next update [s].
+    """
+    told = charge_by_voltage(voltage, current, pack, charge)
+    charge += (1.0 - math.exp(-dt / SETTLING_TIME)) * (told - charge)
+    return min(max(charge - current * dt / pack.capacity, 0.0), 1.0)

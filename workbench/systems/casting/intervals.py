@@ -21,35 +21,25 @@ length of a cylinder and of a capsule's cylinder, along z; semi-axes of an ellip
 half-space, which lies below z = 0.
 """
 
+Three = tuple[float, float, float]
 Interval = tuple[float, float]
 OUTSIDE: Interval = (math.inf, -math.inf)
 
 
 @register_jitable
-def interval(
-    kind: int,
-    s_x: float,
-    s_y: float,
-    s_z: float,
-    o_x: float,
-    o_y: float,
-    o_z: float,
-    d_x: float,
-    d_y: float,
-    d_z: float,
-) -> Interval:
+def interval(kind: int, size: Three, o: Three, d: Three) -> Interval:
     """Return where the ray from o along d is inside a shape of this kind and size."""
     if kind == BOX:
-        return in_box(s_x, s_y, s_z, o_x, o_y, o_z, d_x, d_y, d_z)
+        return in_box(size, o, d)
     if kind == SPHERE:
-        return in_ball(s_x, o_x, o_y, o_z, d_x, d_y, d_z)
+        return in_ball(size[0], o, d)
     if kind == CYLINDER:
-        return in_cylinder(s_x, s_y, o_x, o_y, o_z, d_x, d_y, d_z)
+        return in_cylinder(size[0], size[1], o, d)
     if kind == CAPSULE:
-        return in_capsule(s_x, s_y, o_x, o_y, o_z, d_x, d_y, d_z)
+        return in_capsule(size[0], size[1], o, d)
     if kind == ELLIPSOID:
-        return in_ellipsoid(s_x, s_y, s_z, o_x, o_y, o_z, d_x, d_y, d_z)
-    return in_half_space(o_z, d_z)
+        return in_ellipsoid(size, o, d)
+    return in_half_space(o[2], d[2])
 
 
 @register_jitable
@@ -65,32 +55,20 @@ def in_slab(half: float, o: float, d: float) -> Interval:
 
 
 @register_jitable
-def in_box(
-    s_x: float,
-    s_y: float,
-    s_z: float,
-    o_x: float,
-    o_y: float,
-    o_z: float,
-    d_x: float,
-    d_y: float,
-    d_z: float,
-) -> Interval:
+def in_box(size: Three, o: Three, d: Three) -> Interval:
     """Return the interval in a box: what the three pairs of planes have in common."""
-    x_in, x_out = in_slab(s_x, o_x, d_x)
-    y_in, y_out = in_slab(s_y, o_y, d_y)
-    z_in, z_out = in_slab(s_z, o_z, d_z)
+    x_in, x_out = in_slab(size[0], o[0], d[0])
+    y_in, y_out = in_slab(size[1], o[1], d[1])
+    z_in, z_out = in_slab(size[2], o[2], d[2])
     enters, leaves = max(x_in, y_in, z_in), min(x_out, y_out, z_out)
     return (enters, leaves) if enters <= leaves else OUTSIDE
 
 
 @register_jitable
-def in_ball(
-    radius: float, o_x: float, o_y: float, o_z: float, d_x: float, d_y: float, d_z: float
-) -> Interval:
+def in_ball(radius: float, o: Three, d: Three) -> Interval:
     """Return the interval in a sphere, by the ray's nearest point to the centre."""
-    along = -(o_x * d_x + o_y * d_y + o_z * d_z)
-    n_x, n_y, n_z = o_x + along * d_x, o_y + along * d_y, o_z + along * d_z
+    along = -(o[0] * d[0] + o[1] * d[1] + o[2] * d[2])
+    n_x, n_y, n_z = o[0] + along * d[0], o[1] + along * d[1], o[2] + along * d[2]
     rest = radius * radius - (n_x * n_x + n_y * n_y + n_z * n_z)
     if rest < 0.0:
         return OUTSIDE
@@ -99,76 +77,47 @@ def in_ball(
 
 
 @register_jitable
-def in_tube(radius: float, o_x: float, o_y: float, d_x: float, d_y: float) -> Interval:
+def in_tube(radius: float, o: Three, d: Three) -> Interval:
     """Return the interval in an endless cylinder about z."""
-    level = d_x * d_x + d_y * d_y
+    level = d[0] * d[0] + d[1] * d[1]
     if level == 0.0:
-        if o_x * o_x + o_y * o_y <= radius * radius:
+        if o[0] * o[0] + o[1] * o[1] <= radius * radius:
             return -math.inf, math.inf
         return OUTSIDE
-    cross = o_x * d_y - o_y * d_x
+    cross = o[0] * d[1] - o[1] * d[0]
     rest = radius * radius - cross * cross / level
     if rest < 0.0:
         return OUTSIDE
-    along = -(o_x * d_x + o_y * d_y) / level
+    along = -(o[0] * d[0] + o[1] * d[1]) / level
     half = math.sqrt(rest / level)
     return along - half, along + half
 
 
 @register_jitable
-def in_cylinder(
-    radius: float,
-    half: float,
-    o_x: float,
-    o_y: float,
-    o_z: float,
-    d_x: float,
-    d_y: float,
-    d_z: float,
-) -> Interval:
+def in_cylinder(radius: float, half: float, o: Three, d: Three) -> Interval:
     """Return the interval in a cylinder with flat ends."""
-    tube_in, tube_out = in_tube(radius, o_x, o_y, d_x, d_y)
-    z_in, z_out = in_slab(half, o_z, d_z)
+    tube_in, tube_out = in_tube(radius, o, d)
+    z_in, z_out = in_slab(half, o[2], d[2])
     enters, leaves = max(tube_in, z_in), min(tube_out, z_out)
     return (enters, leaves) if enters <= leaves else OUTSIDE
 
 
 @register_jitable
-def in_capsule(
-    radius: float,
-    half: float,
-    o_x: float,
-    o_y: float,
-    o_z: float,
-    d_x: float,
-    d_y: float,
-    d_z: float,
-) -> Interval:
+def in_capsule(radius: float, half: float, o: Three, d: Three) -> Interval:
     """Return the interval in a capsule: from first to last of its cylinder and its two balls."""
-    enters, leaves = in_cylinder(radius, half, o_x, o_y, o_z, d_x, d_y, d_z)
-    low_in, low_out = in_ball(radius, o_x, o_y, o_z + half, d_x, d_y, d_z)
-    high_in, high_out = in_ball(radius, o_x, o_y, o_z - half, d_x, d_y, d_z)
+    enters, leaves = in_cylinder(radius, half, o, d)
+    low_in, low_out = in_ball(radius, (o[0], o[1], o[2] + half), d)
+    high_in, high_out = in_ball(radius, (o[0], o[1], o[2] - half), d)
     return min(enters, low_in, high_in), max(leaves, low_out, high_out)
 
 
 @register_jitable
-def in_ellipsoid(
-    s_x: float,
-    s_y: float,
-    s_z: float,
-    o_x: float,
-    o_y: float,
-    o_z: float,
-    d_x: float,
-    d_y: float,
-    d_z: float,
-) -> Interval:
+def in_ellipsoid(size: Three, o: Three, d: Three) -> Interval:
     """Return the interval in an ellipsoid, which is a unit ball once its axes are scaled."""
-    d_x, d_y, d_z = d_x / s_x, d_y / s_y, d_z / s_z
+    d_x, d_y, d_z = d[0] / size[0], d[1] / size[1], d[2] / size[2]
     length = math.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
-    enters, leaves = in_ball(
-        1.0, o_x / s_x, o_y / s_y, o_z / s_z, d_x / length, d_y / length, d_z / length
-    )
+    origin = (o[0] / size[0], o[1] / size[1], o[2] / size[2])
+    enters, leaves = in_ball(1.0, origin, (d_x / length, d_y / length, d_z / length))
     return enters / length, leaves / length
 
 

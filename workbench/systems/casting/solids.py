@@ -201,9 +201,9 @@ def nearest_solids(
                 cos_between = (a_x * p_x + a_y * p_y + a_z * p_z) / away
                 if cos_between < cos_bundle * cos_ball - sin_bundle * sin_ball - MARGIN:
                     continue
-            s_x, s_y, s_z = solids.sizes[k]
+            size = (solids.sizes[k, 0], solids.sizes[k, 1], solids.sizes[k, 2])
             kind, number = solids.kinds[k], solids.numbers[k]
-            o_x, o_y, o_z = placed.p_GS[k]
+            origin = (placed.p_GS[k, 0], placed.p_GS[k, 1], placed.p_GS[k, 2])
             R = placed.R_WG[k]
             # Rays closer to a right angle with p than this pass by the ball.
             clear = away * away * (1.0 - MARGIN) - reach * reach
@@ -212,18 +212,12 @@ def nearest_solids(
                 d_x, d_y, d_z = directions[ray]
                 along = d_x * p_x + d_y * p_y + d_z * p_z
                 if along * along >= clear:
-                    enters, leaves = interval(
-                        kind,
-                        s_x,
-                        s_y,
-                        s_z,
-                        o_x,
-                        o_y,
-                        o_z,
+                    direction = (
                         R[0, 0] * d_x + R[1, 0] * d_y + R[2, 0] * d_z,
                         R[0, 1] * d_x + R[1, 1] * d_y + R[2, 1] * d_z,
                         R[0, 2] * d_x + R[1, 2] * d_y + R[2, 2] * d_z,
                     )
+                    enters, leaves = interval(kind, size, origin, direction)
                     # A ray that begins inside meets the surface from within, where it leaves.
                     met = enters if enters >= 0.0 else leaves
                     if 0.0 <= met < ranges[ray]:

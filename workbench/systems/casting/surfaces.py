@@ -175,7 +175,7 @@ def aim(
     for ray, least in zip(numbers, starts):  # noqa: B905, numba knows no `strict`
         w_x, w_y, w_z = directions[ray]
         d_x, d_y, d_z = turned_back(X_WF, w_x, w_y, w_z)
-        enters, leaves = in_ball(radius, o_x, o_y, o_z, d_x, d_y, d_z)
+        enters, leaves = in_ball(radius, (o_x, o_y, o_z), (d_x, d_y, d_z))
         start = max(least, enters)
         reach = min(leaves, ranges[ray]) - start
         if reach <= 0.0:

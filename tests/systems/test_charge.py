@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from workbench.estimation.charge import (
+from workbench.plant.vehicle import BatteryPack
+from workbench.systems.battery import (
     SETTLING_TIME,
     charge_by_voltage,
     next_charge,
     open_circuit,
 )
-from workbench.plant.vehicle import BatteryPack
 
 PACK = BatteryPack(900.0, 0.06, ((0.0, 9.6), (0.15, 10.9), (0.8, 11.9), (1.0, 12.6)))
 LEVEL = BatteryPack(900.0, 0.06, ((0.0, 9.6), (0.3, 11.4), (0.7, 11.4), (1.0, 12.6)))
