@@ -42,7 +42,6 @@ MAY_IMPORT = {
     "logs/judged_log": "design",
     "logs/measured_flight": "design",
     "logs/plots": "design",
-    "logs/plots_response": "design",
     "logs/sensor_samples": "diagram",
     "logs/motion": "design gains",
     "live": "common ipc plant link estimation control scenario gains systems session logs",

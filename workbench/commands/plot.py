@@ -134,7 +134,7 @@ def _step_response(args: argparse.Namespace, output: Path) -> int:
     """Draw a loop's step response, and say how far it is to be trusted; 1 if it is not."""
     from workbench.design.plots import write_png
     from workbench.logs.flight_reader import read_flight
-    from workbench.logs.plots_response import plot_step_response
+    from workbench.logs.plots import plot_step_response
     from workbench.logs.step_response import step_response
 
     with progress_bar(f"reading {args.log.name}") as progress:

@@ -11,8 +11,15 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.autopilots.betaflight import GAINS, LEAST, MOST, Betaflight, Sticks, motion_packet
-from workbench.autopilots.betaflight_build import betaflight_program
+from workbench.autopilots.betaflight import (
+    GAINS,
+    LEAST,
+    MOST,
+    Betaflight,
+    Sticks,
+    betaflight_program,
+    motion_packet,
+)
 from workbench.common.errors import WorkbenchError
 from workbench.control.betaflight_outer import DEGREES, outer_loop
 from workbench.control.controller import COMMON

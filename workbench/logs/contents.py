@@ -1,7 +1,11 @@
-"""What a log has besides the topics, and under which names."""
+"""What a log has besides the topics, and under which names: scenario, gains, actions, versions."""
 
+import json
+import platform
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
+from importlib import metadata
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +16,7 @@ from workbench.control.controller import DEFAULT, SHIPPED, Controller
 from workbench.control.schedule import split_label, with_label
 from workbench.estimation.settings import ESTIMATORS
 from workbench.gateways.ros_messages.conversion import Channel
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Action, Gust, Injection, Push, Scenario
 
 FLIGHT = "flight"
 """Name of the metadata with vehicle, physics_step [s] and begun_ns [ns since 1970]."""
@@ -114,3 +118,68 @@ def _from_root(name: str, shipped: list[str]) -> str:
 def _controller_from_root(name: str) -> str:
     file, label = split_label(name)
     return with_label(_from_root(file, list(SHIPPED)), label)
+
+
+def action_text(action: Action) -> str:
+    """Return an action as JSON, without its time and what is as by default; numbers are exact."""
+    values = {field.name: _plain(getattr(action, field.name)) for field in fields(Action)}
+    usual = {field.name: _plain(getattr(Action(), field.name)) for field in fields(Action)}
+    return json.dumps(
+        {name: value for name, value in values.items() if name != "at" and value != usual[name]}
+    )
+
+
+def read_action(at: float, text: str) -> Action:
+    """Return the action of a text at a time [s].
+
+    Raises:
+        ValueError, TypeError, AttributeError: if it is none.
+    """
+    values: dict[str, Any] = json.loads(text)
+    if "gust" in values:
+        values["gust"] = Gust(**values["gust"])
+    if "push" in values:
+        values["push"] = Push(**values["push"])
+    if "injection" in values:
+        injection = Injection(**values["injection"])
+        values["injection"] = replace(injection, periods=int(injection.periods))
+    return Action(at=at, **values)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value made only of what JSON knows; numbers may be numpy's."""
+    if value is None or isinstance(value, str | bool):
+        return value
+    if isinstance(value, Gust | Push | Injection):
+        values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        if not any(values.get("torque", ())):  # as what reads logs of earlier versions has it
+            values.pop("torque", None)
+        return values
+    if isinstance(value, Mapping):
+        return {str(name): _plain(each) for name, each in value.items()}
+    return float(value) if isinstance(value, Real) else [_plain(each) for each in value]
+
+
+PACKAGES = {
+    "workbench": "drake-drone-workbench",
+    "drake": "drake",
+    "numpy": "numpy",
+    "numba": "numba",
+}
+UNKNOWN = "unknown"
+PHYSICS = "2"
+"""Of how the vehicle is stepped; logs that do not say it are of 1, Drake's discrete plant."""
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what computes here, by name, and the platform."""
+    found = {name: _version(package) for name, package in PACKAGES.items()}
+    machine = {"python": platform.python_version(), "platform": platform.platform()}
+    return {"physics": PHYSICS} | found | machine
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return UNKNOWN

@@ -17,7 +17,6 @@ from workbench.gateways.ros_messages.library import schema_text
 from workbench.gateways.ros_messages.making import WORLD, header
 from workbench.link.backplane import Published, Sampled
 from workbench.link.topics import Topic
-from workbench.logs.actions import action_text
 from workbench.logs.contents import (
     ACTIONS,
     CONTROLLER,
@@ -32,12 +31,13 @@ from workbench.logs.contents import (
     STATE,
     TOPICS,
     VERSIONS,
+    action_text,
     gains_text,
     law_name,
     scenario_text,
+    versions,
 )
 from workbench.logs.mcap_writer import MAGIC, McapWriter
-from workbench.logs.versions import versions
 from workbench.scenario.scenario import Action, Scenario, flown_controller
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_record import FlightRecord
-from workbench.logs.imported import log_of
+from workbench.logs.imported import flight_record, log_of
 from workbench.logs.mcap_writer import MAGIC as MCAP
 from workbench.logs.readers import (
     blackbox,
@@ -17,7 +17,6 @@ from workbench.logs.readers import (
 )
 from workbench.logs.readers.limited_reader import read_limited
 from workbench.logs.readers.mapped_csv import read_csv
-from workbench.logs.readers.own_log import flight_record
 from workbench.logs.readers.packed import read_head, stem
 from workbench.logs.record import LogRecord, read_log
 

@@ -1,7 +1,8 @@
-"""A flight record as a log of the workbench, and back: what shows our own flights shows it then.
+"""Flight records as logs of the workbench, and logs of the workbench as flight records.
 
-Each topic has a message a sample, of 64-bit numbers; what was not measured at that time is NaN. In
-each gap there is a message with nothing but NaN, so that no curve is drawn across.
+What shows our own flights shows an imported one then. Each topic of it has a message a sample, of
+64-bit numbers; what was not measured at that time is NaN. In each gap there is a message with
+nothing but NaN, so that no curve is drawn across.
 """
 
 import json
@@ -16,12 +17,12 @@ from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros_messages.definitions import SEPARATOR
 from workbench.gateways.ros_messages.layout import ENCAPSULATION
 from workbench.link.topics import PREFIX
-from workbench.logs.contents import IMPORTED, VERSIONS
-from workbench.logs.flight_record import FlightRecord, Signal
+from workbench.logs.contents import IMPORTED, VERSIONS, versions
+from workbench.logs.flight_record import FlightRecord, Signal, make_signal
 from workbench.logs.mcap_writer import McapWriter
+from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
 from workbench.logs.record import LogRecord
 from workbench.logs.series import ImportedTopic
-from workbench.logs.versions import versions
 
 _PACKAGE = "imported_msgs"
 _PLACE = re.compile(r"\d+")
@@ -207,3 +208,98 @@ def _table(signals: list[Signal | None]) -> tuple[np.ndarray, np.ndarray]:
         if signal is not None:
             table[np.searchsorted(t_ns, stamps[id(signal)]), column] = signal.values
     return t_ns, table
+
+
+FORMAT = "workbench log"
+_TOPICS = (
+    "position_data",
+    "velocity_data",
+    "acceleration_data",
+    "force_torque_data",
+    "command_velocity",
+    "rotors",
+    "imu",
+    "gps",
+    "gps_velocity",
+    "magnetometer",
+    "estimate",
+    "wind",
+)
+"""Whose numbers are signals."""
+_UNWANTED = ("covariance", "lease", "axes", "frame", "orientation", "status")
+
+
+def flight_record(record: LogRecord) -> FlightRecord:
+    """Return a log as a flight record; the true motion is the simulation's.
+
+    Raises:
+        WorkbenchError: if a message cannot be decoded.
+    """
+    try:
+        return flight_of(record) if record.imported else _flown(record)
+    except WorkbenchError as error:  # of a damaged topic, which does not know its file
+        said = str(error)
+        raise WorkbenchError(
+            said if said.startswith(str(record.path)) else f"{record.path}: {said}"
+        ) from error
+
+
+def _flown(record: LogRecord) -> FlightRecord:
+    """Return the log of a flight of ours."""
+    end = record.duration
+    signals: dict[str, Signal] = {}
+    for name in _TOPICS:
+        topic = record.topics.get(name)
+        for series in topic.columns.values() if topic else ():
+            numbers = series.values.dtype.kind in "fiu"
+            if numbers and not any(part in series.name for part in _UNWANTED):
+                signals[series.name] = make_signal(
+                    series.name, series.unit, series.time, series.values, end=end, delay=0.0
+                )
+    states, time = record.states, np.array(record.state_ns, dtype=float) * 1e-9
+    if len(states):
+        q = continuous(states[:, 0:4])
+        back = q * [1.0, -1.0, -1.0, -1.0]
+        for field, values in zip(QUATERNION, q.T, strict=True):
+            name = f"attitude.{field}"
+            signals[name] = make_signal(name, "1", time, values, end=end, delay=0.0)
+        for axis, values in zip("xyz", in_world(back, states[:, 7:10]).T, strict=True):
+            name = f"attitude.w_{axis}"
+            signals[name] = make_signal(name, "rad/s", time, values, end=end, delay=0.0)
+    points = _points(record, time)
+    if points is not None:
+        for axis, values in zip("xyz", points.T, strict=True):
+            name = f"setpoint.{axis}"
+            signals[name] = make_signal(name, "m", time, values, end=end, delay=0.0)
+    return FlightRecord(
+        name=record.path.stem,
+        source=record.path,
+        format=FORMAT,
+        firmware=f"workbench {record.versions.get('workbench', '')}".strip(),
+        parameters={
+            "vehicle": record.vehicle,
+            **({"controller": record.controller["name"]} if "name" in record.controller else {}),
+            **record.values,
+        },
+        remarks=tuple(filter(None, (record.remark,))),
+        signals=signals,
+        end=end,
+    )
+
+
+def _points(record: LogRecord, time: np.ndarray) -> np.ndarray | None:
+    """Return the points that a pilot went to (n, 3); None where he flew in another way, too.
+
+    Until the first one it is the place of the start, which the mode holds.
+    """
+    try:
+        script = record.scenario().script
+    except WorkbenchError:
+        return None
+    actions = sorted((*script, *(each.action for each in record.done)), key=lambda each: each.at)
+    flown = [each for each in actions if each.flies]
+    if not flown or not len(time) or any(each.go_to is None for each in flown):
+        return None
+    goals = [each.go_to for each in flown if each.go_to is not None]
+    points = np.vstack([record.states[0, 4:7], *map(np.array, goals)])
+    return points[np.searchsorted([each.at for each in flown], time, side="right")]

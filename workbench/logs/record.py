@@ -24,7 +24,6 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain
 from workbench.link.topics import Topic, topic_from
-from workbench.logs.actions import read_action
 from workbench.logs.contents import (
     ACTIONS,
     CONTROLLER,
@@ -39,6 +38,7 @@ from workbench.logs.contents import (
     STATE,
     TOPICS,
     VERSIONS,
+    read_action,
     read_gains,
     read_scenario,
 )

@@ -13,8 +13,8 @@ from workbench.control.controller import Controller, is_shipped
 from workbench.control.schedule import split_label, with_label
 from workbench.estimation.settings import ESTIMATORS
 from workbench.link.backplane import Sampled
+from workbench.logs.contents import versions
 from workbench.logs.record import LogRecord
-from workbench.logs.versions import versions
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, flown_controller
 from workbench.session.script import repeated

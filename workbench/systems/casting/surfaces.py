@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.common.compiled import compile_cached
 from workbench.common.jitable import register_jitable
-from workbench.systems.casting.intervals import in_ball
+from workbench.systems.casting.solids import in_ball
 
 EDGE = 1e-9
 """A triangle is larger by this share, so that no ray slips between two in double precision."""
