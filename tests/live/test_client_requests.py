@@ -15,7 +15,7 @@ from workbench.link.messages import (
     SetParameters,
     write_message,
 )
-from workbench.live.client_requests import ClientRequests
+from workbench.live.network import ClientRequests
 from workbench.scenario.scenario import Action, FigureEight, Scenario, Start
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge

@@ -46,12 +46,11 @@ from workbench.gui.actions import RECENT, SPEEDS, THEMES, fill_menus, make_actio
 from workbench.gui.banner import Banner
 from workbench.gui.flight_control import FlightControl, possible
 from workbench.gui.guide import Guide
-from workbench.gui.help_pages import about_page, keys_page
+from workbench.gui.help import about_page, keys_page
 from workbench.gui.opener import FileKind, Opener, RecentFiles, fill_recent
 from workbench.gui.recorder import Camera, Recorder
-from workbench.gui.screen import Screen
-from workbench.gui.screen_stack import ScreenStack, SideBar
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
+from workbench.gui.screens import Screen, ScreenStack, SideBar
 from workbench.gui.style import dressed
 from workbench.gui.top_bar import TopBar
 from workbench.gui.view3d.view3d_panel import LOOKS, PARTS, View3d

@@ -11,10 +11,29 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from workbench.control.controller import Controller
-from workbench.live.hard_hit import hit_speed
 from workbench.live.messages import Pace
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.vehicle import Vehicle
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
+
+LEAST_HIT = 0.6
+"""A change of velocity of a hard hit, beyond what flying makes [m/s]; a landing makes 0.4."""
+
+
+def hit_speed(vehicle: Vehicle, before: np.ndarray, after: np.ndarray, duration: float) -> float:
+    """Return by how much a hit changed a velocity [m/s], 0 where flying explains the change.
+
+    Args:
+        vehicle: that flies.
+        before: velocity (3) [m/s].
+        after: velocity (3) [m/s].
+        duration: between the two [s].
+    """
+    change = float(np.linalg.norm(after - before))
+    flown = (1.0 + vehicle.thrust_to_weight) * GRAVITY * max(0.0, duration)
+    return change if change > LEAST_HIT + flown else 0.0
+
 
 PERIOD = 1 / 64
 """Between two looks at the motion [s]: a swing of 20 Hz is seen."""

@@ -1,4 +1,4 @@
-"""What happens on board, as payloads of topics."""
+"""What happens on board, in sentences, and as payloads of topics."""
 
 import struct
 import time
@@ -8,6 +8,8 @@ from workbench.control.mode import FlightMode, Reason
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import DRONE_STATE, EVENTS, PARAMETERS
 from workbench.link.topics import Topic
+from workbench.scenario.faults import PARTS, TURBULENCES
+from workbench.scenario.scenario import Action
 
 INFORMATION, WARNING, FAILURE = 0, 1, 2
 """How severe an event is."""
@@ -99,3 +101,28 @@ def percent(charge: float) -> str:
 
 def _published(time_s: float, number: int, payload: bytes) -> Published:
     return Published(round(time_s * 1e9), time.time_ns(), ((number, payload),))
+
+
+def disturbed(action: Action) -> Iterator[str]:
+    """Yield a sentence for each disturbance of an action; none for one that ends it."""
+    push, gust = action.push, action.gust
+    if push is not None and any(push.force):
+        yield f"a push of {_vector(push.force)} N for {push.duration:g} s"
+    if push is not None and any(push.torque):
+        yield f"a torque of {_vector(push.torque)} N·m for {push.duration:g} s"
+    if gust is not None and any(gust.velocity):
+        yield f"a gust of {_vector(gust.velocity)} m/s for {gust.duration:g} s"
+    wind = [action.set.get(f"wind_{axis}", 0.0) for axis in "xyz"]
+    if any(wind):
+        yield f"a wind of {_vector(wind)} m/s"
+    if "turbulence" in action.set:
+        speed = action.set["turbulence"]
+        named = (row.name for row in TURBULENCES if row.speed == speed)
+        yield f"turbulence: {next(named, f'{speed:g} m/s at 20 ft')}"
+    for part in PARTS:
+        if part.parameter in action.set:
+            yield part.fault(action.set[part.parameter]) or f"{part.name} repaired"
+
+
+def _vector(parts: Sequence[float]) -> str:
+    return f"({', '.join(f'{part:.4g}' for part in parts)})"

@@ -15,7 +15,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
-from workbench.live.hard_hit import hit_speed
+from workbench.live.alarms import hit_speed
 from workbench.scenario.axes import AXES, Axis
 from workbench.scenario.excitation import Excitation, Exciting
 from workbench.scenario.loads import Load

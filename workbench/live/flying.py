@@ -14,10 +14,9 @@ from workbench.control.controller import Controller, load_controller, with_estim
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.link.backplane import Disconnect
-from workbench.live.alarms import Alarms
+from workbench.live.alarms import Alarms, hit_speed
 from workbench.live.announcer import FAILURE, INFORMATION, WARNING
 from workbench.live.exciter import Exciter
-from workbench.live.hard_hit import hit_speed
 from workbench.live.law_compiler import LawCompiler
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.measurer import Measurer

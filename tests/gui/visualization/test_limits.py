@@ -10,10 +10,10 @@ from workbench.design.regress.signals import SIGNALS
 from workbench.design.response_metrics import step_metrics
 from workbench.gui.charts.curve import LIMIT
 from workbench.gui.signals import Signals
+from workbench.gui.visualization.chart_board import chart_signal, lines_over_time
 from workbench.gui.visualization.layouts import STEPS, ChartSpec, Layout
 from workbench.gui.visualization.log_messages import CaseLimits, MetricLimit, SpecContents
 from workbench.gui.visualization.log_worker import limits_of
-from workbench.gui.visualization.spec_limits import chart_signal, lines_over_time
 
 SPEC = models_dir() / "specs" / "steps.spec.yaml"
 STEP = ChartSpec("Steps", ("command_velocity.v_x", "velocity_data.v_x"), STEPS)

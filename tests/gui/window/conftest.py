@@ -8,8 +8,8 @@ import pytest
 from PyQt6.QtWidgets import QDoubleSpinBox, QLineEdit, QVBoxLayout
 
 from workbench.gui.main_window import MainWindow
-from workbench.gui.screen import Screen
 from workbench.gui.screen_table import SCREENS
+from workbench.gui.screens import Screen
 
 
 class Page(Screen):

@@ -7,7 +7,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QFileDialog, QLineEdit
 
 from workbench.control.mode import FlightMode
-from workbench.gui.help_pages import keys_page
+from workbench.gui.help import keys_page
 from workbench.gui.main_window import SMALLEST
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase

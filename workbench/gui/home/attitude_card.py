@@ -8,7 +8,7 @@ from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt6.QtGui import QColor, QLinearGradient, QPainter, QPen, QPixmap, QPolygonF
 from PyQt6.QtWidgets import QWidget
 
-from workbench.gui.home.card import Card, beside, put
+from workbench.gui.home.cards import Card, beside, put
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.heading import heading_of, mark_text, point_of
 from workbench.gui.instruments.instrument import Instrument

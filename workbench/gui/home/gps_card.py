@@ -20,7 +20,7 @@ from PyQt6.QtGui import (
 from PyQt6.QtWidgets import QToolButton, QWidget
 
 from workbench.gui.charts.ticks import number_text
-from workbench.gui.home.card import Card, beside, put
+from workbench.gui.home.cards import Card, beside, put
 from workbench.gui.home.route import Route
 from workbench.gui.home.sensor_state import sensor_state
 from workbench.gui.home.shown_units import ShownUnits

@@ -11,10 +11,7 @@ from PyQt6.QtWidgets import QApplication, QScrollArea, QVBoxLayout, QWidget
 
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.home.attitude_card import AttitudeCard
-from workbench.gui.home.battery_card import BatteryCard
-from workbench.gui.home.card import Card
-from workbench.gui.home.clock_card import ClockCard
-from workbench.gui.home.condition_card import ConditionCard
+from workbench.gui.home.cards import BatteryCard, Card, ClockCard, ConditionCard
 from workbench.gui.home.gps_card import GpsCard
 from workbench.gui.home.lidar_card import LidarCard
 from workbench.gui.home.rotor_card import RotorCard
@@ -25,7 +22,7 @@ from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.hint import Hint
 from workbench.gui.instruments.readout import NOTHING, Line, Readout
 from workbench.gui.page import BAR
-from workbench.gui.screen import Screen
+from workbench.gui.screens import Screen
 from workbench.gui.units import MICROTESLA
 from workbench.gui.workspace import Workspace
 from workbench.live.messages import Phase

@@ -8,7 +8,7 @@ from PyQt6.QtGui import QPainter, QPainterPath, QPen, QPolygonF
 from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.charts.ticks import number_text
-from workbench.gui.home.card import SIGNS, Card, beside, put
+from workbench.gui.home.cards import SIGNS, Card, beside, put
 from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch

@@ -9,7 +9,7 @@ from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt6.QtGui import QBrush, QFontMetricsF, QPainter, QPen
 from PyQt6.QtWidgets import QWidget
 
-from workbench.gui.home.card import Card
+from workbench.gui.home.cards import Card
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.instrument import Instrument

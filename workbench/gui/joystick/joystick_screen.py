@@ -18,8 +18,8 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.control.mode import FlightMode
-from workbench.gui.card_help import explain
 from workbench.gui.flight_control import ON_THE_GROUND
+from workbench.gui.help import explain
 from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadButton
 from workbench.gui.joystick.keyboard_sticks import KeyWatcher
@@ -40,7 +40,7 @@ from workbench.gui.joystick.piloting import (
 from workbench.gui.page import Pair, fit_page
 from workbench.gui.preference_table import find_preference
 from workbench.gui.preferences import Preferences
-from workbench.gui.screen import Screen
+from workbench.gui.screens import Screen
 from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look
 from workbench.gui.units import Unit, unit_for

@@ -26,12 +26,12 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.card_help import explain
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_model import FlightModel
+from workbench.gui.help import explain
 from workbench.gui.page import Pair, fit_page
-from workbench.gui.screen import Screen
+from workbench.gui.screens import Screen
 from workbench.gui.server.clients_panel import ClientsPanel
 from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed, set_class

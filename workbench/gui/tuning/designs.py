@@ -10,7 +10,7 @@ from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import SLOTS
 from workbench.gui.gains.gain_rows import controller_gains
-from workbench.gui.home.clock_card import simulated_text
+from workbench.gui.home.cards import simulated_text
 from workbench.gui.tuning.gains_text import gains_list, gains_text
 from workbench.gui.tuning.other_controllers import OtherControllers, controller_label
 from workbench.gui.tuning.trial import Trial

@@ -30,11 +30,11 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.gui.card_help import explain
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
+from workbench.gui.help import explain
 from workbench.gui.preferences import log_folder
-from workbench.gui.screen import Screen
+from workbench.gui.screens import Screen
 from workbench.gui.style import set_class
 from workbench.gui.visualization.camera_page import CameraPage
 from workbench.gui.visualization.charts_page import ChartsPage

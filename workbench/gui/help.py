@@ -1,13 +1,110 @@
-"""What each card of the screens means and how to read it, with a link into the docs."""
+"""Help in the app: on each card of the screens, pages of the docs, all keys, and what this is."""
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
+from typing import Any
 
-from PyQt6.QtCore import QEvent, QObject
-from PyQt6.QtGui import QWhatsThisClickedEvent
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtCore import QEvent, QObject, Qt, QUrl
+from PyQt6.QtGui import QDesktopServices, QImage, QTextCursor, QTextDocument, QWhatsThisClickedEvent
+from PyQt6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QScrollArea,
+    QTextBrowser,
+    QVBoxLayout,
+    QWidget,
+)
 
-from workbench.gui.docs_page import show_docs
+from workbench.common.resources import docs_dir
+from workbench.gui.actions import MENUS, rows_of
+from workbench.gui.gains.profile_bar import PROFILE_ACTIONS
+from workbench.gui.style import dressed
+
+SIZE = (860, 640)
+"""Of the window [px]."""
+WIDEST = 800
+"""Picture [px]."""
+
+
+def anchor(heading: str) -> str:
+    """Return the anchor of a heading, as GitHub makes it."""
+    return re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
+
+
+class DocsBrowser(QTextBrowser):
+    """Shows a page at a heading; its links to other pages open here, all others in the browser."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAccessibleName("A page of the docs")
+        self.setOpenLinks(False)
+        self.anchorClicked.connect(self._follow)
+        self._page = ""
+
+    def open(self, link: str) -> None:
+        """Show a page, as `linear.md#the-judgement`; without a name, this one."""
+        name, _, heading = link.partition("#")
+        if name and name != self._page:
+            path = docs_dir() / name
+            if path.suffix != ".md" or not path.is_file():
+                self.setPlainText(f"{name} is not among the docs in {docs_dir()}.")
+                return
+            self._page = name
+            self.setMarkdown(path.read_text(encoding="utf-8"))
+        self.show_heading(heading)
+
+    def show_heading(self, wanted: str) -> None:
+        """Scroll to the heading of an anchor, or to the top."""
+        document = self.document()
+        assert document is not None
+        block = document.begin()
+        while block.isValid() and not (
+            block.blockFormat().headingLevel() and anchor(block.text()) == wanted
+        ):
+            block = block.next()
+        found = block if block.isValid() else document.begin()
+        self.setTextCursor(QTextCursor(found))
+        layout, bar = document.documentLayout(), self.verticalScrollBar()
+        assert layout is not None and bar is not None
+        bar.setValue(round(layout.blockBoundingRect(found).top()))
+
+    def loadResource(self, kind: int, name: QUrl) -> Any:
+        """Return a picture of the docs, no wider than the page."""
+        if kind != QTextDocument.ResourceType.ImageResource.value:
+            return super().loadResource(kind, name)
+        picture = QImage(str(docs_dir() / name.toString()))
+        smooth = Qt.TransformationMode.SmoothTransformation
+        return picture.scaledToWidth(WIDEST, smooth) if picture.width() > WIDEST else picture
+
+    def _follow(self, url: QUrl) -> None:
+        if url.scheme() in ("http", "https"):
+            QDesktopServices.openUrl(url)
+        else:
+            self.open(url.toString())
+
+
+def show_docs(link: str, parent: QWidget | None = None) -> QDialog:
+    """Open a window with a page of the docs, and return it.
+
+    Args:
+        link: of the page and its heading, as `linear.md#the-judgement`.
+        parent: above which it opens.
+    """
+    dialog = QDialog(parent)
+    dialog.setWindowTitle("Docs")
+    browser = DocsBrowser(dialog)
+    box = QVBoxLayout(dialog)
+    box.setContentsMargins(0, 0, 0, 0)
+    box.addWidget(browser)
+    dialog.resize(*SIZE)
+    dialog.show()  # first, as what stands where follows from the width
+    browser.open(link)
+    return dialog
 
 
 @dataclass(frozen=True)
@@ -351,3 +448,121 @@ class _Links(QObject):
             show_docs(event.href(), watched.window())
             return True
         return False
+
+
+LONGEST_KEY = "Ctrl+Shift+W  "
+WORDS = 268
+"""Width of what a key does: two columns fit into the smallest window [px]."""
+MARGIN = 40
+"""Of the page to the edges of the window [px]."""
+TUNING_KEYS = (
+    ("Ctrl+E", "Start or stop the excitation."),
+    ("Ctrl+F", "Search the parameters."),
+    ("Arrows", "Move the slider; with Shift in large steps, with Ctrl in small ones."),
+    ("Enter", "Fly what is proposed, where gains fly on Enter."),
+    ("Ctrl+Return", "Fly what was doubted, all the same."),
+    ("Esc", "Put back what is proposed and does not fly."),
+)
+ABOUT = (
+    "<b>Drake drone workbench</b><br>Design a multirotor and its controller on Drake: fly it, "
+    "watch it, and tune it while it flies.<br><br>Free software under the GNU General Public "
+    "License, version 3 or later, without any warranty."
+)
+
+
+def keys_page(parent: QWidget | None = None) -> QDialog:
+    """Return a dialog of all shortcuts, made of the table of actions.
+
+    Args:
+        parent: above which it opens.
+    """
+    dialog = QDialog(parent)
+    dialog.setWindowTitle("Keys")
+    page = QWidget()
+    columns = QHBoxLayout(page)
+    columns.setSpacing(24)
+    for tables in (
+        [(menu.replace("&", ""), _keys_of(menu)) for menu in MENUS],
+        [("Tuning", _tuning_keys())],
+    ):
+        column = QVBoxLayout()
+        for heading, keys in tables:
+            if keys:
+                column.addLayout(_table(heading, keys))
+                column.addSpacing(12)
+        column.addStretch(1)
+        columns.addLayout(column)
+    scrolling = QScrollArea()
+    scrolling.setWidgetResizable(True)
+    scrolling.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    scrolling.setWidget(page)
+    bar = scrolling.verticalScrollBar()
+    assert bar is not None
+    scrolling.setMinimumWidth(page.sizeHint().width() + bar.sizeHint().width())
+    layout = QVBoxLayout(dialog)
+    layout.setContentsMargins(22, 18, 22, 14)
+    layout.addWidget(scrolling)
+    layout.addWidget(_close_button(dialog))
+    above = parent.window() if parent is not None else None
+    room = above.height() - MARGIN if above is not None else page.sizeHint().height()
+    rest = layout.minimumSize().height() - scrolling.minimumSizeHint().height()
+    dialog.resize(0, min(room, page.sizeHint().height() + rest + MARGIN // 2))
+    return dialog
+
+
+def about_page(parent: QWidget | None = None) -> QDialog:
+    """Return a dialog that says what this is, and its licence.
+
+    Args:
+        parent: above which it opens.
+    """
+    dialog = QDialog(parent)
+    dialog.setWindowTitle("About")
+    words = QLabel(ABOUT)
+    words.setTextFormat(Qt.TextFormat.RichText)
+    words.setWordWrap(True)
+    words.setMinimumWidth(380)
+    layout = QVBoxLayout(dialog)
+    layout.setContentsMargins(22, 18, 22, 14)
+    layout.addWidget(words)
+    layout.addWidget(_close_button(dialog))
+    return dialog
+
+
+def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:
+    """Return keys and what they do in two columns."""
+    grid = QGridLayout()
+    grid.setHorizontalSpacing(16)
+    grid.setVerticalSpacing(3)
+    title = dressed(QLabel(heading), "heading")
+    grid.addWidget(title, 0, 0, 1, 2)
+    for at, (shortcut, help) in enumerate(keys, start=1):
+        grid.addWidget(_key(shortcut), at, 0, Qt.AlignmentFlag.AlignTop)
+        words = QLabel(help)
+        words.setWordWrap(True)
+        words.setFixedWidth(WORDS)
+        words.setMinimumHeight(words.heightForWidth(WORDS))
+        grid.addWidget(words, at, 1)
+    grid.setColumnMinimumWidth(0, QLabel(LONGEST_KEY).sizeHint().width())
+    grid.setColumnStretch(1, 1)
+    return grid
+
+
+def _keys_of(menu: str) -> list[tuple[str, str]]:
+    return [(row.shortcut, row.help) for row in rows_of(menu) if row.shortcut]
+
+
+def _tuning_keys() -> list[tuple[str, str]]:
+    return [(row.shortcut, row.help) for row in PROFILE_ACTIONS] + list(TUNING_KEYS)
+
+
+def _key(shortcut: str) -> QLabel:
+    key = QLabel(f"<b>{escape(shortcut)}</b>")
+    key.setTextFormat(Qt.TextFormat.RichText)
+    return key
+
+
+def _close_button(dialog: QDialog) -> QDialogButtonBox:
+    box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    box.rejected.connect(dialog.close)
+    return box

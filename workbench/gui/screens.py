@@ -1,4 +1,4 @@
-"""The screens, of which one is seen, and the side bar that chooses it.
+"""What every screen is, the stack of them, of which one is seen, and the side bar that chooses it.
 
 Each is made when it is first seen, or when there is nothing else to do.
 """
@@ -6,7 +6,7 @@ Each is made when it is first seen, or when there is nothing else to do.
 import contextlib
 import importlib
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from PyQt6.QtCore import QObject, QSize, Qt, QTimer, pyqtSignal
 from PyQt6.QtGui import QAction
@@ -21,12 +21,51 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.icons import icon
-from workbench.gui.screen import Screen
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
+
+
+class Screen(QWidget):
+    """A page of the app behind one button of the side bar.
+
+    Attributes:
+        title: in the side bar and as accessible name.
+        icon: name of its picture, see `icons`.
+    """
+
+    title = ""
+    icon = ""
+
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.workspace = workspace
+        self.setAccessibleName(f"{self.title} screen")
+
+    def begin(self, view: LiveView) -> None:
+        """Take note that a flight has begun: vehicle, topics and scenario are known."""
+
+    def take_over(self, view: LiveView) -> None:
+        """Take note that another controller has taken over in flight."""
+
+    def show_view(self, view: LiveView) -> None:
+        """Show the present; called at most sixty times a second, and only while it is seen."""
+
+    def unsaved(self) -> str:
+        """Return what would be lost with the flight, as a sentence; "" for nothing."""
+        return ""
+
+    def save_unsaved(self, saved: Callable[[], object]) -> None:
+        """Let the user save that, and call back once it is saved."""
+
+    def release(self) -> None:
+        """Let go of what is held: the screen is left, or the window has lost focus."""
+
+    def close_screen(self) -> None:
+        """End what the screen has started; the app closes."""
+
 
 ICON = 26
 """Edge of a picture [pixels of the layout]."""

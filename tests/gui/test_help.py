@@ -8,9 +8,8 @@ from PyQt6.QtGui import QWhatsThisClickedEvent
 from PyQt6.QtWidgets import QApplication, QWidget
 
 from workbench.common.resources import docs_dir
-from workbench.gui.card_help import CARDS
-from workbench.gui.docs_page import DocsBrowser, show_docs
-from workbench.gui.home.card import Card
+from workbench.gui.help import CARDS, DocsBrowser, show_docs
+from workbench.gui.home.cards import Card
 from workbench.gui.screen_table import SCREENS
 
 

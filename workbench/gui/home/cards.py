@@ -1,0 +1,587 @@
+"""What every card of the Home screen is, and the cards of battery, flight mode and time."""
+
+import math
+import time
+from collections.abc import Mapping
+
+from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
+from PyQt6.QtGui import QBrush, QColor, QPainter, QPen, QPolygonF, QResizeEvent
+from PyQt6.QtWidgets import QWidget
+
+from workbench.control.mode import FlightMode, Reason
+from workbench.gui.help import explain
+from workbench.gui.home.sensor_state import Health, SensorState
+from workbench.gui.home.shown_units import ShownUnits
+from workbench.gui.home.stream_watch import StreamWatch
+from workbench.gui.instruments.heading import direction_of, point_of
+from workbench.gui.instruments.instrument import Instrument
+from workbench.gui.instruments.sign import Sign, paint_sign
+from workbench.gui.theme import Look
+from workbench.live.announcer import LOW_CHARGE
+from workbench.live.messages import Phase
+from workbench.live.view import LiveView
+from workbench.session.snapshot import Snapshot
+
+WIDE = 1.2
+"""From this ratio of width to height on, they stand beside each other."""
+PICTURE = 0.6
+"""Most of the width that the picture takes then."""
+
+PADDING = 0.8
+"""Inside the frame, relative to plain text."""
+TITLE = 1.75
+"""Height of the title's line, relative to plain text."""
+SIGNS = {
+    Health.ABSENT: Sign.OFF,
+    Health.OFF: Sign.OFF,
+    Health.WAITING: Sign.OFF,
+    Health.GOOD: Sign.GOOD,
+    Health.OLD: Sign.WARNING,
+    Health.FAULTY: Sign.BAD,
+}
+
+
+def beside(
+    body: QRectF, gap: float, numbers_height: float, share: float = PICTURE
+) -> tuple[QRectF, QRectF]:
+    """Return where a card's picture and its numbers stand: side by side, or one above the other.
+
+    Args:
+        body: of the card.
+        gap: between the two [px].
+        numbers_height: that the numbers need where they stand below [px].
+        share: most of the width that the picture takes where it stands on the left.
+    """
+    if body.width() >= WIDE * body.height():
+        width = min(body.height(), share * body.width())
+        picture = QRectF(body.left(), body.top(), width, body.height())
+        numbers = QRectF(body)
+        numbers.setLeft(picture.right() + gap)
+        return picture, numbers
+    picture, numbers = QRectF(body), QRectF(body)
+    picture.setBottom(body.bottom() - numbers_height - gap)
+    numbers.setTop(body.bottom() - numbers_height)
+    return picture, numbers
+
+
+class Card(Instrument):
+    """What belongs together.
+
+    Attributes:
+        name: in the plans of the Home screen.
+        title: at its top.
+        parts: instruments inside.
+    """
+
+    ground = "ground"
+    name = ""
+    title = ""
+
+    def __init__(self, look: Look, units: ShownUnits, parent: QWidget | None = None) -> None:
+        super().__init__(look, self.title, parent)
+        explain(self, self.title)
+        self.units = units
+        self.parts: list[Instrument] = []
+        self._note = ""
+        self._sign: Sign | None = None
+
+    @property
+    def note(self) -> str:
+        """What stands beside the title."""
+        return self._note
+
+    @property
+    def sign(self) -> Sign | None:
+        """The shape before the note, if any."""
+        return self._sign
+
+    @property
+    def body(self) -> QRectF:
+        """The room under the title."""
+        pad, size = PADDING * self.text_size, self.text_size
+        return self.area.adjusted(pad, 0.5 * pad + TITLE * size, -pad, -0.8 * pad)
+
+    @property
+    def spoken(self) -> str:
+        """All of it as a sentence, for a screen reader."""
+        return "; ".join(part.spoken for part in self.parts if part.isVisibleTo(self))
+
+    def begin(self, view: LiveView) -> None:
+        """A flight begins."""
+
+    def show_dials(self, view: LiveView, now: Snapshot) -> None:
+        """Show what moves smoothly; called for every view."""
+
+    def show_numbers(self, view: LiveView, now: Snapshot) -> None:
+        """Show what is to be read; called ten times a second."""
+
+    def use_units(self, units: ShownUnits) -> None:
+        """Show numbers in other units from now on."""
+        self.units = units
+
+    def place_parts(self, body: QRectF) -> None:
+        """Place the parts; by default each of them fills the card."""
+        for part in self.parts:
+            put(part, body)
+
+    def set_note(self, note: str, sign: Sign | None = None) -> None:
+        """Show a note beside the title, with a shape where it says how something is."""
+        if (note, sign) != (self._note, self._sign):
+            self._note, self._sign = note, sign
+            self.update(self._title_line.toAlignedRect())
+
+    def set_state(self, state: SensorState) -> None:
+        """Show how a sensor does beside the title."""
+        self.set_note(state.note, SIGNS[state.health])
+
+    def set_text_size(self, size: float) -> None:
+        """Set it for the parts, too."""
+        super().set_text_size(size)
+        for part in self.parts:
+            part.set_text_size(size)
+        self.place_parts(self.body)
+
+    def paint_still(self, painter: QPainter) -> None:
+        """Paint frame and title."""
+        painter.setPen(QPen(self.colour("line"), 1.0))
+        painter.setBrush(self.colour("card"))
+        corner = 0.5 * self.text_size
+        painter.drawRoundedRect(self.area.adjusted(0.5, 0.5, -0.5, -0.5), corner, corner)
+        painter.setFont(self.face(1.0, bold=True))
+        painter.setPen(self.colour("muted"))
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(self._title_line, left, self.title)
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint the note."""
+        line = self._title_line
+        if not self._note or not line.intersects(rect):
+            return
+        painter.setFont(self.face())
+        calm = self._sign in (None, Sign.GOOD, Sign.OFF)
+        colour = "muted" if calm or self._sign is None else self._sign.value
+        painter.setPen(self.colour(colour))
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(line, right, self._note)
+        if self._sign is not None:
+            side = 0.85 * self.text_size
+            width = painter.fontMetrics().horizontalAdvance(self._note)
+            place = QRectF(line.right() - width - 1.4 * side, 0.0, side, side)
+            place.moveTop(line.center().y() - side / 2)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            paint_sign(
+                painter, place, self._sign, self.colour(self._sign.value), self.colour("card")
+            )
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Place the parts again."""
+        super().resizeEvent(event)
+        self.place_parts(self.body)
+
+    @property
+    def _title_line(self) -> QRectF:
+        pad = PADDING * self.text_size
+        return QRectF(pad, 0.5 * pad, self.width() - 2 * pad, TITLE * self.text_size)
+
+
+def put(part: QWidget, place: QRectF) -> None:
+    """Give a widget its place, in whole pixels."""
+    part.setGeometry(place.toRect())
+
+
+def charge_word(charge: float, reserve: float) -> str:
+    """Return in words how a charge 0 .. 1 is: empty, at the reserve, low, or good."""
+    if math.isnan(charge):
+        return "unknown"
+    if charge <= 0.0:
+        return "empty"
+    if charge <= reserve:
+        return "reserve: lands"
+    return "low" if charge <= reserve + LOW_CHARGE else "good"
+
+
+class ChargeBar(Instrument):
+    """A bar with per cent, and a mark at the charge at which the drone lands by itself."""
+
+    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
+        super().__init__(look, "Battery", parent)
+        self._charge, self._reserve = math.nan, 0.15
+
+    @property
+    def text(self) -> str:
+        """Per cent, in words."""
+        if math.isnan(self._charge):
+            return "–"
+        return f"{100 * self._charge:.0f}\N{NO-BREAK SPACE}%"
+
+    @property
+    def word(self) -> str:
+        """How it is."""
+        return charge_word(self._charge, self._reserve)
+
+    @property
+    def spoken(self) -> str:
+        """All of it as a sentence."""
+        return f"{self.text}, {self.word}; reserve {100 * self._reserve:.0f} %"
+
+    def show_charge(self, charge: float, reserve: float) -> None:
+        """Show a charge and the reserve, 0 .. 1."""
+        shown = charge if math.isnan(charge) else round(charge, 3)
+        if (str(shown), reserve) != (str(self._charge), self._reserve):
+            self._charge, self._reserve = shown, reserve
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """Return a size at which all is readable."""
+        return QSize(200, 30)
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint the bar, the reserve's mark, and per cent."""
+        size = self.text_size
+        name = {"good": "good", "low": "warning"}.get(self.word, "bad")
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        body = self._body()
+        painter.setPen(QPen(self.colour("muted"), 1.2))
+        painter.setBrush(self.colour("field"))
+        painter.drawRoundedRect(body, 3.0, 3.0)
+        inner = body.adjusted(2.0, 2.0, -2.0, -2.0)
+        full = QRectF(inner)
+        charge = 0.0 if math.isnan(self._charge) else max(0.0, min(1.0, self._charge))
+        full.setWidth(charge * inner.width())
+        painter.fillRect(full, self.colour(name))
+        if name != "good":  # no colour alone
+            painter.fillRect(full, QBrush(self.colour("card"), Qt.BrushStyle.BDiagPattern))
+        x = inner.left() + self._reserve * inner.width()
+        painter.setPen(QPen(self.colour("ink"), 2.0))
+        painter.drawLine(QPointF(x, body.top() - 2.0), QPointF(x, body.bottom() + 2.0))
+        painter.setFont(self.face(1.5, bold=True))
+        painter.setPen(self.colour("ink"))
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(
+            QRectF(self.width() - 5.2 * size, 0.0, 5.2 * size, self.height()), right, self.text
+        )
+
+    def _body(self) -> QRectF:
+        size = self.text_size
+        height = min(1.5 * size, self.height() - 5.0)
+        return QRectF(
+            1.0, (self.height() - height) / 2, max(10.0, self.width() - 6.0 * size), height
+        )
+
+
+class BatteryCard(Card):
+    """The charge, and the reserve at which it lands by itself."""
+
+    name = "battery"
+    title = "Battery"
+
+    def __init__(
+        self, look: Look, units: ShownUnits, watch: StreamWatch, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(look, units, parent)
+        self._watch = watch
+        self.bar = ChargeBar(look, self)
+        self.parts = [self.bar]
+
+    def show_numbers(self, view: LiveView, now: Snapshot) -> None:
+        """Show the charge."""
+        reserve = self._watch.value("battery_reserve")
+        self.bar.show_charge(now.charge, reserve)
+        word = self.bar.word
+        signs = {"good": Sign.GOOD, "low": Sign.WARNING}
+        self.set_note(
+            f"{word}, reserve {100 * reserve:.0f}\N{NO-BREAK SPACE}%", signs.get(word, Sign.BAD)
+        )
+
+
+UP = ((0.5, 0.08), (0.95, 0.62), (0.05, 0.62))
+DOWN = ((0.5, 0.92), (0.95, 0.38), (0.05, 0.38))
+ALONG = ((0.92, 0.5), (0.38, 0.95), (0.38, 0.05))
+DIAMOND = ((0.5, 0.05), (0.95, 0.5), (0.5, 0.95), (0.05, 0.5))
+"""Corners in a square of side 1, from its top left."""
+
+PHASES: Mapping[Phase, tuple[str, Sign]] = {
+    Phase.PAUSED: ("paused", Sign.WARNING),
+    Phase.BROKEN: ("broken: reset to fly again", Sign.BAD),
+    Phase.ENDED: ("ended: open a scenario", Sign.BAD),
+}
+"""What is told of a flight that does not go on."""
+HELD = ("held: reset to fly again", Sign.BAD)
+"""And of one whose autopilot has ended."""
+CALM = 0.05
+"""Less wind than this is none [m/s]."""
+
+
+def paint_mode(painter: QPainter, place: QRectF, mode: FlightMode, colour: QColor) -> None:
+    """Paint the shape of a mode.
+
+    Off is an empty circle, armed one with a dot; hovering a diamond; climbing a triangle up, with
+    the ground under it at a take-off; so downwards; cruising a triangle to the right.
+
+    Args:
+        painter: with antialiasing.
+        place: a square.
+        mode: to paint.
+        colour: of it.
+    """
+    thick = QPen(colour, max(1.5, place.width() / 11.0))
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(colour)
+    match mode:
+        case FlightMode.OFF | FlightMode.ARMED:
+            inset = 0.14 * place.width()
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(thick)
+            painter.drawEllipse(place.adjusted(inset, inset, -inset, -inset))
+            if mode is FlightMode.ARMED:
+                painter.setBrush(colour)
+                painter.drawEllipse(place.center(), inset, inset)
+        case FlightMode.HOVERING:
+            _paint_corners(painter, place, DIAMOND)
+        case FlightMode.CRUISING:
+            _paint_corners(painter, place, ALONG)
+        case FlightMode.TAKING_OFF | FlightMode.ASCENDING:
+            _paint_corners(painter, place, UP)
+        case FlightMode.LANDING | FlightMode.DESCENDING:
+            _paint_corners(painter, place.translated(0.0, -0.1 * place.height()), DOWN)
+    if mode in (FlightMode.TAKING_OFF, FlightMode.LANDING):
+        painter.setPen(thick)
+        y = place.top() + 0.93 * place.height()
+        painter.drawLine(QPointF(place.left(), y), QPointF(place.right(), y))
+
+
+def _paint_corners(
+    painter: QPainter, place: QRectF, corners: tuple[tuple[float, float], ...]
+) -> None:
+    painter.drawPolygon(
+        QPolygonF(
+            [
+                QPointF(place.left() + x * place.width(), place.top() + y * place.height())
+                for x, y in corners
+            ]
+        )
+    )
+
+
+def wind_text(wind: tuple[float, float, float], units: ShownUnits) -> str:
+    """Return a wind in words: how fast, and where it comes from.
+
+    Args:
+        wind: velocity of the air in W [m/s].
+        units: in which it is said.
+    """
+    if not all(map(math.isfinite, wind)):
+        return "wind –"
+    east, north, up = wind
+    level = math.hypot(east, north)
+    parts = []
+    if level >= CALM:
+        source = direction_of(-east, -north)
+        said = units.speed.unit.text(level, 1)
+        parts.append(f"wind {said} from {source:03.0f}° ({point_of(source)})")
+    if abs(up) >= CALM:
+        said = units.speed.unit.text(abs(up), 1)
+        parts.append(f"{'up' if up > 0.0 else 'down'} {said}")
+    return ", ".join(parts) or "no wind"
+
+
+class ConditionCard(Card):
+    """The flight mode, large."""
+
+    name = "condition"
+    title = "Flight condition"
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*args)  # type: ignore[arg-type]
+        self.mode = FlightMode.OFF
+        self.facts = ""
+
+    @property
+    def spoken(self) -> str:
+        """All of it as a sentence."""
+        return f"{self.mode.label}, {self.facts}"
+
+    def show_numbers(self, view: LiveView, now: Snapshot) -> None:
+        """Show mode, rotors and wind."""
+        ended = now.reason is Reason.AUTOPILOT_ENDED
+        rotors = "rotors off" if ended or now.mode is FlightMode.OFF else "rotors on"
+        self.set_note(*PHASES.get(view.phase, HELD if ended else ("", None)))
+        facts = f"{rotors} · {wind_text(now.wind, self.units)}"
+        if now.reason.label:
+            facts = f"{now.reason.label} · {facts}"
+        if (now.mode, facts) != (self.mode, self.facts):
+            self.mode, self.facts = now.mode, facts
+            self.update(self.body.toAlignedRect())
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint mode and facts."""
+        super().paint_moving(painter, rect)
+        if not self.facts:
+            self._paint_nothing(painter)
+            return
+        body, size = self.body, self.text_size
+        high = min(body.height(), 3.8 * size)
+        top = body.top() + (body.height() - high) / 2
+        side = 1.7 * size
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        shape = QRectF(body.left() + 0.1 * size, top + 0.2 * size, side, side)
+        paint_mode(painter, shape, self.mode, self.colour("accent"))
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.setFont(self.face(1.6, bold=True))
+        painter.setPen(self.colour("ink"))
+        word = QRectF(body.left() + 2.4 * size, top, body.width(), 2.1 * size)
+        painter.drawText(word, left, self.mode.label.capitalize())
+        painter.setFont(self.face())
+        painter.setPen(self.colour("muted"))
+        line = QRectF(body.left(), top + 2.2 * size, body.width(), 1.5 * size)
+        painter.drawText(line, left, self.facts)
+
+    def _paint_nothing(self, painter: QPainter) -> None:
+        """Paint that there is no flight yet."""
+        painter.setFont(self.face())
+        painter.setPen(self.colour("muted"))
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(self.body, left, "Nothing flies yet: open a scenario.")
+
+
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+
+
+def simulated_text(seconds: float, decimals: int) -> str:
+    """Return a simulated time [s] as minutes and seconds, and hours from one on: 1:02.5."""
+    if not math.isfinite(seconds):
+        return "–"
+    ticks = round(seconds * 10**decimals)
+    whole, part = divmod(ticks, 10**decimals)
+    minutes, seconds_left = divmod(whole, 60)
+    text = f"{seconds_left:02d}.{part:0{decimals}d}"
+    return f"{minutes // 60}:{minutes % 60:02d}:{text}" if minutes >= 60 else f"{minutes}:{text}"
+
+
+class ClockCard(Card):
+    """The large clock; its upper line has the times, the lower one says what they are."""
+
+    name = "clock"
+    title = "Clock"
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*args)  # type: ignore[arg-type]
+        self.wall = ""
+        self.simulated = "–"
+        self.state, self.state_sign = "nothing flies yet", Sign.OFF
+
+    @property
+    def spoken(self) -> str:
+        """All of it as a sentence."""
+        return f"local time {self.wall}, simulated time {self.simulated}, {self.state}"
+
+    def show_wall(self) -> None:
+        """Show the present time of day."""
+        wall = time.strftime("%H:%M:%S")
+        if wall != self.wall:
+            self.wall = wall
+            self.update(self._left_half.toAlignedRect())
+
+    def show_silence(self, seconds: float) -> None:
+        """Show that nothing was heard of the flight for a time [s]."""
+        self._show_state(f"no news for {seconds:.0f} s", Sign.WARNING)
+
+    def show_phase(self, view: LiveView) -> None:
+        """Show where the flight is."""
+        match view.phase:
+            case Phase.STARTING:
+                self._show_state(view.said or "starting", Sign.OFF)
+            case Phase.PAUSED:
+                self._show_state("paused", Sign.WARNING)
+            case Phase.BROKEN:
+                self._show_state("broken: last values", Sign.BAD)
+            case Phase.ENDED:
+                self._show_state("ended: last values", Sign.BAD)
+            case Phase.FLYING if view.pace is None:
+                self._show_state("flying", Sign.GOOD)
+            case Phase.FLYING if view.pace.too_slow:
+                self._show_state(f"too slow: {view.pace.text}", Sign.WARNING)
+            case Phase.FLYING:
+                self._show_state(f"{view.pace.text} real time", Sign.GOOD)
+
+    def show_numbers(self, view: LiveView, now: Snapshot) -> None:
+        """Show the simulated time; to the millisecond where it stands."""
+        self.show_phase(view)
+        text = simulated_text(now.time, 1 if view.phase is Phase.FLYING else 3)
+        if text != self.simulated:
+            self.simulated = text
+            self.update(self._upper(self._right_half).toAlignedRect())
+
+    def paint_still(self, painter: QPainter) -> None:
+        """Paint the frame, and what is what."""
+        painter.setPen(QPen(self.colour("line"), 1.0))
+        painter.setBrush(self.colour("card"))
+        corner = 0.5 * self.text_size
+        painter.drawRoundedRect(self.area.adjusted(0.5, 0.5, -0.5, -0.5), corner, corner)
+        painter.setFont(self.face())
+        painter.setPen(self.colour("muted"))
+        painter.drawText(self._lower(self._left_half), _LEFT, "Local time")
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint both times, and how the flight does."""
+        if self._left_half.intersects(rect):
+            painter.setFont(self.face(2.45, bold=True))
+            painter.setPen(self.colour("ink"))
+            painter.drawText(self._upper(self._left_half), _LEFT, self.wall)
+        upper, lower = self._upper(self._right_half), self._lower(self._right_half)
+        if upper.intersects(rect):
+            painter.setFont(self.face(1.65))
+            painter.setPen(self.colour("ink"))
+            painter.drawText(upper, _LEFT, self.simulated)
+            used = painter.fontMetrics().horizontalAdvance(self.simulated)
+            painter.setFont(self.face())
+            painter.setPen(self.colour("muted"))
+            label = upper.adjusted(used + 0.6 * self.text_size, 0.25 * self.text_size, 0.0, 0.0)
+            painter.drawText(label, _LEFT, "simulated")
+        if lower.intersects(rect):
+            self._paint_state(painter, lower)
+
+    def _paint_state(self, painter: QPainter, line: QRectF) -> None:
+        side = 0.85 * self.text_size
+        painter.setFont(self.face())
+        sign = QRectF(line.left(), line.center().y() - side / 2, side, side)
+        colour = self.state_sign.value
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        paint_sign(painter, sign, self.state_sign, self.colour(colour), self.colour("card"))
+        calm = self.state_sign in (Sign.GOOD, Sign.OFF)
+        painter.setPen(self.colour("muted" if calm else colour))
+        text = painter.fontMetrics().elidedText(
+            self.state, Qt.TextElideMode.ElideRight, int(line.width() - 1.5 * side)
+        )
+        painter.drawText(line.adjusted(1.5 * side, 0.0, 0.0, 0.0), _LEFT, text)
+
+    def _show_state(self, state: str, sign: Sign) -> None:
+        if (state, sign) != (self.state, self.state_sign):
+            self.state, self.state_sign = state, sign
+            self.update(self._lower(self._right_half).toAlignedRect())
+
+    @property
+    def _inside(self) -> QRectF:
+        pad = 1.1 * PADDING * self.text_size
+        high = min(self.height() - pad, 5.0 * self.text_size)
+        inside = QRectF(pad, 0.0, self.width() - 2 * pad, high)
+        inside.moveTop((self.height() - high) / 2)
+        return inside
+
+    @property
+    def _left_half(self) -> QRectF:
+        half = self._inside
+        half.setWidth(0.5 * half.width())
+        return half
+
+    @property
+    def _right_half(self) -> QRectF:
+        half = self._inside
+        half.setLeft(half.left() + 0.5 * half.width())
+        return half
+
+    def _upper(self, half: QRectF) -> QRectF:
+        return half.adjusted(0.0, 0.0, 0.0, -0.36 * half.height())
+
+    def _lower(self, half: QRectF) -> QRectF:
+        return half.adjusted(0.0, 0.66 * half.height(), 0.0, 0.0)
