@@ -45,7 +45,7 @@ from workbench.gains.gains import rule_gains
 from workbench.ipc.worker_process import Refusal, Request
 from workbench.live.flight import LiveFlight
 from workbench.live.flying import SLICE, Flying
-from workbench.live.messages import Excite, Hold, Phase, Report, Told
+from workbench.live.messages import Do, Order, Phase, Report, Told
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
 from workbench.scenario.excitation import Excitation, Shape
@@ -204,9 +204,9 @@ def test_a_live_flight_goes_on_and_tells_once_what_died_until_a_reset(fake):
         assert report.autopilot.exchange["lost"] >= 1
         assert [each.said for each in seen(Told)] == [report.autopilot.ended]
         assert refused(flying, Action(request="land"))
-        assert refused(flying, Excite(Excitation("x", Shape.STEP, 0.5, 1.0)))
+        assert refused(flying, Order(Do.EXCITE, Excitation("x", Shape.STEP, 0.5, 1.0)))
         assert not refused(flying, Action(request="stop"))
-        assert not refused(flying, Hold.RESET)
+        assert not refused(flying, Order(Do.RESET))
         sent.clear()
         fly(flying, 0.2)
         assert seen(Report)[0].phase is Phase.STARTING

@@ -24,7 +24,7 @@ from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 from workbench.live.flying import SLICE, Flying
-from workbench.live.messages import Flown, GetFlown, NetworkView, Report, Serve
+from workbench.live.messages import Do, Flown, NetworkView, Order, Report
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -73,7 +73,7 @@ class Served:
         self.session, self.bridge = built
         self.session.reset()
         self.flying = Flying(self.session, self.bridge, {}, self, lambda: self.wall)
-        self.order(Serve(ServerConfig(port=0)))
+        self.order(Order(Do.SERVE, ServerConfig(port=0)))
 
     def _make(self, config: ServerConfig, flight: Flight) -> "Served":
         """Stand for the server's process."""
@@ -162,7 +162,7 @@ class Served:
 
     def flown(self) -> Flown:
         """Return all that was flown."""
-        self.flying.obey([Request(2, GetFlown())])
+        self.flying.obey([Request(2, Order(Do.GET_FLOWN))])
         (*_, answer) = [each for each in self.sent if isinstance(each, Answer)]
         return answer.value
 

@@ -11,7 +11,7 @@ import pytest
 from workbench.common.errors import FlightBrokenError
 from workbench.control.mode import FlightMode
 from workbench.link.messages import Hand, Stage
-from workbench.live.messages import Hold, Network, Phase, SetSpeed
+from workbench.live.messages import Do, Order, Phase
 from workbench.scenario.scenario import Action, Rates, Scenario, Start
 from workbench.session.session import Session
 
@@ -92,7 +92,7 @@ def test_hold_comes_at_once_where_the_connection_or_the_lease_ends(served, holde
     elif how == "killed":
         served.lost = True
     elif how == "stopped":
-        served.order(Network.STOP_SERVING)
+        served.order(Order(Do.STOP_SERVING))
     elif how == "bye":
         holder.say(op="bye")
     else:
@@ -165,7 +165,7 @@ def test_what_is_refused_renews_nothing(served, holder):
 @pytest.mark.parametrize("act", ["command", "turn", "take over"])
 def test_the_operator_wins_and_the_drone_holds_first(served, holder, act):
     if act == "take over":
-        served.order(Network.TAKE_OVER)
+        served.order(Order(Do.TAKE_OVER))
         expected = [STILL]
     elif act == "turn":
         served.order(Action(yaw_rate=0.2))
@@ -183,7 +183,7 @@ def test_the_operator_wins_and_the_drone_holds_first(served, holder, act):
     assert holder.request() == 0
     served.fly(10.0)  # no ladder stands above the operator
     assert not [each for each in served.script if each.request == "land"]
-    served.order(Network.GIVE_BACK)
+    served.order(Order(Do.GIVE_BACK))
     assert served.velocities[-1][1] == STILL
     assert holder.request()
 
@@ -194,11 +194,11 @@ def last_move_of(holder, served) -> float:
 
 def test_the_operator_takes_over_from_nobody_before_hold_has_come(served, holder):
     """In a pause HOLD waits for the next update, and the operator's order does not."""
-    served.order(Hold.PAUSE)
+    served.order(Order(Do.PAUSE))
     holder.go()
     served.hear()
     served.order(Action(yaw_rate=0.2))
-    served.order(Hold.RESUME)
+    served.order(Order(Do.RESUME))
     served.fly(0.25)
     assert served.velocities[-1][1] == STILL
     assert served.session.snapshot().reference[:4] == (0.0, 0.0, 0.0, 0.2)
@@ -210,7 +210,7 @@ def test_an_order_that_flies_nothing_takes_no_control(served, holder):
 
 
 def test_a_paused_flight_answers_and_takes_nothing(served, holder):
-    served.order(Hold.PAUSE)
+    served.order(Order(Do.PAUSE))
     at = served.time
     served.fly(30.0)
     assert served.time == at
@@ -225,7 +225,7 @@ def test_a_paused_flight_answers_and_takes_nothing(served, holder):
         other.command(0.0, 0.001 * number, 0.0)
         served.wall += 0.01
         served.hear()
-    served.order(Hold.RESUME)
+    served.order(Order(Do.RESUME))
     served.fly(CONTROL)
     assert other.nacks() == []
     assert not other.session.gone
@@ -234,21 +234,21 @@ def test_a_paused_flight_answers_and_takes_nothing(served, holder):
 
 def test_a_flood_of_others_displaces_no_command(served, holder):
     others = [rig.Client(served, f"other {number}") for number in range(4)]
-    served.order(Hold.PAUSE)
+    served.order(Order(Do.PAUSE))
     for number in range(200):
         for other in others:
             other.command(3.0, 3.0, 3.0, lease=holder.lease)
         if number == 100:
             holder.command(1.5, 0.0, 0.0)
         served.hear()
-    served.order(Hold.RESUME)
+    served.order(Order(Do.RESUME))
     served.fly(CONTROL)
     assert served.velocities[-1][1] == [1.5, 0.0, 0.0]
 
 
 def test_a_reset_while_somebody_flies_leaves_nobody_in_control(served, holder):
     holder.command(2.0, 0.0, 0.0)
-    served.order(Hold.RESET)
+    served.order(Order(Do.RESET))
     assert served.time == 0.0
     assert served.stage == (Hand.NOBODY, Stage.LIVE)
     refused = holder.command(1.0, 0.0, 0.0)
@@ -263,7 +263,7 @@ def test_a_reset_while_somebody_flies_leaves_nobody_in_control(served, holder):
 
 @pytest.mark.parametrize("speed", [0.2, 5.0])
 def test_the_ladder_counts_simulated_time(served, holder, speed):
-    served.order(SetSpeed(speed))
+    served.order(Order(Do.SET_SPEED, speed))
     holder.command(1.5, 0.0, 0.0)
     served.fly(7.0 / speed)
     assert hold_after(served) == 0.5
@@ -396,7 +396,7 @@ def test_what_a_script_sets_is_told_as_what_a_client_sets(monkeypatch):
         told = [(name.rstrip(b"\0").decode(), value) for name, value in client.parameters]
         assert told == [("kp_roll", 60.0), ("kp_pitch", 61.0)], flight
         client.go()
-        served.order(Hold.RESET)
+        served.order(Order(Do.RESET))
     served.flying._network.close()
 
 
@@ -409,5 +409,5 @@ def test_a_broken_flight_grants_and_goes_on_after_a_reset(served, holder, monkey
     assert served.reports[-1].phase is Phase.BROKEN
     assert rig.Client(served).request() == 0
     monkeypatch.undo()  # the server that runs goes on
-    served.order(Hold.RESET)
+    served.order(Order(Do.RESET))
     assert rig.Client(served).request()

@@ -11,7 +11,7 @@ from workbench.live import flying
 from workbench.live.flight import LiveFlight
 from workbench.live.flying import Flying
 from workbench.live.law_compiler import LawCompiler
-from workbench.live.messages import Hold, Phase, TakenOver, Told
+from workbench.live.messages import Do, Order, Phase, TakenOver, Told
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.scenario import Action, Scenario, load_scenario, save_scenario
@@ -124,7 +124,7 @@ def test_machine_code_of_a_text_that_was_edited_meanwhile_is_left_alone(mine):
     bench.fly(0.1)
     assert bench.session.interpreted
     assert bench.said()[-1] == "mine flies on interpreted: it is uncompilable"
-    bench.flying._do(_order(Hold.RESET))
+    bench.flying._do(_order(Order(Do.RESET)))
     assert bench.session.controller is second
 
 
@@ -134,7 +134,7 @@ def test_a_reset_of_a_script_that_let_a_law_take_over_tells_of_the_first_law(min
     bench.fly(0.5)
     in_place(mine, TEXT + "# of another law than the one that flies\n")
     bench.fly(0.5)
-    bench.flying._do(_order(Hold.RESET))
+    bench.flying._do(_order(Order(Do.RESET)))
     bench.fly(0.1)
     told = [each for each in bench.messages.sent if isinstance(each, TakenOver)]
     assert [each.controller.name for each in told[:2]] == ["lqi", "mine"]
@@ -156,12 +156,12 @@ def test_a_law_without_what_the_script_sets_is_refused_before_it_breaks_the_flig
 def test_in_a_pause_a_law_takes_over_and_time_stands_and_a_broken_flight_waits_for_its_reset(mine):
     bench = Bench(Scenario(controller=str(mine)))
     bench.fly(0.25)
-    bench.flying._do(_order(Hold.PAUSE))
+    bench.flying._do(_order(Order(Do.PAUSE)))
     renamed(mine, TEXT.replace('2.5, "acceleration per', '3.5, "acceleration per'))
     bench.fly(0.5)
     assert bench.session.time == 0.25 and bench.session.controller.text != TEXT
     assert bench.session.get("k_speed") == 2.5  # which flies goes on with its value
-    bench.flying._do(_order(Hold.RESUME))
+    bench.flying._do(_order(Order(Do.RESUME)))
     text = bench.session.controller.text
     bench.session.tick = _broken
     bench.fly(0.1)
@@ -171,7 +171,7 @@ def test_in_a_pause_a_law_takes_over_and_time_stands_and_a_broken_flight_waits_f
     with pytest.raises(WorkbenchError, match="reset it first"):
         bench.flying._do(_order(Action(controller="lqi")))
     del bench.session.tick
-    bench.flying._do(_order(Hold.RESET))
+    bench.flying._do(_order(Order(Do.RESET)))
     bench.fly(0.5)
     assert bench.session.controller.text == TEXT
 

@@ -18,22 +18,7 @@ from workbench.live.alarms import Alarms
 from workbench.live.announcer import WARNING
 from workbench.live.flight import LiveFlight
 from workbench.live.flying import SLICE, Flying
-from workbench.live.messages import (
-    Excite,
-    FlyOn,
-    GetCheckpoint,
-    GetFlown,
-    Hold,
-    KeepLog,
-    Measure,
-    Measured,
-    Network,
-    Pace,
-    Phase,
-    Report,
-    SetSpeed,
-    StopExciting,
-)
+from workbench.live.messages import Changed, Do, Order, Pace, Phase, Report
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.excitation import Excitation, Shape
@@ -95,9 +80,9 @@ class Bench:
 
     def fly_to(self, time: float) -> None:
         """Fly at once to the last step until a simulated time [s]."""
-        self.obey(Hold.PAUSE)
-        self.obey(FlyOn(time - self.session.time))
-        self.obey(Hold.RESUME)
+        self.obey(Order(Do.PAUSE))
+        self.obey(Order(Do.FLY_ON, time - self.session.time))
+        self.obey(Order(Do.RESUME))
         assert 0.0 <= time - self.session.time < STEP
 
     def obey(self, wanted: object) -> Answer | Refusal:
@@ -106,6 +91,9 @@ class Bench:
         answer = self.messages.sent[-1]
         assert answer.number == self.orders
         return answer
+
+    def excite(self, excitation: Excitation) -> Answer | Refusal:
+        return self.obey(Order(Do.EXCITE, excitation))
 
     @property
     def shown(self) -> Report:
@@ -131,7 +119,7 @@ def assert_equal_to_the_bit(one: Recording, other: Recording) -> None:
 def test_a_step_begins_with_the_next_control_update_and_ends_at_exact_steps():
     bench = Bench()
     bench.fly_to(0.3)  # between two control updates, on no step
-    began = bench.obey(Excite(ONE_STEP)).value
+    began = bench.excite(ONE_STEP).value
     assert began == 0.3046875  # 39 control periods
     assert bench.done == []
     bench.fly(6.0)
@@ -149,10 +137,10 @@ def test_the_law_flies_it_from_its_very_beginning():
     """Until then it hovers, at rest; with the update at that time rotors begin to be asked."""
     bench = Bench()
     bench.fly_to(1.0 + STEP)
-    began = bench.obey(Excite(dataclasses.replace(ONE_STEP, amplitude=2.0))).value
+    began = bench.excite(dataclasses.replace(ONE_STEP, amplitude=2.0)).value
     assert began == 1.0 + CONTROL
     bench.fly_to(1.5)
-    flown = bench.obey(GetFlown()).value.recording
+    flown = bench.obey(Order(Do.GET_FLOWN)).value.recording
     spread = flown.commanded_speeds.max(axis=1) - flown.commanded_speeds.min(axis=1)
     assert spread[flown.time <= began].max() < 1e-3
     assert spread[flown.time == began + CONTROL] > 1.0
@@ -160,7 +148,7 @@ def test_the_law_flies_it_from_its_very_beginning():
 
 def test_it_is_shown_before_the_order_is_answered():
     bench = Bench()
-    bench.obey(Excite(SQUARE))
+    bench.excite(SQUARE)
     report, answer = bench.messages.sent[-2:]
     assert isinstance(answer, Answer)
     assert report.exciting.excitation == SQUARE
@@ -172,13 +160,13 @@ def test_it_is_shown_before_the_order_is_answered():
 def test_rounds_are_counted_and_begin_at_exact_times():
     bench = Bench()
     bench.fly_to(0.5)
-    bench.obey(Excite(SQUARE))  # 0.4 s are 51.2 control periods, 51 are flown
+    bench.excite(SQUARE)  # 0.4 s are 51.2 control periods, 51 are flown
     length = 51 * CONTROL
     bench.fly_to(0.5 + 2 * length - STEP)
     assert bench.shown.exciting.round == 2
     assert bench.shown.exciting.began == 0.5 + length
     bench.fly_to(0.5 + 2 * length + STEP)
-    bench.obey(SetSpeed(1.0))
+    bench.obey(Order(Do.SET_SPEED, 1.0))
     assert bench.shown.exciting.round == 3
     assert bench.shown.exciting.began == 0.5 + 2 * length
     begins = [action.at for action in bench.done if action.velocity[1] < 0.0]
@@ -194,13 +182,13 @@ def test_what_is_flown_depends_on_the_order_alone_not_on_the_pace(excitation):
     flown = []
     for speed in (0.5, 1.0, 4.0):
         bench = Bench()
-        bench.obey(SetSpeed(speed))
+        bench.obey(Order(Do.SET_SPEED, speed))
         bench.fly_to(0.3)
-        bench.obey(Excite(excitation))
+        bench.excite(excitation)
         bench.fly(1.6 / speed)
         bench.fly_to(2.0)
         flown.append(bench)
-    states = [bench.obey(GetCheckpoint()).value for bench in flown]
+    states = [bench.obey(Order(Do.GET_CHECKPOINT)).value for bench in flown]
     for bench, state in zip(flown, states, strict=True):
         # how the time was cut is no state of the flight
         assert dataclasses.replace(state, due=2.0) == dataclasses.replace(states[0], due=2.0)
@@ -211,7 +199,7 @@ def test_what_is_flown_depends_on_the_order_alone_not_on_the_pace(excitation):
 
 def test_a_chirp_changes_with_every_control_update():
     bench = Bench()
-    bench.obey(Excite(CHIRP))
+    bench.excite(CHIRP)
     bench.fly_to(2.0)
     sine, back = bench.done[:192], bench.done[192]
     assert [action.at for action in sine] == [k * CONTROL for k in range(192)]
@@ -230,13 +218,13 @@ def test_a_flight_with_it_is_the_same_again_as_a_scenario(excitation):
     ]
     bench = Bench(Scenario(script=script))
     bench.fly_to(0.5)
-    bench.obey(Excite(excitation))
+    bench.excite(excitation)
     bench.fly(0.4)
     bench.obey(Action(set={"kp_roll": 60.0}))
     bench.fly(0.6)
-    bench.obey(StopExciting())
+    bench.obey(Order(Do.STOP_EXCITING))
     bench.fly(0.5)
-    flown = bench.obey(GetFlown()).value
+    flown = bench.obey(Order(Do.GET_FLOWN)).value
     again = Session(flown.scenario)
     again.run()
     assert_equal_to_the_bit(flown.recording, again.recording())
@@ -245,10 +233,10 @@ def test_a_flight_with_it_is_the_same_again_as_a_scenario(excitation):
 def test_a_flight_with_it_is_replayed_from_its_log(tmp_path):
     bench = Bench()
     path = tmp_path / "flight.mcap"
-    bench.obey(KeepLog(str(path)))
-    bench.obey(Excite(TURN))
+    bench.obey(Order(Do.KEEP_LOG, str(path)))
+    bench.excite(TURN)
     bench.fly(1.3)
-    bench.obey(StopExciting())
+    bench.obey(Order(Do.STOP_EXCITING))
     bench.fly(0.3)
     bench.flying._network.close()
     record = read_log(path)
@@ -259,16 +247,16 @@ def test_a_flight_with_it_is_replayed_from_its_log(tmp_path):
 
 def test_stopping_lets_it_hover_where_it_is():
     bench = Bench()
-    bench.obey(Excite(dataclasses.replace(ONE_STEP, period=5.0)))
+    bench.excite(dataclasses.replace(ONE_STEP, period=5.0))
     bench.fly(1.0)
     assert bench.asked == (1.0, 0.0, 0.0, 0.0)
-    assert bench.obey(StopExciting()).value == bench.session.time
+    assert bench.obey(Order(Do.STOP_EXCITING)).value == bench.session.time
     assert bench.shown.exciting is None
     assert bench.asked == (0.0, 0.0, 0.0, 0.0)
     bench.fly(4.0)
     assert abs(bench.session.snapshot().v_WB[0]) < 0.01
     assert bench.session.snapshot().p_WB[0] > 0.5
-    assert isinstance(bench.obey(StopExciting()), Answer)  # twice is no fault
+    assert isinstance(bench.obey(Order(Do.STOP_EXCITING)), Answer)  # twice is no fault
     assert len(bench.done) == 2
 
 
@@ -280,12 +268,12 @@ def test_any_other_order_that_flies_ends_it(case):
         (Action(request="hold"), (0.0, 0.0, 0.0, 0.0)),
         (Action(request="land"), (0.0, 0.0, 0.0, 0.0)),
         (Action(request="stop"), (0.0, 0.0, 0.0, 0.0)),
-        (Hold.RESET, (0.0, 0.0, 0.0, 0.0)),
-        (Network.GIVE_BACK, (0.0, 0.0, 0.0, 0.0)),
+        (Order(Do.RESET), (0.0, 0.0, 0.0, 0.0)),
+        (Order(Do.GIVE_BACK), (0.0, 0.0, 0.0, 0.0)),
     ]:
         with case(order, asked):
             bench = Bench()
-            bench.obey(Excite(SQUARE))
+            bench.excite(SQUARE)
             bench.fly(0.1)
             assert isinstance(bench.obey(order), Answer)
             assert bench.shown.exciting is None
@@ -302,15 +290,15 @@ def test_any_other_order_that_flies_ends_it(case):
         Action(set={"kp_roll": 60.0}),
         Action(go_to=[0.0, 0.0, -5.0]),
         Action(request="take_off", height=-1.0),
-        SetSpeed(2.0),
-        Network.TAKE_OVER,
-        Excite(dataclasses.replace(SQUARE, period=0.0)),
+        Order(Do.SET_SPEED, 2.0),
+        Order(Do.TAKE_OVER),
+        Order(Do.EXCITE, dataclasses.replace(SQUARE, period=0.0)),
     ],
     ids=str,
 )
 def test_what_does_not_fly_or_is_refused_leaves_it_alone(order):
     bench = Bench()
-    bench.obey(Excite(SQUARE))
+    bench.excite(SQUARE)
     bench.fly(0.1)
     bench.obey(order)
     assert bench.shown.exciting.excitation == SQUARE
@@ -319,9 +307,9 @@ def test_what_does_not_fly_or_is_refused_leaves_it_alone(order):
 
 def test_another_one_takes_its_place():
     bench = Bench()
-    bench.obey(Excite(SQUARE))
+    bench.excite(SQUARE)
     bench.fly(0.1)
-    began = bench.obey(Excite(TURN)).value
+    began = bench.excite(TURN).value
     assert bench.shown.exciting.excitation == TURN
     assert bench.shown.exciting.began == began
     bench.fly(0.05)
@@ -333,14 +321,14 @@ def test_what_the_script_flies_ends_it_at_an_exact_step():
     recordings = []
     for speed in (0.5, 4.0):
         bench = Bench(Scenario(script=script))
-        bench.obey(SetSpeed(speed))
-        bench.obey(Excite(SQUARE))
+        bench.obey(Order(Do.SET_SPEED, speed))
+        bench.excite(SQUARE)
         bench.fly(0.8 / speed)
         assert bench.shown.exciting is None
         assert bench.asked == (0.0, 0.0, 0.0, 0.0)  # who set it to 0 is the excitation's end
         bench.fly_to(1.0)
         assert [action.at for action in bench.done][-1] == 410 * STEP + STEP
-        recordings.append(bench.obey(GetFlown()).value)
+        recordings.append(bench.obey(Order(Do.GET_FLOWN)).value)
     assert_equal_to_the_bit(recordings[0].recording, recordings[1].recording)
     again = Session(recordings[0].scenario)
     again.run()
@@ -349,7 +337,7 @@ def test_what_the_script_flies_ends_it_at_an_exact_step():
 
 def test_what_the_script_asks_for_stays():
     bench = Bench(Scenario(script=[Action(at=0.4, velocity=[0.3, 0.2, 0.1])]))
-    bench.obey(Excite(SQUARE))
+    bench.excite(SQUARE)
     bench.fly(0.8)
     assert bench.shown.exciting is None
     assert bench.asked == (0.3, 0.2, 0.1, 0.0)
@@ -357,7 +345,7 @@ def test_what_the_script_asks_for_stays():
 
 def test_a_landing_that_the_battery_asks_for_ends_it():
     bench = Bench()
-    bench.obey(Excite(TURN))
+    bench.excite(TURN)
     bench.fly(0.5)
     bench.obey(Action(set={"battery_reserve": 0.9, "battery_duration": 1.0}))
     bench.fly(0.5)
@@ -373,14 +361,14 @@ def test_a_flight_that_breaks_ends_it(monkeypatch):
         raise FlightBrokenError("it broke")
 
     bench = Bench()
-    bench.obey(Excite(SQUARE))
+    bench.excite(SQUARE)
     bench.fly(0.1)
     monkeypatch.setattr(bench.session, "tick", refuse)
     bench.fly(0.1)
     assert bench.shown.phase is Phase.BROKEN
     assert bench.shown.exciting is None
-    assert "reset it first" in bench.obey(Excite(SQUARE)).said
-    assert "reset it first" in bench.obey(GetCheckpoint()).said
+    assert "reset it first" in bench.excite(SQUARE).said
+    assert "reset it first" in bench.obey(Order(Do.GET_CHECKPOINT)).said
 
 
 @pytest.mark.parametrize("mode", ["off", "taking off", "landing"])
@@ -395,7 +383,7 @@ def test_a_drone_that_does_not_fly_is_not_excited(mode):
     if orders[mode]:
         bench.obey(orders[mode])
     bench.fly(1.0)
-    said = bench.obey(Excite(ONE_STEP)).said
+    said = bench.excite(ONE_STEP).said
     assert f"the drone is {mode}: it can be excited once it hovers" in said
     assert bench.shown.exciting is None
 
@@ -406,22 +394,22 @@ def test_what_is_out_of_the_limits_of_the_flight_is_refused():
     for axis, name in limits.items():
         limit = bench.session.get(name)
         most = Excitation(axis, Shape.STEP, limit, 1.0)
-        assert isinstance(bench.obey(Excite(most)), Answer)
-        said = bench.obey(Excite(dataclasses.replace(most, amplitude=-1.01 * limit))).said
+        assert isinstance(bench.excite(most), Answer)
+        said = bench.excite(dataclasses.replace(most, amplitude=-1.01 * limit)).said
         assert f"within ±{limit:g}" in said
-    said = bench.obey(Excite(dataclasses.replace(most, amplitude=math.nan))).said
+    said = bench.excite(dataclasses.replace(most, amplitude=math.nan)).said
     assert "amplitude is nan" in said
 
 
 def test_a_figure_of_eight_is_not_excited():
     bench = Bench(Scenario(figure_eight=FigureEight()))
-    assert "figure of eight" in bench.obey(Excite(ONE_STEP)).said
+    assert "figure of eight" in bench.excite(ONE_STEP).said
 
 
 def test_a_client_that_flies_loses_control_and_the_drone_holds_first():
     bench = Bench()
     bench.bridge.authority.request(7, "robot", bench.session.time)
-    bench.obey(Excite(ONE_STEP))
+    bench.excite(ONE_STEP)
     assert bench.flying._network.operates
     assert bench.done[0].request == "hold"
     assert bench.done[1].velocity == [1.0, 0.0, 0.0]
@@ -429,9 +417,9 @@ def test_a_client_that_flies_loses_control_and_the_drone_holds_first():
 
 def test_an_instant_in_the_middle_of_it_is_what_the_flight_is():
     bench = Bench()
-    bench.obey(Excite(SQUARE))
+    bench.excite(SQUARE)
     bench.fly_to(0.35)
-    checkpoint = bench.obey(GetCheckpoint()).value
+    checkpoint = bench.obey(Order(Do.GET_CHECKPOINT)).value
     assert isinstance(checkpoint, Checkpoint)
     assert checkpoint.velocity == (0.0, 0.6, 0.0)
     assert checkpoint == bench.session.checkpoint()
@@ -441,9 +429,9 @@ def test_replays_are_saved_as_scenarios(tmp_path):
     from workbench.scenario.scenario import save_scenario
 
     bench = Bench()
-    bench.obey(Excite(CHIRP))
+    bench.excite(CHIRP)
     bench.fly_to(1.0)
-    flown = bench.obey(GetFlown()).value
+    flown = bench.obey(Order(Do.GET_FLOWN)).value
     save_scenario(flown.scenario, tmp_path / "again.yaml")
     again = Session(load_scenario(tmp_path / "again.yaml"))
     again.run()
@@ -470,7 +458,7 @@ def test_an_excitation_that_repeats_in_wind_does_not_wander_off(excitation):
     bench = Bench(Scenario(script=[Action(at=0.0, set={"wind_x": 5.0, "wind_y": -3.0})]))
     bench.fly(4.0)
     begun = bench.session.snapshot()
-    assert isinstance(bench.obey(Excite(excitation)), Answer)
+    assert isinstance(bench.excite(excitation), Answer)
     bench.fly(40.0)
     assert bench.shown.exciting.round > 3
     assert bench.shown.excitation_ended == ""
@@ -495,19 +483,19 @@ def walled(tmp_path):
 def test_an_excitation_without_room_is_refused_and_nothing_moves(walled):
     bench = Bench(walled)
     towards = Excitation("x", Shape.STEP, 2.0, 2.0, repeats=True)
-    said = bench.obey(Excite(towards)).said
+    said = bench.excite(towards).said
     assert "the excitation needs 5.6 m east, and wall is 2." in said
-    said = bench.obey(Excite(Excitation("z", Shape.STEP, -1.0, 2.0))).said
+    said = bench.excite(Excitation("z", Shape.STEP, -1.0, 2.0)).said
     assert "down, and the ground is 1." in said
     assert bench.done == []
     for change in ({"amplitude": -2.0}, {"axis": "y"}):
-        assert isinstance(bench.obey(Excite(dataclasses.replace(towards, **change))), Answer)
+        assert isinstance(bench.excite(dataclasses.replace(towards, **change)), Answer)
 
 
 def test_an_excitation_stops_before_what_comes_into_its_way(walled):
     """There is room for it in still air; then a wind blows towards the wall."""
     bench = Bench(walled)
-    assert isinstance(bench.obey(Excite(Excitation("x", Shape.STEP, 0.8, 2.0, True))), Answer)
+    assert isinstance(bench.excite(Excitation("x", Shape.STEP, 0.8, 2.0, True)), Answer)
     bench.obey(Action(set={"wind_x": 6.0}))
     bench.fly(15.0)
     assert bench.shown.exciting is None
@@ -526,9 +514,9 @@ def test_an_excitation_ends_when_the_drone_swings_at_a_step_that_no_pace_moves(g
     flown = []
     for speed in (0.5, 4.0):
         bench = Bench()
-        bench.obey(SetSpeed(speed))
+        bench.obey(Order(Do.SET_SPEED, speed))
         bench.obey(Action(set=gains))
-        bench.obey(Excite(Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True)))
+        bench.excite(Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True))
         bench.fly(3.0 / speed)
         assert bench.shown.exciting is None
         assert "the drone swings" in bench.shown.excitation_ended
@@ -588,7 +576,7 @@ def test_a_load_acts_while_the_drone_is_asked_to_stay_and_ends(name, amplitude, 
     """As a push at the centre of mass, logged as an action, which flies the same again."""
     bench = Bench()
     bench.fly_to(1.0)
-    began = bench.obey(Excite(Excitation(name, Shape.STEP, amplitude, 1.5))).value
+    began = bench.excite(Excitation(name, Shape.STEP, amplitude, 1.5)).value
     bench.fly(1.0)
     row = find_load(name)
     pushed = row.action(amplitude, 1.5, bench.session.vehicle.p_BoBcm_B)
@@ -599,7 +587,7 @@ def test_a_load_acts_while_the_drone_is_asked_to_stay_and_ends(name, amplitude, 
     assert bench.done[1] == dataclasses.replace(AT_REST, at=began + 1.5, push=Push())
     assert bench.shown.exciting is None
     assert not bench.shown.excitation_ended
-    flown = bench.obey(GetFlown()).value
+    flown = bench.obey(Order(Do.GET_FLOWN)).value
     loaded = flown.recording.between(began, began + 1.5)
     moved = row.moved(loaded.q_WB, loaded.p_WB, loaded.w_WB)
     assert 0.02 * most < np.abs(moved).max() < most
@@ -610,7 +598,7 @@ def test_a_load_acts_while_the_drone_is_asked_to_stay_and_ends(name, amplitude, 
 
 def test_a_load_ends_with_whoever_takes_over():
     bench = Bench()
-    bench.obey(Excite(Excitation("force_y", Shape.SQUARE, 1.0, 1.0, repeats=True)))
+    bench.excite(Excitation("force_y", Shape.SQUARE, 1.0, 1.0, repeats=True))
     bench.fly(0.25)
     bench.obey(Action(request="land"))
     bench.fly(0.25)
@@ -620,7 +608,7 @@ def test_a_load_ends_with_whoever_takes_over():
 
 def test_a_load_of_a_torque_about_yaw_is_turned_back():
     bench = Bench()
-    bench.obey(Excite(Excitation("torque_yaw", Shape.STEP, 0.03, 1.0)))
+    bench.excite(Excitation("torque_yaw", Shape.STEP, 0.03, 1.0))
     bench.fly(1.5)
     assert bench.shown.snapshot.roll_pitch_yaw[2] > 0.12
     bench.fly(8.0)
@@ -630,21 +618,21 @@ def test_a_load_of_a_torque_about_yaw_is_turned_back():
 
 def test_a_load_beyond_its_parameters_range_is_refused():
     bench = Bench()
-    refused = bench.obey(Excite(Excitation("torque_roll", Shape.STEP, 101.0, 1.0)))
+    refused = bench.excite(Excitation("torque_roll", Shape.STEP, 101.0, 1.0))
     assert isinstance(refused, Refusal)
     assert "101 N·m" in refused.said and "±100 N·m" in refused.said
 
 
 def test_a_gust_blows_once_and_the_drone_has_time_to_come_back():
     bench = Bench()
-    assert "the shape pulse" in bench.obey(Excite(Excitation("gust_y", Shape.STEP, 6.0, 1.0))).said
-    began = bench.obey(Excite(Excitation("gust_y", Shape.PULSE, 6.0, 1.5))).value
+    assert "the shape pulse" in bench.excite(Excitation("gust_y", Shape.STEP, 6.0, 1.0)).said
+    began = bench.excite(Excitation("gust_y", Shape.PULSE, 6.0, 1.5)).value
     bench.fly(4.45)
     assert bench.shown.exciting is not None
     assert bench.done[0] == dataclasses.replace(AT_REST, at=began, gust=Gust([0.0, 6.0, 0.0], 1.5))
     bench.fly(4.0)
     assert bench.shown.exciting is None
-    flown = bench.obey(GetFlown()).value
+    flown = bench.obey(Order(Do.GET_FLOWN)).value
     wind = flown.recording.wind_W[:, 1]
     assert wind.max() == pytest.approx(6.0, rel=0.01)
     assert wind[flown.recording.time > began + 1.51].max() == 0.0
@@ -655,9 +643,9 @@ def test_what_disturbs_the_drone_stands_among_the_events(tmp_path):
     """In words, beside the actions: of a push, a gust, the wind and faults, and of repairs."""
     bench = Bench()
     path = tmp_path / "disturbed.mcap"
-    bench.obey(KeepLog(str(path)))
+    bench.obey(Order(Do.KEEP_LOG, str(path)))
     bench.fly(0.1)
-    bench.obey(Excite(Excitation("force_x", Shape.PULSE, 2.0, 0.25)))
+    bench.excite(Excitation("force_x", Shape.PULSE, 2.0, 0.25))
     bench.fly(0.5)
     bench.obey(Action(push=Push(torque=[0.0, 0.0, 0.02])))
     bench.obey(Action(gust=Gust([0.0, 3.0, 0.0])))
@@ -666,7 +654,7 @@ def test_what_disturbs_the_drone_stands_among_the_events(tmp_path):
     bench.obey(Action(set={"rotor_2": 0.8}))
     bench.obey(Action(set={"rotor_2": 1.0, "kp_roll": 200.0}))
     bench.fly(0.1)
-    bench.obey(Network.STOP_LOG)
+    bench.obey(Order(Do.STOP_LOG))
     said = read_log(path).series("events.said").values.tolist()
     assert said[said.index("a push of (2, 0, 0) N for 0.25 s") :] == [
         "a push of (2, 0, 0) N for 0.25 s",
@@ -681,12 +669,12 @@ def test_what_disturbs_the_drone_stands_among_the_events(tmp_path):
     assert [each.action for each in read_log(path).done if each.action.gust is not None]
 
 
-MEASURE = Measure(Injection("acceleration_z", 1.0, 3.0, 30.0, 4), hold=False)
+MEASURE = Order(Do.MEASURE, (Injection("acceleration_z", 1.0, 3.0, 30.0, 4), False))
 """Some 8.4 s: four periods, of which three are measured."""
 
 
 def measured(bench):
-    return [each.injected for each in bench.messages.sent if isinstance(each, Measured)]
+    return [each.values["measured"] for each in bench.messages.sent if isinstance(each, Changed)]
 
 
 def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_done():
@@ -702,9 +690,9 @@ def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_d
     model = loop_responses(LinearStudy().sampled(), ["acceleration_z"]).at(found.frequency)[0]
     np.testing.assert_allclose(found.response, model, rtol=0.1)
     first, last = bench.done
-    assert first.injection == MEASURE.injection and first.velocity[0] > 0.0
+    assert first.injection == MEASURE.value[0] and first.velocity[0] > 0.0
     assert last.injection == Injection() and last.go_to == pytest.approx([0.0, 0.0, 1.5])
-    flown = bench.obey(GetFlown()).value
+    flown = bench.obey(Order(Do.GET_FLOWN)).value
     again = Session(flown.scenario)
     again.tick(bench.session.time)
     assert_equal_to_the_bit(again.recording(), flown.recording)
@@ -713,10 +701,10 @@ def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_d
 @pytest.mark.parametrize(
     ("order", "said"),
     [
-        (StopExciting(), ""),
+        (Order(Do.STOP_EXCITING), ""),
         (Action(velocity=[0.5, 0.0, 0.0]), ""),
         (Action(request="land"), ""),
-        (Excite(ONE_STEP), ""),
+        (Order(Do.EXCITE, ONE_STEP), ""),
         (Action(set={"kp_velocity_z": 5.0}), "a parameter was changed"),
     ],
 )
@@ -737,14 +725,14 @@ def test_no_measurement_begins_on_the_ground_or_of_nothing():
     bench = Bench(Scenario(start=Start(mode="off")))
     assert "once it hovers" in bench.obey(MEASURE).said
     bench = Bench()
-    wrong = Measure(Injection("acceleration_w", 1.0), hold=False)
+    wrong = Order(Do.MEASURE, (Injection("acceleration_w", 1.0), False))
     assert "unknown loop point" in bench.obey(wrong).said
     assert bench.done == [] and bench.shown.measuring is None
 
 
 def test_a_drone_that_swings_ends_its_measurement():
     bench = Bench()
-    bench.obey(Measure(Injection("roll_acceleration", 500.0, 3.0, 60.0, 3), hold=False))
+    bench.obey(Order(Do.MEASURE, (Injection("roll_acceleration", 500.0, 3.0, 60.0, 3), False)))
     bench.fly(3.0)
     assert "swings" in bench.shown.excitation_ended
     assert bench.session.injecting is None

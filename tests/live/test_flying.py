@@ -10,18 +10,7 @@ from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.flying import SLICE, Flying
-from workbench.live.messages import (
-    Close,
-    Flown,
-    FlyOn,
-    GetFlown,
-    GetParameter,
-    GetReading,
-    Hold,
-    Phase,
-    Report,
-    SetSpeed,
-)
+from workbench.live.messages import CLOSE, Do, Flown, Order, Phase, Report
 from workbench.scenario.scenario import (
     Action,
     Gust,
@@ -80,7 +69,7 @@ class Bench:
         return answer
 
     def flown(self) -> Flown:
-        return self.obey(GetFlown()).value
+        return self.obey(Order(Do.GET_FLOWN)).value
 
 
 def assert_equal_to_the_bit(one: Recording, other: Recording) -> None:
@@ -115,7 +104,7 @@ def test_orders_take_effect_at_the_present_step_and_are_answered_with_its_time()
     assert isinstance(answer, Answer)
     assert answer.value == bench.session.time == 0.25
     assert bench.session.get("kp_roll") == 77.0
-    assert bench.obey(GetParameter("kp_roll")).value == 77.0
+    assert bench.obey(Order(Do.GET, "kp_roll")).value == 77.0
 
 
 def test_a_gain_of_the_operator_forgets_no_stick_of_a_client():
@@ -143,14 +132,14 @@ def test_a_live_flight_is_the_same_again_as_a_scenario(tmp_path):
     bench.fly(0.1)
     bench.obey(Action(gust=Gust([2.0, 1.0, 0.0], 0.5)))
     bench.obey(Action(push=Push([0.0, 0.5, 0.0], [0.1, 0.0, 0.0], 0.2)))
-    bench.obey(SetSpeed(3.0))
+    bench.obey(Order(Do.SET_SPEED, 3.0))
     bench.fly(0.3)
-    bench.obey(Hold.PAUSE)
+    bench.obey(Order(Do.PAUSE))
     bench.obey(Action(go_to=[1.0, 1.0, 2.0]))
-    bench.obey(FlyOn(0.1003))
+    bench.obey(Order(Do.FLY_ON, 0.1003))
     bench.obey(Action(request="land", height=1.5))
-    bench.obey(Hold.RESUME)
-    bench.obey(SetSpeed(1.0))
+    bench.obey(Order(Do.RESUME))
+    bench.obey(Order(Do.SET_SPEED, 1.0))
     bench.fly(0.5)
     flown = bench.flown()
     assert flown.recording.time[-1] > 1.5
@@ -202,19 +191,19 @@ def test_what_is_refused_changes_nothing_and_is_not_in_the_script():
         (Action(request="take_off", height=1e4), "take_off"),
         (Action(gust=Gust([99.0, 0.0, 0.0], 1.0)), "gust_x"),
         (Action(push=Push([1.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0)), "push_duration"),
-        (GetParameter("kp_rol"), "'kp_roll'"),
-        (GetReading("imu"), "'imu'"),
-        (SetSpeed(0.0), "0.01 to 20"),
-        (SetSpeed(21.0), "0.01 to 20"),
-        (FlyOn(1.0), "pause"),
+        (Order(Do.GET, "kp_rol"), "'kp_roll'"),
+        (Order(Do.READ, "imu"), "'imu'"),
+        (Order(Do.SET_SPEED, 0.0), "0.01 to 20"),
+        (Order(Do.SET_SPEED, 21.0), "0.01 to 20"),
+        (Order(Do.FLY_ON, 1.0), "pause"),
     ):
         answer = bench.obey(wanted)
         assert isinstance(answer, Refusal), wanted
         assert word in answer.said
     assert bench.flown().scenario.script == []
-    bench.obey(Hold.PAUSE)
+    bench.obey(Order(Do.PAUSE))
     for duration in (-1.0, 61.0):
-        assert "60" in bench.obey(FlyOn(duration)).said
+        assert "60" in bench.obey(Order(Do.FLY_ON, duration)).said
     assert bench.session.time == 0.0
 
 
@@ -222,7 +211,7 @@ def test_a_reset_begins_again_and_forgets_the_script():
     bench = Bench(Scenario(), SETTINGS)
     bench.obey(Action(set={"kp_roll": 50.0}))
     bench.fly(0.2)
-    assert bench.obey(Hold.RESET).value == 0.0
+    assert bench.obey(Order(Do.RESET)).value == 0.0
     assert bench.session.get("kp_roll") == SETTINGS["kp_roll"]
     bench.obey(Action(velocity=[0.0, 1.0, 0.0]))
     bench.fly(0.25)
@@ -234,10 +223,10 @@ def test_a_reset_begins_again_and_forgets_the_script():
 
 def test_a_report_tells_a_flight_from_the_one_before_a_reset_at_any_time():
     bench = Bench()
-    bench.obey(Hold.PAUSE)
+    bench.obey(Order(Do.PAUSE))
     numbers = []
     for _ in range(2):
-        bench.obey(Hold.RESET)  # time stands at 0
+        bench.obey(Order(Do.RESET))  # time stands at 0
         report = bench.messages.sent[-2]
         assert isinstance(report, Report)
         assert report.snapshot.time == 0.0
@@ -248,13 +237,13 @@ def test_a_report_tells_a_flight_from_the_one_before_a_reset_at_any_time():
 def test_a_pause_holds_time_and_flying_on_moves_it():
     bench = Bench()
     bench.fly(0.125)
-    assert bench.obey(Hold.PAUSE).value == 0.125
+    assert bench.obey(Order(Do.PAUSE)).value == 0.125
     assert bench.messages.sent[-2].phase is Phase.PAUSED
     bench.fly(1.0)
     assert bench.session.time == 0.125
-    assert bench.obey(FlyOn(0.5)).value == 0.625
-    assert bench.obey(FlyOn(STEP)).value == 0.625 + STEP
-    bench.obey(Hold.RESUME)
+    assert bench.obey(Order(Do.FLY_ON, 0.5)).value == 0.625
+    assert bench.obey(Order(Do.FLY_ON, STEP)).value == 0.625 + STEP
+    bench.obey(Order(Do.RESUME))
     assert bench.messages.sent[-2].phase is Phase.FLYING
     bench.fly(0.125)
     assert bench.session.time == 0.75 + STEP
@@ -277,10 +266,10 @@ def test_a_broken_flight_is_a_sentence_and_can_begin_again(monkeypatch, kind):
     assert (report.phase, report.said[:26]) == (Phase.BROKEN, "the flight broke off after")
     bench.fly(1.0)
     assert bench.session.time == 0.125  # it does not try again
-    for wanted in (Action(velocity=[1.0, 0.0, 0.0]), Hold.RESUME, FlyOn(1.0)):
+    for wanted in (Action(velocity=[1.0, 0.0, 0.0]), Order(Do.RESUME), Order(Do.FLY_ON, 1.0)):
         assert "reset it first" in bench.obey(wanted).said
     assert bench.flown().recording.time[-1] == 0.125
-    assert bench.obey(Hold.RESET).value == 0.0
+    assert bench.obey(Order(Do.RESET)).value == 0.0
     assert bench.messages.sent[-2].phase is Phase.FLYING
     bench.fly(0.25)
     assert bench.session.time == 0.25
@@ -301,7 +290,7 @@ def test_what_drake_refuses_is_a_sentence(monkeypatch, failure):
 def test_reports_come_sixty_times_a_second_whatever_the_speed():
     for speed in (1.0, 8.0):
         bench = Bench()
-        bench.obey(SetSpeed(speed))
+        bench.obey(Order(Do.SET_SPEED, speed))
         before = len(bench.messages.sent)
         bench.fly(1.0)
         assert 50 <= len(bench.messages.sent) - before <= 61
@@ -327,7 +316,7 @@ def test_a_flood_of_orders_does_not_stop_the_flight_and_closing_is_heard(monkeyp
     count = 30  # few enough for the pipe to take them all
     for number in range(count):
         there.send(Request(number, Action(set={"kp_roll": 50.0 + number / count})))
-    there.send(Close.CLOSE)
+    there.send(CLOSE)
 
     def wanted() -> bool:
         bench.wall += SLICE

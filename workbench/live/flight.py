@@ -17,28 +17,15 @@ from workbench.link.backplane import Disconnect, Published
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
 from workbench.live.messages import (
+    CLOSE,
     Begin,
-    Close,
-    Excite,
+    Do,
     Failed,
     Flown,
-    FlyOn,
     Foreseen,
-    GetCheckpoint,
-    GetFlown,
-    GetParameter,
-    GetReading,
-    Hold,
-    KeepLog,
-    Measure,
-    Network,
-    NetworkOrder,
+    Order,
     Phase,
-    Question,
     Report,
-    Serve,
-    SetSpeed,
-    StopExciting,
     Streamed,
 )
 from workbench.live.view import LiveView
@@ -58,19 +45,6 @@ MOST_WAITING = 1000
 """Orders without an answer; further ones are refused."""
 MOST_STREAMED = 4000
 """Samples that are kept for who draws them, some 20 s; then the oldest go."""
-
-Wanted = (
-    Action
-    | Excite
-    | Measure
-    | StopExciting
-    | Hold
-    | SetSpeed
-    | FlyOn
-    | Foreseen
-    | Question
-    | NetworkOrder
-)
 
 
 class LiveFlight:
@@ -111,7 +85,7 @@ class LiveFlight:
         self._process = WorkerProcess(
             "workbench.live.worker", "flight", self._hear, self._end, MOST_WAITING
         )
-        self._order: Callable[[Callable[[], Wanted]], Future[Any]] = self._process.ask
+        self._order: Callable[[Callable[[], Action | Order]], Future[Any]] = self._process.ask
         try:
             self._process.send(
                 Begin(scenario or Scenario(), dict(settings or {}), draw, stream, watch)
@@ -248,7 +222,7 @@ class LiveFlight:
         It ends with any other order that flies, as `command` or `request`, when somebody else
         takes control, and when the drone flies no more; then the drone hovers where it is.
         """
-        return self._order(lambda: Excite(_excitation(excitation)))
+        return self._order(lambda: Order(Do.EXCITE, _excitation(excitation)))
 
     def measure(self, injection: Injection, *, hold: bool) -> Future[float]:
         """Measure a loop by an injection; the answer is when it begins [s].
@@ -260,89 +234,91 @@ class LiveFlight:
             injection: see `design.judge.loop_measurement`.
             hold: whether the loop is one that holds a place.
         """
-        return self._order(lambda: Measure(injection, hold))
+        return self._order(lambda: Order(Do.MEASURE, (injection, hold)))
 
     def stop_exciting(self) -> Future[float]:
         """End an excitation or a measurement, if one is flown, and hover where it is."""
-        return self._order(StopExciting)
+        return self._order(lambda: Order(Do.STOP_EXCITING))
 
     def reset(self) -> Future[float]:
         """Begin again from the scenario's start, with the values it was built with."""
-        return self._order(lambda: Hold.RESET)
+        return self._order(lambda: Order(Do.RESET))
 
     def pause(self) -> Future[float]:
         """Let simulated time stand."""
-        return self._order(lambda: Hold.PAUSE)
+        return self._order(lambda: Order(Do.PAUSE))
 
     def resume(self) -> Future[float]:
         """Let simulated time go on."""
-        return self._order(lambda: Hold.RESUME)
+        return self._order(lambda: Order(Do.RESUME))
 
     def set_speed(self, factor: float) -> Future[float]:
         """Fly so many simulated seconds in a second, 0.01 to 20."""
-        return self._order(lambda: SetSpeed(_number("speed", factor)))
+        return self._order(lambda: Order(Do.SET_SPEED, _number("speed", factor)))
 
     def fly_on(self, duration: float) -> Future[float]:
         """Fly on for a time [s], up to 60, as fast as it goes; only in a pause."""
-        return self._order(lambda: FlyOn(_number("duration", duration)))
+        return self._order(lambda: Order(Do.FLY_ON, _number("duration", duration)))
 
     def foresee(self, ends: float, p_WB: np.ndarray) -> Future[float]:
         """Draw a way that is predicted in Meshcat, until a simulated time [s]; see `Foreseen`."""
-        return self._order(lambda: Foreseen(float(ends), np.asarray(p_WB, dtype=float)))
+        return self._order(
+            lambda: Order(Do.FORESEE, Foreseen(float(ends), np.asarray(p_WB, dtype=float)))
+        )
 
     def get(self, name: str) -> Future[float]:
         """Ask for the present value of a live parameter."""
-        return self._order(lambda: GetParameter(_text("parameter", name)))
+        return self._order(lambda: Order(Do.GET, _text("parameter", name)))
 
     def reading(self, sensor: str) -> Future[Reading | None]:
         """Ask what a sensor, by name or kind, delivered last; None if nothing yet."""
-        return self._order(lambda: GetReading(_text("sensor", sensor)))
+        return self._order(lambda: Order(Do.READ, _text("sensor", sensor)))
 
     def flown(self) -> Future[Flown]:
         """Ask for all that was flown since the start, and the scenario that flies it again."""
-        return self._order(GetFlown)
+        return self._order(lambda: Order(Do.GET_FLOWN))
 
     def checkpoint(self) -> Future[Checkpoint]:
         """Ask for all that decides how the flight goes on, see `Session.begin_from`."""
-        return self._order(GetCheckpoint)
+        return self._order(lambda: Order(Do.GET_CHECKPOINT))
 
     instant = checkpoint
     """The name of `checkpoint` in earlier versions."""
 
     def serve(self, config: ServerConfig | None = None) -> Future[str]:
         """Let clients watch and fly; the answer is the address where it listens."""
-        return self._order(lambda: Serve(_checked(config or ServerConfig())))
+        return self._order(lambda: Order(Do.SERVE, _checked(config or ServerConfig())))
 
     def stop_serving(self) -> Future[float]:
         """Send all clients away."""
-        return self._order(lambda: Network.STOP_SERVING)
+        return self._order(lambda: Order(Do.STOP_SERVING))
 
     def take_over(self) -> Future[float]:
         """Let the operator here fly, whoever does; a command given here does that, too."""
-        return self._order(lambda: Network.TAKE_OVER)
+        return self._order(lambda: Order(Do.TAKE_OVER))
 
     def give_back(self) -> Future[float]:
         """Let clients ask for control again."""
-        return self._order(lambda: Network.GIVE_BACK)
+        return self._order(lambda: Order(Do.GIVE_BACK))
 
     def disconnect(self, peer: int, reason: str = "the operator ended it") -> Future[float]:
         """Send a client away, by its number in `latest().network.server.clients`."""
-        return self._order(lambda: Disconnect(peer, reason))
+        return self._order(lambda: Order(Do.DISCONNECT, Disconnect(peer, reason)))
 
     def keep_log(self, path: Path | str) -> Future[str]:
         """Write a log (MCAP) from now on; after a reset it goes on in the next file."""
-        return self._order(lambda: KeepLog(str(Path(path).absolute())))
+        return self._order(lambda: Order(Do.KEEP_LOG, str(Path(path).absolute())))
 
     def stop_log(self) -> Future[str]:
         """End the log; the answer is its path."""
-        return self._order(lambda: Network.STOP_LOG)
+        return self._order(lambda: Order(Do.STOP_LOG))
 
     def close(self, limit: float = CLOSING) -> None:
         """End the flight; its process is killed if that takes longer than a time [s].
 
         It is killed at once if nothing was flown yet.
         """
-        self._process.close(limit if self._begun.is_set() else 0.0, Close.CLOSE)
+        self._process.close(limit if self._begun.is_set() else 0.0, CLOSE)
 
     def _hear(self, message: object) -> None:
         match message:

@@ -13,7 +13,6 @@ from workbench.common.errors import WorkbenchError, sentences
 from workbench.control.controller import Controller, load_controller, with_estimator
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
-from workbench.link.backplane import Disconnect
 from workbench.live.alarms import Alarms, hit_speed
 from workbench.live.announcer import FAILURE, INFORMATION, WARNING
 from workbench.live.exciter import Exciter
@@ -21,33 +20,22 @@ from workbench.live.law_compiler import LawCompiler
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.measurer import Measurer
 from workbench.live.messages import (
+    CLOSE,
     AutopilotView,
-    Close,
-    Excite,
+    Changed,
+    Do,
     Flown,
-    FlyOn,
     Foreseen,
-    GetCheckpoint,
-    GetFlown,
-    GetParameter,
-    GetReading,
     Hit,
-    Hold,
-    KeepLog,
-    Measure,
-    Measured,
-    Network,
+    Order,
     Pace,
     Phase,
     Report,
-    Serve,
-    SetSpeed,
-    StopExciting,
     TakenOver,
     Told,
 )
-from workbench.live.network import Deferred, FlightNetwork
-from workbench.live.stream import NoStream, Stream
+from workbench.live.network import NETWORK_ORDERS, Deferred, FlightNetwork
+from workbench.live.stream import Stream
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Action, Injection, check_injection, check_scenario
@@ -245,7 +233,7 @@ class Flying:
         settings: Mapping[str, float],
         send_queue: SendQueue,
         now: Callable[[], float],
-        stream: Stream | NoStream | None = None,
+        stream: Stream | None = None,
         watch: bool = False,
     ) -> None:
         self._session = session
@@ -255,14 +243,14 @@ class Flying:
         self._step = session.scenario.rates.physics_step
         self._clock = FlightClock(self._step, now())
         log = LogKeeper(session, settings, session.parameters())
-        self._stream = stream or NoStream()
+        self._stream = stream or Stream()
         self._network = FlightNetwork(session, bridge, log, self._stream)
         self._exciter = Exciter(session, lambda: self._network.operates, self._network.did)
         self._measurer = Measurer(
             session,
             lambda: self._network.operates,
             self._network.did,
-            lambda injected: send_queue.post(Measured(injected)),
+            lambda injected: send_queue.post(Changed({"measured": injected})),
         )
         self._alarms = Alarms(session, lambda said: self._network.event(said, WARNING))
         self._compiler = LawCompiler()
@@ -295,7 +283,7 @@ class Flying:
                 except (EOFError, OSError):
                     return
                 self.obey([order for order in orders if isinstance(order, Request)])
-                if Close.CLOSE in orders:
+                if CLOSE in orders:
                     return
                 self._network.hear()
                 self._watch()
@@ -373,41 +361,41 @@ class Flying:
     def _do(self, order: Request) -> object:
         """Do what is wanted, and return what answers it."""
         match order.what:
-            case GetParameter(name):
+            case Order(Do.GET, str(name)):
                 return self._session.get(name)
-            case GetReading(sensor):
+            case Order(Do.READ, str(sensor)):
                 return self._session.reading(sensor)
-            case GetFlown():
+            case Order(Do.GET_FLOWN):
                 return self._flown()
-            case Foreseen() as foreseen:
+            case Order(Do.FORESEE, Foreseen() as foreseen):
                 self.foresee(foreseen)
-            case Serve() | KeepLog() | Network() | Disconnect() as wanted:
-                answer = self._network.order(order.number, wanted)
+            case Order(what, value) if what in NETWORK_ORDERS:
+                answer = self._network.order(order.number, what, value)
                 self._exciter.watch()
                 return answer
-            case Hold.RESET:
+            case Order(Do.RESET):
                 self._reset()
-            case Hold.PAUSE:
+            case Order(Do.PAUSE):
                 self._clock.pause()
-            case SetSpeed(factor):
+            case Order(Do.SET_SPEED, float(factor)):
                 self._set_speed(factor)
             case _ if self._broken:
                 raise WorkbenchError(f"{self._broken}: reset it first")
             case Action(request=str(asked)) if self._ended and asked != "stop":
                 raise WorkbenchError(self._ended)
-            case Excite() | Measure() if self._ended:
+            case Order(Do.EXCITE | Do.MEASURE) if self._ended:
                 raise WorkbenchError(self._ended)
-            case Hold.RESUME:
+            case Order(Do.RESUME):
                 self._clock.resume(self._now())
-            case FlyOn(duration):
+            case Order(Do.FLY_ON, float(duration)):
                 self._fly_on(duration)
-            case GetCheckpoint():
+            case Order(Do.GET_CHECKPOINT):
                 return self._session.checkpoint()
-            case Excite(excitation):
+            case Order(Do.EXCITE, Excitation() as excitation):
                 return self._excite(excitation)
-            case Measure(injection, hold):
+            case Order(Do.MEASURE, (Injection() as injection, bool(hold))):
                 return self._measure(injection, hold)
-            case StopExciting():
+            case Order(Do.STOP_EXCITING):
                 self._exciter.end()
                 self._measurer.end()
             case Action(controller=str(name)):
@@ -423,6 +411,8 @@ class Flying:
                 if self._network.operate() or self._exciter.end() or self._measurer.end():
                     self._session.act(action)  # again, after the hold
                 self._network.did(action)
+            case unknown:
+                raise AssertionError(unknown)
         return self._session.time
 
     def _watch(self) -> None:

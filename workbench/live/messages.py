@@ -11,23 +11,16 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from workbench.control.controller import Controller
-from workbench.link.backplane import Disconnect
-from workbench.plant.home import DEFAULT_HOME, Home
 
 if TYPE_CHECKING:
     import numpy as np
 
     from workbench.link.backplane import Published, ServerStatus
     from workbench.link.messages import ControlState
-    from workbench.link.server.config import ServerConfig
-    from workbench.link.topics import Topic
     from workbench.live.choice import Choice
     from workbench.plant.formats.xacro import XacroArgument
-    from workbench.plant.vehicle import Vehicle
-    from workbench.plant.worlds.outline import Outline
-    from workbench.scenario.excitation import Excitation, Exciting
-    from workbench.scenario.scenario import Injection, Scenario
-    from workbench.session.injected import Injected
+    from workbench.scenario.excitation import Exciting
+    from workbench.scenario.scenario import Scenario
     from workbench.session.recording import Recording
     from workbench.session.snapshot import Snapshot
     from workbench.systems.sensors.samples import Samples
@@ -114,109 +107,64 @@ class Begin:
     watch: bool = False
 
 
-class Hold(Enum):
-    """What is asked of the flight's clock."""
+class Do(Enum):
+    """What an `Order` asks for; it is answered by the simulated time [s], where nothing is said."""
 
     PAUSE = "pause"
     RESUME = "resume"
     RESET = "reset"
-
-
-@dataclass(frozen=True)
-class SetSpeed:
+    SET_SPEED = "set the speed"
     """Fly so many seconds in a second."""
-
-    factor: float
-
-
-@dataclass(frozen=True)
-class FlyOn:
+    FLY_ON = "fly on"
     """Fly on for a time [s] at once, in a pause."""
-
-    duration: float
-
-
-@dataclass(frozen=True)
-class GetParameter:
-    """Tell a live parameter's value."""
-
-    name: str
-
-
-@dataclass(frozen=True)
-class GetReading:
-    """Tell what a sensor, by name or kind, delivered last."""
-
-    sensor: str
-
-
-@dataclass(frozen=True)
-class GetFlown:
-    """Tell all that was flown."""
-
-
-@dataclass(frozen=True)
-class GetCheckpoint:
-    """Tell all that decides how the flight goes on."""
-
-
-Question = GetParameter | GetReading | GetFlown | GetCheckpoint
-
-
-@dataclass(frozen=True)
-class Excite:
-    """Fly an excitation from the next control update on; the answer is its time."""
-
-    excitation: Excitation
-
-
-@dataclass(frozen=True)
-class Measure:
-    """Measure a loop by an injection from the next control update on; the answer is its time.
-
-    Attributes:
-        injection: that is flown.
-        hold: whether the loop is one that holds a place.
-    """
-
-    injection: Injection
-    hold: bool
-
-
-@dataclass(frozen=True)
-class StopExciting:
+    GET = "get"
+    """The answer is the value of a live parameter, by its name."""
+    READ = "read"
+    """The answer is what a sensor, by name or kind, delivered last."""
+    GET_FLOWN = "get what was flown"
+    """The answer is a `Flown`."""
+    GET_CHECKPOINT = "get a checkpoint"
+    """The answer is all that decides how the flight goes on."""
+    EXCITE = "excite"
+    """Fly an `Excitation` from the next control update on; the answer is its time."""
+    MEASURE = "measure"
+    """Measure a loop by an `Injection` from the next control update on; the answer is its time.
+    With it comes whether the loop is one that holds a place."""
+    STOP_EXCITING = "stop exciting"
     """Hover where it is, if an excitation or a measurement is flown."""
-
-
-@dataclass(frozen=True)
-class Serve:
-    """Start a server; the answer is its address."""
-
-    config: ServerConfig
-
-
-@dataclass(frozen=True)
-class KeepLog:
-    """Write all that happens from the flight's start on to a file; the answer is its path."""
-
-    path: str
-
-
-class Network(Enum):
-    """What needs no numbers."""
-
+    FORESEE = "foresee"
+    """Draw a `Foreseen` instead of the one drawn before."""
+    SERVE = "serve"
+    """Start a server by a `ServerConfig`; the answer is its address."""
     STOP_SERVING = "stop serving"
+    KEEP_LOG = "keep a log"
+    """Write all that happens from the flight's start on to a file; the answer is its path."""
     STOP_LOG = "stop the log"
     """The answer is the log's path."""
+    DISCONNECT = "disconnect"
+    """Send a client away, by a `Disconnect`."""
     TAKE_OVER = "take over"
     """Let the operator fly, whoever does."""
     GIVE_BACK = "give back"
     """Let clients ask for control again."""
 
 
+@dataclass(frozen=True)
+class Order:
+    """What is asked of a flight besides an `Action`.
+
+    Attributes:
+        what: is asked.
+        value: that belongs to it, see `Do`; None where nothing does.
+    """
+
+    what: Do
+    value: object = None
+
+
 @dataclass(frozen=True, eq=False)
 class Foreseen:
-    """Draw the way that the drone would fly, instead of the one drawn before.
+    """The way that the drone would fly.
 
     Attributes:
         ends: simulated time at which it is over [s].
@@ -227,23 +175,22 @@ class Foreseen:
     p_WB: np.ndarray
 
 
-NetworkOrder = Serve | KeepLog | Network | Disconnect
-
-
-class Close(Enum):
-    """The last message."""
-
-    CLOSE = "close"
+CLOSE = "close"
+"""The last message."""
 
 
 # From the flight's process.
 
 
 @dataclass(frozen=True)
-class Starting:
-    """What is being done until the flight begins."""
+class Changed:
+    """Attributes of the `LiveView` that have other values now.
 
-    said: str
+    Attributes:
+        values: by the attribute's name.
+    """
+
+    values: Mapping[str, object]
 
 
 @dataclass(frozen=True)
@@ -251,31 +198,6 @@ class Told:
     """A remark on what was read or built."""
 
     said: str
-
-
-@dataclass(frozen=True)
-class Started:
-    """The flight begins.
-
-    Attributes:
-        vehicle: what flies.
-        values: of the live parameters that this flight has, by name.
-        url: of the page where Meshcat draws it, "" without.
-        scenario: what is flown.
-        topics: that it publishes.
-        controller: that flies it.
-        outlines: of the obstacles around it.
-        home: where on the earth the world's origin lies.
-    """
-
-    vehicle: Vehicle
-    values: Mapping[str, float]
-    url: str
-    scenario: Scenario
-    topics: tuple[Topic, ...]
-    controller: Controller
-    outlines: tuple[Outline, ...] = ()
-    home: Home = DEFAULT_HOME
 
 
 @dataclass(frozen=True)
@@ -365,13 +287,6 @@ class Report:
     hit: Hit | None = None
     measuring: float | None = None
     autopilot: AutopilotView | None = None
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What an injection has measured by now, after each of its periods."""
-
-    injected: Injected
 
 
 @dataclass(frozen=True)

@@ -46,14 +46,8 @@ from workbench.link.messages import (
 from workbench.link.server.config import ServerConfig
 from workbench.live.announcer import FAILURE, INFORMATION, RESERVE, WARNING, Announcer, disturbed
 from workbench.live.log_keeper import LogKeeper
-from workbench.live.messages import (
-    KeepLog,
-    Network,
-    NetworkOrder,
-    NetworkView,
-    Serve,
-)
-from workbench.live.stream import NoStream, Stream
+from workbench.live.messages import Do, NetworkView
+from workbench.live.stream import Stream
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import REQUESTS, Action
 from workbench.session.pilot_numbers import check_height
@@ -248,6 +242,16 @@ LONGEST_TURN = 0.002
 """Of clients between two slices of 1/128 s [s of wall]."""
 OPERATOR = "operator"
 """Who acts at the screen, in the log."""
+NETWORK_ORDERS = (
+    Do.SERVE,
+    Do.STOP_SERVING,
+    Do.KEEP_LOG,
+    Do.STOP_LOG,
+    Do.DISCONNECT,
+    Do.TAKE_OVER,
+    Do.GIVE_BACK,
+)
+"""What is asked of the network and the log."""
 
 
 class ServerProcess(Channel):
@@ -557,7 +561,7 @@ class FlightNetwork:
         session: Session,
         bridge: Bridge,
         log: LogKeeper,
-        stream: Stream | NoStream,
+        stream: Stream,
     ) -> None:
         self._session, self._bridge, self._log = session, bridge, log
         self._stream = stream
@@ -581,31 +585,39 @@ class FlightNetwork:
         """What to wait on besides the caller."""
         return self._server.connections
 
-    def order(self, number: int, wanted: NetworkOrder) -> object:
+    def order(self, number: int, what: Do, value: object) -> object:
         """Do what the operator wants, and return the answer, or a `Deferred`.
+
+        Args:
+            number: of the order.
+            what: is wanted, of `NETWORK_ORDERS`.
+            value: that belongs to it.
 
         Raises:
             WorkbenchError: if it cannot be done.
         """
-        match wanted:
-            case Serve(config):
+        answer: object
+        match what, value:
+            case Do.SERVE, ServerConfig() as config:
                 self._server.serve(number, config)
-                answer: object = Deferred()
-            case KeepLog(path):
+                answer = Deferred()
+            case Do.KEEP_LOG, str(path):
                 answer = self._log.start(path)
-            case Network.STOP_LOG:
+            case Do.STOP_LOG, _:
                 answer = self._log.stop()
-            case Network.STOP_SERVING:
+            case Do.STOP_SERVING, _:
                 self._server.stop(number)
                 answer = Deferred()
-            case Network.TAKE_OVER:
+            case Do.TAKE_OVER, _:
                 self.operate()
                 answer = self._session.time
-            case Network.GIVE_BACK:
+            case Do.GIVE_BACK, _:
                 answer = self._give_back()
-            case Disconnect():
-                self._server.tell(wanted)
+            case Do.DISCONNECT, Disconnect():
+                self._server.tell(value)
                 answer = self._session.time
+            case _:
+                raise AssertionError(what, value)
         self._show_log()
         self._watch_server()
         return answer

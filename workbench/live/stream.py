@@ -11,38 +11,30 @@ class Stream:
     A reader that stands still costs no memory: what it is too slow for is left out, and counted.
 
     Args:
-        send_queue: where it goes.
+        send_queue: where it goes; None where nobody wants it.
     """
 
-    wanted = True
-
-    def __init__(self, send_queue: SendQueue) -> None:
+    def __init__(self, send_queue: SendQueue | None = None) -> None:
         self._send_queue = send_queue
         self._gathered: list[Published] = []
         self._lost = 0
 
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody wants it."""
+        return self._send_queue is not None
+
     def add(self, published: Published) -> None:
         """Take topics at one time."""
-        self._gathered.append(published)
+        if self.wanted:
+            self._gathered.append(published)
 
     def flush(self) -> None:
         """Send what was gathered."""
-        if not self._gathered:
+        if self._send_queue is None or not self._gathered:
             return
         gathered, self._gathered = tuple(self._gathered), []
         if self._send_queue.offer(Streamed(gathered, self._lost)):
             self._lost = 0
         else:
             self._lost += len(gathered)
-
-
-class NoStream:
-    """Stands for a stream that nobody wants."""
-
-    wanted = False
-
-    def add(self, published: Published) -> None:
-        """Let it go."""
-
-    def flush(self) -> None:
-        """Do nothing."""

@@ -8,14 +8,12 @@ from workbench.control.controller import Controller
 from workbench.link.topics import Topic
 from workbench.live.messages import (
     AutopilotView,
+    Changed,
     Hit,
-    Measured,
     NetworkView,
     Pace,
     Phase,
     Report,
-    Started,
-    Starting,
     TakenOver,
     Told,
 )
@@ -86,28 +84,14 @@ class LiveView:
         match message:
             case Report():
                 return dataclasses.replace(self, **vars(message))
-            case Measured(injected):
-                return dataclasses.replace(self, measured=injected)
-            case Started(vehicle, values, url, scenario, topics, controller, outlines, home):
-                return dataclasses.replace(
-                    self,
-                    vehicle=vehicle,
-                    values=values,
-                    url=url,
-                    scenario=scenario,
-                    topics=topics,
-                    controller=controller,
-                    outlines=outlines,
-                    home=home,
-                )
+            case Changed(values):
+                return dataclasses.replace(self, **values)  # type: ignore[arg-type]
             case TakenOver(controller, values, named, gains) if self.scenario:
                 config = dataclasses.replace(self.scenario.vehicle, gains=gains)
                 flown = dataclasses.replace(self.scenario, controller=named, vehicle=config)
                 return dataclasses.replace(
                     self, controller=controller, values=values, scenario=flown
                 )
-            case Starting(said):
-                return dataclasses.replace(self, said=said)
             case Told(said):
                 return dataclasses.replace(self, remarks=(*self.remarks, said))
         return self

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from workbench.common.cache import PROGRESS_LOGGER
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.ipc.send_queue import LogPoster, SendQueue
-from workbench.live.messages import Begin, Failed, Started, Starting, Told
+from workbench.live.messages import Begin, Changed, Failed, Told
 from workbench.plant.formats.xacro import MissingArgumentsError
 
 LAST_WORDS = 2.0
@@ -28,7 +28,7 @@ def main(connection: Connection) -> int:
     caller = os.getppid()
     send_queue = SendQueue(connection)
     try:
-        send_queue.post(Starting("loading Drake"))
+        send_queue.post(_starting("loading Drake"))
         begin = _first(connection)
         if begin is not None:
             with ExitStack() as opened:
@@ -43,6 +43,11 @@ def main(connection: Connection) -> int:
     finally:
         send_queue.close(LAST_WORDS)
     return 0
+
+
+def _starting(said: str) -> Changed:
+    """Return what tells what is being done until the flight begins."""
+    return Changed({"said": said})
 
 
 def _first(connection: Connection) -> Begin | None:
@@ -71,7 +76,7 @@ def _fly(
     from workbench.live.choice import Choice
     from workbench.live.flying import Flying
     from workbench.live.picture import Picture
-    from workbench.live.stream import NoStream, Stream
+    from workbench.live.stream import Stream
     from workbench.plant.home import DEFAULT_HOME
     from workbench.plant.worlds.world import outlines
     from workbench.scenario.scenario import without_arrays
@@ -79,12 +84,12 @@ def _fly(
     from workbench.systems.bridge import Bridge
     from workbench.systems.flight_computer import has_machine_code
 
-    send_queue.post(Starting("building the diagram"))
+    send_queue.post(_starting("building the diagram"))
     logger = logging.getLogger("workbench")
     logger.setLevel(logging.INFO)
     logger.addHandler(LogPoster(send_queue, Told))
     progress = logging.getLogger(PROGRESS_LOGGER)
-    progress.addHandler(LogPoster(send_queue, Starting))
+    progress.addHandler(LogPoster(send_queue, _starting))
     progress.propagate = False
     with sentences("the flight could not be built"):
         # left to itself, Meshcat shows the flight to the whole network
@@ -100,17 +105,22 @@ def _fly(
         law = session.controller
         # making machine code takes up to a minute: it flies meanwhile
         session.run_law(interpreted=not has_machine_code(law))
-        send_queue.post(Starting("flying the first step"))
+        send_queue.post(_starting("flying the first step"))
         # It loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
         session.reset()
-    url = meshcat.web_url() if meshcat else ""
-    values = session.parameters()
-    around, home = outlines(session.world), session.world.home or DEFAULT_HOME
-    send_queue.post(
-        Started(session.vehicle, values, url, scenario, session.topics, law, around, home)
-    )
-    stream = Stream(send_queue) if begin.stream else NoStream()
+    begins = {
+        "vehicle": session.vehicle,
+        "values": session.parameters(),
+        "url": meshcat.web_url() if meshcat else "",
+        "scenario": scenario,
+        "topics": session.topics,
+        "controller": law,
+        "outlines": outlines(session.world),
+        "home": session.world.home or DEFAULT_HOME,
+    }
+    send_queue.post(Changed(begins))
+    stream = Stream(send_queue if begin.stream else None)
     flying = Flying(
         session,
         bridge,
