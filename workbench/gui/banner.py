@@ -8,17 +8,16 @@ from PyQt6.QtCore import Qt, QTimer
 from PyQt6.QtGui import QAction, QGuiApplication
 from PyQt6.QtWidgets import (
     QFrame,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.gui.crash import CrashNotice
 from workbench.gui.icons import icon, picture
+from workbench.gui.layout import hbox, vbox
 from workbench.gui.notices import Notice, Severity
 from workbench.gui.style import dressed, set_class
 from workbench.gui.workspace import Workspace
@@ -242,18 +241,9 @@ class Banner(QFrame):
             clipboard.setText(notice.details)
 
     def _lay_out(self) -> None:
-        words = QVBoxLayout()
-        words.setSpacing(1)
-        words.addWidget(self._what)
-        words.addWidget(self._remedy)
-        self._buttons = QHBoxLayout()
-        self._buttons.setSpacing(6)
-        self._buttons.addWidget(self._copy)
-        self._buttons.addWidget(self._more)
-        self._buttons.addWidget(self._close)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 7, 10, 7)
-        layout.setSpacing(10)
+        words = vbox(self._what, self._remedy, spacing=1)
+        self._buttons = hbox(self._copy, self._more, self._close, spacing=6)
+        layout = hbox(of=self, margins=(12, 7, 10, 7), spacing=10)
         for label in (self._shape, self._word):
             label.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
             layout.addWidget(label)

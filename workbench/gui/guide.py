@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PyQt6.QtCore import QSettings
-from PyQt6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PyQt6.QtWidgets import QFrame, QLabel, QPushButton, QSizePolicy, QWidget
 
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_model import FlightModel
+from workbench.gui.layout import hbox
 from workbench.gui.notices import Notices
 from workbench.gui.style import dressed
 from workbench.live.view import LiveView
@@ -87,10 +88,7 @@ class Guide(QFrame):
         self.skip = QPushButton("Ski&p")
         self.skip.setToolTip("Close these hints, and do not show them again")
         self.skip.clicked.connect(self.end)
-        box = QHBoxLayout(self)
-        box.addWidget(self._what)
-        box.addWidget(self._how, 1)
-        box.addWidget(self.skip)
+        hbox(self._what, (self._how, 1), self.skip, of=self)
         flight.viewed.connect(self._follow)
         self.hide()
 

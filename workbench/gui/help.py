@@ -12,7 +12,6 @@ from PyQt6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QScrollArea,
     QTextBrowser,
@@ -23,6 +22,7 @@ from PyQt6.QtWidgets import (
 from workbench.common.resources import docs_dir
 from workbench.gui.actions import MENUS, rows_of
 from workbench.gui.gains.profile_bar import PROFILE_ACTIONS
+from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.style import dressed
 
 SIZE = (860, 640)
@@ -98,9 +98,7 @@ def show_docs(link: str, parent: QWidget | None = None) -> QDialog:
     dialog = QDialog(parent)
     dialog.setWindowTitle("Docs")
     browser = DocsBrowser(dialog)
-    box = QVBoxLayout(dialog)
-    box.setContentsMargins(0, 0, 0, 0)
-    box.addWidget(browser)
+    vbox(browser, of=dialog, margins=NO_MARGINS)
     dialog.resize(*SIZE)
     dialog.show()  # first, as what stands where follows from the width
     browser.open(link)
@@ -479,8 +477,7 @@ def keys_page(parent: QWidget | None = None) -> QDialog:
     dialog = QDialog(parent)
     dialog.setWindowTitle("Keys")
     page = QWidget()
-    columns = QHBoxLayout(page)
-    columns.setSpacing(24)
+    columns = hbox(of=page, spacing=24)
     for tables in (
         [(menu.replace("&", ""), _keys_of(menu)) for menu in MENUS],
         [("Tuning", _tuning_keys())],
@@ -499,10 +496,7 @@ def keys_page(parent: QWidget | None = None) -> QDialog:
     bar = scrolling.verticalScrollBar()
     assert bar is not None
     scrolling.setMinimumWidth(page.sizeHint().width() + bar.sizeHint().width())
-    layout = QVBoxLayout(dialog)
-    layout.setContentsMargins(22, 18, 22, 14)
-    layout.addWidget(scrolling)
-    layout.addWidget(_close_button(dialog))
+    layout = vbox(scrolling, _close_button(dialog), of=dialog, margins=(22, 18, 22, 14))
     above = parent.window() if parent is not None else None
     room = above.height() - MARGIN if above is not None else page.sizeHint().height()
     rest = layout.minimumSize().height() - scrolling.minimumSizeHint().height()
@@ -522,10 +516,7 @@ def about_page(parent: QWidget | None = None) -> QDialog:
     words.setTextFormat(Qt.TextFormat.RichText)
     words.setWordWrap(True)
     words.setMinimumWidth(380)
-    layout = QVBoxLayout(dialog)
-    layout.setContentsMargins(22, 18, 22, 14)
-    layout.addWidget(words)
-    layout.addWidget(_close_button(dialog))
+    vbox(words, _close_button(dialog), of=dialog, margins=(22, 18, 22, 14))
     return dialog
 
 

@@ -25,7 +25,6 @@ from PyQt6.QtWidgets import (
     QDialogButtonBox,
     QFormLayout,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QMainWindow,
@@ -35,7 +34,6 @@ from PyQt6.QtWidgets import (
     QScrollArea,
     QSplitter,
     QTextEdit,
-    QVBoxLayout,
     QWhatsThis,
     QWidget,
 )
@@ -47,6 +45,7 @@ from workbench.gui.banner import Banner
 from workbench.gui.flight_control import FlightControl, possible
 from workbench.gui.guide import Guide
 from workbench.gui.help import about_page, keys_page
+from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.opener import FileKind, Opener, RecentFiles, fill_recent
 from workbench.gui.recorder import Camera, Recorder
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
@@ -134,10 +133,7 @@ class ArgumentsDialog(QDialog):
         self.buttons = QDialogButtonBox(box.Open | box.Cancel)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.addWidget(said)
-        layout.addWidget(area, 1)
-        layout.addWidget(self.buttons)
+        vbox(said, (area, 1), self.buttons, of=self)
         self.resize(460, min(520, 160 + 36 * len(self._arguments)))
         self._look()
 
@@ -373,18 +369,9 @@ class MainWindow(QMainWindow):
         self.splitter.setStretchFactor(0, 3)
         self.splitter.setStretchFactor(1, 2)
         self.splitter.setSizes(list(SHARES))
-        right = QVBoxLayout()
-        right.setSpacing(0)
-        right.addWidget(self.top_bar)
-        right.addWidget(self.splitter, 1)
-        right.addWidget(self.guide)
-        right.addWidget(self.banner)
+        right = vbox(self.top_bar, (self.splitter, 1), self.guide, self.banner, spacing=0)
         centre = QWidget()
-        layout = QHBoxLayout(centre)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.side_bar)
-        layout.addLayout(right, 1)
+        hbox(self.side_bar, (right, 1), of=centre, margins=NO_MARGINS, spacing=0)
         self.setCentralWidget(centre)
 
     def _connect(self) -> None:

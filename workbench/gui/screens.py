@@ -16,11 +16,11 @@ from PyQt6.QtWidgets import (
     QSizePolicy,
     QStackedWidget,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.gui.icons import icon
+from workbench.gui.layout import vbox
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
@@ -91,9 +91,7 @@ class SideBar(QFrame):
         self.setAccessibleName("Screens")
         self._look = look
         self._actions = {row.name: actions[f"show_{row.name}"] for row in SCREENS}
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 6, 0, 6)
-        layout.setSpacing(2)
+        layout = vbox(of=self, margins=(0, 6, 0, 6), spacing=2)
         for number, row in enumerate(SCREENS, start=1):
             button = QToolButton(self)
             button.setDefaultAction(self._actions[row.name])
@@ -179,8 +177,7 @@ def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
         parent: in which it stands.
     """
     page = QWidget(parent)
-    layout = QVBoxLayout(page)
-    layout.addStretch(1)
+    layout = vbox(1, of=page)
     words = dressed(QLabel(said), "muted")
     words.setWordWrap(True)
     for label in (dressed(QLabel(title), "title"), words):

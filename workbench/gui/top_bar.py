@@ -12,7 +12,6 @@ from PyQt6.QtWidgets import (
     QLabel,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -20,6 +19,7 @@ from workbench.control.mode import FlightMode
 from workbench.gui.actions import SPEEDS, find_row
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.icons import icon, picture
+from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.recorder import Recorder
 from workbench.gui.style import dressed, set_class
@@ -201,11 +201,7 @@ class Chip(QWidget):
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(5)
-        layout.addWidget(self._shape)
-        layout.addWidget(self._text, 1)
+        layout = hbox(self._shape, (self._text, 1), of=self, margins=NO_MARGINS, spacing=5)
         beside = CHIP_ICON + layout.spacing()
         self._reserved = beside + characters * self.fontMetrics().horizontalAdvance("0")
         self.reserve(characters > 0)
@@ -263,10 +259,7 @@ class StatusStrip(QFrame):
         self.opening = Chip("Opening", look)
         self.opening.hide()
         self.warnings = [Chip("Warning", look) for _ in range(WARNINGS)]
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(20, 1, 12, 7)
-        layout.setSpacing(24)
-        for chip in (
+        hbox(
             self.time,
             self.battery,
             self.reached,
@@ -274,11 +267,12 @@ class StatusStrip(QFrame):
             self.autopilot,
             self.recording,
             self.opening,
-        ):
-            layout.addWidget(chip)
-        layout.addStretch(1)
-        for chip in self.warnings:
-            layout.addWidget(chip)
+            1,
+            *self.warnings,
+            of=self,
+            margins=(20, 1, 12, 7),
+            spacing=24,
+        )
         self.setMinimumHeight(self.sizeHint().height())
 
     def show_opening(self, said: str) -> None:
@@ -458,9 +452,7 @@ class TopBar(QFrame):
         row.setSpacing(6)
         badge = QFrame()
         badge.setObjectName("mode_badge")
-        around = QHBoxLayout(badge)
-        around.setContentsMargins(9, 4, 9, 4)
-        around.addWidget(self.badge)
+        hbox(self.badge, of=badge, margins=(9, 4, 9, 4))
         row.addWidget(badge)
         row.addSpacing(6)
         for name in FLYING:
@@ -479,11 +471,7 @@ class TopBar(QFrame):
         row.addWidget(self._make_button("record", with_text=True))
         row.addWidget(self._make_button("screenshot", with_text=False))
         row.addWidget(self._make_button("view_3d", with_text=False))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(row)
-        layout.addWidget(self.strip)
+        vbox(row, self.strip, of=self, margins=NO_MARGINS, spacing=0)
 
     def _make_button(self, name: str, *, with_text: bool) -> QToolButton:
         action, row = self._actions[name], find_row(name)

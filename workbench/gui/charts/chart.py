@@ -19,7 +19,7 @@ from PyQt6.QtGui import (
     QKeySequence,
     QShowEvent,
 )
-from PyQt6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QMenu, QToolButton, QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
@@ -37,6 +37,7 @@ from workbench.gui.charts.statistics import (
 )
 from workbench.gui.charts.ticks import decimals_for, round_step
 from workbench.gui.icons import icon
+from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.preferences import Preferences, log_folder
 from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed
@@ -621,22 +622,14 @@ class Chart(QWidget):
         self.canvas = Canvas(workspace.look)
         self.statistics = StatisticsTable()
         self.statistics.hide()
-        self.buttons = QHBoxLayout()
-        self.buttons.setSpacing(0)
-        head = QHBoxLayout()
-        head.addWidget(self.legend, 1)
-        head.addLayout(self.buttons)
+        self.buttons = hbox(spacing=0)
+        head = hbox((self.legend, 1), self.buttons)
         head.setAlignment(self.buttons, Qt.AlignmentFlag.AlignTop)
         more = self._add_button("more", "Menu", "What this chart can do")
         more.clicked.connect(
             lambda: self.make_menu().popup(more.mapToGlobal(more.rect().bottomLeft()))
         )
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 0, 0, 0)
-        box.setSpacing(2)
-        box.addLayout(head)
-        box.addWidget(self.canvas, 1)
-        box.addWidget(self.statistics)
+        vbox(head, (self.canvas, 1), self.statistics, of=self, margins=NO_MARGINS, spacing=2)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.legend.toggled.connect(self.toggle_curve)
         self.canvas.hovered.connect(self._point)

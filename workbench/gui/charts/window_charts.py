@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QComboBox, QLabel, QVBoxLayout, QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.response_metrics import NUMBERS
@@ -34,6 +34,7 @@ from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.strip_chart import TimeView
 from workbench.gui.charts.ticks import number_text
+from workbench.gui.layout import hbox
 from workbench.gui.style import set_class
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
@@ -297,8 +298,7 @@ class SpectrumChart(WindowPlot):
         self.refresh(self._now)
 
     def _lay_out(self) -> None:
-        row = QHBoxLayout()
-        row.setSpacing(4)
+        row = hbox(spacing=4)
         for box, names, name in (
             (self._window, _WINDOW_NAMES, "Window of the spectrum"),
             (self._averages, {each: f"{each} averages" for each in AVERAGES}, "Segments averaged"),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from PyQt6.QtCore import QRect, QRectF, QSize, Qt, QTimer
 from PyQt6.QtGui import QFontInfo, QHideEvent, QResizeEvent, QShowEvent
-from PyQt6.QtWidgets import QApplication, QScrollArea, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QApplication, QScrollArea, QWidget
 
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.home.attitude_card import AttitudeCard
@@ -21,7 +21,7 @@ from workbench.gui.home.shown_units import ShownUnits, shown_units
 from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.hint import Hint
 from workbench.gui.instruments.readout import NOTHING, Line, Readout
-from workbench.gui.page import BAR
+from workbench.gui.layout import BAR, NO_MARGINS, vbox
 from workbench.gui.screens import Screen
 from workbench.gui.units import MICROTESLA
 from workbench.gui.workspace import Workspace
@@ -384,9 +384,7 @@ class HomeScreen(Screen):
         self._scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._board = QWidget()
         self._scroll.setWidget(self._board)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._scroll)
+        vbox(self._scroll, of=self, margins=NO_MARGINS)
         self._clock_card, self.cards = self._make_cards()
         self._turns = Turns(self.cards)
         self._timer = QTimer(self)

@@ -8,12 +8,10 @@ from PyQt6.QtGui import QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QP
 from PyQt6.QtWidgets import (
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QSizePolicy,
     QSlider,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -37,7 +35,7 @@ from workbench.gui.joystick.piloting import (
     heading_velocity,
     within_circle,
 )
-from workbench.gui.page import Pair, fit_page
+from workbench.gui.layout import NO_MARGINS, Pair, fit_page, hbox, vbox
 from workbench.gui.preference_table import find_preference
 from workbench.gui.preferences import Preferences
 from workbench.gui.screens import Screen
@@ -333,19 +331,9 @@ class HandlingPanel(QWidget):
         defaults.clicked.connect(self._reset)
         grid.setRowStretch(len(HANDLING) + 1, 1)
         heading = dressed(QLabel("Feel of the sticks", self), "heading")
-        top = QHBoxLayout()
-        top.addWidget(heading)
-        top.addStretch(1)
-        top.addWidget(defaults)
-        left = QVBoxLayout()
-        left.setSpacing(0)
-        left.addLayout(top)
-        left.addLayout(grid, 1)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(16)
-        layout.addLayout(left, 3)
-        layout.addWidget(self.curve, 1)
+        top = hbox(heading, 1, defaults)
+        left = vbox(top, (grid, 1), spacing=0)
+        hbox((left, 3), (self.curve, 1), of=self, margins=NO_MARGINS, spacing=16)
         preferences.changed.connect(self._follow)
 
     def _add(self, grid: QGridLayout, line: int, name: str) -> None:
@@ -660,16 +648,16 @@ class StateBar(QFrame):
         self.take_off.clicked.connect(lambda: flight.order(lambda live: live.request("take_off")))
         self.take_over.clicked.connect(lambda: flight.order(lambda live: live.take_over()))
         self.give_back.clicked.connect(pilot.give_back)
-        words = QVBoxLayout()
-        words.setSpacing(2)
-        words.addWidget(self.state)
-        words.addWidget(self.control)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(16, 10, 16, 10)
-        layout.setSpacing(8)
-        layout.addLayout(words, 1)
-        for button in (self.take_off, self.take_over, self.give_back):
-            layout.addWidget(button)
+        words = vbox(self.state, self.control, spacing=2)
+        hbox(
+            (words, 1),
+            self.take_off,
+            self.take_over,
+            self.give_back,
+            of=self,
+            margins=(16, 10, 16, 10),
+            spacing=8,
+        )
 
     def show_view(self, view: LiveView) -> None:
         """Say how it is."""
@@ -841,39 +829,34 @@ class JoystickScreen(Screen):
         self.state_bar.show_view(self.workspace.flight.view)
 
     def _lay_out(self) -> None:
-        sticks = QHBoxLayout()
-        sticks.setSpacing(16)
-        sticks.addWidget(self.left_pad, 1)
-        sticks.addWidget(self.right_pad, 1)
+        sticks = hbox((self.left_pad, 1), (self.right_pad, 1), spacing=16)
         flying = dressed(QFrame(self), "card")
         explain(flying, "Sticks")
-        column = QVBoxLayout(flying)
-        column.setContentsMargins(16, 12, 16, 12)
-        column.addLayout(sticks, 1)
-        column.addWidget(dressed(QLabel(MODE_HELP, self), "muted"))
+        vbox(
+            (sticks, 1),
+            dressed(QLabel(MODE_HELP, self), "muted"),
+            of=flying,
+            margins=(16, 12, 16, 12),
+        )
         answer = dressed(QFrame(self), "card")
         explain(answer, "Command and answer")
-        rows = QVBoxLayout(answer)
-        rows.setContentsMargins(16, 12, 16, 12)
-        rows.addWidget(dressed(QLabel("Command and answer", self), "heading"))
-        rows.addWidget(self.response, 1)
+        vbox(
+            dressed(QLabel("Command and answer", self), "heading"),
+            (self.response, 1),
+            of=answer,
+            margins=(16, 12, 16, 12),
+        )
         feel = dressed(QFrame(self), "card")
         explain(feel, "Feel of the sticks")
-        form = QVBoxLayout(feel)
-        form.setContentsMargins(16, 12, 16, 12)
-        form.addWidget(self.handling, 1)
-        page = QVBoxLayout()
-        page.setContentsMargins(16, 12, 16, 12)
-        page.setSpacing(12)
-        page.addWidget(self.state_bar)
-        page.addWidget(Pair(flying, answer, (3, 2), page.spacing()), 1)
-        page.addWidget(feel)
-        hints = QVBoxLayout()
-        hints.setSpacing(2)
-        hints.addWidget(self._keys_line)
-        hints.addWidget(self._pad_line)
-        foot = QHBoxLayout()
-        foot.addLayout(hints, 1)
-        foot.addWidget(self.pads_button)
+        vbox((self.handling, 1), of=feel, margins=(16, 12, 16, 12))
+        page = vbox(
+            self.state_bar,
+            (Pair(flying, answer, (3, 2), 12), 1),
+            feel,
+            margins=(16, 12, 16, 12),
+            spacing=12,
+        )
+        hints = vbox(self._keys_line, self._pad_line, spacing=2)
+        foot = hbox((hints, 1), self.pads_button)
         page.addLayout(foot)
         fit_page(self, page)

@@ -8,11 +8,9 @@ from PyQt6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -20,6 +18,7 @@ from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadReading
 from workbench.gui.joystick.pad_mapping import AXES, FUNCTIONS, Ends, PadMapping, name_axis
 from workbench.gui.joystick.pilot import Pilot
+from workbench.gui.layout import hbox, vbox
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 
@@ -256,10 +255,7 @@ class PadDialog(QDialog):
             self.said.setText(self._pilot.hand_over or HELP)
 
     def _lay_out(self) -> None:
-        top = QHBoxLayout()
-        top.addWidget(self.pads, 1)
-        top.addWidget(self.flies)
-        top.addWidget(self.fly)
+        top = hbox((self.pads, 1), self.flies, self.fly)
         grid = QGridLayout()
         for column, heading in enumerate(HEADINGS):
             grid.addWidget(dressed(QLabel(heading, self), "muted"), 0, column)
@@ -268,14 +264,5 @@ class PadDialog(QDialog):
                 grid.addWidget(widget, line + 1, column)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
         buttons.rejected.connect(self.reject)
-        foot = QHBoxLayout()
-        foot.addWidget(self.calibrate)
-        foot.addWidget(self.defaults)
-        foot.addStretch(1)
-        foot.addWidget(buttons)
-        layout = QVBoxLayout(self)
-        layout.addLayout(top)
-        layout.addLayout(grid)
-        layout.addWidget(self.moved)
-        layout.addWidget(self.said)
-        layout.addLayout(foot)
+        foot = hbox(self.calibrate, self.defaults, 1, buttons)
+        vbox(top, grid, self.moved, self.said, foot, of=self)

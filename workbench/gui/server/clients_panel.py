@@ -7,18 +7,17 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QAction, QKeySequence, QPainter, QPaintEvent
 from PyQt6.QtWidgets import (
     QAbstractItemView,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QPushButton,
     QTableWidget,
     QTableWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.flight_model import FlightModel
+from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.style import dressed
 from workbench.link.authority import NOBODY_YET
 from workbench.link.backplane import ClientStatus
@@ -163,18 +162,12 @@ class ClientsPanel(QWidget):
         self.disconnect_button.clicked.connect(self._disconnect)
         heading = dressed(QLabel("Clients", self), "heading")
         heading.setBuddy(self.table)
-        top = QHBoxLayout()
-        top.setSpacing(8)
-        top.addWidget(heading)
+        top = hbox(heading, spacing=8)
         top.addSpacing(8)
         top.addWidget(self.control, 1)
         for button in (self.take_over, self.give_back, self.disconnect_button):
             top.addWidget(button)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(6)
-        layout.addLayout(top)
-        layout.addWidget(self.table, 1)
+        vbox(top, (self.table, 1), of=self, margins=NO_MARGINS, spacing=6)
         self.show_network(NetworkView())
 
     def show_network(self, network: NetworkView) -> None:

@@ -15,7 +15,6 @@ from PyQt6.QtWidgets import (
     QFileDialog,
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QPlainTextEdit,
@@ -30,7 +29,7 @@ from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.help import explain
-from workbench.gui.page import Pair, fit_page
+from workbench.gui.layout import NO_MARGINS, Pair, fit_page, hbox, vbox
 from workbench.gui.screens import Screen
 from workbench.gui.server.clients_panel import ClientsPanel
 from workbench.gui.single_shot import single_shot
@@ -168,10 +167,7 @@ class ConnectPanel(QWidget):
         grid.setColumnStretch(1, 1)
         self._add(grid, "command", "Terminal")
         self._add(grid, "page", "Page")
-        lower = QHBoxLayout()
-        lower.setSpacing(12)
-        lower.addWidget(self.code)
-        lower.addWidget(self.hint, 1)
+        lower = hbox(self.code, (self.hint, 1), spacing=12)
         grid.addLayout(lower, 3, 0, 1, 3)
         grid.setRowStretch(3, 1)
         self.code.hide()
@@ -377,11 +373,7 @@ class ServerForm(QWidget):
         self.web = QCheckBox("Pa&ge for phones", self)
         self.web.setToolTip("Serve a web page that shows the flight, and flies it, on a phone.")
         self.web.setAccessibleName("Serve a page for phones and browsers")
-        ticks = QHBoxLayout()
-        ticks.setSpacing(16)
-        ticks.addWidget(self.allow_commands)
-        ticks.addWidget(self.web)
-        ticks.addStretch(1)
+        ticks = hbox(self.allow_commands, self.web, 1, spacing=16)
         self._grid.addLayout(ticks, self._grid.rowCount(), 1, 1, 2)
         self._grid.setRowStretch(self._grid.rowCount(), 1)
         self._timer = single_shot(self._look_at_files, self, AFTER_TYPING)
@@ -459,8 +451,7 @@ class ServerForm(QWidget):
             ("tls_cert", "certificate"),
             ("tls_key", "key"),
         ):
-            buttons = QHBoxLayout()
-            buttons.setSpacing(4)
+            buttons = hbox(spacing=4)
             choose = self._button("Choose…", f"Choose a {what}")
             choose.clicked.connect(lambda _, name=name, what=what: self._choose(name, what))
             buttons.addWidget(choose)
@@ -731,13 +722,8 @@ class RefusalsPanel(QWidget):
         self.list.setAccessibleName("What was refused, newest last")
         self.list.setMinimumHeight(46)
         heading.setBuddy(self.list)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(6)
-        top = QHBoxLayout()
-        top.setSpacing(16)
-        top.addWidget(heading)
-        top.addWidget(self.counts, 1)
+        layout = vbox(of=self, margins=NO_MARGINS, spacing=6)
+        top = hbox(heading, (self.counts, 1), spacing=16)
         layout.addLayout(top)
         layout.addWidget(self.list, 1)
 
@@ -843,17 +829,17 @@ class ServerScreen(Screen):
     def _lay_out(self) -> None:
         top = dressed(QFrame(self), "card")
         explain(top, "Server")
-        bar = QHBoxLayout(top)
-        bar.setContentsMargins(16, 8, 16, 8)
-        bar.setSpacing(12)
-        bar.addWidget(self.state)
-        bar.addWidget(self.said, 1)
-        bar.addWidget(self.copy_button)
-        bar.addWidget(self.start_button)
-        bar.addWidget(self.stop_button)
-        page = QVBoxLayout()
-        page.setContentsMargins(16, 12, 16, 12)
-        page.setSpacing(10)
+        hbox(
+            self.state,
+            (self.said, 1),
+            self.copy_button,
+            self.start_button,
+            self.stop_button,
+            of=top,
+            margins=(16, 8, 16, 8),
+            spacing=12,
+        )
+        page = vbox(margins=(16, 12, 16, 12), spacing=10)
         form = self._titled("Where and who", self.form)
         connect = self._titled("Connect", self.connect_panel)
         page.addWidget(top)
@@ -876,8 +862,5 @@ def _around(widget: QWidget, parent: QWidget, title: str) -> QFrame:
     """Return a card with a widget in it, and the help of its title."""
     frame = dressed(QFrame(parent), "card")
     explain(frame, title)
-    layout = QVBoxLayout(frame)
-    layout.setContentsMargins(16, 10, 16, 10)
-    layout.setSpacing(6)
-    layout.addWidget(widget, 1)
+    vbox((widget, 1), of=frame, margins=(16, 10, 16, 10), spacing=6)
     return frame

@@ -30,8 +30,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.resources import list_worlds
 from workbench.gui.answers import Answers
 from workbench.gui.file_dialogs import show_file_dialog
-from workbench.gui.flow_layout import FlowLayout
 from workbench.gui.help import explain
+from workbench.gui.layout import NO_MARGINS, FlowLayout, hbox, vbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preference_table import PREFERENCES, Preference, PreferenceValue
@@ -146,10 +146,7 @@ class Folder(QWidget):
         button = QPushButton("Choose…", self)
         button.setAccessibleName(f"Choose the {label.lower()}")
         button.clicked.connect(self._choose)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.line, 1)
-        layout.addWidget(button)
+        hbox((self.line, 1), button, of=self, margins=NO_MARGINS)
         self.setFocusProxy(self.line)
 
     def show_value(self, path: str) -> None:
@@ -203,16 +200,16 @@ class Row(QWidget):
         control.setToolTip(help)
         control.setMinimumWidth(190)
         self.reset.setAccessibleName(f"{label}: put the default back")
-        words = QVBoxLayout()
-        words.setSpacing(1)
-        words.addWidget(self._label)
-        words.addWidget(self._help)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 4, 0, 4)
-        layout.setSpacing(12)
-        layout.addLayout(words, 1)
-        for part in (self._mark, control, self.reset):
-            layout.addWidget(part, 0, Qt.AlignmentFlag.AlignVCenter)
+        words = vbox(self._label, self._help, spacing=1)
+        hbox(
+            (words, 1),
+            (self._mark, Qt.AlignmentFlag.AlignVCenter),
+            (control, Qt.AlignmentFlag.AlignVCenter),
+            (self.reset, Qt.AlignmentFlag.AlignVCenter),
+            of=self,
+            margins=(0, 4, 0, 4),
+            spacing=12,
+        )
         self._mark.setFixedWidth(self.fontMetrics().horizontalAdvance("changed  "))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
 
@@ -703,11 +700,7 @@ class SettingsScreen(Screen):
 
     def _lay_out(self) -> None:
         column = QWidget()
-        inside = QVBoxLayout(column)
-        inside.setContentsMargins(8, 0, 8, 8)
-        inside.setSpacing(12)
-        for group in self._groups:
-            inside.addWidget(group)
+        inside = vbox(*self._groups, of=column, margins=(8, 0, 8, 8), spacing=12)
         self._groups[-1].layout().addWidget(self._fly, 0, Qt.AlignmentFlag.AlignRight)  # type: ignore[union-attr, call-arg]
         inside.addWidget(self._none)
         inside.addStretch(1)
@@ -723,10 +716,7 @@ class SettingsScreen(Screen):
         top.addStretch(1)
         top.addWidget(self._search, 1000)
         top.addStretch(1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 8, 0, 0)
-        layout.addLayout(top)
-        layout.addWidget(area, 1)
+        vbox(top, (area, 1), of=self, margins=(0, 8, 0, 0))
 
     def _find(self, wanted: str) -> None:
         found = sum([group.show_matching(wanted) for group in self._groups])

@@ -8,7 +8,7 @@ from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QStackedWidget, QVBoxLayout,
 
 from workbench.control.controller import CUTS
 from workbench.gui.charts.legend import Entry, Legend
-from workbench.gui.page import scrolled
+from workbench.gui.layout import scrolled
 from workbench.gui.tuning.bode_plots import FOUR, BodePlots, GangPlots
 from workbench.gui.tuning.card import SPACING, Card, Sentence
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED

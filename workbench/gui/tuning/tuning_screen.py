@@ -18,7 +18,7 @@ from workbench.gui.gains.gain_panel import GainPanel
 from workbench.gui.gains.profile_bar import ProfileBar, ask_to_save
 from workbench.gui.gains.profiles import GainProfiles, ProfileDiff
 from workbench.gui.help import explain
-from workbench.gui.page import scrolled
+from workbench.gui.layout import scrolled
 from workbench.gui.screens import Screen
 from workbench.gui.single_shot import single_shot
 from workbench.gui.tuning.autotune_card import AutoTuneCard

@@ -34,14 +34,13 @@ from PyQt6.QtWidgets import (
     QSizePolicy,
     QStackedLayout,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.system_libraries import remedy
 from workbench.gui.cloud_rays import CloudRays, find_rays, newest_points
-from workbench.gui.flow_layout import FlowLayout
+from workbench.gui.layout import NO_MARGINS, FlowLayout, vbox
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.view3d.scene import Track
@@ -791,15 +790,17 @@ class View3d(QWidget):
         self._browse.clicked.connect(self.browse)
         self.plain = PlainView(self._workspace.look)
         self._page = QWidget()
-        page = QVBoxLayout(self._page)
-        page.setContentsMargins(12, 12, 12, 12)
-        page.addWidget(self.plain, 4)
-        page.addStretch(1)
-        for part in (self._words, self._address):
-            page.addWidget(part)
-        for offer in (self._again, self._browse):
-            page.addWidget(offer, 0, Qt.AlignmentFlag.AlignHCenter)
-        page.addStretch(1)
+        vbox(
+            (self.plain, 4),
+            1,
+            self._words,
+            self._address,
+            (self._again, Qt.AlignmentFlag.AlignHCenter),
+            (self._browse, Qt.AlignmentFlag.AlignHCenter),
+            1,
+            of=self._page,
+            margins=(12, 12, 12, 12),
+        )
         self._bar = QWidget()
         bar = FlowLayout(self._bar, spacing=2)
         bar.setContentsMargins(4, 2, 4, 2)
@@ -830,13 +831,15 @@ class View3d(QWidget):
         self._layout = QStackedLayout(stack)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.addWidget(self._page)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        whole.addWidget(self._bar)
-        whole.addWidget(self._strip)
-        whole.addWidget(self._log_line)
-        whole.addWidget(stack, 1)
+        vbox(
+            self._bar,
+            self._strip,
+            self._log_line,
+            (stack, 1),
+            of=self,
+            margins=NO_MARGINS,
+            spacing=0,
+        )
 
 
 def is_blank(image: QImage) -> bool:

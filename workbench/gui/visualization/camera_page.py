@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 from PyQt6.QtCore import QEvent, QRectF, Qt, pyqtSignal
 from PyQt6.QtGui import QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
-from PyQt6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QBoxLayout, QLabel, QSizePolicy, QWidget
 
 from workbench.gui.charts.colour_scale import (
     colour_table,
@@ -17,6 +17,7 @@ from workbench.gui.charts.colour_scale import (
     paint_scale,
 )
 from workbench.gui.charts.ticks import number_text, round_step
+from workbench.gui.layout import hbox, vbox
 from workbench.gui.style import set_class
 from workbench.gui.theme import Look
 from workbench.gui.workspace import Workspace
@@ -286,25 +287,19 @@ class CameraPage(QWidget):
     def _lay_out(self) -> None:
         for label in (self.said, self.under, self.key):
             set_class(label, "muted")
-        depth = QHBoxLayout()
-        depth.setSpacing(4)
-        depth.addWidget(self.depth_view, 1)
-        depth.addWidget(self.scale)
+        depth = hbox((self.depth_view, 1), self.scale, spacing=4)
         self._beside.setSpacing(10)
         self._beside.addLayout(depth, 1)
-        colour = QHBoxLayout()
-        colour.setSpacing(4)
-        colour.addWidget(self.colour_view, 1)
+        colour = hbox((self.colour_view, 1), spacing=4)
         self._pad.setFixedWidth(self.scale.width())
         colour.addWidget(self._pad)
         self._beside.addLayout(colour, 1)
-        below = QHBoxLayout()
-        below.addWidget(self.said)
-        below.addStretch(1)
-        below.addWidget(self.under)
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 8, 0, 0)
-        box.setSpacing(6)
-        box.addLayout(self._beside, 1)
-        box.addLayout(below)
-        box.addWidget(self.key, 0, Qt.AlignmentFlag.AlignLeft)
+        below = hbox(self.said, 1, self.under)
+        vbox(
+            (self._beside, 1),
+            below,
+            (self.key, Qt.AlignmentFlag.AlignLeft),
+            of=self,
+            margins=(0, 8, 0, 0),
+            spacing=6,
+        )

@@ -17,7 +17,7 @@ from PyQt6.QtGui import (
     QResizeEvent,
     QShowEvent,
 )
-from PyQt6.QtWidgets import QFrame, QGridLayout, QMenu, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QFrame, QGridLayout, QMenu, QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.response_metrics import LAST_PART, SETTLED, crossing_time
@@ -26,6 +26,7 @@ from workbench.gui.charts.curve import COMMAND, LIMIT, Curve, CurveStyle, Sample
 from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.strip_chart import StripChart, TimeView
 from workbench.gui.charts.window_charts import LimitLine, SpectrumChart, StepChart, XYChart
+from workbench.gui.layout import vbox
 from workbench.gui.style import set_class
 from workbench.gui.visualization.derived_signals import SeriesSource
 from workbench.gui.visualization.layouts import (
@@ -220,8 +221,7 @@ class ChartPane(QFrame):
         self._told = ""
         self._overlays: tuple[Overlay, ...] = ()
         self._limits: SpecContents | None = None
-        self._box = QVBoxLayout(self)
-        self._box.setContentsMargins(8, 6, 8, 6)
+        self._box = vbox(of=self, margins=(8, 6, 8, 6))
         self.setAcceptDrops(True)
         self.chart = self._make_chart()
         self._box.addWidget(self.chart)

@@ -13,14 +13,12 @@ from PyQt6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QHBoxLayout,
     QLabel,
     QLayout,
     QLineEdit,
     QMenu,
     QPushButton,
     QSplitter,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -28,9 +26,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.gui.answers import Answers
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import show_file_dialog
-from workbench.gui.flow_layout import FlowLayout
+from workbench.gui.layout import NO_MARGINS, FlowLayout, hbox, scrolled, vbox
 from workbench.gui.opener import FileKind, RecentFiles
-from workbench.gui.page import scrolled
 from workbench.gui.preferences import log_folder
 from workbench.gui.style import set_class
 from workbench.gui.visualization.chart_board import ChartBoard
@@ -439,10 +436,7 @@ class ChartsPage(QWidget):
             self.line.addWidget(widget)
         self._show_view()
         side = QWidget()
-        column = QVBoxLayout(side)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.tree, 1)
-        column.addWidget(self.new_signal)
+        vbox((self.tree, 1), self.new_signal, of=side, margins=NO_MARGINS)
         split = QSplitter(Qt.Orientation.Horizontal)
         split.setChildrenCollapsible(False)
         split.addWidget(side)
@@ -451,16 +445,8 @@ class ChartsPage(QWidget):
         split.setSizes([250, 900])
         side.setMinimumWidth(200)
         self._side = side
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 8, 0, 0)
-        box.setSpacing(8)
-        box.addLayout(self.line)
-        box.addWidget(self.overlays)
-        row = QHBoxLayout(self.limits)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self._limits_of)
-        row.addWidget(self.no_limits)
-        row.addStretch(1)
+        box = vbox(self.line, self.overlays, of=self, margins=(0, 8, 0, 0), spacing=8)
+        hbox(self._limits_of, self.no_limits, 1, of=self.limits, margins=NO_MARGINS)
         self.limits.hide()
         box.addWidget(self.limits)
         box.addWidget(split, 1)

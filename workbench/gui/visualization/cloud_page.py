@@ -18,11 +18,9 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import (
     QComboBox,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 from pyqtgraph.functions import arrayToQPolygonF
@@ -30,6 +28,7 @@ from pyqtgraph.functions import arrayToQPolygonF
 from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of, paint_scale
 from workbench.gui.charts.ticks import number_text, round_step
 from workbench.gui.cloud_rays import CloudRays, find_rays, pose_at, turned
+from workbench.gui.layout import hbox, vbox
 from workbench.gui.style import set_class
 from workbench.gui.theme import Look
 from workbench.gui.workspace import Workspace
@@ -369,8 +368,7 @@ class CloudPage(QWidget):
         self.view.setFocus()
 
     def _lay_out(self) -> None:
-        row = QHBoxLayout()
-        row.setSpacing(8)
+        row = hbox(spacing=8)
         for text, viewpoint in (("&Top", TOP), ("Si&de", SIDE), ("S&lanted", SLANTED)):
             button = QPushButton(text)
             button.setToolTip(f"See the cloud from there ({text.replace('&', '')[0]})")
@@ -382,9 +380,11 @@ class CloudPage(QWidget):
             row.addWidget(label)
             row.addWidget(choice)
         row.addStretch(1)
-        page = QVBoxLayout(self)
-        page.setContentsMargins(0, 8, 0, 0)
-        page.setSpacing(8)
-        page.addLayout(row)
-        page.addWidget(self.view, 1)
-        page.addWidget(self.said, 0, Qt.AlignmentFlag.AlignLeft)
+        vbox(
+            row,
+            (self.view, 1),
+            (self.said, Qt.AlignmentFlag.AlignLeft),
+            of=self,
+            margins=(0, 8, 0, 0),
+            spacing=8,
+        )

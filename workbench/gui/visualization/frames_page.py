@@ -7,11 +7,11 @@ from PyQt6.QtWidgets import (
     QLineEdit,
     QTreeWidget,
     QTreeWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.gui.charts.ticks import number_text
+from workbench.gui.layout import vbox
 from workbench.gui.units import unit_for
 from workbench.gui.visualization.frame_tree import (
     frame_pairs,
@@ -57,12 +57,9 @@ class FramesPage(QWidget):
             head.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
             head.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.hint = QLabel("No flight has told its frames yet.")
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 8, 0, 0)
-        box.setSpacing(6)
-        for widget in (label, self.search, self.hint):
-            box.addWidget(widget)
-        box.addWidget(self.tree, 1)
+        vbox(
+            label, self.search, self.hint, (self.tree, 1), of=self, margins=(0, 8, 0, 0), spacing=6
+        )
         self.search.textChanged.connect(self._filter)
         self._name_columns()
         workspace.preferences.changed.connect(self._on_preference)

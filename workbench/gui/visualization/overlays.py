@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QLabel, QPushButton, QWidget
 
 from workbench.common.errors import WorkbenchError
+from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.units import Unit
 from workbench.gui.visualization.derived_signals import Derived, SeriesSource, WithDerived
@@ -121,9 +122,7 @@ class OverlayBar(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._rows: list[_Row] = []
-        self._box = QVBoxLayout(self)
-        self._box.setContentsMargins(0, 0, 0, 0)
-        self._box.setSpacing(4)
+        self._box = vbox(of=self, margins=NO_MARGINS, spacing=4)
         self.hide()
 
     @property
@@ -134,8 +133,7 @@ class OverlayBar(QWidget):
     def add(self, overlay: Overlay) -> None:
         """Lay another log over the charts."""
         widget = QWidget()
-        line = QHBoxLayout(widget)
-        line.setContentsMargins(0, 0, 0, 0)
+        line = hbox(of=widget, margins=NO_MARGINS)
         name = QLabel(f"over it  {overlay.name}")
         shift = NumberField(f"Shift of {overlay.name}", decimals=3, step=0.1)
         shift.set_range(Unit("s"), -FARTHEST, FARTHEST)

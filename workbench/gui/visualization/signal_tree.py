@@ -4,8 +4,9 @@ from collections.abc import Iterable, Sequence
 
 from PyQt6.QtCore import QMimeData, QModelIndex, QPoint, QSortFilterProxyModel, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QStandardItem, QStandardItemModel
-from PyQt6.QtWidgets import QHeaderView, QLabel, QLineEdit, QMenu, QTreeView, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QHeaderView, QLabel, QLineEdit, QMenu, QTreeView, QWidget
 
+from workbench.gui.layout import NO_MARGINS, vbox
 from workbench.gui.visualization.derived_signals import OWN_TOPIC
 from workbench.gui.visualization.signal_catalog import SignalGroup
 
@@ -117,9 +118,7 @@ class SignalTree(QWidget):
         self.target = QLabel()
         self.target.setWordWrap(True)
         self.target.setProperty("class", "muted")
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 0, 0, 0)
-        box.setSpacing(6)
+        box = vbox(of=self, margins=NO_MARGINS, spacing=6)
         for widget in (label, self.search, self.view, self.target):
             box.addWidget(widget, 1 if widget is self.view else 0)
         self.search.textChanged.connect(self._filter)

@@ -15,7 +15,6 @@ from PyQt6.QtWidgets import (
     QComboBox,
     QFileDialog,
     QFrame,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QMenu,
@@ -25,7 +24,6 @@ from PyQt6.QtWidgets import (
     QTableWidget,
     QTableWidgetItem,
     QTabWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -33,6 +31,7 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
 from workbench.gui.help import explain
+from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.preferences import log_folder
 from workbench.gui.screens import Screen
 from workbench.gui.style import set_class
@@ -227,8 +226,7 @@ class LogBar(QFrame):
         self.moved.emit(self.clock.time)
 
     def _lay_out(self) -> None:
-        head = QHBoxLayout()
-        head.addWidget(self.name)
+        head = hbox(self.name)
         said = QLabel("This is a log, no live flight.")
         set_class(said, "muted")
         head.addWidget(said)
@@ -238,20 +236,14 @@ class LogBar(QFrame):
         head.addWidget(self.back)
         label = QLabel("Sp&eed")
         label.setBuddy(self.speed)
-        row = QHBoxLayout()
-        row.setSpacing(8)
+        row = hbox(spacing=8)
         steps = (self.play, self.earlier, self.later)
         for button in steps:
             row.addWidget(button)
         row.addWidget(self.slider, 1)
         for widget in (self.time, label, self.speed, self.loop):
             row.addWidget(widget)
-        box = QVBoxLayout(self)
-        box.setContentsMargins(10, 6, 10, 6)
-        box.setSpacing(4)
-        box.addLayout(head)
-        box.addWidget(self.remark)
-        box.addLayout(row)
+        vbox(head, self.remark, row, of=self, margins=(10, 6, 10, 6), spacing=4)
         self.slider.setAccessibleName("Time of the log in s")
         self.slider.setSingleStep(PARTS // 10)
         self.slider.setPageStep(PARTS)
@@ -306,10 +298,7 @@ class EventsPage(QWidget):
             head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
             head.setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
             head.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 8, 0, 0)
-        box.addWidget(self.hint)
-        box.addWidget(self.table, 1)
+        vbox(self.hint, (self.table, 1), of=self, margins=(0, 8, 0, 0))
 
     def begin(self, topics: Sequence[Topic]) -> None:
         """Forget all: a flight begins."""
@@ -651,17 +640,10 @@ class VisualizationScreen(Screen):
             self.tabs.setTabToolTip(index, tip)
 
     def _lay_out(self) -> None:
-        row = QHBoxLayout(self._reading)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self._path)
-        row.addWidget(self._progress, 1)
-        row.addWidget(self.cancel)
+        hbox(self._path, (self._progress, 1), self.cancel, of=self._reading, margins=NO_MARGINS)
         set_class(self._path, "heading")
         self._progress.setAccessibleName("Share of the log that is read, 0 to 100 %")
         self._reading.hide()
-        box = QVBoxLayout(self)
-        box.setContentsMargins(12, 8, 12, 10)
-        box.setSpacing(8)
-        box.addWidget(self._reading)
-        box.addWidget(self.tabs, 1)
-        box.addWidget(self.log_bar)
+        vbox(
+            self._reading, (self.tabs, 1), self.log_bar, of=self, margins=(12, 8, 12, 10), spacing=8
+        )

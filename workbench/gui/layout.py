@@ -1,0 +1,273 @@
+"""Layouts: boxes, pages that scroll where they must, and lines that flow as words do."""
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+from PyQt6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt
+from PyQt6.QtGui import QResizeEvent
+from PyQt6.QtWidgets import (
+    QBoxLayout,
+    QFrame,
+    QHBoxLayout,
+    QLayout,
+    QLayoutItem,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+Box = TypeVar("Box", bound=QBoxLayout)
+WIDEST = 1500
+TALLEST = 1000
+"""Of a page [px]; beyond that its parts would only drift apart."""
+
+BAR = 11
+"""Width of a scroll bar in our style; it would lie on what is scrolled [px]."""
+
+
+Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int | Qt.AlignmentFlag]
+"""Of a box: a widget or a layout, alone or with its stretch or side; or room, by its stretch."""
+Margins = tuple[int, int, int, int]
+NO_MARGINS = (0, 0, 0, 0)
+
+
+def hbox(
+    *parts: Part,
+    of: QWidget | None = None,
+    margins: Margins | None = None,
+    spacing: int | None = None,
+) -> QHBoxLayout:
+    """Return parts beside each other.
+
+    Args:
+        parts: from left to right.
+        of: whose layout it is, None where it stands in another layout.
+        margins: at left, top, right and bottom [px]; None for those of the style.
+        spacing: between the parts [px]; None for that of the style.
+    """
+    return _filled(QHBoxLayout(of), parts, margins, spacing)
+
+
+def vbox(
+    *parts: Part,
+    of: QWidget | None = None,
+    margins: Margins | None = None,
+    spacing: int | None = None,
+) -> QVBoxLayout:
+    """Return parts below each other; the arguments are those of `hbox`."""
+    return _filled(QVBoxLayout(of), parts, margins, spacing)
+
+
+def _filled(box: Box, parts: Sequence[Part], margins: Margins | None, spacing: int | None) -> Box:
+    if margins is not None:
+        box.setContentsMargins(*margins)
+    if spacing is not None:
+        box.setSpacing(spacing)
+    for part in parts:
+        match part:
+            case int(stretch):
+                box.addStretch(stretch)
+            case QWidget():
+                box.addWidget(part)
+            case QLayout():
+                box.addLayout(part)
+            case QLayout() as layout, int(stretch):
+                box.addLayout(layout, stretch)
+            case QWidget() as widget, int(stretch):
+                box.addWidget(widget, stretch)
+            case QWidget() as widget, Qt.AlignmentFlag() as side:
+                box.addWidget(widget, 0, side)
+    return box
+
+
+def fit_page(screen: QWidget, layout: QLayout) -> None:
+    """Fill a screen with a layout, in the middle of a large one.
+
+    Args:
+        screen: that has no layout yet.
+        layout: of the page.
+    """
+    area = QScrollArea(screen)
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    area.setWidget(_Ground(layout))
+    outer = QVBoxLayout(screen)
+    outer.setContentsMargins(0, 0, 0, 0)
+    outer.addWidget(area)
+
+
+def scrolled(part: QWidget) -> QScrollArea:
+    """Return an area in which a part has all the width, and is scrolled where it is too high."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setMinimumWidth(part.minimumSizeHint().width() + BAR)
+    area.setWidget(part)
+    return area
+
+
+class Pair(QWidget):
+    """Two cards beside each other, or one below the other where that would cut them.
+
+    Args:
+        left: or above.
+        right: or below.
+        shares: of the width that both take [ratio].
+        spacing: between them [px].
+    """
+
+    def __init__(
+        self, left: QWidget, right: QWidget, shares: tuple[int, int], spacing: int
+    ) -> None:
+        super().__init__()
+        self._parts = (left, right)
+        self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._box.setContentsMargins(0, 0, 0, 0)
+        self._box.setSpacing(spacing)
+        for part, share in zip(self._parts, shares, strict=True):
+            self._box.addWidget(part, share)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the width of the wider one, and the height of both as they stand."""
+        widest = max(part.minimumSizeHint().width() for part in self._parts)
+        return QSize(widest, self._box.minimumSize().height())
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Stand as the width allows."""
+        needed = sum(part.minimumSizeHint().width() for part in self._parts)
+        across = self.width() >= needed + self._box.spacing()
+        directions = QBoxLayout.Direction
+        self._box.setDirection(directions.LeftToRight if across else directions.TopToBottom)
+        super().resizeEvent(event)
+
+
+class _Ground(QWidget):
+    """Holds a page, and asks for as little height as the page can do with at its width.
+
+    A scroll area by itself would ask for the height that the page likes best.
+    """
+
+    def __init__(self, layout: QLayout) -> None:
+        super().__init__()
+        self._page = QWidget(self)
+        self._layout = layout
+        self._page.setLayout(layout)
+        self._page.installEventFilter(self)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least that cuts nothing."""
+        least = self._layout.minimumSize()
+        if not self._layout.hasHeightForWidth():
+            return least
+        width = min(max(self.width(), least.width()), WIDEST)
+        return QSize(least.width(), self._layout.minimumHeightForWidth(width))
+
+    def sizeHint(self) -> QSize:
+        """Return the same: the rest is room."""
+        return self.minimumSizeHint()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Put the page in the middle."""
+        super().resizeEvent(event)
+        width, height = min(self.width(), WIDEST), min(self.height(), TALLEST)
+        self._page.setGeometry((self.width() - width) // 2, 0, width, height)
+        if event is not None and event.size().width() != event.oldSize().width():
+            self.updateGeometry()
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Ask anew when something on the page needs another room."""
+        if event is not None and event.type() is QEvent.Type.LayoutRequest:
+            self.updateGeometry()
+        return False
+
+
+class FlowLayout(QLayout):
+    """Puts widgets beside each other, and below where they would be cut; hidden ones take no room.
+
+    Args:
+        parent: whose layout it is, if it has one yet.
+        spacing: between two widgets, in both directions [px].
+    """
+
+    def __init__(self, parent: QWidget | None = None, spacing: int = 8) -> None:
+        super().__init__(parent)
+        self.setContentsMargins(0, 0, 0, 0)
+        self.setSpacing(spacing)
+        self._items: list[QLayoutItem] = []
+
+    def addItem(self, item: QLayoutItem | None) -> None:
+        """Take an item; Qt's name, as those that follow."""
+        if item is not None:
+            self._items.append(item)
+
+    def count(self) -> int:
+        """Return how many items there are."""
+        return len(self._items)
+
+    def itemAt(self, index: int) -> QLayoutItem | None:
+        """Return an item, None beyond the last one."""
+        return self._items[index] if 0 <= index < len(self._items) else None
+
+    def takeAt(self, index: int) -> QLayoutItem | None:
+        """Give an item back."""
+        return self._items.pop(index) if 0 <= index < len(self._items) else None
+
+    def expandingDirections(self) -> Qt.Orientation:
+        """Ask for no more room than there is."""
+        return Qt.Orientation(0)
+
+    def hasHeightForWidth(self) -> bool:
+        """Say that it needs more height where it is narrow."""
+        return True
+
+    def heightForWidth(self, width: int) -> int:
+        """Return the height of all lines in a width [px]."""
+        return self._place(QRect(0, 0, width, 0), move=False)
+
+    def sizeHint(self) -> QSize:
+        """Return the size of all in one line."""
+        hints = [item.sizeHint() for item in self._shown()]
+        width = sum(each.width() for each in hints) + self.spacing() * max(0, len(hints) - 1)
+        return self._around(QSize(width, max((each.height() for each in hints), default=0)))
+
+    def minimumSize(self) -> QSize:
+        """Return the size of the widest and of the highest one."""
+        hints = [item.sizeHint() for item in self._shown()]
+        widest = max((each.width() for each in hints), default=0)
+        return self._around(QSize(widest, max((each.height() for each in hints), default=0)))
+
+    def setGeometry(self, rect: QRect) -> None:
+        """Place all within a rectangle."""
+        super().setGeometry(rect)
+        self._place(rect, move=True)
+
+    def _shown(self) -> list[QLayoutItem]:
+        return [item for item in self._items if not item.isEmpty()]
+
+    def _around(self, size: QSize) -> QSize:
+        margins = self.contentsMargins()
+        more = QSize(margins.left() + margins.right(), margins.top() + margins.bottom())
+        return size + more
+
+    def _place(self, rect: QRect, *, move: bool) -> int:
+        """Return the height that all take in a rectangle's width, and place them if asked to."""
+        room = rect.marginsRemoved(self.contentsMargins())
+        x, y, high = room.left(), room.top(), 0
+        line: list[tuple[QLayoutItem, QRect]] = []
+
+        def end_line() -> None:
+            for item, place in line if move else ():
+                item.setGeometry(place.translated(0, (high - place.height()) // 2))
+
+        for item in self._shown():
+            size = item.sizeHint()
+            if line and x + size.width() > room.left() + room.width():
+                end_line()
+                x, y, high, line = room.left(), y + high + self.spacing(), 0, []
+            line.append((item, QRect(QPoint(x, y), size)))
+            x, high = x + size.width() + self.spacing(), max(high, size.height())
+        end_line()
+        return y + high - rect.top() + self.contentsMargins().bottom()
