@@ -12,7 +12,6 @@ from PyQt6.QtGui import QAction, QGuiApplication
 from workbench.control.controller import load_controller
 from workbench.gui import flight_model
 from workbench.gui.banner import MOST, REMEDIES, STAYS, Banner, BannerQueue
-from workbench.gui.crash import CrashNotice
 from workbench.gui.notices import Notice, Severity
 from workbench.live.messages import Phase
 
@@ -144,7 +143,7 @@ def test_only_a_fault_of_ours_has_details_to_copy(banner, workspace, qtbot):
     banner.show()
     assert not banner._copy.isVisible()
     banner.dismiss()
-    workspace.notices.told.emit(CrashNotice(FAILURE, "oh", "", "Traceback: line 7"))
+    workspace.notices.told.emit(Notice(FAILURE, "oh", "", "Traceback: line 7"))
     qtbot.mouseClick(banner._copy, Qt.MouseButton.LeftButton)
     assert QGuiApplication.clipboard().text() == "Traceback: line 7"
 

@@ -4,8 +4,7 @@ import pytest
 from PyQt6.QtCore import QSettings
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight
-from workbench.gui.settings.last_setup import last_setup
+from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight, last_setup
 from workbench.live.choice import Choice
 from workbench.scenario.scenario import Scenario, save_scenario
 

@@ -7,8 +7,8 @@ import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.control.mode import FlightMode
+from workbench.gui.banner import DONE, END, STAGES, Guide
 from workbench.gui.gains.profile_bar import ProfileBar
-from workbench.gui.guide import DONE, END, STAGES, Guide
 from workbench.scenario.excitation import Excitation, Exciting, Shape
 
 FLOWN = Exciting(Excitation("x", Shape.STEP, 1.0, 4.0), 3.0, 1)
@@ -84,7 +84,7 @@ def test_it_begins_on_the_tuning_screen_and_names_keys_that_act(shared_window):
     bar = shared_window.stack.screen_of("tuning").findChild(ProfileBar)
     actions = (*shared_window.actions_by_name.values(), *bar.actions_by_name.values())
     keys = {action.shortcut().toString() for action in actions}
-    hints = " ".join(each.how for each in STAGES)
+    hints = " ".join(how for _, how in STAGES)
     for name in ("F6", "F12", "Ctrl+K", "Ctrl+Shift+K"):
         assert name in hints and name in keys
     shared_window.guide.end()

@@ -1,10 +1,11 @@
-"""The banner: tells what happened and what to do, and never stands in the way."""
+"""Lines at the lower edge of the window: what happened and what to do, and the first minutes."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from PyQt6.QtCore import Qt, QTimer
+from PyQt6.QtCore import QSettings, Qt, QTimer
 from PyQt6.QtGui import QAction, QGuiApplication
 from PyQt6.QtWidgets import (
     QFrame,
@@ -15,13 +16,18 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gui.crash import CrashNotice
+from workbench.control.mode import FlightMode
+from workbench.gui.flight_model import FlightModel
 from workbench.gui.icons import icon, picture
 from workbench.gui.layout import hbox, vbox
-from workbench.gui.notices import Notice, Severity
+from workbench.gui.notices import Notice, Notices, Severity
 from workbench.gui.style import dressed, set_class
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
+
+if TYPE_CHECKING:
+    from workbench.gui.gains.gain_editor import GainEditor
+
 
 STAYS = {Severity.INFORMATION: 8.0, Severity.WARNING: 20.0, Severity.FAILURE: float("inf")}
 """How long a notice is shown that nobody dismisses [s]."""
@@ -210,7 +216,7 @@ class Banner(QFrame):
         waiting = len(self._queue) - 1
         self._more.setText(f"{waiting} more" if waiting else "")
         self._more.setVisible(waiting > 0)
-        self._copy.setVisible(isinstance(notice, CrashNotice))
+        self._copy.setVisible(bool(notice.details))
         self._close.setIcon(icon("close", self._look.colour("ink")))
         self._offer(notice.remedy)
         self.setAccessibleName(f"{word}: {notice.what}{times} {notice.remedy}")
@@ -237,7 +243,7 @@ class Banner(QFrame):
     def _copy_details(self) -> None:
         notice = self.shown
         clipboard = QGuiApplication.clipboard()
-        if isinstance(notice, CrashNotice) and clipboard is not None:
+        if notice is not None and clipboard is not None:
             clipboard.setText(notice.details)
 
     def _lay_out(self) -> None:
@@ -249,3 +255,115 @@ class Banner(QFrame):
             layout.addWidget(label)
         layout.addLayout(words, 1)
         layout.addLayout(self._buttons)
+
+
+DONE = "guide/done"
+"""Of settings: whether the guide was gone through or skipped."""
+HOVERS = (
+    FlightMode.HOVERING,
+    FlightMode.ASCENDING,
+    FlightMode.DESCENDING,
+    FlightMode.CRUISING,
+)
+
+
+STAGES = (
+    ("Take off", "Press F6. F12 stops the rotors at any time."),
+    (
+        "Fly a step",
+        "Press Start in the card Excitation (Ctrl+E). The chart shows the step as predicted and as "
+        "flown, with its numbers.",
+    ),
+    (
+        "Move a gain",
+        "Drag the slider of Velocity x Kp. Margins and the predicted step follow; what would make "
+        "a loop unstable does not fly.",
+    ),
+    ("Keep it", "Press Keep (Ctrl+K). Revert (Ctrl+Shift+K) goes back to what was kept last."),
+)
+"""What to do in the first minutes, in a few words, and how, in a sentence."""
+END = "That was it. F1 lists all keys, and First minutes in the menu Help begins again."
+
+
+class Guide(QFrame):
+    """Says what to do next, in a line above the banner, and goes on once it was done.
+
+    Args:
+        flight: that is watched.
+        notices: where the end is told.
+        store: remembers that it was gone through.
+        show_tuning: shows the tuning screen, and returns its gains.
+        parent: in which it stands.
+    """
+
+    def __init__(
+        self,
+        flight: FlightModel,
+        notices: Notices,
+        store: QSettings,
+        show_tuning: Callable[[], "GainEditor | None"],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("guide")
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._notices, self._store, self._show_tuning = notices, store, show_tuning
+        self._stage = len(STAGES)
+        self._excited = False
+        self._gains: GainEditor | None = None
+        self._what, self._how = dressed(QLabel(), "heading"), QLabel()
+        self._how.setWordWrap(True)
+        self.skip = QPushButton("Ski&p")
+        self.skip.setToolTip("Close these hints, and do not show them again")
+        self.skip.clicked.connect(self.end)
+        hbox(self._what, (self._how, 1), self.skip, of=self)
+        flight.viewed.connect(self._follow)
+        self.hide()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether nobody has gone through it, or skipped it."""
+        return str(self._store.value(DONE, False)).lower() != "true"
+
+    def begin(self) -> None:
+        """Begin with the first stage."""
+        self._gains = self._show_tuning()
+        if self._gains is not None:
+            self._enter(0)
+
+    def end(self) -> None:
+        """Go away, for good."""
+        self._stage = len(STAGES)
+        self._store.setValue(DONE, True)
+        self.hide()
+
+    def _enter(self, stage: int) -> None:
+        self._stage, self._excited = stage, False
+        if stage == len(STAGES):
+            self.end()
+            self._notices.inform(END)
+            return
+        what, how = STAGES[stage]
+        self._what.setText(f"{stage + 1} of {len(STAGES)}: {what}")
+        self._how.setText(how)
+        self.setAccessibleName(f"{self._what.text()}. {how}")
+        self.show()
+
+    def _follow(self, view: LiveView) -> None:
+        if self._stage < len(STAGES) and self._is_done(view):
+            self._enter(self._stage + 1)
+
+    def _is_done(self, view: LiveView) -> bool:
+        """Return whether the present stage was done."""
+        assert self._gains is not None
+        match self._stage:
+            case 0:
+                return view.snapshot is not None and view.snapshot.mode in HOVERS
+            case 1:
+                over = self._excited and view.exciting is None and not view.excitation_ended
+                self._excited = view.exciting is not None
+                return over
+            case 2:
+                return bool(self._gains.tried)
+            case _:
+                return not self._gains.tried

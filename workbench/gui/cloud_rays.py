@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.gui.charts.statistics import value_at
+from workbench.gui.poses import Pose, turned
 from workbench.gui.signals import Signals
-from workbench.gui.visualization.frame_tree import Pose
 from workbench.link.topics import PREFIX, Topic
 
 
@@ -79,13 +79,3 @@ def pose_at(signals: Signals, time: float) -> tuple[list[float], list[float]]:
     ]
     known = [value if value == value else 0.0 for value in found]
     return known[:3], known[3:]
-
-
-def turned(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Return the orientation of these angles about x, y and z, fixed axes in this order."""
-    (cr, sr), (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (roll, pitch, yaw))
-    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    made: np.ndarray = about_z @ about_y @ about_x
-    return made

@@ -3,7 +3,6 @@
 import sys
 import threading
 import traceback
-from dataclasses import dataclass
 from types import TracebackType
 
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
@@ -13,17 +12,6 @@ from workbench.gui.notices import Notice, Notices, Severity
 REMEDY = "The window goes on. Reset the flight (Ctrl+R) if it looks wrong; copy the details."
 LONGEST = 200
 """Of an exception's words in the banner, in characters."""
-
-
-@dataclass(frozen=True)
-class CrashNotice(Notice):
-    """A notice of a fault of ours.
-
-    Attributes:
-        details: the trace, for whoever mends it.
-    """
-
-    details: str = ""
 
 
 class CrashGuard(QObject):
@@ -67,13 +55,13 @@ class CrashGuard(QObject):
         words = " ".join(str(error).split())[:LONGEST]
         where = _place(trace)
         what = f"something went wrong in the app: {kind.__name__}: {words}{where}"
-        self._caught.emit(CrashNotice(Severity.FAILURE, what, REMEDY, details))
+        self._caught.emit(Notice(Severity.FAILURE, what, REMEDY, details))
 
     def _catch_in_thread(self, caught: threading.ExceptHookArgs) -> None:
         if caught.exc_value is not None and not issubclass(caught.exc_type, SystemExit):
             self.catch(caught.exc_type, caught.exc_value, caught.exc_traceback)
 
-    def _tell(self, notice: CrashNotice) -> None:
+    def _tell(self, notice: Notice) -> None:
         self._notices.told.emit(notice)
 
 

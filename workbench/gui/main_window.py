@@ -41,9 +41,8 @@ from PyQt6.QtWidgets import (
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import PROGRAMS, SHIPPED
 from workbench.gui.actions import RECENT, SPEEDS, THEMES, fill_menus, make_actions
-from workbench.gui.banner import Banner
+from workbench.gui.banner import Banner, Guide
 from workbench.gui.flight_control import FlightControl, possible
-from workbench.gui.guide import Guide
 from workbench.gui.help import about_page, keys_page
 from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.opener import FileKind, Opener, RecentFiles, fill_recent

@@ -22,11 +22,13 @@ class Notice:
         severity: how much it matters.
         what: happened, as a sentence.
         remedy: what to do about it, "" where there is nothing to do.
+        details: the trace of a fault of ours, for whoever mends it; "" else.
     """
 
     severity: Severity
     what: str
     remedy: str = ""
+    details: str = ""
 
 
 class Notices(QObject):

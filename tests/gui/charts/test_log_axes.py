@@ -9,9 +9,8 @@ from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
 from workbench.gui.charts.decimation import reduce_columns
-from workbench.gui.charts.plot import StaticPlot
-from workbench.gui.charts.scale import Scale
-from workbench.gui.charts.ticks import decade_text, decade_ticks
+from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.charts.ticks import Scale, decade_text, decade_ticks
 
 FREQUENCY = np.logspace(-1.0, 3.0, 401)
 

@@ -7,7 +7,7 @@ from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
 from workbench.gui.charts.curve import COMMAND, CurveStyle
-from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.charts.plots import StaticPlot
 
 TIME = np.linspace(0.0, 2.0, 201)
 

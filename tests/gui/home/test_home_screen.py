@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from workbench.control.mode import FlightMode, Reason
-from workbench.gui.home.rotor_card import RotorState
+from workbench.gui.home.cards import RotorState
 from workbench.gui.instruments.sign import Sign
 from workbench.link import drone_topics
 from workbench.link.backplane import Published

@@ -5,9 +5,14 @@ import math
 import pytest
 
 from workbench.gui.home.attitude_card import heading_text
-from workbench.gui.home.cards import charge_word, simulated_text, wind_text
+from workbench.gui.home.cards import (
+    RotorState,
+    charge_word,
+    rotor_reading,
+    simulated_text,
+    wind_text,
+)
 from workbench.gui.home.home_screen import Turns, range_text
-from workbench.gui.home.rotor_card import RotorState, rotor_reading
 from workbench.gui.home.shown_units import shown_units
 
 

@@ -12,14 +12,14 @@ from workbench.gui.server.server_screen import (
     LONGEST,
     RefusalLog,
     Running,
-    ServerFields,
     Wanted,
     connect_line,
     file_faults,
     fingerprint,
-    keep_fields,
+    keep_config,
     reachable_address,
-    read_fields,
+    read_config,
+    read_port,
     say_counts,
     server_state,
     written_faults,
@@ -40,59 +40,59 @@ def tokens(tmp_path):
 
 @pytest.mark.parametrize("port", ["99999", "-1", "x", "", "7733.5", "²"])
 def test_a_port_that_is_none_is_said_as_the_server_says_it(port):
-    faults = written_faults(ServerFields(port=port))
+    faults = written_faults(ServerConfig(port=read_port(port)))
     assert faults == {"port": f"the port {port} is no number from 0 to 65535"}
 
 
 def test_a_host_that_is_none_is_said_beside_the_host():
-    faults = written_faults(ServerFields(host="my host"))
+    faults = written_faults(ServerConfig(host="my host"))
     assert list(faults) == ["host"]
     assert "is no host" in faults["host"]
-    assert list(written_faults(ServerFields(host=""))) == ["host"]
+    assert list(written_faults(ServerConfig(host=""))) == ["host"]
 
 
 def test_a_host_for_others_wants_tokens(tokens):
-    open_to_all = ServerFields(host="0.0.0.0")
+    open_to_all = ServerConfig(host="0.0.0.0")
     with pytest.raises(WorkbenchError) as refused:
         ServerConfig(host="0.0.0.0").check()
     assert written_faults(open_to_all) == {"token_file": str(refused.value)}
-    assert written_faults(ServerFields(host="0.0.0.0", token_file=tokens)) == {}
+    assert written_faults(ServerConfig(host="0.0.0.0", token_file=tokens)) == {}
 
 
 def test_several_faults_are_said_at_once():
-    faults = written_faults(ServerFields(host="0.0.0.0", port="70000"))
+    faults = written_faults(ServerConfig(host="0.0.0.0", port=70000))
     assert set(faults) == {"port", "token_file"}
 
 
 def test_files_that_cannot_be_used_are_said(tmp_path, tokens):
     missing = str(tmp_path / "none.tokens")
-    assert "cannot be read" in file_faults(ServerFields(token_file=missing))["token_file"]
-    assert file_faults(ServerFields(token_file=tokens)) == {}
-    faults = file_faults(ServerFields(tls_cert=tokens))
+    assert "cannot be read" in file_faults(ServerConfig(token_file=missing))["token_file"]
+    assert file_faults(ServerConfig(token_file=tokens)) == {}
+    faults = file_faults(ServerConfig(tls_cert=tokens))
     assert faults == {"tls_key": "TLS needs a certificate and its key: tls_key is missing"}
-    both = file_faults(ServerFields(tls_cert=tokens, tls_key=tokens))
+    both = file_faults(ServerConfig(tls_cert=tokens, tls_key=tokens))
     assert "no certificate (PEM)" in both["tls_key"]
 
 
 def test_a_pipe_is_not_waited_for(tmp_path):
     subprocess.run(["mkfifo", tmp_path / "pipe"], check=True)
-    faults = file_faults(ServerFields(tls_cert=str(tmp_path / "pipe"), tls_key="x"))
+    faults = file_faults(ServerConfig(tls_cert=str(tmp_path / "pipe"), tls_key="x"))
     assert "no plain file" in faults["tls_cert"]
 
 
 def test_fields_are_kept(tmp_path):
     path = str(tmp_path / "s.ini")
-    written = ServerFields("0.0.0.0", "7800", "a.tokens", "c.pem", "k.pem", False, True)
+    written = ServerConfig("0.0.0.0", 7800, "a.tokens", "c.pem", "k.pem", False, True)
     store = QSettings(path, QSettings.Format.IniFormat)
-    keep_fields(store, written)
+    keep_config(store, written)
     store.sync()
-    assert read_fields(QSettings(path, QSettings.Format.IniFormat)) == written
-    assert read_fields(QSettings(path + "x", QSettings.Format.IniFormat)) == ServerFields()
+    assert read_config(QSettings(path, QSettings.Format.IniFormat)) == written
+    assert read_config(QSettings(path + "x", QSettings.Format.IniFormat)) == ServerConfig()
 
 
-def test_what_is_right_is_what_a_server_is_told():
-    assert ServerFields().config() == ServerConfig()
-    assert ServerFields(port="0", web=True).config() == ServerConfig(port=0, web=True)
+def test_a_port_is_read_as_a_number():
+    assert read_port(str(ServerConfig().port)) == ServerConfig().port
+    assert read_port("0") == 0
 
 
 def test_the_line_to_type_names_what_a_client_needs(tmp_path):

@@ -104,8 +104,8 @@ def test_bad_input_is_said_beside_its_field_as_it_is_typed(workspace, qtbot):
     assert not form.is_right
     again = ServerScreen(workspace)  # as after a new start
     qtbot.addWidget(again)
-    assert again.form.fields.host == "0.0.0.0"
-    assert again.form.fields.port == "7733"
+    assert again.form.config.host == "0.0.0.0"
+    assert again.form.config.port == 7733
 
 
 def test_new_tokens_are_written_for_their_owner_only_and_never_shown(workspace, qtbot, tmp_path):
@@ -114,7 +114,7 @@ def test_new_tokens_are_written_for_their_owner_only_and_never_shown(workspace, 
     path = tmp_path / "new.tokens"
     screen.form.make_tokens(str(path))
     assert path.stat().st_mode & 0o777 == 0o600
-    assert screen.form.fields.token_file == str(path)
+    assert screen.form.config.token_file == str(path)
     assert screen.form.fault("token_file") == ""
     screen.form.make_tokens(str(path))
     assert "is there already" in screen.form.fault("token_file")

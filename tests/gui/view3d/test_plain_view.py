@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from workbench.gui.poses import rotation_of
 from workbench.gui.view3d.scene import Track
 from workbench.gui.view3d.view3d_panel import PlainView
-from workbench.gui.visualization.frame_tree import rotation_of
 from workbench.plant.worlds.outline import Outline
 
 

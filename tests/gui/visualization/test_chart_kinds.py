@@ -10,7 +10,7 @@ from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QComboBox, QDialogButtonBox
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.charts.scale import Scale
+from workbench.gui.charts.ticks import Scale
 from workbench.gui.visualization.derived_signals import Derived
 from workbench.gui.visualization.layouts import (
     KINDS,

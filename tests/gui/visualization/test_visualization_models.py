@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 from workbench.gui.charts.colour_scale import colour_table, colour_words, colours_of
-from workbench.gui.cloud_rays import rays_from, turned
-from workbench.gui.visualization.camera_page import (
+from workbench.gui.cloud_rays import rays_from
+from workbench.gui.poses import poses_in_parent, poses_in_world, turned
+from workbench.gui.visualization.event_list import MOST, EventList
+from workbench.gui.visualization.sensor_pages import (
     BEYOND,
     TOO_NEAR,
-    DepthScale,
+    TOP,
+    Viewpoint,
     depth_colours,
     depth_text,
+    paint_points,
     scale_of,
 )
-from workbench.gui.visualization.cloud_page import TOP, Viewpoint, paint_points
-from workbench.gui.visualization.event_list import MOST, EventList
-from workbench.gui.visualization.frame_tree import poses_in_parent, poses_in_world
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import EVENTS, PARAMETERS, Outfit, drone_topics
 
@@ -34,7 +35,7 @@ def test_a_child_turns_with_its_parent():
 
 @pytest.mark.parametrize("angles", [(0.1, -0.2, 0.3), (-1.0, 0.5, 3.0), (0.0, 0.0, -2.0)])
 def test_angles_make_a_matrix_and_come_back(angles):
-    from workbench.gui.visualization.frame_tree import Pose
+    from workbench.gui.poses import Pose
 
     assert Pose(np.zeros(3), turned(*angles)).roll_pitch_yaw() == pytest.approx(angles)
 
@@ -86,7 +87,7 @@ def test_colours_get_brighter_all_the_way():
 
 def test_depth_beyond_range_and_too_near_are_told_apart():
     depth = np.array([[1.0, 2.0, np.inf], [-np.inf, np.nan, 1.5]], dtype=np.float32)
-    colours = depth_colours(depth, DepthScale(1.0, 2.0), colour_table())
+    colours = depth_colours(depth, (1.0, 2.0), colour_table())
     assert colours[0, 2] == BEYOND
     assert colours[1, 0] == TOO_NEAR
     assert colours[0, 0] == colour_table()[0]
@@ -96,8 +97,8 @@ def test_depth_beyond_range_and_too_near_are_told_apart():
 
 
 def test_the_scale_has_round_ends():
-    assert scale_of(np.array([[1.23, 8.9, np.inf]])) == DepthScale(0.0, 10.0)
-    assert scale_of(np.full((2, 2), np.inf)) == DepthScale(0.0, 1.0)
+    assert scale_of(np.array([[1.23, 8.9, np.inf]])) == (0.0, 10.0)
+    assert scale_of(np.full((2, 2), np.inf)) == (0.0, 1.0)
 
 
 def test_bytes_become_colours():

@@ -9,8 +9,8 @@ from PyQt6.QtGui import QDropEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.visualization.cloud_page import SLANTED, TOP
 from workbench.gui.visualization.layouts import MOST_CHARTS, ChartSpec, read_kept
+from workbench.gui.visualization.sensor_pages import SLANTED, TOP
 from workbench.gui.visualization.signal_tree import MIME
 from workbench.gui.visualization.visualization_screen import VisualizationScreen
 from workbench.link.backplane import Published

@@ -20,9 +20,9 @@ from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
 
 from workbench.gui.charts.content import Axis, Content, Line, Point
 from workbench.gui.charts.curve import make_pen
-from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.ticks import (
+    Scale,
     decade_text,
     decade_ticks,
     decimals_for_step,

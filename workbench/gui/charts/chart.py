@@ -28,14 +28,13 @@ from workbench.gui.charts.content import Axis, Content, Guide, Line
 from workbench.gui.charts.curve import Curve, CurveSet, Extent, Samples
 from workbench.gui.charts.decimation import Peaks
 from workbench.gui.charts.legend import Entry, Legend
-from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.statistics import (
     StatisticsRow,
     StatisticsTable,
     value_at,
     window_statistics,
 )
-from workbench.gui.charts.ticks import decimals_for, round_step
+from workbench.gui.charts.ticks import Scale, decimals_for, round_step
 from workbench.gui.icons import icon
 from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.preferences import Preferences, log_folder

@@ -7,7 +7,7 @@ import numpy as np
 from PyQt6.QtGui import QColor
 
 from workbench.gui.charts.curve import CurveStyle
-from workbench.gui.charts.scale import Scale
+from workbench.gui.charts.ticks import Scale
 from workbench.gui.units import Unit
 
 

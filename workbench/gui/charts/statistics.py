@@ -16,7 +16,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gui.charts.scale import Scale
+from workbench.gui.charts.ticks import Scale
 from workbench.gui.units import Unit
 
 HEADS = {

@@ -164,13 +164,9 @@ class StripChart(Chart):
         self._model.window.show(left, right)
         self._settle()
 
-    def show_clock_times(self) -> None:
-        """Write times as they are, in place of how long ago they are; for what is no flight."""
-        self._model.times_ago = False
-
-    def show_times_ago(self) -> None:
-        """Write how long ago samples are."""
-        self._model.times_ago = True
+    def set_times_ago(self, ago: bool) -> None:
+        """Write how long ago samples are, or, for what is no flight, their times as they are."""
+        self._model.times_ago = ago
 
     def _commands(self) -> list[Command]:
         return [

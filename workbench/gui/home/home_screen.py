@@ -11,10 +11,9 @@ from PyQt6.QtWidgets import QApplication, QScrollArea, QWidget
 
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.home.attitude_card import AttitudeCard
-from workbench.gui.home.cards import BatteryCard, Card, ClockCard, ConditionCard
+from workbench.gui.home.cards import BatteryCard, Card, ClockCard, ConditionCard, RotorCard
 from workbench.gui.home.gps_card import GpsCard
 from workbench.gui.home.lidar_card import LidarCard
-from workbench.gui.home.rotor_card import RotorCard
 from workbench.gui.home.route import Route
 from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits, shown_units

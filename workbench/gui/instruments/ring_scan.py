@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.gui.cloud_rays import rays_from
 from workbench.link.topics import Topic
 
 SECTORS = 120
@@ -53,13 +54,9 @@ class RingScan:
 
     def __init__(self, topic: Topic) -> None:
         about: Any = topic.about
+        rays = rays_from(about)
         self._ranges_at = topic.fields[0].size
-        azimuths, elevations = (_angles(about[name]) for name in ("azimuths", "elevations"))
-        level = np.cos(elevations)[:, None]
-        z = np.broadcast_to(np.sin(elevations)[:, None], (len(elevations), len(azimuths)))
-        in_sensor = [level * np.cos(azimuths), level * np.sin(azimuths), z]
-        directions_S = np.stack(in_sensor, axis=-1).reshape(-1, 3)
-        directions = directions_S @ np.array(about["R_BS"], dtype=float).T
+        directions = rays.directions_S @ rays.sensor_in_B.R.T
         bearings = np.arctan2(directions[:, 1], directions[:, 0])
         sectors = np.round(bearings / (2.0 * math.pi / SECTORS)).astype(int) % SECTORS
         # Rays in the order of their sectors, so that the least of each is one reduction.
@@ -67,7 +64,7 @@ class RingScan:
         self._sectors, self._first = np.unique(sectors[self._order], return_index=True)
         self._directions = directions[self._order]
         self._level = np.hypot(self._directions[:, 0], self._directions[:, 1])
-        self._p_BS = np.array(about["p_BS"], dtype=float)
+        self._p_BS = rays.sensor_in_B.p
         self.least, self.most = (float(bound) for bound in about["range"])
 
     def ring(self, payload: bytes, height: float, down_B: Sequence[float]) -> Ring:
@@ -118,9 +115,3 @@ def down_of(q_WB: Sequence[float]) -> tuple[float, float, float]:
         -2.0 * (y * z + w * x),
         -(1.0 - 2.0 * (x * x + y * y)),
     )
-
-
-def _angles(said: Sequence[float]) -> np.ndarray:
-    """Return evenly spaced angles of their first, step and count [rad]."""
-    first, step, count = said
-    return first + step * np.arange(int(count))

@@ -4,7 +4,7 @@ import hashlib
 import ssl
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
@@ -36,7 +36,7 @@ from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed, set_class
 from workbench.gui.typed_number import read_whole_number
 from workbench.gui.workspace import Workspace
-from workbench.link.address import DEFAULT_PORT, LOOPBACK, Address, parse_address
+from workbench.link.address import Address, parse_address
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import ServerStatus
 from workbench.link.client_tls import FINGERPRINT
@@ -52,6 +52,8 @@ NO_PAGE = "Tick the page for phones to watch and fly in a browser, too."
 FILE_HINT = "FILE: a copy of the tokens."
 PHONE_HINT = "A phone in the same network opens the page by this code."
 LOCAL_HINT = "Only this machine opens the page; for a phone, listen at 0.0.0.0 with tokens."
+KEPT = ("host", "port", "token_file", "tls_cert", "tls_key", "allow_commands", "web")
+"""What of a configuration the form says."""
 GROUP = "server"
 AFTER_TYPING = 250
 """Files are looked for when no key was pressed for so long [ms]."""
@@ -229,48 +231,17 @@ def _copy(text: str) -> None:
         clipboard.setText(text)
 
 
-@dataclass(frozen=True)
-class ServerFields:
-    """The form as it is written; the names are those of its fields.
-
-    Attributes:
-        host: where to listen.
-        port: of TCP, as a text.
-        token_file: path, "" without login.
-        tls_cert: path of the certificate, "" without TLS.
-        tls_key: path of its key.
-        allow_commands: whether clients may fly.
-        web: whether a page for phones is served.
-    """
-
-    host: str = LOOPBACK
-    port: str = str(DEFAULT_PORT)
-    token_file: str = ""
-    tls_cert: str = ""
-    tls_key: str = ""
-    allow_commands: bool = True
-    web: bool = False
-
-    def config(self) -> ServerConfig:
-        """Return what a server is to do; its `check` says whether it can be had."""
-        try:
-            port: int | str = read_whole_number(self.port)
-        except WorkbenchError:
-            port = self.port
-        return ServerConfig(
-            host=self.host,
-            port=port,  # type: ignore[arg-type]
-            token_file=self.token_file,
-            tls_cert=self.tls_cert,
-            tls_key=self.tls_key,
-            allow_commands=self.allow_commands,
-            web=self.web,
-        )
+def read_port(text: str) -> int | str:
+    """Return a port as a number; as it is written where it is none, which `check` refuses."""
+    try:
+        return read_whole_number(text)
+    except WorkbenchError:
+        return text
 
 
-def written_faults(fields: ServerFields) -> Mapping[str, str]:
+def written_faults(config: ServerConfig) -> Mapping[str, str]:
     """Return what is wrong, by field, without a look at any file."""
-    config, faults = fields.config(), {}
+    faults = {}
     if said := _refusal(ServerConfig(port=config.port).check):
         faults["port"] = said
     if said := _refusal(ServerConfig(host=config.host).check):
@@ -283,9 +254,9 @@ def written_faults(fields: ServerFields) -> Mapping[str, str]:
     return faults
 
 
-def file_faults(fields: ServerFields) -> Mapping[str, str]:
+def file_faults(config: ServerConfig) -> Mapping[str, str]:
     """Return what is wrong with files that are named, by field; they are small, and read here."""
-    config, faults = fields.config(), {}
+    faults = {}
     if said := _no_plain_file(config.token_file) or _refusal(config.tokens):
         faults["token_file"] = said
     if said := _no_plain_file(config.tls_cert):
@@ -295,19 +266,20 @@ def file_faults(fields: ServerFields) -> Mapping[str, str]:
     return faults
 
 
-def read_fields(store: QSettings) -> ServerFields:
-    """Return the fields as they were kept, or the defaults."""
-    found: dict[str, str | bool] = {}
-    for name, default in asdict(ServerFields()).items():
+def read_config(store: QSettings) -> ServerConfig:
+    """Return what the form said when it was kept, or the default."""
+    found: dict[str, str | int] = {}
+    for name in KEPT:
+        default = getattr(ServerConfig, name)
         kept = str(store.value(f"{GROUP}/{name}", default))
         found[name] = kept.lower() == "true" if isinstance(default, bool) else kept
-    return ServerFields(**found)  # type: ignore[arg-type]
+    return ServerConfig(**found | {"port": read_port(str(found["port"]))})  # type: ignore[arg-type]
 
 
-def keep_fields(store: QSettings, fields: ServerFields) -> None:
-    """Keep the fields for the next start; of tokens and keys only the paths."""
-    for name, value in asdict(fields).items():
-        store.setValue(f"{GROUP}/{name}", value)
+def keep_config(store: QSettings, config: ServerConfig) -> None:
+    """Keep what the form says for the next start; of tokens and keys only the paths."""
+    for name in KEPT:
+        store.setValue(f"{GROUP}/{name}", getattr(config, name))
 
 
 def _no_plain_file(path: str) -> str:
@@ -358,7 +330,6 @@ class ServerForm(QWidget):
         self._grid.setHorizontalSpacing(8)
         self._grid.setVerticalSpacing(4)
         self._grid.setColumnStretch(1, 1)
-        kept = read_fields(store)
         self._add("host", "&Host", "127.0.0.1 for this machine only, 0.0.0.0 for all networks")
         self._add("port", "P&ort", "TCP port, 0 to 65535; 0 takes a free one")
         self._add("token_file", "&Tokens", "file of two tokens, to watch and to fly")
@@ -377,7 +348,7 @@ class ServerForm(QWidget):
         self._grid.addLayout(ticks, self._grid.rowCount(), 1, 1, 2)
         self._grid.setRowStretch(self._grid.rowCount(), 1)
         self._timer = single_shot(self._look_at_files, self, AFTER_TYPING)
-        self._show(kept)
+        self._show(read_config(store))
         for line in self.lines.values():
             line.textChanged.connect(self._written)
             line.returnPressed.connect(self.entered)
@@ -386,11 +357,11 @@ class ServerForm(QWidget):
         self._look_at_files()
 
     @property
-    def fields(self) -> ServerFields:
-        """What is written."""
+    def config(self) -> ServerConfig:
+        """What is written; its `check` says whether it can be had."""
         texts = {name: line.text().strip() for name, line in self.lines.items()}
-        return ServerFields(
-            **texts,
+        return ServerConfig(
+            **texts | {"port": read_port(texts["port"])},  # type: ignore[arg-type]
             allow_commands=self.allow_commands.isChecked(),
             web=self.web.isChecked(),
         )
@@ -483,18 +454,18 @@ class ServerForm(QWidget):
         dialog.selectFile("link.tokens")
         show_file_dialog(dialog, self.make_tokens)
 
-    def _show(self, fields: ServerFields) -> None:
+    def _show(self, config: ServerConfig) -> None:
         for name, line in self.lines.items():
-            line.setText(getattr(fields, name))
+            line.setText(str(getattr(config, name)))
             line.setCursorPosition(0)
-        self.allow_commands.setChecked(fields.allow_commands)
-        self.web.setChecked(fields.web)
+        self.allow_commands.setChecked(config.allow_commands)
+        self.web.setChecked(config.web)
 
     def _written(self) -> None:
         """Say at once what is wrong with what is written, and look at files a little later."""
-        fields = self.fields
-        keep_fields(self._store, fields)
-        faults = written_faults(fields)
+        config = self.config
+        keep_config(self._store, config)
+        faults = written_faults(config)
         for name in ("host", "port", "token_file"):
             self._say(name, faults.get(name, ""))
         self._timer.start()
@@ -502,8 +473,8 @@ class ServerForm(QWidget):
 
     def _look_at_files(self) -> None:
         self._timer.stop()
-        fields = self.fields
-        faults = {**file_faults(fields), **written_faults(fields)}
+        config = self.config
+        faults = {**file_faults(config), **written_faults(config)}
         for name in self.lines:
             self._say(name, faults.get(name, ""))
         self.changed.emit()
@@ -809,7 +780,7 @@ class ServerScreen(Screen):
     def start(self) -> None:
         """Start the server, if what is written is right."""
         if self.start_button.isEnabled() and self.form.check():
-            self.control.start(self.form.fields.config())
+            self.control.start(self.form.config)
 
     def _show_state(self) -> None:
         """Show whether it runs, and let only that be pressed that has an effect."""

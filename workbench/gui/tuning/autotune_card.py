@@ -26,7 +26,7 @@ from workbench.control.controller import Controller, load_controller
 from workbench.design.metrics import WISHED
 from workbench.design.tune.wish import groups_of, parse_wish, subjects_of
 from workbench.gui.charts.curve import CurveStyle
-from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.number_field import buddy
 from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped

@@ -11,8 +11,8 @@ from PyQt6.QtWidgets import QGridLayout, QWidget
 from workbench.design.judge.margins import LoopMargins
 from workbench.gui.charts.content import Guide
 from workbench.gui.charts.curve import CurveStyle
-from workbench.gui.charts.plot import StaticPlot
-from workbench.gui.charts.scale import Scale
+from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.charts.ticks import Scale
 from workbench.gui.tuning.drawn_loop import DrawnLoop, counting
 from workbench.gui.tuning.limit_table import Limit, find_limit
 from workbench.gui.tuning.loop_marks import (

@@ -22,8 +22,8 @@ from PyQt6.QtWidgets import (
 
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.legend import Entry, Legend
-from workbench.gui.charts.plot import StaticPlot
-from workbench.gui.charts.scale import Scale
+from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.charts.ticks import Scale
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_editor import SLOTS
 from workbench.gui.single_shot import single_shot

@@ -12,7 +12,7 @@ from workbench.analysis.questions import Fork, Question, Step
 from workbench.analysis.replies import Forked, StepNumbers
 from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.charts.curve import CurveStyle
-from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.number_field import NumberField, buddy

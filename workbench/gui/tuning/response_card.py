@@ -13,7 +13,7 @@ from pyqtgraph.functions import arrayToQPolygonF
 from workbench.analysis.questions import Step
 from workbench.analysis.replies import Predicted, StepNumbers
 from workbench.gui.charts.curve import COMMAND, CurveStyle
-from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.designs import Designs

@@ -8,7 +8,7 @@ from PyQt6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QPushButton, QW
 from workbench.analysis.questions import FlyAgain
 from workbench.analysis.replies import FlownAgain
 from workbench.gui.charts.curve import COMMAND, CurveStyle
-from workbench.gui.charts.plot import StaticPlot
+from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
 from workbench.gui.number_field import buddy
 from workbench.gui.preferences import log_folder

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from PyQt6.QtCore import QObject, pyqtSignal
 
+from workbench.gui.poses import turned
 from workbench.gui.visualization.log_messages import LogContents
 
 SOURCES = ("position_data", "estimate")
@@ -30,14 +31,9 @@ class Track:
 
     def at(self, time: float) -> np.ndarray:
         """Return the pose X_WB at a time, the nearest one beyond the ends (4, 4) [m]."""
-        roll, pitch, yaw = (np.interp(time, self.time, each) for each in self.roll_pitch_yaw.T)
-        (cr, sr), (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (roll, pitch, yaw))
         pose = np.eye(4)
-        pose[:3, :3] = [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
+        angles = (float(np.interp(time, self.time, each)) for each in self.roll_pitch_yaw.T)
+        pose[:3, :3] = turned(*angles)
         pose[:3, 3] = [np.interp(time, self.time, each) for each in self.p_WB.T]
         return pose
 

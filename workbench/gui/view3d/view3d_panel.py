@@ -41,10 +41,10 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.system_libraries import remedy
 from workbench.gui.cloud_rays import CloudRays, find_rays, newest_points
 from workbench.gui.layout import NO_MARGINS, FlowLayout, vbox
+from workbench.gui.poses import rotation_of
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.view3d.scene import Track
-from workbench.gui.visualization.frame_tree import rotation_of
 from workbench.gui.workspace import Workspace
 from workbench.live.arrows import STILL, arrows, disc_radius
 from workbench.live.messages import Phase

@@ -23,9 +23,9 @@ from workbench.common.errors import WorkbenchError
 from workbench.design.response_metrics import LAST_PART, SETTLED, crossing_time
 from workbench.design.step_responses import StepResponse
 from workbench.gui.charts.curve import COMMAND, LIMIT, Curve, CurveStyle, Samples, source_of
-from workbench.gui.charts.scale import Scale
+from workbench.gui.charts.plots import LimitLine, SpectrumChart, StepChart, XYChart
 from workbench.gui.charts.strip_chart import StripChart, TimeView
-from workbench.gui.charts.window_charts import LimitLine, SpectrumChart, StepChart, XYChart
+from workbench.gui.charts.ticks import Scale
 from workbench.gui.layout import vbox
 from workbench.gui.style import set_class
 from workbench.gui.visualization.derived_signals import SeriesSource
@@ -505,7 +505,7 @@ class ChartBoard(QWidget):
         self._now = 0.0
         self._view: TimeView | None = None
         self._takes_view = False
-        self._shows_clock = False
+        self._times_ago = True
         self._overlays: tuple[Overlay, ...] = ()
         self._limits: SpecContents | None = None
         self._grid = QGridLayout(self)
@@ -546,11 +546,16 @@ class ChartBoard(QWidget):
         if self._panes:
             self._use(self._panes[0])
 
-    def show_source(self, source: SeriesSource) -> None:
-        """Show the same signals of another source, following it."""
-        self._source = source
+    def show_source(self, source: SeriesSource, *, times_ago: bool) -> None:
+        """Show the same signals of another source, following it.
+
+        Args:
+            source: of the signals.
+            times_ago: whether to write how long ago samples are, and not their times.
+        """
+        self._source, self._times_ago = source, times_ago
         for pane in self._panes:
-            self._write_times(pane)
+            pane.chart.set_times_ago(self._times_ago)
             pane.show_signals(pane.spec.signals, source)
         if self._view is not None:
             span = self._workspace.preferences.number("chart_seconds")
@@ -641,14 +646,6 @@ class ChartBoard(QWidget):
     def _is_standing(self) -> bool:
         return self._view is not None and not self._view.follows
 
-    def write_clock_times(self) -> None:
-        """Write times as a log has them."""
-        self._shows_clock = True
-
-    def write_times_ago(self) -> None:
-        """Write how long ago samples are."""
-        self._shows_clock = False
-
     def show_window(self, left: float, right: float) -> None:
         """Let all charts stand at a part of time [s]."""
         view = self._view_now()
@@ -722,7 +719,7 @@ class ChartBoard(QWidget):
     def _link(self, pane: ChartPane) -> None:
         """Let a new chart show what the others show, and the others what it shows."""
         chart = pane.chart
-        self._write_times(pane)
+        pane.chart.set_times_ago(self._times_ago)
         if self._view is not None:
             self._takes_view = True
             chart.take_view(self._view)
@@ -748,12 +745,6 @@ class ChartBoard(QWidget):
                 each.chart.show_time(time)
             elif isinstance(each.chart, StripChart) and each is not pane:
                 each.chart.set_cursor(time)
-
-    def _write_times(self, pane: ChartPane) -> None:
-        if self._shows_clock:
-            pane.chart.show_clock_times()
-        else:
-            pane.chart.show_times_ago()
 
     def _use(self, pane: ChartPane) -> None:
         self._used = pane

@@ -276,21 +276,16 @@ class ChartsPage(QWidget):
         self._topics = topics
         if self._base is self._live:
             self._show_catalog()
-            self.board.show_source(self._source)
+            self.board.show_source(self._source, times_ago=True)
             self.pause.setChecked(False)
 
     def show_source(self, source: SeriesSource | None) -> None:
         """Show the series of a log, None for those of the flight."""
-        if source is None:
-            self._base = self._live
-            self.board.write_times_ago()
-        else:
-            self._base = source
-            self.board.write_clock_times()
+        self._base = source or self._live
         self._source = self._with_own(self._base)
         self.pause.setChecked(False)
         self._show_catalog()
-        self.board.show_source(self._source)
+        self.board.show_source(self._source, times_ago=source is None)
 
     def _with_own(self, source: SeriesSource) -> WithDerived:
         return WithDerived(source, (*DERIVED, *self._own))

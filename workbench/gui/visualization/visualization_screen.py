@@ -17,6 +17,7 @@ from PyQt6.QtWidgets import (
     QFrame,
     QHeaderView,
     QLabel,
+    QLineEdit,
     QMenu,
     QProgressBar,
     QPushButton,
@@ -24,6 +25,8 @@ from PyQt6.QtWidgets import (
     QTableWidget,
     QTableWidgetItem,
     QTabWidget,
+    QTreeWidget,
+    QTreeWidgetItem,
     QWidget,
 )
 
@@ -32,20 +35,148 @@ from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
 from workbench.gui.help import explain
 from workbench.gui.layout import NO_MARGINS, hbox, vbox
+from workbench.gui.poses import (
+    frame_pairs,
+    poses_in_parent,
+    poses_in_world,
+)
 from workbench.gui.preferences import log_folder
 from workbench.gui.screens import Screen
 from workbench.gui.style import set_class
-from workbench.gui.visualization.camera_page import CameraPage
+from workbench.gui.units import unit_for
 from workbench.gui.visualization.charts_page import ChartsPage
-from workbench.gui.visualization.cloud_page import CloudPage
 from workbench.gui.visualization.event_list import MOST, Event, EventList
-from workbench.gui.visualization.frames_page import FramesPage
 from workbench.gui.visualization.log_messages import LogContents, Progress, SpecContents
+from workbench.gui.visualization.sensor_pages import CameraPage, CloudPage
 from workbench.gui.workspace import Workspace
 from workbench.ipc.worker_process import WorkerProcess
 from workbench.link.backplane import Published
-from workbench.link.topics import Topic
+from workbench.link.topics import PREFIX, Topic
 from workbench.live.view import LiveView
+
+EVERY = 0.1
+"""Digits that change faster cannot be read [s]."""
+HEADS = ("Frame", "x", "y", "z", "Roll", "Pitch", "Yaw", "x in W", "y in W", "z in W")
+
+
+class FramesPage(QWidget):
+    """Tree of frames.
+
+    Args:
+        workspace: signals and units.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._pairs: tuple[tuple[str, str], ...] = ()
+        self._items: dict[str, QTreeWidgetItem] = {}
+        self._shown = -1.0
+        label = QLabel("Find fra&me")
+        self.search = QLineEdit()
+        self.search.setClearButtonEnabled(True)
+        self.search.setPlaceholderText("part of a name")
+        self.search.setAccessibleName("Find frame")
+        label.setBuddy(self.search)
+        self.tree = QTreeWidget()
+        self.tree.setColumnCount(len(HEADS))
+        self.tree.setAccessibleName("Frames: pose in the parent, and place in W")
+        self.tree.setUniformRowHeights(True)
+        head = self.tree.header()
+        if head is not None:
+            head.setStretchLastSection(False)
+            head.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+            head.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
+            head.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.hint = QLabel("No flight has told its frames yet.")
+        vbox(
+            label, self.search, self.hint, (self.tree, 1), of=self, margins=(0, 8, 0, 0), spacing=6
+        )
+        self.search.textChanged.connect(self._filter)
+        self._name_columns()
+        workspace.preferences.changed.connect(self._on_preference)
+
+    def begin(self, topics: tuple[Topic, ...]) -> None:
+        """Show the frames of a flight that begins."""
+        topic = next((each for each in topics if each.name == f"{PREFIX}frames"), None)
+        self._pairs = frame_pairs(topic.about) if topic is not None else ()
+        self._items.clear()
+        self.tree.clear()
+        self._shown = -1.0
+        root = self.tree.invisibleRootItem()
+        for parent, child in self._pairs:
+            if parent not in self._items and root is not None:
+                self._items[parent] = QTreeWidgetItem(root, [parent])
+            self._items[child] = QTreeWidgetItem(self._items[parent], [child])
+        for item in self._items.values():
+            for column in range(1, len(HEADS)):
+                side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                item.setTextAlignment(column, side)
+        self.tree.expandAll()
+        self.hint.setVisible(not self._pairs)
+        self._name_columns()
+        self._filter(self.search.text())
+
+    def refresh(self, now: float) -> None:
+        """Show the newest poses."""
+        if self._shown <= now < self._shown + EVERY:
+            return
+        numbers = self._workspace.signals.newest("frames").get("poses")
+        if not isinstance(numbers, tuple):
+            return
+        self._shown = now
+        poses = poses_in_parent(numbers)
+        world = poses_in_world(self._pairs, poses)
+        angle = unit_for("rad", self._workspace.preferences)
+        for (_, child), pose in zip(self._pairs, poses, strict=False):
+            angles = (angle.shown(each) for each in pose.roll_pitch_yaw())
+            texts = [
+                *(number_text(each, 3) for each in pose.p),
+                *(number_text(each, 2) for each in angles),
+                *(number_text(each, 3) for each in world[child].p),
+            ]
+            self._write(self._items[child], texts)
+
+    def _write(self, item: QTreeWidgetItem, texts: list[str]) -> None:
+        for column, text in enumerate(texts, 1):
+            if item.text(column) != text:
+                item.setText(column, text)
+
+    def _on_preference(self, name: str) -> None:
+        if name == "angle_unit":
+            self._shown = -1.0
+            self._name_columns()
+
+    def _name_columns(self) -> None:
+        angle = unit_for("rad", self._workspace.preferences).symbol
+        self.tree.setHeaderLabels(
+            [
+                HEADS[0],
+                *(f"{name} m" for name in HEADS[1:4]),
+                *(f"{name} {angle}" for name in HEADS[4:7]),
+                *(f"{name} m" for name in HEADS[7:]),
+            ]
+        )
+        head = self.tree.headerItem()
+        if head is not None:
+            head.setTextAlignment(0, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+            for column, name in enumerate(HEADS[1:7], 1):
+                head.setToolTip(column, f"{name} in the parent frame")
+
+    def _filter(self, text: str) -> None:
+        """Hide what has not the text in its name, nor anything below it."""
+        wanted = text.lower()
+        for item in self._items.values():
+            item.setHidden(not _has(item, wanted))
+
+
+def _has(item: QTreeWidgetItem, wanted: str) -> bool:
+    below = (item.child(index) for index in range(item.childCount()))
+    return wanted in item.text(0).lower() or any(
+        _has(each, wanted) for each in below if each is not None
+    )
+
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 STEP = 0.1

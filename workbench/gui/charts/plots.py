@@ -1,10 +1,13 @@
-"""Charts of signals in a part of time: spectra, responses to steps, and signals over each other."""
+"""Charts of finished curves, and those made of signals in a part of time.
 
+These are spectra, responses to steps, and signals over each other.
+"""
+
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
@@ -14,7 +17,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_responses import StepResponse, step_responses
 from workbench.gui.answers import Answers
-from workbench.gui.charts.chart import Chart, Column, Command, Ends, round_ends
+from workbench.gui.charts.chart import SEPARATOR, Chart, Column, Command, Ends, round_ends
 from workbench.gui.charts.content import Axis, Content, Line, Point
 from workbench.gui.charts.curve import (
     COMMAND,
@@ -28,12 +31,11 @@ from workbench.gui.charts.curve import (
     Source,
     source_of,
 )
+from workbench.gui.charts.decimation import Peaks
 from workbench.gui.charts.legend import Entry
-from workbench.gui.charts.plot import StaticPlot
-from workbench.gui.charts.scale import Scale
 from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.strip_chart import TimeView
-from workbench.gui.charts.ticks import number_text
+from workbench.gui.charts.ticks import Scale, number_text
 from workbench.gui.layout import hbox
 from workbench.gui.style import set_class
 from workbench.gui.units import Unit, unit_for
@@ -46,6 +48,143 @@ from workbench.logs.spectrum import (
     density_unit,
     power_spectrum,
 )
+
+ROUNDING = 1e-9
+"""Share of a value that comes back from its logarithm, or more."""
+
+
+class StaticPlot(Chart):
+    """Shows named curves over a common axis; what is set is drawn once, a little later.
+
+    Args:
+        workspace: colours, units and preferences.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+        super().__init__(workspace, 1e-3, "Plot", parent)
+        self._unit = ""
+        self._ends: tuple[float, float] | None = None
+        self._model.hint = "Nothing to show yet"
+        self._model.window.show(*self._wanted_ends())
+        self._shown_ends = self.window_ends
+
+    def set_curve(
+        self,
+        name: str,
+        time: np.ndarray,
+        values: np.ndarray,
+        style: CurveStyle = CurveStyle.SOLID,
+        colour: int = 0,
+    ) -> None:
+        """Set a curve, or replace the one of that name; the arrays are kept, not copied.
+
+        Args:
+            name: in the legend.
+            time: of the samples (n), rising [s].
+            values: (n), in the SI unit of the axis.
+            style: of its stroke.
+            colour: its number, `COMMAND` for that of commands.
+        """
+        source, curve = source_of(time, values), self._find(name)
+        if curve is None:
+            self._model.curves.add(name, self._unit, source, colour, style)
+        else:
+            curve.source, curve.style, curve.colour, curve.peaks = source, style, colour, Peaks()
+        self._curves_changed()
+
+    def remove_curve(self, name: str) -> None:
+        """Remove a curve; nothing happens where there is none of that name."""
+        curve = self._find(name)
+        if curve is not None:
+            self._model.curves.remove(curve)
+            self._curves_changed()
+
+    def clear(self) -> None:
+        """Remove all curves."""
+        for curve in self.curves:
+            self._model.curves.remove(curve)
+        self._curves_changed()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the curves."""
+        return tuple(curve.label for curve in self.curves)
+
+    def set_axes(self, x_name: str, y_label: str, unit: str = "", x_unit: str = "s") -> None:
+        """Name the axes.
+
+        Args:
+            x_name: of what is below.
+            y_label: of the values, without their unit.
+            unit: SI, of the values; it is shown as the user prefers.
+            x_unit: of what is below, as it is shown.
+        """
+        self._model.x_name, self._model.x_unit = x_name, x_unit
+        self._model.y_label, self._unit = y_label, unit
+        for curve in self.curves:
+            curve.unit = unit
+        self._curves_changed()
+
+    def set_window(self, left: float, right: float) -> None:
+        """Show a part of time [s]."""
+        self._ends = (left, right) if right > left else None
+        self._shown_ends = self.window_ends
+        self._curves_changed()
+
+    def set_scales(self, x: Scale = Scale.LINEAR, y: Scale = Scale.LINEAR) -> None:
+        """Lay out the axes by a scale each, and show all of all curves."""
+        self._model.set_scales(x, y)
+        self._ends = None
+        self._model.window.show(*self._wanted_ends())
+        self._shown_ends = self.window_ends
+        self._curves_changed()
+
+    def reset(self) -> None:
+        """Show all of all curves."""
+        self._ends = None
+        self._shown_ends = self.window_ends
+        self._model.window.release_values()
+        self._settle()
+
+    def redraw(self) -> None:
+        """Draw anew, and write all numbers."""
+        if self.window_ends == self._shown_ends:  # nobody has zoomed
+            self._model.window.show(*self._wanted_ends())
+            self._shown_ends = self.window_ends
+        self._model.window.forget_ranges()
+        super().redraw()
+
+    def _commands(self) -> list[Command]:
+        show_all = Command("Show all", "Esc Home", lambda _: self.reset())
+        return [show_all, SEPARATOR, *super()._commands()]
+
+    def _find(self, name: str) -> Curve | None:
+        return next((each for each in self.curves if each.label == name), None)
+
+    def _wanted_ends(self) -> tuple[float, float]:
+        if self._ends is not None:
+            return self._ends
+        scale = self._model.window.x_scale
+        seen = [each.samples(-np.inf)[0] for each in self.curves if each.visible]
+        if scale is Scale.LOGARITHMIC:
+            seen = [time[time > 0.0] for time in seen]
+        times = [time for time in seen if len(time)]
+        left = min((float(time[0]) for time in times), default=scale.value_of(0.0))
+        right = max((float(time[-1]) for time in times), default=scale.value_of(1.0))
+        if scale is Scale.LOGARITHMIC:  # whose ends are rounded, which is to leave no sample out
+            left, right = left * (1.0 - ROUNDING), right * (1.0 + ROUNDING)
+        return left, right if right > left else scale.value_of(scale.place(left) + 1.0)
+
+    def _stand(self, note: str) -> None:
+        """Do nothing: it always stands still."""
+
+    def _entries(self) -> list[Entry]:
+        """Return the legend: without a cursor, no value is newer than the others."""
+        entries = super()._entries()
+        if self.cursor_time is None:
+            return [dataclasses.replace(each, value="") for each in entries]
+        return entries
 
 
 class WindowPlot(StaticPlot):
@@ -157,10 +296,7 @@ class WindowPlot(StaticPlot):
         """Make the curves from the signals."""
         raise NotImplementedError
 
-    def show_clock_times(self) -> None:
-        """Do nothing: it shows no times."""
-
-    def show_times_ago(self) -> None:
+    def set_times_ago(self, ago: bool) -> None:
         """Do nothing: it shows no times."""
 
     def samples(self, curve: Curve) -> Samples:
@@ -180,14 +316,6 @@ AVERAGES = (1, 2, 4, 8, 16, 32, 64)
 _WINDOW_NAMES = {"hann": "Hann", "hamming": "Hamming", "flattop": "Flat top", "boxcar": "Boxcar"}
 _DETREND_NAMES = {"constant": "Mean off", "linear": "Line off", "none": "As it is"}
 BOTH = Scale.LOGARITHMIC, Scale.LOGARITHMIC
-
-
-class _Sampled(NamedTuple):
-    """A signal in a part of time: its label, times [s] and values."""
-
-    label: str
-    time: np.ndarray
-    values: np.ndarray
 
 
 class SpectrumChart(WindowPlot):
@@ -248,7 +376,7 @@ class SpectrumChart(WindowPlot):
             return
         self._waits = True
         sampled = [
-            _Sampled(each.label, *(part.copy() for part in self.samples(each)))
+            Column(each.label, each.unit, *(part.copy() for part in self.samples(each)))
             for each in self.signals
         ]
         signals, part = self.signals, self.part
@@ -321,7 +449,7 @@ class SpectrumChart(WindowPlot):
         column.insertWidget(3, self.said)
 
 
-def _spectra(sampled: list[_Sampled], welch: Welch) -> list[Spectrum | str]:
+def _spectra(sampled: list[Column], welch: Welch) -> list[Spectrum | str]:
     """Return the spectrum of each signal, or a sentence why it has none."""
     found: list[Spectrum | str] = []
     for each in sampled:

@@ -1,9 +1,11 @@
-"""The tree of a vehicle's frames with their poses."""
+"""Poses of frames, and the tree of a vehicle's frames."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from workbench.systems.sensors.mounting import rotation
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,17 @@ HOME = Pose(np.zeros(3), np.eye(3))
 
 def rotation_of(q: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the matrix of a quaternion w, x, y, z, normalised."""
-    w, x, y, z = np.asarray(q, dtype=float) / max(float(np.linalg.norm(q)), 1e-12)
+    return rotation(np.asarray(q, dtype=float) / max(float(np.linalg.norm(q)), 1e-12))
+
+
+def turned(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Return the orientation of these angles about x, y and z, fixed axes in this order."""
+    (cr, sr), (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (roll, pitch, yaw))
     return np.array(
         [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
         ]
     )
 
