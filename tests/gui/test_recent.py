@@ -11,7 +11,7 @@ from workbench.common.resources import (
     list_scenarios,
     list_worlds,
 )
-from workbench.gui.opener import KEY, MOST, FileKind, Recent, RecentFiles, kind_of
+from workbench.gui.opener import KEY, MOST, FileKind, RecentFiles, kind_of
 
 
 @pytest.fixture
@@ -40,8 +40,8 @@ def test_the_newest_comes_first_and_none_twice(store, file):
     ):
         recent.add(kind, str(path))
     assert recent.files() == (
-        Recent(FileKind.SCENARIO, str(one)),
-        Recent(FileKind.LOG, str(two)),
+        (FileKind.SCENARIO, str(one)),
+        (FileKind.LOG, str(two)),
     )
 
 
@@ -50,7 +50,7 @@ def test_they_are_there_at_the_next_start(store, file, tmp_path):
     RecentFiles(store).add(FileKind.WORLD, str(path))
     store.sync()
     again = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
-    assert RecentFiles(again).files() == (Recent(FileKind.WORLD, str(path)),)
+    assert RecentFiles(again).files() == ((FileKind.WORLD, str(path)),)
 
 
 def test_what_is_gone_vanishes(store, file):

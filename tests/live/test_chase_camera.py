@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from workbench.live.picture import CAMERA_FARTHEST, CAMERA_NEAREST, ORBIT, ChaseCamera
+from workbench.live.picture import CAMERA_FARTHEST, CAMERA_NEAREST, ORBIT, move_camera, place_camera
 from workbench.session.session import Session
 
 
@@ -26,7 +26,7 @@ def test_the_drone_is_where_it_looks_and_what_the_mouse_turns_around():
     session.command(velocity=[2.0, 0.0, 0.0])
     session.tick(1.0)
     snapshot = session.snapshot()
-    ChaseCamera(camera, 0.25).follow(snapshot)
+    move_camera(camera, np.array(snapshot.p_WB))
     assert camera.target == pytest.approx(snapshot.p_WB)
     assert camera.orbit[0] == ORBIT
     assert camera.orbit[1] == pytest.approx(snapshot.p_WB)
@@ -38,11 +38,11 @@ def test_the_drone_is_where_it_looks_and_what_the_mouse_turns_around():
 )
 def test_it_stands_as_far_off_as_the_drone_is_large(reach, distance):
     camera = Camera()
-    ChaseCamera(camera, reach)
+    place_camera(camera, reach)
     assert camera.way == pytest.approx(distance)
 
 
 def test_meshcat_has_that_point_of_orbit():
     meshcat = Meshcat(MeshcatParams(host="localhost"))
-    ChaseCamera(meshcat, 0.25).follow(Session().snapshot())
+    move_camera(meshcat, np.array(Session().snapshot().p_WB))
     assert ORBIT.encode() in meshcat._GetPackedTransform(ORBIT)

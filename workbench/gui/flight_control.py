@@ -80,26 +80,14 @@ class FlightControl(QObject):
         """Fly in another world."""
         self.fly(replace(self._flight.what, world=path))
 
-    def arm(self) -> None:
-        """Let the rotors idle."""
-        self._flight.order(lambda live: live.request("arm"))
-
-    def take_off(self) -> None:
-        """Climb to the usual height."""
-        self._flight.order(lambda live: live.request("take_off"))
+    def request(self, what: str) -> None:
+        """Ask the flight mode to arm, take_off, land, or stop."""
+        self._flight.order(lambda live: live.request(what))
 
     def hold(self) -> None:
         """Brake and stay: a command of zero ends a path, the request ends a take-off."""
         self._flight.order(lambda live: live.command((0.0, 0.0, 0.0), 0.0))
         self._flight.order(lambda live: live.request("hold"))
-
-    def land(self) -> None:
-        """Come down."""
-        self._flight.order(lambda live: live.request("land"))
-
-    def stop(self) -> None:
-        """Switch the rotors off."""
-        self._flight.order(lambda live: live.request("stop"))
 
     def pause(self) -> None:
         """Let simulated time stand, or go on."""

@@ -317,11 +317,11 @@ class MainWindow(QMainWindow):
             "record": self._record,
             "screenshot": self._camera.take,
             "quit": self._quit,
-            "arm": control.arm,
-            "take_off": control.take_off,
+            "arm": partial(control.request, "arm"),
+            "take_off": partial(control.request, "take_off"),
             "hold": control.hold,
-            "land": control.land,
-            "stop": control.stop,
+            "land": partial(control.request, "land"),
+            "stop": partial(control.request, "stop"),
             "pause": self._pause,
             "step": control.step,
             "reset": control.reset,
@@ -357,7 +357,7 @@ class MainWindow(QMainWindow):
         self.setMenuBar(bar)
         menus = fill_menus(bar, self.actions_by_name)
         self.recent_menu = menus[RECENT]
-        fill = partial(fill_recent, self.recent_menu, self.recent, self.opener.open_recent)
+        fill = partial(fill_recent, self.recent_menu, self.recent, self.opener.open)
         self.recent_menu.aboutToShow.connect(fill)
         self.recent.changed.connect(fill)
         fill()

@@ -1,7 +1,6 @@
 """Opens files: chosen in a dialog, dropped onto the window, or from the recent ones."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
@@ -96,17 +95,8 @@ def _beginning(path: Path) -> str:
         raise WorkbenchError(f"{path} cannot be read: {error.strerror}") from error
 
 
-@dataclass(frozen=True)
-class Recent:
-    """A file that was opened.
-
-    Attributes:
-        kind: what it is.
-        path: of it.
-    """
-
-    kind: FileKind
-    path: str
+Recent = tuple[FileKind, str]
+"""What a file that was opened is, and its path."""
 
 
 class RecentFiles(QObject):
@@ -126,14 +116,14 @@ class RecentFiles(QObject):
 
     def add(self, kind: FileKind, path: str) -> None:
         """Remember a file as the newest."""
-        new = Recent(kind, str(Path(path).expanduser().absolute()))
-        kept = [each for each in self._read() if each.path != new.path]
-        self._write([new, *kept][:MOST])
+        path = str(Path(path).expanduser().absolute())
+        kept = [each for each in self._read() if each[1] != path]
+        self._store.setValue(KEY, [f"{of.value}:{at}" for of, at in [(kind, path), *kept][:MOST]])
         self.changed.emit()
 
     def files(self) -> tuple[Recent, ...]:
         """Return those that are still there."""
-        return tuple(each for each in self._read() if Path(each.path).exists())
+        return tuple(each for each in self._read() if Path(each[1]).exists())
 
     def _read(self) -> list[Recent]:
         """Return what is kept, without what makes no sense."""
@@ -144,14 +134,11 @@ class RecentFiles(QObject):
         for line in lines:
             word, colon, path = str(line).partition(":")
             if colon and word in kinds and path:
-                found.append(Recent(kinds[word], path))
+                found.append((kinds[word], path))
         return found
 
-    def _write(self, files: list[Recent]) -> None:
-        self._store.setValue(KEY, [f"{each.kind.value}:{each.path}" for each in files])
 
-
-def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[Recent], None]) -> None:
+def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[FileKind, Path], None]) -> None:
     """List the files that are still there in a menu; to be called again when they change.
 
     Args:
@@ -162,10 +149,9 @@ def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[Recent], None]
     menu.clear()
     present = files.files()
     menu.setEnabled(bool(present))
-    for number, each in enumerate(present, start=1):
-        path = each.path.replace("&", "&&")
-        action = QAction(f"&{number}  {path}  ({each.kind.value})", menu)
-        action.triggered.connect(lambda _checked, each=each: opens(each))
+    for number, (kind, path) in enumerate(present, start=1):
+        action = QAction(f"&{number}  {path.replace('&', '&&')}  ({kind.value})", menu)
+        action.triggered.connect(lambda _checked, kind=kind, path=path: opens(kind, Path(path)))
         menu.addAction(action)
 
 
@@ -222,10 +208,6 @@ class Opener:
             self._notices.warn(str(error))
             return
         self._control.fly_controller(str(path))
-
-    def open_recent(self, file: Recent) -> None:
-        """Open a file again."""
-        self.open(file.kind, Path(file.path))
 
     def drop(self, path: Path) -> None:
         """Open a file by what it is."""

@@ -90,7 +90,7 @@ class Picture:
         self._meshcat, self._draw, self._now, self._scan = meshcat, draw, now, scan
         self._vehicle = vehicle
         reach = max(math.dist((0.0, 0.0, 0.0), rotor.p_BR) for rotor in vehicle.rotors)
-        self._camera = ChaseCamera(meshcat, reach)
+        place_camera(meshcat, reach)
         numbers = range(1, len(vehicle.rotors) + 1)
         thrusts = {f"{ARROWS}/thrust_{number}": THRUST_COLOUR for number in numbers}
         colours = {**thrusts, f"{ARROWS}/wind": WIND_COLOUR}
@@ -116,7 +116,7 @@ class Picture:
         self._draw()
         yaw = RollPitchYaw(0.0, 0.0, snapshot.roll_pitch_yaw[2])
         self._meshcat.SetTransform(DRONE, RigidTransform(yaw, np.array(snapshot.p_WB)))
-        self._camera.follow(snapshot)
+        move_camera(self._meshcat, np.array(snapshot.p_WB))
         self._arrows.reach(*arrows(self._vehicle, snapshot))
         self._show_scan(snapshot, now)
         if snapshot.time > self._ahead_ends:
@@ -216,21 +216,18 @@ class Arrows:
             self._meshcat.SetTransform(path, matrix)
 
 
-class ChaseCamera:
-    """Keeps Meshcat's camera on the drone; the mouse may turn and move it.
+def place_camera(meshcat: Meshcat, reach: float) -> None:
+    """Place Meshcat's camera behind a drone, as far off as it is large; the mouse may move it.
 
     Args:
         meshcat: whose camera.
         reach: from the drone's origin to its farthest rotor [m].
     """
+    distance = float(np.clip(SIZES * reach, CAMERA_NEAREST, CAMERA_FARTHEST))
+    meshcat.SetCameraPose(distance * DIRECTION / np.linalg.norm(DIRECTION), np.zeros(3))
 
-    def __init__(self, meshcat: Meshcat, reach: float) -> None:
-        self._meshcat = meshcat
-        distance = float(np.clip(SIZES * reach, CAMERA_NEAREST, CAMERA_FARTHEST))
-        meshcat.SetCameraPose(distance * DIRECTION / np.linalg.norm(DIRECTION), np.zeros(3))
 
-    def follow(self, snapshot: Snapshot) -> None:
-        """Go where the drone is."""
-        p_WB = np.array(snapshot.p_WB)
-        self._meshcat.SetTransform(ORBIT, RigidTransform(p_WB))
-        self._meshcat.SetCameraTarget(p_WB)
+def move_camera(meshcat: Meshcat, p_WB: np.ndarray) -> None:
+    """Move Meshcat's camera along with a drone, as it was placed or as the mouse has moved it."""
+    meshcat.SetTransform(ORBIT, RigidTransform(p_WB))
+    meshcat.SetCameraTarget(p_WB)

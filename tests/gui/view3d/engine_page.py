@@ -16,7 +16,7 @@ from PyQt6.QtCore import Qt, QUrl
 from PyQt6.QtWidgets import QApplication
 
 from workbench.gui.view3d.view3d_panel import STATE, is_blank, load_web_view
-from workbench.live.picture import DRONE, ChaseCamera
+from workbench.live.picture import DRONE, place_camera
 
 LIMIT = 120.0
 SHAPE = ["drake", "visualizer", "it", "base"]
@@ -37,7 +37,7 @@ class Page:
         self.meshcat.SetObject("box", Box(1, 1, 1), Rgba(1, 0, 0, 1))
         self.meshcat.SetObject("/" + "/".join([*SHAPE, "body"]), Box(1, 1, 1), Rgba(0, 1, 0, 1))
         self.told = 0
-        ChaseCamera(self.meshcat, 0.3)
+        place_camera(self.meshcat, 0.3)
         self.view = make()
         self.view.page().renderProcessTerminated.connect(_ended)
         self.view.resize(300, 300)

@@ -19,7 +19,7 @@ from workbench.gui.visualization.derived_signals import Derived
 from workbench.gui.visualization.layouts import STEPS, XY, ChartSpec, Layout
 from workbench.gui.visualization.log_worker import contents_of, live_name, si_unit
 from workbench.gui.visualization.overlays import Overlay
-from workbench.gui.visualization.visualization_screen import LogBar, LogClock, LogSource
+from workbench.gui.visualization.visualization_screen import LogBar, LogClock
 from workbench.link.backplane import Sampled
 from workbench.logs.flight_log import FlightLog
 
@@ -48,7 +48,7 @@ def shown(begun, log, qtbot):
 
 def test_series_are_those_of_the_flight_by_the_same_names(canned, workspace, log):
     shares = []
-    source = LogSource(contents_of(log, shares.append))
+    source = contents_of(log, shares.append)
     workspace.signals.begin(canned.views[0].topics)
     for some in canned.published:
         workspace.signals.add(some)
@@ -72,7 +72,7 @@ def test_series_are_those_of_the_flight_by_the_same_names(canned, workspace, log
 
 
 def test_an_unknown_series_is_named(log):
-    source = LogSource(contents_of(log, lambda _: None))
+    source = contents_of(log, lambda _: None)
     with pytest.raises(WorkbenchError, match="unknown signal 'velocity_data.v_q'"):
         source.series("velocity_data.v_q")
 
@@ -274,7 +274,7 @@ def test_a_log_is_drawn_over_the_live_flight_with_its_time_shifted(
 
 
 def test_logs_without_a_common_event_are_not_aligned(begun, log, told):
-    overlay = Overlay("a", LogSource(contents_of(log, lambda _: None)))
+    overlay = Overlay("a", contents_of(log, lambda _: None))
     with pytest.raises(WorkbenchError, match="a: neither a command's step nor a take-off"):
         overlay.align(Overlay("b", begun.charts._live))
 
@@ -295,7 +295,7 @@ def test_paths_and_steps_of_a_log_stand_beside_those_of_the_flight(
         )
     )
     begun.show_view(canned.views[-1])
-    page.add_overlay("b", LogSource(contents_of(log, lambda _: None)))
+    page.add_overlay("b", contents_of(log, lambda _: None))
     path, steps, speed = (pane.chart for pane in page.board.panes)
     path.redraw()
     ours, theirs = path.canvas.content.lines

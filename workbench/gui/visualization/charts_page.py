@@ -364,7 +364,7 @@ class ChartsPage(QWidget):
     def _fill_recent(self) -> None:
         """List the layouts that were opened or saved, and are still there."""
         self._recent_menu.clear()
-        paths = [each.path for each in self._recent.files() if each.kind is FileKind.LAYOUT]
+        paths = [path for kind, path in self._recent.files() if kind is FileKind.LAYOUT]
         self._recent_menu.setEnabled(bool(paths))
         for path in paths:
             action = self._recent_menu.addAction(path.replace("&", "&&"))

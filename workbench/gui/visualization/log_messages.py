@@ -1,4 +1,4 @@
-"""What goes between the app and the process that reads logs and specs."""
+"""What the process that reads logs and specs sends to the app, besides the share that is read."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,12 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Progress:
-    """So much is read, 0 .. 1."""
-
-    share: float
+from workbench.common.errors import unknown_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +34,18 @@ class LogContents:
     times: Mapping[str, np.ndarray]
     values: Mapping[str, np.ndarray]
     topic_of: Mapping[str, str]
+
+    def series(self, name: str, since: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
+        """Return times [s] and values from a time on (N): views.
+
+        Raises:
+            WorkbenchError: if there is no such series.
+        """
+        if name not in self.values:
+            raise unknown_name("signal", name, self.values)
+        time = self.times[self.topic_of[name]]
+        first = int(np.searchsorted(time, since))
+        return time[first:], self.values[name][first:]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from workbench.gui.visualization.log_messages import (
     CaseLimits,
     LogContents,
     MetricLimit,
-    Progress,
     SpecContents,
 )
 from workbench.ipc.worker_process import Answer, Refusal, Request
@@ -144,7 +143,7 @@ def main(connection: Connection) -> None:
             nonlocal told
             if share >= told + STEP:
                 told = share
-                connection.send(Progress(share))
+                connection.send(share)
 
         try:
             is_spec = path.suffix in SPECS

@@ -1,7 +1,6 @@
 """Logs that are drawn over what the charts show, each with its time shifted."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
@@ -98,15 +97,6 @@ def _first_change(source: SeriesSource, name: str, by: float) -> float:
     return float(time[moved[0]]) if len(moved) else np.nan
 
 
-@dataclass(frozen=True, eq=False)
-class _Row:
-    """What is seen of an overlay."""
-
-    overlay: Overlay
-    widget: QWidget
-    shift: NumberField
-
-
 class OverlayBar(QWidget):
     """A line for each log over the charts: its name, its shift, and how to take it away.
 
@@ -121,14 +111,14 @@ class OverlayBar(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._rows: list[_Row] = []
+        self._rows: dict[Overlay, tuple[QWidget, NumberField]] = {}
         self._box = vbox(of=self, margins=NO_MARGINS, spacing=4)
         self.hide()
 
     @property
     def overlays(self) -> tuple[Overlay, ...]:
         """The logs, in the order they were opened."""
-        return tuple(row.overlay for row in self._rows)
+        return tuple(self._rows)
 
     def add(self, overlay: Overlay) -> None:
         """Lay another log over the charts."""
@@ -147,34 +137,33 @@ class OverlayBar(QWidget):
         for part in (name, label, shift, align, remove):
             line.addWidget(part)
         line.addStretch(1)
-        row = _Row(overlay, widget, shift)
-        self._rows.append(row)
+        self._rows[overlay] = widget, shift
         self._box.addWidget(widget)
-        shift.edited.connect(lambda value: self._set_shift(row, value))
+        shift.edited.connect(lambda value: self._set_shift(overlay, value))
         align.clicked.connect(lambda: self.align_wanted.emit(overlay))
-        remove.clicked.connect(lambda: self._remove(row))
+        remove.clicked.connect(lambda: self._remove(overlay))
         self.show()
         self.changed.emit()
 
     def slide(self, by: float) -> None:
         """Shift the newest log by a time [s]."""
         if self._rows:
-            self._rows[-1].overlay.shift += by
+            self.overlays[-1].shift += by
             self.show_shifts()
 
     def show_shifts(self) -> None:
         """Show shifts that were changed elsewhere."""
-        for row in self._rows:
-            row.shift.show_si(row.overlay.shift)
+        for overlay, (_, field) in self._rows.items():
+            field.show_si(overlay.shift)
         self.changed.emit()
 
-    def _set_shift(self, row: _Row, value: float) -> None:
-        row.overlay.shift = value
+    def _set_shift(self, overlay: Overlay, value: float) -> None:
+        overlay.shift = value
         self.changed.emit()
 
-    def _remove(self, row: _Row) -> None:
-        self._rows.remove(row)
-        row.widget.hide()
-        row.widget.deleteLater()
+    def _remove(self, overlay: Overlay) -> None:
+        widget, _ = self._rows.pop(overlay)
+        widget.hide()
+        widget.deleteLater()
         self.setVisible(bool(self._rows))
         self.changed.emit()

@@ -1,13 +1,12 @@
 """The screen of charts, clouds, pictures, frames and events, of a flight or of its log."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 from PyQt6.QtCore import QObject, QSignalBlocker, Qt, QTimer, pyqtSignal
 from PyQt6.QtGui import QShowEvent
 from PyQt6.QtWidgets import (
@@ -30,7 +29,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
 from workbench.gui.help import explain
@@ -46,7 +45,7 @@ from workbench.gui.style import set_class
 from workbench.gui.units import unit_for
 from workbench.gui.visualization.charts_page import ChartsPage
 from workbench.gui.visualization.event_list import MOST, Event, EventList
-from workbench.gui.visualization.log_messages import LogContents, Progress, SpecContents
+from workbench.gui.visualization.log_messages import LogContents, SpecContents
 from workbench.gui.visualization.sensor_pages import CameraPage, CloudPage
 from workbench.gui.workspace import Workspace
 from workbench.ipc.worker_process import WorkerProcess
@@ -477,34 +476,6 @@ class EventsPage(QWidget):
             self.table.setItem(row, column, item)
 
 
-class LogSource:
-    """Series of a log by the names that a flight has.
-
-    Args:
-        contents: of the log.
-    """
-
-    def __init__(self, contents: LogContents) -> None:
-        self._contents = contents
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """SI unit of every series, by name."""
-        return self._contents.units
-
-    def series(self, name: str, since: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
-        """Return times [s] and values from a time on (N): views.
-
-        Raises:
-            WorkbenchError: if there is no such series.
-        """
-        if name not in self._contents.values:
-            raise unknown_name("signal", name, self._contents.values)
-        time = self._contents.times[self._contents.topic_of[name]]
-        first = int(np.searchsorted(time, since))
-        return time[first:], self._contents.values[name][first:]
-
-
 class LogReader(QObject):
     """One log at a time; a newer one ends the reading of an older one."""
 
@@ -548,11 +519,11 @@ class LogReader(QObject):
         if process is not None:
             process.close()
 
-    def _deliver(self, number: int, message: "Progress | Future[Any]") -> None:
+    def _deliver(self, number: int, message: "float | Future[Any]") -> None:
         if number != self._number:
             return  # of a log that nobody waits for
-        if isinstance(message, Progress):
-            self.progressed.emit(message.share)
+        if isinstance(message, float):
+            self.progressed.emit(message)
             return
         self.close()
         if error := message.exception():
@@ -745,14 +716,14 @@ class VisualizationScreen(Screen):
         self._reading.hide()
         self.log_bar.show()
         self._enable_tabs()
-        self.charts.show_source(LogSource(contents))
+        self.charts.show_source(contents)
         self.workspace.scene.show_log(contents)
         self.log_bar.show_log(contents)
         self.workspace.log.open(contents.path)
 
     def _show_overlay(self, contents: LogContents) -> None:
         self._reading.hide()
-        self.charts.add_overlay(contents.path.stem, LogSource(contents))
+        self.charts.add_overlay(contents.path.stem, contents)
 
     def _show_limits(self, spec: SpecContents) -> None:
         self._reading.hide()
