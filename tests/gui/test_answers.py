@@ -6,7 +6,7 @@ from concurrent.futures import Future
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.answers import Answers
+from workbench.gui.errands import Answers
 
 
 @pytest.fixture

@@ -39,9 +39,9 @@ from workbench.analysis.work import Work
 from workbench.analysis.worker import find_answerer
 from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.canvas import Canvas
-from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_panel import GainGroup
 from workbench.gui.help import about_page, keys_page
+from workbench.gui.layout import ElidedLabel
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.view3d.view3d_panel import View3d
 

@@ -4,8 +4,7 @@ import pytest
 from PyQt6.QtCore import QSettings
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.preference_table import PREFERENCES
-from workbench.gui.preferences import Preferences
+from workbench.gui.preferences import PREFERENCES, Preferences
 
 
 @pytest.fixture

@@ -5,10 +5,9 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QScrollArea, QTabWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.number_field import NumberField
+from workbench.gui.number_field import NumberField, read_number
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.tuning.autotune_card import WishLine
-from workbench.gui.typed_number import read_number
 
 RIGHT = {
     "1.2": 1.2,

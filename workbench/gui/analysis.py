@@ -27,8 +27,7 @@ from workbench.analysis.questions import (
 )
 from workbench.analysis.replies import Preparing, Searched
 from workbench.control.controller import Controller
-from workbench.gui.answers import Answers
-from workbench.gui.errands import Errands
+from workbench.gui.errands import Answers, Errands
 from workbench.gui.notices import Notices
 from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario

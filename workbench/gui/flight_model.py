@@ -10,8 +10,7 @@ from typing import Any
 from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.answers import Answers, Done, Refused
-from workbench.gui.errands import Errands
+from workbench.gui.errands import Answers, Done, Errands, Refused
 from workbench.gui.notices import Notices
 from workbench.link.backplane import Published
 from workbench.live.choice import Choice

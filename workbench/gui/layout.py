@@ -1,14 +1,15 @@
-"""Layouts: boxes, pages that scroll where they must, and lines that flow as words do."""
+"""Layouts: boxes, pages that scroll where they must, lines that flow, and labels that give way."""
 
 from collections.abc import Sequence
 from typing import TypeVar
 
 from PyQt6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt
-from PyQt6.QtGui import QResizeEvent
+from PyQt6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PyQt6.QtWidgets import (
     QBoxLayout,
     QFrame,
     QHBoxLayout,
+    QLabel,
     QLayout,
     QLayoutItem,
     QScrollArea,
@@ -271,3 +272,24 @@ class FlowLayout(QLayout):
             x, high = x + size.width() + self.spacing(), max(high, size.height())
         end_line()
         return y + high - rect.top() + self.contentsMargins().bottom()
+
+
+class ElidedLabel(QLabel):
+    """A label that needs no width."""
+
+    def setText(self, text: str | None) -> None:
+        """Show another text."""
+        super().setText(text)
+        self.setToolTip(text)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return next to nothing."""
+        return QSize(24, super().minimumSizeHint().height())
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Paint as much as there is room for."""
+        painter = QPainter(self)
+        painter.setPen(self.palette().color(self.foregroundRole()))
+        room = self.contentsRect()
+        text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, room.width())
+        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)

@@ -11,7 +11,7 @@ from PyQt6.QtGui import QImage
 from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.answers import Answers
+from workbench.gui.errands import Answers
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences, log_folder

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.control.mode import FlightMode, Reason
 from workbench.gui.home.cards import RotorState
-from workbench.gui.instruments.sign import Sign
+from workbench.gui.instruments.instrument import Sign
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.messages import Pace, Phase

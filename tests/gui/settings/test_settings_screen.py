@@ -8,7 +8,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLineEdit, QWidget
 
 from workbench.gui.first_flight import last_setup
-from workbench.gui.preference_table import PREFERENCES
+from workbench.gui.preferences import PREFERENCES
 from workbench.gui.settings.settings_screen import LIMITS, PreferenceRow, SettingsScreen, setup_of
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, Scenario, SensorsConfig, load_scenario

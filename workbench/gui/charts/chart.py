@@ -22,7 +22,6 @@ from PyQt6.QtGui import (
 from PyQt6.QtWidgets import QMenu, QToolButton, QWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.answers import Answers
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.charts.content import Axis, Content, Guide, Line
 from workbench.gui.charts.curve import Curve, CurveSet, Extent, Samples
@@ -35,10 +34,10 @@ from workbench.gui.charts.statistics import (
     window_statistics,
 )
 from workbench.gui.charts.ticks import Scale, decimals_for, round_step
+from workbench.gui.errands import Answers, single_shot
 from workbench.gui.icons import icon
 from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.preferences import Preferences, log_folder
-from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.units import Unit, unit_for

@@ -16,7 +16,6 @@ from PyQt6.QtWidgets import QComboBox, QLabel, QVBoxLayout, QWidget
 from workbench.common.errors import WorkbenchError
 from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_responses import StepResponse, step_responses
-from workbench.gui.answers import Answers
 from workbench.gui.charts.chart import SEPARATOR, Chart, Column, Command, Ends, round_ends
 from workbench.gui.charts.content import Axis, Content, Line, Point
 from workbench.gui.charts.curve import (
@@ -36,6 +35,7 @@ from workbench.gui.charts.legend import Entry
 from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.strip_chart import TimeView
 from workbench.gui.charts.ticks import Scale, number_text
+from workbench.gui.errands import Answers
 from workbench.gui.layout import hbox
 from workbench.gui.style import set_class
 from workbench.gui.units import Unit, unit_for

@@ -16,6 +16,7 @@ from workbench.control.controller import load_controller
 from workbench.control.schedule import Schedule, split_label, with_label
 from workbench.gains.autopilots.firmware import firmware_of
 from workbench.gui.analysis import Analysis
+from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_rows import (
     GainLabel,
@@ -27,9 +28,8 @@ from workbench.gui.gains.gain_rows import (
     partner,
 )
 from workbench.gui.notices import Notices
-from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preferences import Preferences
-from workbench.gui.single_shot import single_shot
+from workbench.gui.signals import ParameterReader
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 from workbench.scenario.parameters import Parameter, parameter_table

@@ -19,10 +19,10 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_row import GainRow
 from workbench.gui.gains.gain_rows import gain_groups, gain_label, is_gain
-from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed
 from workbench.gui.workspace import Workspace
 from workbench.scenario.parameters import Parameter

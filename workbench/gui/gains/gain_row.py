@@ -18,9 +18,9 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import QAbstractSpinBox, QGridLayout, QLabel, QSlider, QToolButton, QWidget
 
-from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.gains.gain_editor import GainEditor, Mark
 from workbench.gui.gains.gain_rows import partner
+from workbench.gui.layout import ElidedLabel
 from workbench.gui.number_field import NumberField
 from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look

@@ -26,10 +26,10 @@ from PyQt6.QtWidgets import (
 
 from workbench.control.schedule import QUANTITIES
 from workbench.gains.profiles import GainChange
-from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
 from workbench.gui.gains.profiles import OWN, GainProfiles, ProfileDiff, percent_text
+from workbench.gui.layout import ElidedLabel
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import dressed, set_class
 from workbench.gui.units import unit_for

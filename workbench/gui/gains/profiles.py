@@ -25,8 +25,7 @@ from workbench.gains.profiles import (
     load_gains,
     save_gains,
 )
-from workbench.gui.answers import Answers
-from workbench.gui.errands import Errands
+from workbench.gui.errands import Answers, Errands
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.notices import Notices
 from workbench.live.view import LiveView

@@ -16,8 +16,7 @@ from workbench.gui.home.sensor_state import Health, SensorState
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.heading import direction_of, point_of
-from workbench.gui.instruments.instrument import Instrument
-from workbench.gui.instruments.sign import Sign, paint_sign
+from workbench.gui.instruments.instrument import Instrument, Sign, paint_sign
 from workbench.gui.theme import Look
 from workbench.live.announcer import LOW_CHARGE
 from workbench.live.messages import Phase

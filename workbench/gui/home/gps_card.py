@@ -24,8 +24,7 @@ from workbench.gui.home.cards import Card, beside, put
 from workbench.gui.home.route import Route
 from workbench.gui.home.sensor_state import sensor_state
 from workbench.gui.home.shown_units import ShownUnits
-from workbench.gui.instruments.hint import Hint
-from workbench.gui.instruments.instrument import Instrument
+from workbench.gui.instruments.instrument import Hint, Instrument
 from workbench.gui.instruments.map_frame import (
     LEAST,
     MARGIN,

@@ -18,7 +18,7 @@ from workbench.gui.home.route import Route
 from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits, shown_units
 from workbench.gui.home.stream_watch import StreamWatch
-from workbench.gui.instruments.hint import Hint
+from workbench.gui.instruments.instrument import Hint
 from workbench.gui.instruments.readout import NOTHING, Line, Readout
 from workbench.gui.layout import BAR, NO_MARGINS, vbox
 from workbench.gui.screens import Screen

@@ -12,8 +12,7 @@ from workbench.gui.home.cards import SIGNS, Card, beside, put
 from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
-from workbench.gui.instruments.hint import Hint
-from workbench.gui.instruments.instrument import Instrument
+from workbench.gui.instruments.instrument import Hint, Instrument, Sign, paint_sign
 from workbench.gui.instruments.map_frame import SteadyScale
 from workbench.gui.instruments.readout import Line, Readout
 from workbench.gui.instruments.ring_scan import (
@@ -24,7 +23,6 @@ from workbench.gui.instruments.ring_scan import (
     sector_bearings,
     side_of,
 )
-from workbench.gui.instruments.sign import Sign, paint_sign
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Clearance, Snapshot

@@ -4,7 +4,7 @@ import struct
 from collections.abc import Iterable
 
 from workbench.gui.instruments.ring_scan import RingScan
-from workbench.gui.parameter_reader import ParameterReader
+from workbench.gui.signals import ParameterReader
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView

@@ -1,12 +1,70 @@
-"""What all instruments share: a cached still part, type faces, and colours that follow the look."""
+"""What all instruments share: a cached still part, type faces, colours, signs, and a hint.
+
+The hint stands in the place of an instrument that has nothing to show.
+"""
 
 from abc import abstractmethod
+from enum import Enum
 
-from PyQt6.QtCore import QRectF, Qt
-from PyQt6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPixmap, QResizeEvent
+from PyQt6.QtCore import QPointF, QRectF, Qt
+from PyQt6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen, QPixmap, QPolygonF, QResizeEvent
 from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.theme import Look
+
+
+class Sign(Enum):
+    """How something is; the value is the name of its colour."""
+
+    GOOD = "good"
+    """A full circle."""
+    WARNING = "warning"
+    """A triangle with a stroke."""
+    BAD = "bad"
+    """A square with a cross."""
+    OFF = "muted"
+    """An empty circle."""
+
+
+def paint_sign(painter: QPainter, place: QRectF, sign: Sign, colour: QColor, on: QColor) -> None:
+    """Paint a sign.
+
+    Args:
+        painter: with antialiasing.
+        place: a square.
+        sign: to paint.
+        colour: of it.
+        on: of what stands on it.
+    """
+    thickness = max(1.2, place.width() / 9.0)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(colour)
+    match sign:
+        case Sign.GOOD:
+            inset = 0.12 * place.width()
+            painter.drawEllipse(place.adjusted(inset, inset, -inset, -inset))
+        case Sign.OFF:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(colour, thickness))
+            inset = 0.2 * place.width()
+            painter.drawEllipse(place.adjusted(inset, inset, -inset, -inset))
+        case Sign.WARNING:
+            top = QPointF(place.center().x(), place.top())
+            painter.drawPolygon(QPolygonF([top, place.bottomRight(), place.bottomLeft()]))
+            painter.setPen(QPen(on, thickness))
+            x, height = place.center().x(), place.height()
+            painter.drawLine(
+                QPointF(x, place.top() + 0.4 * height), QPointF(x, place.top() + 0.66 * height)
+            )
+            painter.drawPoint(QPointF(x, place.top() + 0.86 * height))
+        case Sign.BAD:
+            painter.drawRoundedRect(place, 0.15 * place.width(), 0.15 * place.width())
+            painter.setPen(QPen(on, thickness))
+            inset = 0.27 * place.width()
+            inner = place.adjusted(inset, inset, -inset, -inset)
+            painter.drawLine(inner.topLeft(), inner.bottomRight())
+            painter.drawLine(inner.topRight(), inner.bottomLeft())
+
 
 TEXT_SIZE = 12.0
 """Height of text where nobody says otherwise [px]."""
@@ -121,3 +179,49 @@ class Instrument(QWidget):
             self.paint_still(painter)
             painter.end()
         return self._still
+
+
+class Hint(Instrument):
+    """A word and a sentence in the place of an instrument that has nothing to show."""
+
+    def __init__(self, look: Look, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(look, name, parent)
+        self.word = ""
+        self.sentence = ""
+
+    def say(self, word: str, sentence: str) -> None:
+        """Show a word, as off, and what can be done."""
+        if (word, sentence) != (self.word, self.sentence):
+            self.word, self.sentence = word, sentence
+            self.renew()
+
+    @property
+    def spoken(self) -> str:
+        """All of it as a sentence."""
+        return f"{self.word}. {self.sentence}"
+
+    def paint_still(self, painter: QPainter) -> None:
+        """Paint both in the middle."""
+        size = self.text_size
+        area = self.area.adjusted(size / 2, 0.0, -size / 2, 0.0)
+        wraps = Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignHCenter
+        painter.setFont(self.face())
+        sentence = painter.boundingRect(area, int(wraps | Qt.AlignmentFlag.AlignTop), self.sentence)
+        top = area.top() + max(0.0, (area.height() - sentence.height() - 1.9 * size) / 2)
+        painter.setFont(self.face(1.15, bold=True))
+        metrics = painter.fontMetrics()
+        width = 1.3 * size + metrics.horizontalAdvance(self.word)
+        left = area.center().x() - width / 2
+        sign = QRectF(left, top + 0.32 * size, 0.95 * size, 0.95 * size)
+        paint_sign(painter, sign, Sign.OFF, self.colour("muted"), self.colour("card"))
+        painter.setPen(self.colour("muted"))
+        line = QRectF(left + 1.3 * size, top, area.width(), 1.6 * size)
+        painter.drawText(
+            line, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.word
+        )
+        painter.setFont(self.face())
+        below = QRectF(area.left(), top + 1.9 * size, area.width(), area.bottom() - top)
+        painter.drawText(below, wraps | Qt.AlignmentFlag.AlignTop, self.sentence)
+
+    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
+        """Nothing moves."""

@@ -36,8 +36,7 @@ from workbench.gui.joystick.piloting import (
     within_circle,
 )
 from workbench.gui.layout import NO_MARGINS, Pair, fit_page, hbox, vbox
-from workbench.gui.preference_table import find_preference
-from workbench.gui.preferences import Preferences
+from workbench.gui.preferences import Preferences, find_preference
 from workbench.gui.screens import Screen
 from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look

@@ -22,8 +22,8 @@ from workbench.gui.joystick.piloting import (
     Sticks,
     Wish,
 )
-from workbench.gui.parameter_reader import ParameterReader
 from workbench.gui.preferences import Preferences
+from workbench.gui.signals import ParameterReader
 from workbench.link.backplane import Published
 from workbench.link.messages import Hand
 from workbench.live.view import LiveView

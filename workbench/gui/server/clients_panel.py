@@ -15,9 +15,8 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.layout import NO_MARGINS, hbox, vbox
+from workbench.gui.layout import NO_MARGINS, ElidedLabel, hbox, vbox
 from workbench.gui.style import dressed
 from workbench.link.authority import NOBODY_YET
 from workbench.link.backplane import ClientStatus

@@ -25,16 +25,15 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.elided_label import ElidedLabel
+from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.help import explain
-from workbench.gui.layout import NO_MARGINS, Pair, fit_page, hbox, vbox
+from workbench.gui.layout import NO_MARGINS, ElidedLabel, Pair, fit_page, hbox, vbox
+from workbench.gui.number_field import read_whole_number
 from workbench.gui.screens import Screen
 from workbench.gui.server.clients_panel import ClientsPanel
-from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed, set_class
-from workbench.gui.typed_number import read_whole_number
 from workbench.gui.workspace import Workspace
 from workbench.link.address import Address, parse_address
 from workbench.link.authentication import write_tokens

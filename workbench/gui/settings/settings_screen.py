@@ -28,16 +28,15 @@ from PyQt6.QtWidgets import (
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import list_worlds
-from workbench.gui.answers import Answers
+from workbench.gui.errands import Answers
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.first_flight import keep_setup, last_setup
 from workbench.gui.help import explain
 from workbench.gui.layout import NO_MARGINS, FlowLayout, hbox, vbox
 from workbench.gui.number_field import NumberField
-from workbench.gui.parameter_reader import ParameterReader
-from workbench.gui.preference_table import PREFERENCES, Preference, PreferenceValue
-from workbench.gui.preferences import Preferences
+from workbench.gui.preferences import PREFERENCES, Preference, Preferences, PreferenceValue
 from workbench.gui.screens import Screen
+from workbench.gui.signals import ParameterReader
 from workbench.gui.style import dressed
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace

@@ -27,14 +27,13 @@ from workbench.design.metrics import WISHED
 from workbench.design.tune.wish import groups_of, parse_wish, subjects_of
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
-from workbench.gui.number_field import buddy
+from workbench.gui.number_field import NUMBER, buddy, read_number
 from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.gains_text import gains_text
 from workbench.gui.tuning.number_table import NumberTable
 from workbench.gui.tuning.table_rows import Cell, Row, State
 from workbench.gui.tuning.trial import Trial
-from workbench.gui.typed_number import NUMBER, read_number
 from workbench.gui.workspace import Workspace
 from workbench.scenario.axes import find_axis
 

@@ -2,8 +2,8 @@
 
 from PyQt6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
-from workbench.gui.elided_label import ElidedLabel
 from workbench.gui.help import explain
+from workbench.gui.layout import ElidedLabel
 from workbench.gui.style import dressed, set_class
 
 SPACING = 6

@@ -24,9 +24,9 @@ from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.charts.ticks import Scale
+from workbench.gui.errands import single_shot
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_editor import SLOTS
-from workbench.gui.single_shot import single_shot
 from workbench.gui.tuning.card import SPACING, Card
 from workbench.gui.tuning.compare_table import (
     Compared,

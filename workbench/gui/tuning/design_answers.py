@@ -19,7 +19,7 @@ from workbench.analysis.replies import (
     Predicted,
 )
 from workbench.gui.analysis import Analysis
-from workbench.gui.single_shot import single_shot
+from workbench.gui.errands import single_shot
 from workbench.gui.tuning.designs import Design, Key
 from workbench.gui.tuning.follower import Follower
 

@@ -7,8 +7,8 @@ from PyQt6.QtCore import QObject, pyqtSignal
 from workbench.analysis.questions import Judge, JudgePlantInput
 from workbench.analysis.replies import Judged, JudgedPlantInput
 from workbench.gui.analysis import Analysis
+from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_rows import controller_gains
-from workbench.gui.single_shot import single_shot
 from workbench.gui.tuning.follower import Follower
 
 LATE = 500

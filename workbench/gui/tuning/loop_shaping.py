@@ -11,8 +11,8 @@ from workbench.analysis.questions import ShapeLoop
 from workbench.analysis.replies import JudgedLoop, LoopShaped
 from workbench.common.parameter import Parameter
 from workbench.design.judge.margins import Robustness
+from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_row import GainScale, GainSlider, StepSize
-from workbench.gui.single_shot import single_shot
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.tuning.follower import Follower

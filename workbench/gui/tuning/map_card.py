@@ -24,8 +24,8 @@ from PyQt6.QtWidgets import QComboBox, QGridLayout, QSizePolicy, QWidget
 from workbench.analysis.questions import DrawMap
 from workbench.analysis.replies import Mapped
 from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of
+from workbench.gui.errands import single_shot
 from workbench.gui.number_field import buddy
-from workbench.gui.single_shot import single_shot
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import SPACING, Card, Sentence
 from workbench.gui.tuning.follower import Follower

@@ -12,6 +12,7 @@ from workbench.analysis.questions import Fork, Predict, Question
 from workbench.analysis.replies import Forked
 from workbench.design.branches import Branch
 from workbench.gui.analysis import Analysis
+from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
@@ -20,7 +21,6 @@ from workbench.gui.gains.profiles import GainProfiles, ProfileDiff
 from workbench.gui.help import explain
 from workbench.gui.layout import scrolled
 from workbench.gui.screens import Screen
-from workbench.gui.single_shot import single_shot
 from workbench.gui.tuning.autotune_card import AutoTuneCard
 from workbench.gui.tuning.compare_card import CompareCard
 from workbench.gui.tuning.designs import Designs

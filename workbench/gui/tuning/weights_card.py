@@ -10,7 +10,6 @@ from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QWidget
 from workbench.analysis.questions import Weigh
 from workbench.analysis.replies import Weighed, Weight
 from workbench.gui.number_field import buddy
-from workbench.gui.single_shot import single_shot
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, wrapped
 from workbench.gui.tuning.follower import Follower

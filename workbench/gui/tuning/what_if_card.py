@@ -9,10 +9,10 @@ from workbench.analysis.questions import FlyAgain
 from workbench.analysis.replies import FlownAgain
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
 from workbench.gui.number_field import buddy
 from workbench.gui.preferences import log_folder
-from workbench.gui.single_shot import single_shot
 from workbench.gui.tuning.card import SPACING, Card, Sentence
 from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.gains_text import gains_text

@@ -23,8 +23,8 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.answers import Answers
 from workbench.gui.charts.ticks import number_text
+from workbench.gui.errands import Answers
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.layout import NO_MARGINS, FlowLayout, hbox, scrolled, vbox
 from workbench.gui.opener import FileKind, RecentFiles

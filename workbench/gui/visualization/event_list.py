@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from workbench.gui.parameter_reader import ParameterReader
+from workbench.gui.signals import ParameterReader
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import EVENTS
 from workbench.link.topics import Topic
