@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from workbench.live.messages import Foreseen, Pace
+from workbench.live.messages import Pace
 from workbench.live.picture import (
     AHEAD,
     ARROWS,
@@ -195,7 +195,7 @@ def test_a_predicted_way_is_shown_until_its_time_is_over():
     bench = Bench()
     bench.show(0.5)
     way = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0]])
-    bench.picture.foresee(Foreseen(bench.snapshot.time + 1.0, way))
+    bench.picture.foresee(bench.snapshot.time + 1.0, way)
     path, points = bench.page.lines[-1]
     assert path == AHEAD
     np.testing.assert_array_equal(points, way.T)
@@ -204,8 +204,8 @@ def test_a_predicted_way_is_shown_until_its_time_is_over():
     bench.show(0.2)
     assert bench.page.deleted == [AHEAD]
     bench.show(0.5)
-    bench.picture.foresee(Foreseen(99.0, way))
-    bench.picture.foresee(Foreseen(0.0, np.empty((0, 3))))
+    bench.picture.foresee(99.0, way)
+    bench.picture.foresee(0.0, np.empty((0, 3)))
     assert bench.page.deleted == [AHEAD, AHEAD]
 
 
@@ -229,7 +229,7 @@ def test_meshcat_itself_takes_all_of_it():
         meshcat, lambda: None, session.vehicle, lambda: 0.0, lambda: session.reading("lidar")
     )
     picture.show(session.snapshot(), Pace(1.0, 1.0, 0.0, 0.0, False))
-    picture.foresee(Foreseen(9.0, np.zeros((2, 3))))
+    picture.foresee(9.0, np.zeros((2, 3)))
     for path in (f"{ARROWS}/thrust_4/head", f"{ARROWS}/wind/shaft", LIDAR, AHEAD):
         assert meshcat.real._GetPackedObject(path), path
     assert meshcat.real._GetPackedTransform(f"{ARROWS}/thrust_1")

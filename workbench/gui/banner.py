@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 STAYS = {Severity.INFORMATION: 8.0, Severity.WARNING: 20.0, Severity.FAILURE: float("inf")}
-"""How long a notice is shown that nobody dismisses [s]."""
+"""How long a notice stays when the user does not dismiss it [s]."""
 MOST = 20
 """Notices that wait; of more the oldest that are no failures go."""
 
@@ -322,7 +322,7 @@ class Guide(QFrame):
 
     @property
     def wanted(self) -> bool:
-        """Whether nobody has gone through it, or skipped it."""
+        """Whether the user has neither finished nor skipped it."""
         return str(self._store.value(DONE, False)).lower() != "true"
 
     def begin(self) -> None:

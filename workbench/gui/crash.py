@@ -15,7 +15,7 @@ LONGEST = 200
 
 
 class CrashGuard(QObject):
-    """Catches what nobody caught, in any thread, while it is installed.
+    """Catches unhandled exceptions of all threads while it is installed.
 
     Args:
         notices: where it is told.
@@ -40,7 +40,7 @@ class CrashGuard(QObject):
         threading.excepthook = self._catch_in_thread
 
     def uninstall(self) -> None:
-        """Leave exceptions to whoever had them before."""
+        """Restore the former handlers."""
         sys.excepthook, threading.excepthook = self._before
 
     def catch(

@@ -41,7 +41,7 @@ class Errands:
 def _work(work: Callable[[], Value], future: "Future[Value]") -> None:
     try:
         result = work()
-    except Exception as error:  # whoever asked is told
+    except Exception as error:  # the Future carries it
         future.set_exception(error)
     else:
         future.set_result(result)
@@ -52,7 +52,7 @@ Refused = Callable[[str], None]
 
 
 class Answers(QObject):
-    """Calls back in its own thread once a Future is done; nobody waits for it.
+    """Calls back in its own thread once a Future is done, and never blocks.
 
     Args:
         refused: told of a refusal where the asker says nothing else.
@@ -75,7 +75,7 @@ class Answers(QObject):
         future.add_done_callback(lambda each: self._hear(each, done, refused))
 
     def close(self) -> None:
-        """Call nobody back any more."""
+        """Stop calling back."""
         self._closed = True
 
     def _hear(self, future: "Future[Any]", done: Done | None, refused: Refused | None) -> None:

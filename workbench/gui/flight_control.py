@@ -124,7 +124,7 @@ def possible(view: LiveView) -> frozenset[str]:
     able = {"stop", "pause", "reset", "speed", "record"}
     if view.phase is Phase.PAUSED:
         able.add("step")
-    if view.autopilot is not None and view.autopilot.ended:  # nobody flies what is asked for
+    if view.autopilot is not None and view.autopilot.ended:  # commands have no effect
         return frozenset(able)
     mode = view.snapshot.mode
     if mode is FlightMode.OFF:

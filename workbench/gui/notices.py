@@ -22,7 +22,7 @@ class Notice:
         severity: how much it matters.
         what: happened, as a sentence.
         remedy: what to do about it, "" where there is nothing to do.
-        details: the trace of a fault of ours, for whoever mends it; "" else.
+        details: the stack trace of a fault of ours; "" else.
     """
 
     severity: Severity

@@ -136,7 +136,7 @@ class NumberField(QDoubleSpinBox):
         return self.hasFocus() and line is not None and line.isModified()
 
     def set_range(self, unit: Unit, minimum: float, maximum: float, least: float = 0.0) -> None:
-        """Show the value in a unit, within limits in SI; tells nobody.
+        """Show the value in a unit, within limits in SI; emits no signal.
 
         Args:
             unit: in which it is shown.
@@ -163,7 +163,7 @@ class NumberField(QDoubleSpinBox):
         self._shown_decimals = decimals
 
     def show_si(self, value: float) -> None:
-        """Show a value, and tell nobody; a text that was refused stays until the value changes."""
+        """Show a value without a signal; a text that was refused stays until the value changes."""
         shown = self._unit.shown(value)
         if self._fault and round(shown, EXACT_DECIMALS) == self.value():
             return

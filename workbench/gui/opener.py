@@ -156,7 +156,7 @@ def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[FileKind, Path
 
 
 class Opener:
-    """Gives files to whoever shows them.
+    """Opens files by their kind.
 
     Args:
         control: flies scenarios, models, worlds and controllers.

@@ -119,7 +119,7 @@ class Recorder(QObject):
     def toggle(self) -> None:
         """Begin, or end."""
         if self._path:
-            # the flight says how it ended, as it does of a log that nobody stopped
+            # the flight says how it ended, as for a log that ends by itself
             self._flight.order(LiveFlight.stop_log, refused=lambda said: None)
             return
         try:

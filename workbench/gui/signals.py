@@ -145,7 +145,7 @@ class Signals:
 
 @dataclass(frozen=True)
 class ParameterChange:
-    """A parameter that has been given a value, by whoever.
+    """A parameter that was set.
 
     Attributes:
         time: when, simulated [s].

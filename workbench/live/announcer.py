@@ -67,7 +67,7 @@ class Announcer:
         """Yield a sentence and its severity where something failed, or works again.
 
         The battery's reasons are told with its charge, see `changes`, and that the autopilot has
-        ended is told with its cause by whoever flies.
+        ended is told with its cause by `Flying`.
         """
         before, self._reason = self._reason, now
         if now is before or now in TOLD_ELSEWHERE:

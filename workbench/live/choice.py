@@ -1,4 +1,4 @@
-"""What to fly, by names, for whoever does not read scenarios: that loads parts of Drake."""
+"""What to fly, by names, so that the caller need not read scenarios, which loads parts of Drake."""
 
 import dataclasses
 from collections.abc import Mapping

@@ -272,7 +272,7 @@ class Exciter:
 
     Attributes:
         exciting: what is flown, None while nothing is.
-        ended: why the last one ended before it was over, "" where nobody but a pilot ended it.
+        ended: why the last one ended before it was over, "" where a pilot ended it.
     """
 
     def __init__(

@@ -22,7 +22,6 @@ from workbench.live.messages import (
     Do,
     Failed,
     Flown,
-    Foreseen,
     Order,
     Phase,
     Report,
@@ -123,7 +122,7 @@ class LiveFlight:
 
     @property
     def missed(self) -> int:
-        """How many times are missing in all of `streamed`, as nobody took them soon enough."""
+        """How many times are missing in all of `streamed`, as they were not taken soon enough."""
         return self._missed
 
     def wait(self, limit: float = 120.0, progress: Callable[[str], None] | None = None) -> LiveView:
@@ -261,10 +260,8 @@ class LiveFlight:
         return self._order(lambda: Order(Do.FLY_ON, _number("duration", duration)))
 
     def foresee(self, ends: float, p_WB: np.ndarray) -> Future[float]:
-        """Draw a way that is predicted in Meshcat, until a simulated time [s]; see `Foreseen`."""
-        return self._order(
-            lambda: Order(Do.FORESEE, Foreseen(float(ends), np.asarray(p_WB, dtype=float)))
-        )
+        """Draw a way that is predicted in Meshcat, until a simulated time [s]."""
+        return self._order(lambda: Order(Do.FORESEE, (float(ends), np.asarray(p_WB, dtype=float))))
 
     def get(self, name: str) -> Future[float]:
         """Ask for the present value of a live parameter."""
@@ -294,7 +291,7 @@ class LiveFlight:
         return self._order(lambda: Order(Do.STOP_SERVING))
 
     def take_over(self) -> Future[float]:
-        """Let the operator here fly, whoever does; a command given here does that, too."""
+        """Take control for the operator here; a command given here does that, too."""
         return self._order(lambda: Order(Do.TAKE_OVER))
 
     def give_back(self) -> Future[float]:

@@ -25,7 +25,6 @@ from workbench.live.messages import (
     Changed,
     Do,
     Flown,
-    Foreseen,
     Hit,
     Order,
     Pace,
@@ -62,7 +61,7 @@ PERIOD = 0.25
 REPORT_PERIOD = 1 / 60
 """Between two reports [s of wall]."""
 LONGEST_FLY_ON = 60.0
-"""Flown at once in a pause [s]: nobody is heard meanwhile."""
+"""Flown at once in a pause [s]: no order is heard meanwhile."""
 MOST_ORDERS = 100
 """Obeyed between two slices; the others wait, so that orders cannot stop the flight."""
 ONE_HIT = 1.0
@@ -263,7 +262,7 @@ class Flying:
         self._flight = 1
         self._seen = session.snapshot()
         self.shown: Callable[[Snapshot, Pace], None] = lambda snapshot, pace: None
-        self.foresee: Callable[[Foreseen], None] = lambda foreseen: None
+        self.foresee: Callable[[float, np.ndarray], None] = lambda ends, p_WB: None
         self._next_report = now()
 
     def run(self, connection: Connection, wanted: Callable[[], bool]) -> None:
@@ -367,8 +366,8 @@ class Flying:
                 return self._session.reading(sensor)
             case Order(Do.GET_FLOWN):
                 return self._flown()
-            case Order(Do.FORESEE, Foreseen() as foreseen):
-                self.foresee(foreseen)
+            case Order(Do.FORESEE, (float(ends), np.ndarray() as p_WB)):
+                self.foresee(ends, p_WB)
             case Order(what, value) if what in NETWORK_ORDERS:
                 answer = self._network.order(order.number, what, value)
                 self._exciter.watch()

@@ -22,7 +22,7 @@ class Measurer:
         tell: told of what was measured, after each whole period.
 
     Attributes:
-        ended: why the last one ended before it was over, "" where nobody but a pilot ended it.
+        ended: why the last one ended before it was over, "" where a pilot ended it.
     """
 
     def __init__(

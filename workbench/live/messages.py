@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING
 from workbench.control.controller import Controller
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from workbench.link.backplane import Published, ServerStatus
     from workbench.link.messages import ControlState
     from workbench.live.choice import Choice
@@ -133,7 +131,8 @@ class Do(Enum):
     STOP_EXCITING = "stop exciting"
     """Hover where it is, if an excitation or a measurement is flown."""
     FORESEE = "foresee"
-    """Draw a `Foreseen` instead of the one drawn before."""
+    """Draw a way that is predicted instead of the one drawn before: when it is over, in simulated
+    time [s], and places on it (N, 3) [m]; fewer than two draw none."""
     SERVE = "serve"
     """Start a server by a `ServerConfig`; the answer is its address."""
     STOP_SERVING = "stop serving"
@@ -144,7 +143,7 @@ class Do(Enum):
     DISCONNECT = "disconnect"
     """Send a client away, by a `Disconnect`."""
     TAKE_OVER = "take over"
-    """Let the operator fly, whoever does."""
+    """Take control for the operator."""
     GIVE_BACK = "give back"
     """Let clients ask for control again."""
 
@@ -160,19 +159,6 @@ class Order:
 
     what: Do
     value: object = None
-
-
-@dataclass(frozen=True, eq=False)
-class Foreseen:
-    """The way that the drone would fly.
-
-    Attributes:
-        ends: simulated time at which it is over [s].
-        p_WB: places on it (N, 3) [m]; fewer than two draw none.
-    """
-
-    ends: float
-    p_WB: np.ndarray
 
 
 CLOSE = "close"

@@ -349,7 +349,7 @@ class ServerSupervisor:
     """Starts a server, takes what it says, and notices its end; nothing here waits.
 
     A server that ends by itself, be it killed, is started again at the same address. The flight
-    goes on meanwhile: the drone holds, as the connection of whoever flew it has ended.
+    goes on meanwhile: the drone holds, as the connection of its pilot has ended.
 
     Args:
         flight: tells what is flown.
@@ -359,7 +359,7 @@ class ServerSupervisor:
     Attributes:
         status: as the server said last, None where none runs.
         said: why it ended by itself, and what comes of it, "" else.
-        answers: to the operator's orders, for whoever sends them.
+        answers: to the operator's orders, to be sent.
     """
 
     def __init__(
@@ -544,7 +544,7 @@ class Deferred:
 
 
 class FlightNetwork:
-    """What a flight does for its network between two slices; it waits for nobody but the disk.
+    """Serves a flight's network between two slices; it waits only for the disk.
 
     Args:
         session: that is flown.

@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.perception import PointCloud
 
 from workbench.live.arrows import arrows, disc_radius
-from workbench.live.messages import Foreseen, Pace
+from workbench.live.messages import Pace
 from workbench.plant.vehicle import Vehicle
 from workbench.session.snapshot import Snapshot
 from workbench.systems.sensors.readings import LidarScan, Reading
@@ -120,17 +120,17 @@ class Picture:
         self._arrows.reach(*arrows(self._vehicle, snapshot))
         self._show_scan(snapshot, now)
         if snapshot.time > self._ahead_ends:
-            self.foresee(None)
+            self.foresee(-math.inf, np.empty((0, 3)))
         if now >= self._trail_due and len(self._trail) > 1:
             self._trail_due = now + TRAIL_PERIOD
             points = np.array(self._trail)[:, 1:].T
             self._meshcat.SetLine(TRAIL, points, 2.0, TRAIL_COLOUR)
 
-    def foresee(self, foreseen: Foreseen | None) -> None:
-        """Show the way that is predicted until its time is over, or none any more."""
-        if foreseen is not None and len(foreseen.p_WB) > 1:
-            self._ahead_ends = foreseen.ends
-            self._meshcat.SetLine(AHEAD, foreseen.p_WB.T, 2.0, AHEAD_COLOUR)
+    def foresee(self, ends: float, p_WB: np.ndarray) -> None:
+        """Show a predicted way (N, 3) [m] until a simulated time [s]; an empty one shows none."""
+        if len(p_WB) > 1:
+            self._ahead_ends = ends
+            self._meshcat.SetLine(AHEAD, p_WB.T, 2.0, AHEAD_COLOUR)
         elif self._ahead_ends > -math.inf:
             self._ahead_ends = -math.inf
             self._meshcat.Delete(AHEAD)

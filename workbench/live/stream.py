@@ -11,7 +11,7 @@ class Stream:
     A reader that stands still costs no memory: what it is too slow for is left out, and counted.
 
     Args:
-        send_queue: where it goes; None where nobody wants it.
+        send_queue: where it goes; None where it is not wanted.
     """
 
     def __init__(self, send_queue: SendQueue | None = None) -> None:
@@ -21,7 +21,7 @@ class Stream:
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody wants it."""
+        """Whether it goes anywhere."""
         return self._send_queue is not None
 
     def add(self, published: Published) -> None:

@@ -235,7 +235,7 @@ class ChartWindow:
         span: time that is seen while it follows [s].
         with_zero: whether zero is always seen.
         x_scale: along which it moves and zooms.
-        y_scale: likewise, of values.
+        y_scale: the same for values.
     """
 
     def __init__(self, span: float, smallest: float) -> None:
@@ -692,7 +692,7 @@ class Chart(QWidget):
         return self._model.ends
 
     def reset(self) -> None:
-        """Show what is shown as long as nobody zooms."""
+        """Undo every zoom."""
         raise NotImplementedError
 
     def redraw(self) -> None:
@@ -834,7 +834,7 @@ class Chart(QWidget):
         self.canvas.set_focus_shown(False)
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Draw what was set while nobody saw it."""
+        """Draw what was set while the chart was hidden."""
         self._soon.start()
 
     def changeEvent(self, event: QEvent | None) -> None:

@@ -64,7 +64,7 @@ class Guide:
 
     Attributes:
         x: where it begins and ends below; infinite for the edge of the picture.
-        y: likewise along the first axis of values, in SI.
+        y: the same along the first axis of values, in SI.
         colour: name of its colour in the look.
     """
 

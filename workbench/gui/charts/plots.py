@@ -149,7 +149,7 @@ class StaticPlot(Chart):
 
     def redraw(self) -> None:
         """Draw anew, and write all numbers."""
-        if self.window_ends == self._shown_ends:  # nobody has zoomed
+        if self.window_ends == self._shown_ends:  # the user has not zoomed
             self._model.window.show(*self._wanted_ends())
             self._shown_ends = self.window_ends
         self._model.window.forget_ranges()
@@ -363,7 +363,7 @@ class SpectrumChart(WindowPlot):
 
     def redraw(self) -> None:
         """Draw anew; the axes stay while the spectra swing within them."""
-        if self.window_ends == self._shown_ends:  # nobody has zoomed
+        if self.window_ends == self._shown_ends:  # the user has not zoomed
             self._model.window.show(*self._wanted_ends())
             self._shown_ends = self.window_ends
         self._model.now = self._now

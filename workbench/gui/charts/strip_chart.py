@@ -118,7 +118,7 @@ class StripChart(Chart):
         self._settle()
 
     def refresh(self, now: float) -> None:
-        """Draw the seconds until a time [s], unless it is paused or nobody sees it."""
+        """Draw the seconds until a time [s], unless it is paused or hidden."""
         self._model.now = now
         if self.is_paused or not self.isVisible() or self.visibleRegion().isEmpty():
             return

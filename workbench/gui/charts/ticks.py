@@ -29,7 +29,7 @@ def decade_ticks(low: float, high: float, most: int) -> tuple[list[float], list[
 
     Args:
         low: logarithm to base 10 of its lower end.
-        high: likewise of its upper end.
+        high: the same for its upper end.
         most: numbers for which there is room.
     """
     decades = high - low

@@ -50,7 +50,7 @@ class Attitude:
     bank: float
 
     def rounded(self, step: float) -> "Attitude":
-        """Return it in whole steps [rad], so that what nobody sees is no change."""
+        """Return it in whole steps [rad], so that invisible changes are none."""
         return Attitude(step * round(self.nose_up / step), step * round(self.bank / step))
 
     @property

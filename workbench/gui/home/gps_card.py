@@ -603,7 +603,7 @@ class GpsCard(Card):
         self.map.show_pose(pose, self._passed(), now.time)
 
     def _passed(self) -> list[TrailPoint]:
-        """Return where the drone was since the last look, also while nobody looked."""
+        """Return where the drone was since the last call, also while the map was hidden."""
         if "position_data.x" not in self._signals.units:
             return []
         times, east = self._signals.series("position_data.x", self._seen + TRAIL_PERIOD)

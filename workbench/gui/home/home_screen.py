@@ -225,7 +225,7 @@ class Plan:
 
     Attributes:
         width: at which the scale is 1 [px].
-        height: likewise.
+        height: at which the scale is 1 [px].
         columns: slots from top to bottom.
     """
 
@@ -438,7 +438,7 @@ class HomeScreen(Screen):
         self._turns.reset()
 
     def hideEvent(self, event: QHideEvent | None) -> None:
-        """Let the wall clock stand: nobody sees it."""
+        """Stop the wall clock while it is hidden."""
         self._timer.stop()
         super().hideEvent(event)
 

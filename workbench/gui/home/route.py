@@ -26,8 +26,8 @@ FOLLOWS = slice(4, 8)
 class Route(QObject):
     """Way-points of the flight; each is an order to go to a place, which the log has.
 
-    The last one is held. What else is asked of the drone meanwhile, by whomever, ends it: nothing
-    flies on by itself after a stick was moved.
+    The last one is held. Any other command ends the route, whoever gives it: the drone does not
+    fly on by itself after a stick was moved.
 
     Args:
         flight: which flies it.

@@ -67,7 +67,7 @@ def paint_sign(painter: QPainter, place: QRectF, sign: Sign, colour: QColor, on:
 
 
 TEXT_SIZE = 12.0
-"""Height of text where nobody says otherwise [px]."""
+"""Height of plain text by default [px]."""
 _TABULAR = QFont.Tag("tnum")
 
 

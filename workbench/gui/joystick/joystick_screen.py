@@ -87,7 +87,7 @@ class Answered:
     Attributes:
         name: of the axis; positive is what it says first.
         unit: m/s or rad/s.
-        asked: by whoever flies; None where the drone flies to a place of its own accord.
+        asked: by the pilot; None while the drone flies to a place by itself.
         flown: now.
         scale: that fills a bar: full stick, or what is flown beyond it.
         limit: of the flight, that is flown at most.

@@ -144,7 +144,7 @@ class Bite:
 
 @dataclass(frozen=True)
 class FlightLimits:
-    """The fastest that the flight flies, whoever asks; infinite where that is not known.
+    """The flight's largest speeds, for every pilot; infinite where unknown.
 
     Attributes:
         level: largest level speed [m/s].

@@ -177,7 +177,7 @@ class ClientsPanel(QWidget):
         self.table.show_clients(peers, network.control)
         chosen = self.chosen
         if chosen is not None and self.table.peer_at(chosen) != meant:
-            self._choose_nobody()  # Qt chose a neighbour, whom nobody means to send away
+            self._clear_choice()  # Qt chose a neighbour, which the user did not mean
         said = say_control(network)
         if self.control.text() != said:
             self.control.setText(said)
@@ -225,7 +225,7 @@ class ClientsPanel(QWidget):
         row = self.chosen
         self.disconnect_button.setEnabled(row is not None)
 
-    def _choose_nobody(self) -> None:
+    def _clear_choice(self) -> None:
         selection = self.table.selectionModel()
         if selection is not None:
             selection.clear()

@@ -287,7 +287,7 @@ def _no_plain_file(path: str) -> str:
         return ""
     try:
         odd = Path(path).exists() and not Path(path).is_file()
-    except (OSError, ValueError):  # whoever opens it says what is wrong with it
+    except (OSError, ValueError):  # opening it tells what is wrong
         return ""
     return f"{path}: is no plain file: choose another" if odd else ""
 

@@ -78,11 +78,11 @@ class NumberBox(NumberField):
         preferences.changed.connect(lambda _: self._show_unit())
 
     def show_value(self, value: float) -> None:
-        """Show a value in SI, and tell nobody."""
+        """Show a value in SI, without a signal."""
         self.show_si(value)
 
     def _show_unit(self) -> None:
-        """Show value and range in the unit that is preferred now, and tell nobody."""
+        """Show value and range in the preferred unit, without a signal."""
         unit = unit_for(self._si_unit, self._preferences)
         low, high = map(unit.shown, self._ends)
         self.show_decimals(decimals_of(high - low))
@@ -122,7 +122,7 @@ class Switch(QCheckBox):
         self.toggled.connect(changed)
 
     def show_value(self, on: bool) -> None:
-        """Show whether it is on, and tell nobody."""
+        """Show whether it is on, without a signal."""
         self.blockSignals(True)
         self.setChecked(on)
         self.blockSignals(False)

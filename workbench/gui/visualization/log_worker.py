@@ -132,7 +132,7 @@ def limits_of(path: Path) -> SpecContents:
 
 
 def main(connection: Connection) -> None:
-    """Read what is asked for, send it, and end; also where nobody listens any more."""
+    """Read what is asked for, send it, and end; also once the app is gone."""
     with contextlib.suppress(EOFError, OSError):
         asked = connection.recv()
         assert isinstance(asked, Request)

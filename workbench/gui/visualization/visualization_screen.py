@@ -450,7 +450,7 @@ class EventsPage(QWidget):
         self._follow()
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Show the newest, which were not scrolled to while nobody looked: that lays out all."""
+        """Scroll to the newest: while the page is hidden that would lay out all rows."""
         super().showEvent(event)
         self._follow()
 
@@ -521,7 +521,7 @@ class LogReader(QObject):
 
     def _deliver(self, number: int, message: "float | Future[Any]") -> None:
         if number != self._number:
-            return  # of a log that nobody waits for
+            return  # of a log that is no longer wanted
         if isinstance(message, float):
             self.progressed.emit(message)
             return
@@ -735,7 +735,7 @@ class VisualizationScreen(Screen):
             self.workspace.scene.replay(time)
 
     def _enable_tabs(self) -> None:
-        """Let nobody take the flight's pictures for those of the log."""
+        """Disable the pages of the flight while a log is shown."""
         for index in range(1, self.tabs.count()):
             self.tabs.setTabEnabled(index, not self.shows_log)
             tip = "Of the live flight: go back to live first" if self.shows_log else ""
