@@ -66,7 +66,7 @@ def test_only_so_many_are_kept(store, file):
     for number in range(MOST + 3):
         recent.add(FileKind.LOG, str(file(f"{number}.mcap")))
     assert len(recent.files()) == MOST
-    assert recent.files()[0].path.endswith(f"{MOST + 2}.mcap")
+    assert recent.files()[0][1].endswith(f"{MOST + 2}.mcap")
 
 
 @pytest.mark.parametrize("kept", ["nonsense", ["x", 3, "planet:/tmp"], 7, None])

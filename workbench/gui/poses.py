@@ -1,5 +1,6 @@
-"""Poses of frames, and the tree of a vehicle's frames."""
+"""Poses of frames, the tree of a vehicle's frames, and from where they are seen."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -71,3 +72,36 @@ def poses_in_world(pairs: Sequence[tuple[str, str]], poses: Sequence[Pose]) -> M
     for (parent, child), pose in zip(pairs, poses, strict=False):
         found[child] = pose.after(found.get(parent, HOME))
     return found
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """From where something is seen in parallel projection.
+
+    Attributes:
+        turn: about z; at 0 the eye is behind, and x goes away from it [rad].
+        tilt: of the eye above the level; a quarter turn looks straight down [rad].
+        width: that is seen across [m].
+    """
+
+    turn: float = 0.0
+    tilt: float = math.pi / 2
+    width: float = 40.0
+
+    def axes(self) -> np.ndarray:
+        """Return right, up and away of the picture, as rows (3, 3)."""
+        c, s = math.cos(self.turn), math.sin(self.turn)
+        ct, st = math.cos(self.tilt), math.sin(self.tilt)
+        ahead = np.array([c, s, 0.0])
+        right = np.array([s, -c, 0.0])
+        up = st * ahead + ct * np.array([0.0, 0.0, 1.0])
+        away = ct * ahead - st * np.array([0.0, 0.0, 1.0])
+        return np.vstack([right, up, away])
+
+    def project(self, points: np.ndarray, width: float, height: float) -> np.ndarray:
+        """Return pixels right and down, and the distance away, of points (n, 3)."""
+        seen = points @ self.axes().T
+        scale = width / self.width
+        seen[:, 0] = 0.5 * width + scale * seen[:, 0]
+        seen[:, 1] = 0.5 * height - scale * seen[:, 1]
+        return seen

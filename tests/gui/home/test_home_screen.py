@@ -157,7 +157,7 @@ def test_the_map_has_the_way_also_while_nobody_looked(home, workspace, canned, c
     assert trail[-1].east == pytest.approx(east, abs=0.25)
     assert trail[-1].north == pytest.approx(canned.views[-1].snapshot.p_WB[1], abs=0.1)
     assert len(trail) > 10
-    assert home.cards["gps"].map.pose.place.east == east
+    assert home.cards["gps"].map.place.east == east
 
 
 def test_sensors_that_measure_show_their_readings(flown, canned):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from workbench.gui.home.gps_card import MOST_POINTS, PathMap, Pose, Trail, TrailPoint
+from workbench.gui.home.gps_card import MOST_POINTS, PathMap, Trail, TrailPoint
 from workbench.gui.instruments.map_frame import (
     LEAST,
     MapFrame,
@@ -118,7 +118,7 @@ def count_colour(image, name, rows):
 
 
 def test_the_drone_is_painted_where_it_is(shown):
-    shown.show_pose(Pose(Place(0.0, 1.5), 0.0), [], 1.0)
+    shown.show_pose(Place(0.0, 1.5), 0.0, [], 1.0)
     image = shown.grab().toImage()
     accent = shown.colour("accent").name()
     half = image.height() // 2
@@ -148,28 +148,28 @@ def painted(shown):
 
 def test_the_trail_thins_with_age(shown):
     east = [TrailPoint(0.1 * k, -1.6 + 0.02 * k, 0.8) for k in range(80)]
-    shown.show_pose(Pose(Place(0.4, 0.8), 0.0), east, 8.0)
+    shown.show_pose(Place(0.4, 0.8), 0.0, east, 8.0)
     new = painted(shown)
-    shown.show_pose(Pose(Place(0.5, 0.8), 0.0), [], 40.0)
+    shown.show_pose(Place(0.5, 0.8), 0.0, [], 40.0)
     recent = painted(shown)
-    shown.show_pose(Pose(Place(0.6, 0.8), 0.0), [], 400.0)
+    shown.show_pose(Place(0.6, 0.8), 0.0, [], 400.0)
     old = painted(shown)
     assert new > 1.2 * recent > 1.2 * 1.2 * old > 0
 
 
 def test_it_says_how_far_home_is(shown):
-    shown.show_pose(Pose(Place(3.0, 4.0), 0.0), [], 1.0)
+    shown.show_pose(Place(3.0, 4.0), 0.0, [], 1.0)
     assert shown.spoken == "5.0 metres from home: 3.0 east, 4.0 north"
 
 
 def test_a_place_that_is_no_number_changes_nothing(shown):
-    shown.show_pose(Pose(Place(1.0, 1.0), 0.0), [], 1.0)
-    shown.show_pose(Pose(Place(math.nan, 1.0), 0.0), [], 2.0)
-    assert shown.pose.place == Place(1.0, 1.0)
+    shown.show_pose(Place(1.0, 1.0), 0.0, [], 1.0)
+    shown.show_pose(Place(math.nan, 1.0), 0.0, [], 2.0)
+    assert shown.place == Place(1.0, 1.0)
 
 
 def test_a_new_flight_begins_without_a_trail(shown):
-    shown.show_pose(Pose(Place(9.0, 9.0), 0.0), [TrailPoint(0.0, 5.0, 5.0)], 1.0)
+    shown.show_pose(Place(9.0, 9.0), 0.0, [TrailPoint(0.0, 5.0, 5.0)], 1.0)
     shown.begin(Place(2.0, 3.0))
     assert shown.trail.points == []
     assert shown.frame.middle == Place(2.0, 3.0)

@@ -7,13 +7,12 @@ import pytest
 
 from workbench.gui.charts.colour_scale import colour_table, colour_words, colours_of
 from workbench.gui.cloud_rays import rays_from
-from workbench.gui.poses import poses_in_parent, poses_in_world, turned
+from workbench.gui.poses import Viewpoint, poses_in_parent, poses_in_world, turned
 from workbench.gui.visualization.event_list import MOST, EventList
 from workbench.gui.visualization.sensor_pages import (
     BEYOND,
     TOO_NEAR,
     TOP,
-    Viewpoint,
     depth_colours,
     depth_text,
     paint_points,

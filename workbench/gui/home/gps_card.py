@@ -118,19 +118,6 @@ class Trail:
         return self.points[max(0, first - 1) :]
 
 
-@dataclass(frozen=True)
-class Pose:
-    """Where a drone is and where it points.
-
-    Attributes:
-        place: in W.
-        yaw: [rad].
-    """
-
-    place: Place
-    yaw: float
-
-
 class PathMap(Instrument):
     """Shows home, obstacles, the trail, way-points and the drone, with a scale bar.
 
@@ -143,7 +130,7 @@ class PathMap(Instrument):
     Attributes:
         trail: that was flown.
         home: where the flight began.
-        pose: of the drone, None before the first.
+        place: of the drone, None before the first.
         under: the place under the pointer, None where it is elsewhere.
         armed: whether a click sets a way-point.
         say_place: what is written beside the pointer's place.
@@ -158,7 +145,8 @@ class PathMap(Instrument):
         super().__init__(look, "Map of the path", parent)
         self.trail = Trail()
         self.home = Place(0.0, 0.0)
-        self.pose: Pose | None = None
+        self.place: Place | None = None
+        self._yaw = 0.0
         self.under: Place | None = None
         self.armed = False
         self.say_place: Callable[[Place], Sequence[str]] = lambda place: ()
@@ -178,10 +166,9 @@ class PathMap(Instrument):
     @property
     def spoken(self) -> str:
         """All of it as a sentence."""
-        if self.pose is None:
+        if self.place is None:
             return "no position yet"
-        east = self.pose.place.east - self.home.east
-        north = self.pose.place.north - self.home.north
+        east, north = self.place.east - self.home.east, self.place.north - self.home.north
         said = f"{math.hypot(east, north):.1f} metres from home: {east:.1f} east, {north:.1f} north"
         if self._points:
             said += f"; flies to way-point {self._present + 1} of {len(self._points)}"
@@ -190,7 +177,7 @@ class PathMap(Instrument):
     def begin(self, home: Place, outlines: tuple[Outline, ...] = ()) -> None:
         """Forget the way: a flight begins at a place, among obstacles."""
         self.trail.clear()
-        self.home, self.pose = home, None
+        self.home, self.place = home, None
         self._outlines, self._points = outlines, ()
         self._frame.reset(home, _least(home, outlines))
         self.renew()
@@ -206,19 +193,20 @@ class PathMap(Instrument):
         self.setCursor(Qt.CursorShape.CrossCursor if armed else Qt.CursorShape.ArrowCursor)
         self.update()
 
-    def show_pose(self, pose: Pose, passed: list[TrailPoint], time: float) -> None:
+    def show_pose(self, place: Place, yaw: float, passed: list[TrailPoint], time: float) -> None:
         """Show where the drone is, and the way since the last call.
 
         Args:
-            pose: now.
+            place: now, in W.
+            yaw: now [rad].
             passed: places on the way, in the order of time.
             time: simulated [s].
         """
-        if not all(map(math.isfinite, (pose.place.east, pose.place.north, pose.yaw))):
+        if not all(map(math.isfinite, (place.east, place.north, yaw))):
             return
         self.trail.add(passed)
-        self.pose, self._time = pose, time
-        seen = [self.home, pose.place]
+        self.place, self._yaw, self._time = place, yaw, time
+        seen = [self.home, place]
         seen += [Place(point.east, point.north) for point in self.trail.points]
         seen += self._points
         before = self.frame
@@ -226,8 +214,8 @@ class PathMap(Instrument):
             self.renew()
         if any(each.course for each in self._outlines):
             self.update()
-        x, y = self._pixels(pose.place)
-        drawn = (round(2 * x) / 2, round(2 * y) / 2, round(pose.yaw, 2))
+        x, y = self._pixels(place)
+        drawn = (round(2 * x) / 2, round(2 * y) / 2, round(yaw, 2))
         if drawn != self._drawn:
             self._drawn = drawn
             self.update()
@@ -263,7 +251,7 @@ class PathMap(Instrument):
         assert event is not None
         if event.angleDelta().y():
             self._frame.zoom(-1 if event.angleDelta().y() > 0 else 1)
-            seen = [self.home, *self._points, *([self.pose.place] if self.pose else [])]
+            seen = [self.home, *self._points, *([self.place] if self.place else [])]
             self._frame.take(seen, self._time)
             self.renew()
             self._look_under(event.position())
@@ -303,14 +291,14 @@ class PathMap(Instrument):
         for each in self._outlines:
             if each.course is not None:
                 self._paint_outline(painter, each.at(self._time))
-        if self.pose is not None:
-            self._paint_flight(painter, self.pose)
+        if self.place is not None:
+            self._paint_flight(painter, self.place)
         if self.under is not None:
             self._paint_under(painter, self.under)
 
-    def _paint_flight(self, painter: QPainter, pose: Pose) -> None:
+    def _paint_flight(self, painter: QPainter, place: Place) -> None:
         accent = self.colour("accent")
-        end = TrailPoint(self._time, pose.place.east, pose.place.north)
+        end = TrailPoint(self._time, place.east, place.north)
         points = [*self.trail.points, end]
         new = next((k for k, each in enumerate(points) if each.time >= self._time - NEW), 0)
         recent = next((k for k, each in enumerate(points) if each.time >= self._time - RECENT), 0)
@@ -330,7 +318,7 @@ class PathMap(Instrument):
                 painter.drawPolyline(QPolygonF(part))
         self._paint_home(painter)
         self._paint_points(painter, corners[-1])
-        self._paint_drone(painter, corners[-1], pose.yaw)
+        self._paint_drone(painter, corners[-1], self._yaw)
 
     def _paint_outline(self, painter: QPainter, outline: Outline) -> None:
         fill = QColor(self.colour("muted"))
@@ -599,8 +587,7 @@ class GpsCard(Card):
 
     def _show_map(self, now: Snapshot) -> None:
         east, north, _ = now.p_WB
-        pose = Pose(Place(east, north), now.roll_pitch_yaw[2])
-        self.map.show_pose(pose, self._passed(), now.time)
+        self.map.show_pose(Place(east, north), now.roll_pitch_yaw[2], self._passed(), now.time)
 
     def _passed(self) -> list[TrailPoint]:
         """Return where the drone was since the last call, also while the map was hidden."""

@@ -41,7 +41,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.system_libraries import remedy
 from workbench.gui.cloud_rays import CloudRays, find_rays, newest_points
 from workbench.gui.layout import NO_MARGINS, FlowLayout, vbox
-from workbench.gui.poses import rotation_of
+from workbench.gui.poses import Viewpoint, rotation_of
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.view3d.scene import Track
@@ -176,16 +176,13 @@ class PlainView(QWidget):
 
     def axes(self) -> np.ndarray:
         """Return what points to the right and up in the picture, as rows in W (2, 3)."""
-        if self._turn == "top":
-            return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-        azimuth, elevation = {
-            "side": (0.5 * math.pi, 0.0),
+        quarter = 0.5 * math.pi
+        turn, tilt = {
+            "top": (quarter, quarter),
+            "side": (quarter, 0.0),
             "follow": (self._yaw, ELEVATION),
         }.get(self._turn, (math.radians(50.0), ELEVATION))
-        ahead = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
-        right = np.array([ahead[1], -ahead[0], 0.0])
-        up = math.sin(elevation) * ahead + np.array([0.0, 0.0, math.cos(elevation)])
-        return np.array([right, up])
+        return Viewpoint(turn, tilt).axes()[:2]
 
     def points(self, p_W: np.ndarray) -> list[QPointF]:
         """Return where points in W (N, 3) stand in the widget."""

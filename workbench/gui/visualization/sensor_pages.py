@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
@@ -38,7 +37,7 @@ from workbench.gui.charts.colour_scale import (
 from workbench.gui.charts.ticks import number_text, round_step
 from workbench.gui.cloud_rays import CloudRays, find_rays, pose_at
 from workbench.gui.layout import hbox, vbox
-from workbench.gui.poses import turned
+from workbench.gui.poses import Viewpoint, turned
 from workbench.gui.style import set_class
 from workbench.gui.theme import Look
 from workbench.gui.workspace import Workspace
@@ -325,39 +324,6 @@ NO_LIDAR = (
     "No lidar measures in this flight. Open a scenario with one, such as “network” or "
     "“all-sensors”, or list lidar under sensors in the scenario."
 )
-
-
-@dataclass(frozen=True)
-class Viewpoint:
-    """From where a cloud is seen.
-
-    Attributes:
-        turn: about z; at 0 the eye is behind, and x goes away from it [rad].
-        tilt: of the eye above the level; a quarter turn looks straight down [rad].
-        width: that is seen across [m].
-    """
-
-    turn: float = 0.0
-    tilt: float = math.pi / 2
-    width: float = 40.0
-
-    def axes(self) -> np.ndarray:
-        """Return right, up and away of the picture, as rows (3, 3)."""
-        c, s = math.cos(self.turn), math.sin(self.turn)
-        ct, st = math.cos(self.tilt), math.sin(self.tilt)
-        ahead = np.array([c, s, 0.0])
-        right = np.array([s, -c, 0.0])
-        up = st * ahead + ct * np.array([0.0, 0.0, 1.0])
-        away = ct * ahead - st * np.array([0.0, 0.0, 1.0])
-        return np.vstack([right, up, away])
-
-    def project(self, points: np.ndarray, width: float, height: float) -> np.ndarray:
-        """Return pixels right and down, and the distance away, of points (n, 3)."""
-        seen = points @ self.axes().T
-        scale = width / self.width
-        seen[:, 0] = 0.5 * width + scale * seen[:, 0]
-        seen[:, 1] = 0.5 * height - scale * seen[:, 1]
-        return seen
 
 
 TOP = Viewpoint()
