@@ -52,7 +52,7 @@ def test_a_dropped_file_is_flown_for_what_it_is(opened, flown, tmp_path):
         Choice(windy, world=str(world)),
         Choice(windy, model=str(drone), world=str(world), sensors=("all",)),
     ]
-    assert [each.kind for each in window.recent.files()] == [
+    assert [kind for kind, _ in window.recent.files()] == [
         FileKind.MODEL,
         FileKind.WORLD,
         FileKind.SCENARIO,
