@@ -12,7 +12,6 @@ from workbench.gui.server.server_screen import (
     LONGEST,
     RefusalLog,
     Running,
-    Wanted,
     connect_line,
     file_faults,
     fingerprint,
@@ -139,18 +138,16 @@ def test_the_state_is_a_word_and_a_sentence():
         Phase.FLYING, "", network=NetworkView(ServerStatus("127.0.0.1:7733", "", (), {}, ()))
     )
     idle = LiveView(Phase.FLYING, "")
-    nothing = Wanted.NOTHING
-    assert server_state(idle, False, nothing, "").running is Running.NO_FLIGHT
-    assert server_state(idle, True, nothing, "").running is Running.STOPPED
-    assert server_state(idle, True, Wanted.START, "").running is Running.STARTING
-    assert server_state(served, True, nothing, "").said == (
-        "at 127.0.0.1:7733; nobody is connected."
-    )
-    assert server_state(served, True, Wanted.STOP, "").running is Running.STOPPING
+    nothing = None
+    assert server_state(idle, False, nothing, "")[0] is Running.NO_FLIGHT
+    assert server_state(idle, True, nothing, "")[0] is Running.STOPPED
+    assert server_state(idle, True, Running.STARTING, "")[0] is Running.STARTING
+    assert server_state(served, True, nothing, "")[1] == ("at 127.0.0.1:7733; nobody is connected.")
+    assert server_state(served, True, Running.STOPPING, "")[0] is Running.STOPPING
     failed = server_state(idle, True, nothing, "port 7733 is in use: take another")
-    assert failed.running is Running.FAILED
-    assert failed.said == "Port 7733 is in use: take another."
+    assert failed[0] is Running.FAILED
+    assert failed[1] == "Port 7733 is in use: take another."
     again = LiveView(Phase.FLYING, "", network=NetworkView(starts_again=True))
     begun = server_state(again, True, nothing, "the server was killed; it is started again")
-    assert begun.running is Running.STARTING
-    assert begun.said == "The server was killed; it is started again."
+    assert begun[0] is Running.STARTING
+    assert begun[1] == "The server was killed; it is started again."

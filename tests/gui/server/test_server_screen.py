@@ -37,7 +37,7 @@ class Bench:
 
     @property
     def running(self):
-        return self.screen.control.state.running
+        return self.screen.control.state[0]
 
     def write(self, name, text):
         line = self.screen.form.lines[name]

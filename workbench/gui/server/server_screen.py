@@ -4,7 +4,6 @@ import hashlib
 import ssl
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
@@ -499,51 +498,32 @@ CLASSES = {Running.LISTENING: "value good", Running.FAILED: "value bad"}
 SIGNS = {Running.LISTENING: "●", Running.FAILED: "✕"}
 
 
-class Wanted(Enum):
-    """What was asked for and is not answered yet."""
-
-    NOTHING = "nothing"
-    START = "start"
-    STOP = "stop"
-
-
-@dataclass(frozen=True)
-class ServerState:
-    """A server in words.
-
-    Attributes:
-        running: how it is.
-        said: the same as a sentence, and what to do.
-    """
-
-    running: Running
-    said: str
-
-
-def server_state(view: LiveView, flies: bool, wanted: Wanted, failure: str) -> ServerState:
-    """Return how the server is.
+def server_state(
+    view: LiveView, flies: bool, wanted: Running | None, failure: str
+) -> tuple[Running, str]:
+    """Return how the server is, and the same as a sentence with what to do.
 
     Args:
         view: of the flight.
         flies: whether there is a flight at all.
-        wanted: what was asked for and is not answered.
+        wanted: STARTING or STOPPING while such an order is not answered, else None.
         failure: why the last start failed, or the server ended; "" else.
     """
     if not flies or view.phase is Phase.ENDED:
-        return ServerState(Running.NO_FLIGHT, "A server serves a flight: open a scenario first.")
-    if wanted is Wanted.STOP:
-        return ServerState(Running.STOPPING, "Clients are told goodbye.")
+        return Running.NO_FLIGHT, "A server serves a flight: open a scenario first."
+    if wanted is Running.STOPPING:
+        return Running.STOPPING, "Clients are told goodbye."
     if view.network.server is not None:
         count = len(view.network.server.clients)
         clients = "nobody is connected" if not count else f"{count} connected"
-        return ServerState(Running.LISTENING, f"at {view.network.server.address}; {clients}.")
+        return Running.LISTENING, f"at {view.network.server.address}; {clients}."
     if view.network.starts_again:
-        return ServerState(Running.STARTING, f"{failure[:1].upper()}{failure[1:]}.")
-    if wanted is Wanted.START:
-        return ServerState(Running.STARTING, "It takes a moment.")
+        return Running.STARTING, f"{failure[:1].upper()}{failure[1:]}."
+    if wanted is Running.STARTING:
+        return Running.STARTING, "It takes a moment."
     if failure:
-        return ServerState(Running.FAILED, f"{failure[:1].upper()}{failure[1:]}.")
-    return ServerState(Running.STOPPED, "Nobody else can watch or fly until it is started.")
+        return Running.FAILED, f"{failure[:1].upper()}{failure[1:]}."
+    return Running.STOPPED, "Nobody else can watch or fly until it is started."
 
 
 class ServerControl(QObject):
@@ -564,23 +544,24 @@ class ServerControl(QObject):
         super().__init__(parent)
         self._flight = flight
         self.config = ServerConfig()
-        self._wanted, self._failure = Wanted.NOTHING, ""
+        self._wanted: Running | None = None
+        self._failure = ""
         self._served: LiveFlight | None = None
         self._listened = False
         flight.viewed.connect(self._look)
 
     @property
-    def state(self) -> ServerState:
-        """How the server is."""
+    def state(self) -> tuple[Running, str]:
+        """How the server is, and the same as a sentence with what to do."""
         flies = self._flight.live is not None
         return server_state(self._flight.view, flies, self._wanted, self._failure)
 
     def start(self, config: ServerConfig) -> None:
         """Start a server; what is wrong with it comes as its state."""
-        if self._flight.live is None or self._wanted is not Wanted.NOTHING:
+        if self._flight.live is None or self._wanted is not None:
             return
         self.config, self._served = config, self._flight.live
-        self._wanted, self._failure = Wanted.START, ""
+        self._wanted, self._failure = Running.STARTING, ""
         served = self._served
         self._flight.order(
             lambda live: live.serve(config),
@@ -592,9 +573,9 @@ class ServerControl(QObject):
     def stop(self) -> None:
         """Send all clients away."""
         served = self._flight.live
-        if served is None or self._wanted is Wanted.STOP:
+        if served is None or self._wanted is Running.STOPPING:
             return
-        self._wanted, self._failure, self._listened = Wanted.STOP, "", False
+        self._wanted, self._failure, self._listened = Running.STOPPING, "", False
         self._flight.order(
             lambda live: live.stop_serving(),
             done=lambda _: self._answered(served, ""),
@@ -605,7 +586,7 @@ class ServerControl(QObject):
     def _answered(self, served: LiveFlight, failure: str) -> None:
         if served is not self._flight.live:
             return  # that flight is over, and so is its server
-        self._wanted, self._failure = Wanted.NOTHING, failure
+        self._wanted, self._failure = None, failure
         self.changed.emit()
 
     def _look(self, view: LiveView) -> None:
@@ -613,16 +594,16 @@ class ServerControl(QObject):
         if self._flight.live is not self._served:
             self._served = self._flight.live
             self._failure = ENDED_WITH_FLIGHT if self._listened else ""
-            self._wanted, self._listened = Wanted.NOTHING, False
+            self._wanted, self._listened = None, False
             self.changed.emit()
         listens = view.network.server is not None
         ended = (self._listened or self._failure) and not listens
-        if ended and self._wanted is Wanted.NOTHING:
+        if ended and self._wanted is None:
             failure = view.network.said or self._failure or "the server has ended: start it again"
             if self._listened or failure != self._failure:
                 self._failure = failure
                 self.changed.emit()
-        self._listened = listens and self._wanted is not Wanted.STOP
+        self._listened = listens and self._wanted is not Running.STOPPING
 
 
 class RefusalLog:
@@ -783,18 +764,18 @@ class ServerScreen(Screen):
 
     def _show_state(self) -> None:
         """Show whether it runs, and let only that be pressed that has an effect."""
-        state = self.control.state
-        word = f"{SIGNS.get(state.running, '○')} {state.running.value}"
+        running, said = self.control.state
+        word = f"{SIGNS.get(running, '○')} {running.value}"
         if word != self.state.text():
             self.state.setText(word)
-            set_class(self.state, CLASSES.get(state.running, "value"))
-        if state.said != self.said.text():
-            self.said.setText(state.said)
-        idle = state.running in (Running.STOPPED, Running.FAILED)
+            set_class(self.state, CLASSES.get(running, "value"))
+        if said != self.said.text():
+            self.said.setText(said)
+        idle = running in (Running.STOPPED, Running.FAILED)
         self.start_button.setEnabled(idle and self.form.is_right)
-        self.stop_button.setEnabled(state.running in (Running.LISTENING, Running.STARTING))
-        self.copy_button.setVisible(state.running is Running.LISTENING)
-        self.form.let_write(idle or state.running is Running.NO_FLIGHT)
+        self.stop_button.setEnabled(running in (Running.LISTENING, Running.STARTING))
+        self.copy_button.setVisible(running is Running.LISTENING)
+        self.form.let_write(idle or running is Running.NO_FLIGHT)
 
     def _lay_out(self) -> None:
         top = dressed(QFrame(self), "card")
