@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from PyQt6.QtCore import QEvent, QObject, Qt, pyqtSignal
+from PyQt6.QtCore import QEvent, Qt, pyqtSignal
 from PyQt6.QtGui import (
     QAction,
     QContextMenuEvent,
@@ -75,57 +75,6 @@ class Column(NamedTuple):
     unit: str
     time: np.ndarray
     values: np.ndarray
-
-
-class Copies(QObject):
-    """Takes pictures and data to the clipboard or to a file, and tells of it.
-
-    Args:
-        workspace: folder and notices.
-        parent: the Qt parent; this object is deleted with it.
-    """
-
-    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._workspace = workspace
-        self._answers = Answers(workspace.notices.warn, self)
-
-    def copy_picture(self, widget: QWidget) -> None:
-        """Copy a widget as a picture."""
-        clipboard = QGuiApplication.clipboard()
-        if clipboard is not None:
-            clipboard.setPixmap(widget.grab())
-            self._workspace.notices.inform("The chart is on the clipboard, as a picture.")
-
-    def copy_data(self, columns: tuple[Column, ...], over: str) -> None:
-        """Copy samples over what is named, in SI, with tabs between."""
-        clipboard = QGuiApplication.clipboard()
-        if clipboard is not None:
-            clipboard.setText(table_text(columns, over))
-            self._workspace.notices.inform("The chart's data are on the clipboard, in SI units.")
-
-    def save_picture(self, widget: QWidget, title: str) -> None:
-        """Write a widget as a picture (PNG) to the folder for logs."""
-        image = widget.grab().toImage()
-        self._write(title, "png", lambda path: image.save(str(path)))
-
-    def save_data(self, columns: tuple[Column, ...], over: str, title: str) -> None:
-        """Write samples (CSV) over what is named, in SI, to the folder for logs."""
-        kept = [each._replace(time=each.time.copy(), values=each.values.copy()) for each in columns]
-        self._write(
-            title, "csv", lambda path: path.write_text(table_text(kept, over, ","), "utf-8")
-        )
-
-    def _write(self, title: str, suffix: str, write: Callable[[Path], int]) -> None:
-        """Write a file to the folder for logs, named by a chart and the time of day."""
-        name = "".join(each if each.isalnum() else "_" for each in title.lower()) or "chart"
-        stamp = time.strftime("%Y%m%d_%H%M%S")
-        folder = log_folder(self._workspace.preferences).absolute()
-        path = folder / f"{name}_{stamp}.{suffix}"
-        self._answers.expect(
-            self._workspace.errands.run(partial(_write_file, path, write)),
-            lambda path: self._workspace.notices.inform(f"Saved {path}"),
-        )
 
 
 def table_text(columns: Sequence[Column], over: str, separator: str = "\t") -> str:
@@ -613,7 +562,7 @@ class Chart(QWidget):
         super().__init__(parent)
         self._workspace, self._kind = workspace, kind
         self._model = ChartModel(workspace.preferences, workspace.look, smallest)
-        self._copies = Copies(workspace, self)
+        self._answers = Answers(workspace.notices.warn, self)
         self._soon = single_shot(self._redraw_if_seen, self)  # several curves are added in one go
         self.extra_actions: list[QAction] = []
         self.legend = Legend(workspace.look)
@@ -773,7 +722,10 @@ class Chart(QWidget):
 
     def copy_picture(self) -> None:
         """Copy the chart as a picture."""
-        self._copies.copy_picture(self)
+        clipboard = QGuiApplication.clipboard()
+        if clipboard is not None:
+            clipboard.setPixmap(self.grab())
+            self._workspace.notices.inform("The chart is on the clipboard, as a picture.")
 
     def columns(self) -> tuple[Column, ...]:
         """Return the samples that are seen, in SI; views, to be used at once."""
@@ -781,15 +733,33 @@ class Chart(QWidget):
 
     def copy_data(self) -> None:
         """Copy the samples that are seen, in SI, with tabs between."""
-        self._copies.copy_data(self.columns(), self._model.over)
+        clipboard = QGuiApplication.clipboard()
+        if clipboard is not None:
+            clipboard.setText(table_text(self.columns(), self._model.over))
+            self._workspace.notices.inform("The chart's data are on the clipboard, in SI units.")
 
     def save_picture(self) -> None:
         """Write the chart as a picture (PNG) to the folder for logs."""
-        self._copies.save_picture(self, self.title)
+        image = self.grab().toImage()
+        self._write("png", lambda path: image.save(str(path)))
 
     def save_data(self) -> None:
         """Write the samples that are seen (CSV), in SI, to the folder for logs."""
-        self._copies.save_data(self.columns(), self._model.over, self.title)
+        columns = self.columns()
+        kept = [each._replace(time=each.time.copy(), values=each.values.copy()) for each in columns]
+        over = self._model.over
+        self._write("csv", lambda path: path.write_text(table_text(kept, over, ","), "utf-8"))
+
+    def _write(self, suffix: str, write: Callable[[Path], int]) -> None:
+        """Write a file to the folder for logs, named by the chart and the time of day."""
+        title = self.title.lower()
+        name = "".join(each if each.isalnum() else "_" for each in title) or "chart"
+        folder = log_folder(self._workspace.preferences).absolute()
+        path = folder / f"{name}_{time.strftime('%Y%m%d_%H%M%S')}.{suffix}"
+        self._answers.expect(
+            self._workspace.errands.run(partial(_write_file, path, write)),
+            lambda path: self._workspace.notices.inform(f"Saved {path}"),
+        )
 
     def make_menu(self) -> QMenu:
         """Return a menu that is gone once it is closed."""

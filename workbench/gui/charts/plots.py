@@ -35,7 +35,6 @@ from workbench.gui.charts.legend import Entry
 from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.strip_chart import TimeView
 from workbench.gui.charts.ticks import Scale, number_text
-from workbench.gui.errands import Answers
 from workbench.gui.layout import hbox
 from workbench.gui.style import set_class
 from workbench.gui.units import Unit, unit_for
@@ -333,7 +332,6 @@ class SpectrumChart(WindowPlot):
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(workspace, parent)
-        self._answers = Answers(workspace.notices.warn, self)
         self._waits = self._again = False
         self._model.x_name, self._model.x_unit = "Frequency", "Hz"
         self._window, self._averages, self._detrend = QComboBox(), QComboBox(), QComboBox()
