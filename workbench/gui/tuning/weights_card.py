@@ -9,6 +9,7 @@ from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QWidget
 
 from workbench.analysis.questions import Weigh
 from workbench.analysis.replies import Weighed, Weight
+from workbench.gui.errands import single_shot
 from workbench.gui.number_field import buddy
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, wrapped
