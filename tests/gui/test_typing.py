@@ -158,7 +158,7 @@ def test_lines_with_a_number_in_them_follow_the_same_rule(window, qtbot):
         enter(qtbot, port, text)
         assert port.text() == text
         assert bool(form.fault("port")) == (number is None), form.fault("port")
-        assert number is None or form.fields.config().port == number
+        assert number is None or form.config.port == number
 
 
 def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
