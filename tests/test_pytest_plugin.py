@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-import workbench.design.regress.judging  # noqa: F401  Drake cannot be loaded again by each run
+import workbench.design.regress.running  # noqa: F401  Drake cannot be loaded again by each run
 from workbench.common.resources import controllers_dir
 
 pytest_plugins = ["pytester"]

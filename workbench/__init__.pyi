@@ -52,8 +52,8 @@ from workbench.design.predict.what_if import Uncertainty as Uncertainty
 from workbench.design.regress.flight import Changes as Changes
 from workbench.design.regress.loading import load_spec as load_spec
 from workbench.design.regress.page import junit_xml as junit_xml
+from workbench.design.regress.page import plot_curve as plot_curve
 from workbench.design.regress.page import results_page as results_page
-from workbench.design.regress.plots import plot_curve as plot_curve
 from workbench.design.regress.running import record as record
 from workbench.design.regress.running import regress as regress
 from workbench.design.rollout.agreement import agreement as agreement

@@ -66,19 +66,19 @@ class SpecItem(pytest.Item):
     """One case of a spec, or its margins."""
 
     def runtest(self) -> None:
-        from workbench.design.regress.judging import Job, baseline_files, compare, measure
         from workbench.design.regress.loading import load_spec
+        from workbench.design.regress.running import Job, baseline_files, compare
         from workbench.logs.judged_log import read_case
 
         # a controller of this repository runs as its conftest.py does
         spec = load_spec(self.path, trusted=self.config.rootpath)
         job = Job(spec, self.name).with_log(read_case)
-        measured = measure(job)
+        flown = job.run()
         if self.config.getoption(UPDATE):
-            for path, text in baseline_files(job, measured).items():
+            for path, text in baseline_files(job, flown).items():
                 path.parent.mkdir(exist_ok=True)
                 write_atomically(path, text)
-        result = compare(job, measured)
+        result = compare(job, flown)
         if not result.passed:
             raise RegressionError("\n".join(result.story))
         if result.skipped:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-import workbench.design.regress.judging  # noqa: F401  Drake cannot be loaded again by a run inside
+import workbench.design.regress.running  # noqa: F401  Drake cannot be loaded again by a run inside
 from tests.docs.test_docs_logs_of_real_flights import write_page_log
 from workbench.commands.cli import main
 

@@ -195,7 +195,7 @@ def _page(found: "Comparison", figure: "Figure") -> str:
     """Return the page."""
     from html import escape
 
-    from workbench.design.regress.plots import inline_svg
+    from workbench.design.plots import inline_svg
 
     def line(cells: list[str], tag: str) -> str:
         return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"

@@ -146,7 +146,7 @@ def _title(specs: Sequence[str]) -> str:
 
 def _print(results: Sequence["CaseResult"]) -> None:
     """Print a sentence for each failure, and how many passed."""
-    from workbench.design.regress.summary import since_baseline, summary
+    from workbench.design.regress.verdict import since_baseline, summary
 
     for result in results:
         for failure in result.failures:

@@ -18,11 +18,11 @@ from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.design.load_step import check_load
 from workbench.design.regress.baseline import baseline_folder
 from workbench.design.regress.flight import Changes
-from workbench.design.regress.judging import Job, Measured, baseline_files, measure
-from workbench.design.regress.running import regress
+from workbench.design.regress.running import Job, baseline_files, regress
 from workbench.design.regress.signals import AXIS_SIGNALS
 from workbench.design.regress.spec import Case, Limit, Spec, SpecFile, Tolerance
 from workbench.design.regress.spec_names import MARGINS, SUFFIX, spec_name
+from workbench.design.regress.verdict import CaseResult
 from workbench.design.step_response import check_duration, check_step
 from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.gains.gains import flight_gains, make_profile, save_gains
@@ -332,7 +332,7 @@ def pin_step(
     spec = Spec(path, content)
     flown = _measured(spec, case.name, kept.gains)
     tell(0.4)
-    values = {each.name: each.value for each in flown.result.checks}
+    values = {each.name: each.value for each in flown.checks}
     case.limits = step_limits(values)
     if loaded:
         case.baseline = load_tolerances(axis, values["peak"])
@@ -412,15 +412,15 @@ def _make_folder(folder: Path) -> None:
         raise WorkbenchError(f"{folder}: cannot be made: {error.strerror}") from error
 
 
-def _measured(spec: Spec, part: str, gains: Mapping[str, float]) -> Measured:
+def _measured(spec: Spec, part: str, gains: Mapping[str, float]) -> CaseResult:
     """Return what a part of a spec comes to with gains.
 
     Raises:
         WorkbenchError: if the flight is lost.
     """
-    found = measure(Job(spec, part, Changes(settings=gains)))
-    if found.result.trouble:
-        raise WorkbenchError(f"the step cannot be pinned: {found.result.trouble}")
+    found = Job(spec, part, Changes(settings=gains)).run()
+    if found.trouble:
+        raise WorkbenchError(f"the step cannot be pinned: {found.trouble}")
     return found
 
 
@@ -430,14 +430,14 @@ def _all_margins(law: Controller) -> dict[str, dict[str, Limit]]:
     return {loop.name: dict.fromkeys(names, ANYTHING) for loop in law.loops}
 
 
-def _margins(measured: Measured) -> dict[str, dict[str, Limit]]:
+def _margins(measured: CaseResult) -> dict[str, dict[str, Limit]]:
     """Return the limits of every loop that has margins.
 
     Raises:
         WorkbenchError: if one is unstable.
     """
     values: dict[str, dict[str, float]] = {}
-    for check in measured.result.checks:
+    for check in measured.checks:
         loop, name = check.name.split(" ")
         values.setdefault(loop, {})[name] = check.value
     for loop, found in values.items():

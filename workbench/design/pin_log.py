@@ -16,7 +16,7 @@ import yaml
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import write_atomically
 from workbench.design.pin import ANYTHING, check_name, limit_between, limit_text, vehicle_head
-from workbench.design.regress.judging import Job, ReadLog, measure
+from workbench.design.regress.running import Job, ReadLog
 from workbench.design.regress.spec import Case, Limit, LogConfig, Spec, SpecFile
 from workbench.scenario.scenario import VehicleConfig
 
@@ -96,7 +96,7 @@ def pin_log(
     job = Job(spec, case.name, logged=read_log(spec, case))
     found: dict[str, list[float]] = {}
     left_out: dict[str, str] = {}
-    for check in measure(job).result.checks:
+    for check in job.run().checks:
         name = check.name.split(" ")[0]
         if math.isnan(check.value) or (check.doubt and name in MARKED):
             left_out[name] = check.doubt

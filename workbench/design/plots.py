@@ -1,5 +1,6 @@
 """What all figures share: style, frames with titles and units, and legends outside the data."""
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -28,6 +29,8 @@ STYLE: Any = {
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
 }
+
+_SVG: Any = {"svg.fonttype": "none", "svg.hashsalt": "workbench", "path.simplify": True}
 
 
 @dataclass(frozen=True)
@@ -119,3 +122,12 @@ def write_png(figure: Figure, to: Path | BinaryIO) -> None:
     A tenth more of bytes takes two thirds of the time to compress.
     """
     FigureCanvasAgg(figure).print_png(to, pil_kwargs={"compress_level": 3})
+
+
+def inline_svg(figure: Figure) -> str:
+    """Return a figure as an <svg> element to stand in a page."""
+    stream = io.StringIO()
+    with rc_context(_SVG):
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    text = stream.getvalue()
+    return text[text.index("<svg") :]

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.regress.judged_log import LEAST_KNOWN, JudgedLog, Trace
+from workbench.design.regress.flight import LEAST_KNOWN, JudgedLog, Trace
 from workbench.design.regress.measures import MEASURED
 from workbench.design.regress.signals import POINT, USE
 from workbench.design.regress.spec import SKIP, Case, LogConfig, Spec

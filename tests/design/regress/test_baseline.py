@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.regress.band import Curve
 from workbench.design.regress.baseline import (
     conditions_file,
     conditions_text,
@@ -13,7 +12,7 @@ from workbench.design.regress.baseline import (
     read_conditions,
     read_curves,
 )
-from workbench.design.regress.verdict import Comparison
+from workbench.design.regress.verdict import Comparison, Curve
 
 TIME = np.arange(5) / 128
 

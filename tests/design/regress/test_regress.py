@@ -10,9 +10,8 @@ from workbench.design.linear.operating_point import parse_point
 from workbench.design.linear.study import LinearStudy
 from workbench.design.regress.baseline import read_curves
 from workbench.design.regress.flight import Changes
-from workbench.design.regress.judging import Job, compare, measure
 from workbench.design.regress.loading import load_spec
-from workbench.design.regress.running import record, regress
+from workbench.design.regress.running import Job, compare, record, regress
 from workbench.design.reproduce import PAPER
 from workbench.design.reproduce import compare as beside_paper
 from workbench.design.step_response import fly_step
@@ -32,7 +31,7 @@ def spec(tmp_path):
 
 def judged(name: str, case: str, **changes):
     job = Job(load_spec(find_spec(name)), case, Changes(**changes))
-    return compare(job, measure(job))
+    return compare(job, job.run())
 
 
 def value(result, metric: str) -> float:

@@ -6,13 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.design.regress.band import Band, Curve
-from workbench.design.regress.judging import differences
-from workbench.design.regress.spec import Limit
-from workbench.design.regress.summary import since_baseline, summary
-from workbench.design.regress.verdict import CaseResult, Check, Comparison
+from workbench.design.regress.baseline import differences
+from workbench.design.regress.spec import Limit, Tolerance
+from workbench.design.regress.verdict import (
+    CaseResult,
+    Check,
+    Comparison,
+    Curve,
+    band,
+    since_baseline,
+    summary,
+)
 
 TIME = np.array([0.0, 0.5, 1.0])
+TIMES = np.linspace(0.0, 2.0, 9)
+RAMP = Curve(TIMES, 3.0 * TIMES)
 
 
 @pytest.mark.parametrize(
@@ -49,7 +57,7 @@ def test_the_sentence_names_value_limit_and_excess():
 
 def compared(*values: float) -> Comparison:
     baseline = Curve(TIME, np.array([0.0, 1.0, 2.0]))
-    limits = Band(baseline.values - 0.1, baseline.values + 0.1)
+    limits = baseline.values - 0.1, baseline.values + 0.1
     return Comparison("v_x", "m/s", Curve(TIME, np.array(values)), baseline, limits)
 
 
@@ -150,3 +158,50 @@ def test_how_many_passed_is_said_in_words(good, said):
 )
 def test_what_differs_is_said_once(results, said):
     assert since_baseline(results) == said
+
+
+def test_a_tolerance_widens_the_baseline_both_ways():
+    low, high = band(RAMP, Tolerance(absolute=0.5), TIMES)
+    assert low == pytest.approx(3.0 * TIMES - 0.5)
+    assert high == pytest.approx(3.0 * TIMES + 0.5)
+
+
+def test_a_relative_tolerance_is_a_share_of_the_largest_distance_from_the_start():
+    curve = Curve(TIMES, 10.0 - 4.0 * TIMES)  # from 10 to 2: an amplitude of 8
+    _, high = band(curve, Tolerance(relative=0.05, absolute=0.1), TIMES)
+    assert high - curve.values == pytest.approx(np.full(9, 0.4))
+
+
+def test_the_larger_of_both_tolerances_counts():
+    _, high = band(RAMP, Tolerance(relative=0.05, absolute=0.9), TIMES)
+    assert high - RAMP.values == pytest.approx(np.full(9, 0.9))
+
+
+def test_a_ramp_shifted_to_and_fro_sweeps_slope_times_shift():
+    low, high = band(RAMP, Tolerance(time_shift=0.1), TIMES)
+    assert low[1:-1] == pytest.approx(3.0 * TIMES[1:-1] - 0.3)
+    assert high[1:-1] == pytest.approx(3.0 * TIMES[1:-1] + 0.3)
+    assert (low[0], high[-1]) == (0.0, 6.0)  # nothing is known beyond the ends
+
+
+def test_a_peak_within_the_shift_belongs_to_the_band():
+    tent = Curve(TIMES, 1.0 - np.abs(TIMES - 1.0))
+    low, high = band(tent, Tolerance(time_shift=0.3), np.array([0.8, 1.0, 1.2]))
+    assert high == pytest.approx([1.0, 1.0, 1.0])
+    assert low == pytest.approx([0.5, 0.7, 0.5])
+
+
+def test_the_band_is_what_many_shifted_copies_cover():
+    random = np.random.default_rng(1)
+    time = np.sort(random.uniform(0.0, 5.0, 40))
+    curve = Curve(time, random.normal(size=40))
+    wanted = np.linspace(0.5, 4.5, 57)
+    shift = 0.23
+    low, high = band(curve, Tolerance(time_shift=shift), wanted)
+    copies = np.stack(
+        [np.interp(wanted + by, time, curve.values) for by in np.linspace(-shift, shift, 4001)]
+    )
+    assert low == pytest.approx(copies.min(axis=0), abs=5e-3)
+    assert high == pytest.approx(copies.max(axis=0), abs=5e-3)
+    assert (low <= copies.min(axis=0) + 1e-12).all()
+    assert (high >= copies.max(axis=0) - 1e-12).all()

@@ -10,8 +10,7 @@ import numpy as np
 
 from workbench.common.errors import find_row
 from workbench.design.metrics import find_metric
-from workbench.design.regress.flight import Flight, UnknownError
-from workbench.design.regress.judged_log import JudgedLog
+from workbench.design.regress.flight import Flight, JudgedLog, UnknownError
 from workbench.design.regress.signals import POINT, USE
 from workbench.design.regress.spec import OF
 from workbench.design.reproduce import mean_until

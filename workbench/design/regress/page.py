@@ -6,9 +6,19 @@ from html import escape
 from itertools import groupby
 from xml.etree import ElementTree
 
-from workbench.design.regress.plots import inline_svg, plot_curve
-from workbench.design.regress.summary import since_baseline, summary
-from workbench.design.regress.verdict import CaseResult, Check, Comparison, with_unit
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from workbench.design.plots import PALETTE, inline_svg, legend, styled, widen
+from workbench.design.regress.verdict import (
+    CaseResult,
+    Check,
+    Comparison,
+    since_baseline,
+    summary,
+    with_unit,
+)
 
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #222; max-width: 62em; margin: 2em auto;
@@ -164,3 +174,46 @@ def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
 def _clean(text: str) -> str:
     """Return text without what XML cannot hold."""
     return _NOT_XML.sub("?", text)
+
+
+LEAST_SPAN = 1e-3
+"""Numerical noise does not fill a picture."""
+
+
+@styled
+def plot_curve(curve: Comparison) -> Figure:
+    """Return a curve's figure: what was flown, the baseline, the band, and where it is left.
+
+    A second panel shows all of it as differences from the baseline, where a narrow band is seen.
+    """
+    beside = curve.baseline is not None
+    figure = Figure(figsize=(10.0 if beside else 6.2, 2.5), layout="constrained")
+    panels = figure.subplots(1, 2 if beside else 1, squeeze=False)[0]
+    _draw(panels[0], curve, np.zeros(len(curve.flown.time)))
+    panels[0].set_ylabel(f"{curve.signal} [{curve.unit}]")
+    if curve.baseline is not None:
+        middle = np.interp(curve.flown.time, curve.baseline.time, curve.baseline.values)
+        _draw(panels[1], curve, middle)
+        panels[1].set_ylabel(f"difference [{curve.unit}]")
+        legend(panels[1])
+    return figure
+
+
+def _draw(axes: Axes, curve: Comparison, less: np.ndarray) -> None:
+    """Draw everything, less some values at the flown times."""
+    time, values = curve.flown.time, curve.flown.values - less
+    shown = [values]
+    if curve.band is not None and curve.baseline is not None:
+        low, high = (edge - less for edge in curve.band)
+        axes.fill_between(time, low, high, color=PALETTE.window, lw=0, label="allowed")
+        baseline = np.interp(time, curve.baseline.time, curve.baseline.values) - less
+        axes.plot(time, baseline, color=PALETTE.command, ls="--", lw=1.1, label="baseline")
+        shown += [low, high]
+    axes.plot(time, values, color=PALETTE.ours, label="flown")
+    outside = curve.excesses > 0.0
+    if outside.any():
+        beyond = np.where(outside, values, np.nan)
+        axes.plot(time, beyond, color=PALETTE.limit, lw=2.6, label="out of band")
+    widen(axes, *shown, least=LEAST_SPAN)
+    axes.set_xlim(time[0], time[-1])
+    axes.set_xlabel("time since the edge [s]")

@@ -1,27 +1,48 @@
-"""Run specs: fly their cases in processes or on a cluster, compare, and record baselines."""
+"""Run specs: fly their cases, here or on a cluster, judge them, and record baselines."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, Self
 
+import numpy as np
+
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.yaml_files import read_yaml
 from workbench.design.executor.executor import Executor, InThisProcess, LocalProcesses
-from workbench.design.regress.flight import Changes, changed
-from workbench.design.regress.judging import (
-    Job,
-    Measured,
-    ReadLog,
-    baseline_files,
-    compare,
-    measure,
+from workbench.design.metrics import find_metric
+from workbench.design.regress.baseline import (
+    conditions,
+    conditions_file,
+    conditions_text,
+    curves_file,
+    curves_text,
+    differences,
+    read_conditions,
+    read_curves,
+)
+from workbench.design.regress.flight import (
+    Changes,
+    Flight,
+    JudgedLog,
+    UnknownError,
+    changed,
+    fly_case,
 )
 from workbench.design.regress.loading import check_named, load_spec
-from workbench.design.regress.spec_names import MARGINS
-from workbench.design.regress.verdict import CaseResult
+from workbench.design.regress.measures import MEASURED, Need, find_measure
+from workbench.design.regress.spec import Case, Limit, Spec
+from workbench.design.regress.spec_names import MARGINS, spec_title
+from workbench.design.regress.verdict import CaseResult, Check, Comparison, Curve, band
+from workbench.design.step_responses import SHORTEST
+from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import Scenario
 
 Progress = Callable[[float], None]
+ReadLog = Callable[[Spec, Case], JudgedLog]
 
 
 class Recorded(NamedTuple):
@@ -29,6 +50,109 @@ class Recorded(NamedTuple):
 
     results: list[CaseResult]
     files: dict[Path, str]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One part of a spec to judge; see `executor.Task`.
+
+    Attributes:
+        spec: that it is of.
+        part: the name of a case, or `MARGINS`.
+        changes: what the run has otherwise.
+        logged: the flight of a case that has a log, see `with_log`.
+    """
+
+    spec: Spec
+    part: str
+    changes: Changes = field(default_factory=Changes)
+    logged: JudgedLog | None = None
+
+    @property
+    def case(self) -> Case | None:
+        """The case; None of margins.
+
+        Raises:
+            WorkbenchError: if the spec has none of that name.
+        """
+        if self.part == MARGINS:
+            return None
+        cases = {case.name: case for case in self.spec.content.cases}
+        if self.part not in cases:
+            raise unknown_name("case", self.part, cases)
+        return cases[self.part]
+
+    @property
+    def scenario(self) -> Scenario:
+        """What names the files that are read for it."""
+        return changed(self.spec, self.changes)
+
+    def with_scenario(self, scenario: Scenario) -> Self:
+        """Return the same job with the files of that scenario."""
+        content = dataclasses.replace(
+            self.spec.content,
+            vehicle=scenario.vehicle,
+            controller=scenario.controller,
+            world=scenario.world,
+        )
+        return dataclasses.replace(self, spec=dataclasses.replace(self.spec, content=content))
+
+    def with_log(self, read: ReadLog) -> "Job":
+        """Return the job with the flight of its log, if its case has one.
+
+        Args:
+            read: makes that flight, `workbench.logs.judged_log.read_case`.
+
+        Raises:
+            WorkbenchError: if the log cannot be read, or lacks a signal that the case names, or if
+                the run has a change that only a new flight can have.
+        """
+        case = self.case
+        if case is None or case.log is None:
+            return self
+        if asked := self.changes.of_flights:
+            raise WorkbenchError(
+                f"{self.spec.path}: {case.name}: has a log, which has flown already, so {asked[0]} "
+                "cannot change it: leave it out, or name other specs"
+            )
+        try:
+            return dataclasses.replace(self, logged=read(self.spec, case))
+        except WorkbenchError as error:
+            raise WorkbenchError(f"{self.spec.path}: {case.name}: {error}") from None
+
+    def run(self) -> CaseResult:
+        """Fly the case, or work out the margins; nothing is read from the baseline.
+
+        Raises:
+            WorkbenchError: if the vehicle cannot be built.
+        """
+        began = time.perf_counter()
+        common, case, path = self.scenario, self.case, self.spec.path
+        result = CaseResult(spec_title(path), path, self.part)
+        if case is None:
+            checks = _check_loops(self.spec, common, self.changes.settings)
+            result = dataclasses.replace(result, checks=checks)
+        else:
+            try:
+                result = _judged(result, case, self._flight(case, common))
+            except WorkbenchError as error:
+                raise WorkbenchError(f"{path}: {case.name}: {error}") from None
+        return dataclasses.replace(
+            result,
+            seconds=time.perf_counter() - began,
+            conditions=conditions(common, self.changes.settings),
+        )
+
+    def _flight(self, case: Case, common: Scenario) -> Flight:
+        """Return the case's flight: flown now, or of its log."""
+        if case.log is None:
+            return fly_case(case, common, self.changes.settings)
+        if self.logged is None:
+            raise WorkbenchError(
+                "is judged from a log: give regress and record "
+                "read_log=workbench.logs.judged_log.read_case"
+            )
+        return self.logged
 
 
 def regress(
@@ -57,9 +181,9 @@ def regress(
     Raises:
         WorkbenchError: if a spec is wrong or its vehicle cannot be built.
     """
-    jobs = all_jobs(specs, changes or Changes(), read_log)
-    measured = measure_all(jobs, executor or local(processes), progress)
-    return [compare(job, each) for job, each in zip(jobs, measured, strict=True)]
+    jobs = _jobs(specs, changes or Changes(), read_log)
+    results = _run(jobs, executor or local(processes), progress)
+    return [compare(job, each) for job, each in zip(jobs, results, strict=True)]
 
 
 def record(
@@ -86,17 +210,20 @@ def record(
     """
     for path in specs:
         check_named(Path(path), controller)
-    jobs = all_jobs(specs, Changes(controller=controller), read_log)
-    measured = measure_all(jobs, executor or local(processes), progress)
+    jobs = _jobs(specs, Changes(controller=controller), read_log)
+    results = _run(jobs, executor or local(processes), progress)
     files: dict[Path, str] = {}
-    for job, each in zip(jobs, measured, strict=True):
+    for job, each in zip(jobs, results, strict=True):
         files |= baseline_files(job, each)
-    return Recorded([each.result for each in measured], files)
+    return Recorded(results, files)
 
 
-def all_jobs(
-    specs: Sequence[Path | str], changes: Changes, read_log: ReadLog | None = None
-) -> list[Job]:
+def local(processes: int) -> Executor:
+    """Return what flies in so many processes; one is this one."""
+    return LocalProcesses(processes) if processes > 1 else InThisProcess()
+
+
+def _jobs(specs: Sequence[Path | str], changes: Changes, read_log: ReadLog | None) -> list[Job]:
     """Return a job for each case of specs, and one for a spec's margins."""
     found = []
     for path in specs:
@@ -106,46 +233,144 @@ def all_jobs(
     return [job.with_log(read_log) for job in found] if read_log else found
 
 
-def local(processes: int) -> Executor:
-    """Return what flies in so many processes; one is this one."""
-    return LocalProcesses(processes) if processes > 1 else InThisProcess()
-
-
-def measure_all(
-    jobs: Sequence[Job], executor: Executor, progress: Progress | None = None
-) -> list[Measured]:
+def _run(jobs: Sequence[Job], executor: Executor, progress: Progress | None) -> list[CaseResult]:
     """Return what each job came to, in the order of the jobs."""
-    found: dict[int, Measured] = {}
-    for index, measured in executor.run([Measuring(job) for job in jobs]):
-        found[index] = measured
+    found: dict[int, CaseResult] = {}
+    for index, result in executor.run(jobs):
+        found[index] = result
         if progress:
             progress(len(found) / len(jobs))
     return [found[index] for index in range(len(jobs))]
 
 
-@dataclass(frozen=True)
-class Measuring:
-    """One job's flight or margins, to be done anywhere; see `executor.Task`."""
+def compare(job: Job, result: CaseResult) -> CaseResult:
+    """Return a job's result with curves beside their baselines, and with what has changed.
 
-    job: Job
+    Raises:
+        WorkbenchError: if a baseline's file cannot be read.
+    """
+    path, case = job.spec.path, job.case
+    recorded = read_conditions(conditions_file(path))
+    changes = differences(recorded, result.conditions) if recorded else ()
+    curves = result.curves
+    if case is not None and not (result.trouble or result.absent):
+        baselines = read_curves(curves_file(path, case.name)) if case.baseline else {}
+        curves = tuple(_beside(curve, case, baselines, path) for curve in curves)
+    return dataclasses.replace(result, curves=curves, differences=changes)
 
-    @property
-    def scenario(self) -> Scenario:
-        """What names the files that are read for it."""
-        return changed(self.job.spec, self.job.changes)
 
-    def with_scenario(self, scenario: Scenario) -> Self:
-        """Return the same job with the files of that scenario."""
-        spec = self.job.spec
-        content = dataclasses.replace(
-            spec.content,
-            vehicle=scenario.vehicle,
-            controller=scenario.controller,
-            world=scenario.world,
-        )
-        moved = dataclasses.replace(spec, content=content)
-        return dataclasses.replace(self, job=dataclasses.replace(self.job, spec=moved))
+def baseline_files(job: Job, result: CaseResult) -> dict[Path, str]:
+    """Return the text of each file that makes up a job's baseline; a lost flight makes none.
 
-    def run(self) -> Measured:
-        """Return what the job comes to."""
-        return measure(self.job)
+    Raises:
+        WorkbenchError: if a curve is infinite somewhere, as a range where nothing is seen.
+    """
+    if result.trouble or result.absent:
+        return {}
+    path, case = job.spec.path, job.case
+    files = {conditions_file(path): conditions_text(result.conditions)}
+    wanted = case.baseline if case else {}
+    curves = [curve for curve in result.curves if curve.signal in wanted and len(curve.flown.time)]
+    for curve in curves:
+        infinite = ~np.isfinite(curve.flown.values)
+        if infinite.any():
+            raise WorkbenchError(
+                f"{path}: {job.part}: {curve.signal} is {curve.flown.values[infinite][0]:g} at "
+                f"{curve.flown.time[infinite][0]:.3f} s: a baseline needs finite values"
+            )
+    if curves:
+        files[curves_file(path, job.part)] = curves_text(curves)
+    return files
+
+
+def _judged(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
+    """Return a result with a flight's checks and curves, or with why there are none."""
+    if isinstance(flight, JudgedLog) and flight.absent:
+        return dataclasses.replace(result, absent=flight.absent)
+    names = dict.fromkeys([*case.baseline, *filter(None, [flight.signal])])
+    curves = tuple(_curve(name, flight) for name in names)
+    if flight.trouble:
+        return dataclasses.replace(result, trouble=flight.trouble, curves=curves)
+    checks = [each for name, limit in case.limits.items() for each in _checks(name, limit, flight)]
+    return dataclasses.replace(result, checks=tuple(checks), curves=curves)
+
+
+def _curve(name: str, flight: Flight) -> Comparison:
+    """Return a flown curve; an empty one of a log that does not tell."""
+    unit = flight.find_signal(name).unit
+    try:
+        return Comparison(name, unit, flight.curve(name))
+    except UnknownError as reason:
+        return Comparison(name, unit, Curve(np.empty(0), np.empty(0)), missing=str(reason))
+
+
+def _checks(name: str, limit: Limit, flight: Flight) -> list[Check]:
+    """Return a limit's check; of a log with several steps, one for each."""
+    measure = find_measure(name)
+    parts = flight.parts if measure.need is Need.COMMAND else {flight.edge: flight}
+    many = len(parts) > 1
+    found = []
+    try:
+        for begin, part in parts.items():
+            said = f"{name} of the step at {begin:.2f} s" if many else name
+            value, doubt = measure.measured(part)
+            found.append(Check(said, measure.unit_of(part), value, limit, doubt))
+        if not found:
+            raise UnknownError(
+                f"the set-point has no step that stands for {SHORTEST:g} s before and after its "
+                f"edge: {' and '.join(MEASURED[:2])} take any flying"
+            )
+    except UnknownError as reason:
+        skipped = isinstance(flight, JudgedLog) and flight.skip
+        return [Check(name, measure.unit_of(flight), math.nan, limit, str(reason), skipped)]
+    return found
+
+
+def _check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) -> tuple[Check, ...]:
+    """Return the margins of a spec's loops, cut at their actuators, beside their limits.
+
+    Args:
+        spec: with its loops.
+        common: vehicle and rates, with a run's changes.
+        settings: parameter values over those of the vehicle.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be built, or does not fly at the spec's point.
+    """
+    # slow to load, and most specs have no margins
+    from workbench.design.judge.margins import loop_margins
+    from workbench.design.linear.operating_point import parse_point
+    from workbench.design.linear.study import LinearStudy
+
+    study = LinearStudy(common)
+    values = flight_gains(study.vehicle, common.vehicle.gains, settings, study.controller)
+    loops = [study.controller.loop(name) for name in spec.content.margins]
+    point = parse_point(spec.content.at)
+    # a loop that is closed only while a place is held is judged there
+    points = [dataclasses.replace(point, hold=point.hold or loop.hold) for loop in loops]
+    try:
+        models = {at: study.sampled(at, values) for at in {point, *points}}
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{read_yaml(spec.path).where('at')}{error}") from None
+    found = []
+    for loop, at in zip(loops, points, strict=True):
+        margins = loop_margins(models[at], loop.point("actuator"))
+        for margin, limit in spec.content.margins[loop.name].items():
+            value = float(getattr(margins, margin))
+            found.append(Check(f"{loop.name} {margin}", find_metric(margin).unit, value, limit))
+    return tuple(found)
+
+
+def _beside(
+    curve: Comparison, case: Case, baselines: Mapping[str, Curve], path: Path
+) -> Comparison:
+    """Return a flown curve with its baseline and its band, if one is demanded."""
+    if curve.missing or curve.signal not in case.baseline:
+        return curve
+    baseline = baselines.get(curve.signal)
+    if baseline is None or baseline.time[-1] < curve.flown.time[-1] - 1e-6:
+        what = "has no baseline yet" if baseline is None else "is longer than its baseline"
+        sentence = f"{curve.signal} {what}: record it with `workbench regress {path} --update`"
+        return dataclasses.replace(curve, missing=sentence)
+    allowed = band(baseline, case.baseline[curve.signal], curve.flown.time)
+    return dataclasses.replace(curve, baseline=baseline, band=allowed)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError
 from workbench.common.resources import existing, find_spec, list_specs, specs_dir
 from workbench.common.yaml_files import read_yaml
 
@@ -60,17 +60,6 @@ def part_names(path: Path) -> list[str]:
             raise WorkbenchError(f"{file.where('cases', index)}a case needs a name in text")
         names.append(name)
     return names + [MARGINS] * bool(file.data.get("margins"))
-
-
-def find_part(names: list[str], name: str) -> str:
-    """Return a part's name if the spec has it.
-
-    Raises:
-        WorkbenchError: if it has not.
-    """
-    if name not in names:
-        raise unknown_name("case", name, names)
-    return name
 
 
 def slug(name: str) -> str:

@@ -1,13 +1,48 @@
 """What came of judging a spec: checks of numbers, curves beside their baselines, results."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from workbench.design.regress.band import Band, Curve
-from workbench.design.regress.spec import Limit
+from workbench.design.regress.spec import Limit, Tolerance
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A signal over time: time (N) from the edge on [s] and its values (N)."""
+
+    time: np.ndarray
+    values: np.ndarray
+
+
+Band = tuple[np.ndarray, np.ndarray]
+"""Smallest and largest allowed values (N) each."""
+
+
+def band(baseline: Curve, tolerance: Tolerance, time: np.ndarray) -> Band:
+    """Return what the baseline sweeps when it is shifted both ways, widened by the tolerance.
+
+    Args:
+        baseline: the recorded curve, straight between its samples.
+        tolerance: how far a curve may be from it.
+        time: (N) at which the band is wanted [s].
+    """
+    amplitude = float(np.abs(baseline.values - baseline.values[0]).max())
+    width = max(tolerance.absolute, tolerance.relative * amplitude)
+    early, late = time - tolerance.time_shift, time + tolerance.time_shift
+    ends = np.stack([np.interp(at, baseline.time, baseline.values) for at in (early, late)])
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    first = np.searchsorted(baseline.time, early)
+    last = np.searchsorted(baseline.time, late, side="right")
+    for index, (start, stop) in enumerate(zip(first, last, strict=True)):
+        if stop > start:  # a straight piece is extreme at its ends: look at the samples between
+            inside = baseline.values[start:stop]
+            low[index] = min(low[index], inside.min())
+            high[index] = max(high[index], inside.max())
+    return low - width, high + width
 
 
 @dataclass(frozen=True)
@@ -91,7 +126,8 @@ class Comparison:
         """By how much each sample lies beyond the band, (N); 0 inside."""
         if self.band is None:
             return np.zeros(len(self.flown.time))
-        outside = np.maximum(self.band.low - self.flown.values, self.flown.values - self.band.high)
+        low, high = self.band
+        outside = np.maximum(low - self.flown.values, self.flown.values - high)
         return np.where(np.isnan(outside), np.inf, np.maximum(outside, 0.0))
 
     @property
@@ -104,8 +140,8 @@ class Comparison:
         """Largest share of the way from the baseline to the band's edge that is used; 1 is all."""
         if self.band is None or self.baseline is None:
             return 0.0
-        middle = 0.5 * (self.band.low + self.band.high)
-        half = 0.5 * (self.band.high - self.band.low)
+        low, high = self.band
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
         return float(np.max(np.abs(self.flown.values - middle) / half))
 
     @property
@@ -114,12 +150,13 @@ class Comparison:
         if self.missing:
             return self.missing
         assert self.band is not None
+        low, high = self.band
         worst = int(np.argmax(self.excesses))
         unit = f" {self.unit}" if self.unit != "1" else ""
         return (
             f"{self.signal} leaves its band: {self.flown.values[worst]:.6g}{unit} at "
-            f"{self.flown.time[worst]:.3f} s, and should be {self.band.low[worst]:.6g} .. "
-            f"{self.band.high[worst]:.6g}{unit}: {self.excesses[worst]:.3g}{unit} beyond"
+            f"{self.flown.time[worst]:.3f} s, and should be {low[worst]:.6g} .. "
+            f"{high[worst]:.6g}{unit}: {self.excesses[worst]:.3g}{unit} beyond"
         )
 
 
@@ -148,7 +185,8 @@ class CaseResult:
         checks: of all limits.
         curves: all that were recorded, the judged ones with their bands.
         trouble: why the flight came to nothing, else "".
-        differences: from the baseline's values.
+        conditions: what was flown with, without the case's own settings.
+        differences: of those from the baseline's.
         seconds: that it took.
         absent: why there is no log to judge, else ""; such a case is skipped.
     """
@@ -159,6 +197,7 @@ class CaseResult:
     checks: tuple[Check, ...] = ()
     curves: tuple[Comparison, ...] = ()
     trouble: str = ""
+    conditions: Mapping[str, float] = field(default_factory=dict)
     differences: tuple[Difference, ...] = ()
     seconds: float = 0.0
     absent: str = ""
@@ -201,3 +240,33 @@ class CaseResult:
 def with_unit(value: float, unit: str) -> str:
     """Return a number with its unit, none for a bare number."""
     return f"{value:.4g}" if unit in ("", "1") else f"{value:.4g} {unit}"
+
+
+def summary(results: Sequence[CaseResult]) -> str:
+    """Return how many passed or failed, in words; and how many were skipped."""
+    skipped = sum(result.skipped for result in results)
+    beside = f", {skipped} skipped" if skipped else ""
+    count, failed = len(results) - skipped, sum(not result.passed for result in results)
+    if not count:
+        return "the case was skipped" if skipped == 1 else f"all {skipped} cases were skipped"
+    if 0 < failed < count:
+        return f"{failed} of {count} cases failed{beside}"
+    word = "failed" if failed else "passed"
+    return (f"the case {word}" if count == 1 else f"all {count} cases {word}") + beside
+
+
+def since_baseline(results: Sequence[CaseResult]) -> list[str]:
+    """Return what differs from the baselines, a sentence for all specs that say the same.
+
+    It names its specs, but where it is all of several.
+    """
+    specs = {result.spec for result in results}
+    saying: dict[str, dict[str, None]] = {}
+    for result in results:
+        if result.changed:
+            saying.setdefault(result.changed, {})[result.spec] = None
+    return [
+        f"{'' if 1 < len(specs) == len(names) else ', '.join(names) + ': '}"
+        f"since the baseline: {changed}"
+        for changed, names in saying.items()
+    ]

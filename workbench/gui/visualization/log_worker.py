@@ -108,20 +108,19 @@ def limits_of(path: Path) -> SpecContents:
         WorkbenchError: naming file and line of what is wrong.
     """
     # they load Drake, which logs are read without
-    from workbench.design.regress.band import band
     from workbench.design.regress.baseline import curves_file, read_curves
     from workbench.design.regress.loading import load_spec
     from workbench.design.regress.signals import AXIS_SIGNALS
+    from workbench.design.regress.verdict import band
 
     spec = load_spec(path)
     cases = []
     for case in spec.content.cases:
         curves = read_curves(curves_file(spec.path, case.name))
         bands = [
-            BaselineBand(signal, curve.time, made.low, made.high)
+            BaselineBand(signal, curve.time, *band(curve, tolerance, curve.time))
             for signal, tolerance in case.baseline.items()
             if (curve := curves.get(signal)) is not None
-            for made in [band(curve, tolerance, curve.time)]
         ]
         command = case.amplitude if case.axis else case.command
         limits = [MetricLimit(name, each.min, each.max) for name, each in case.limits.items()]
