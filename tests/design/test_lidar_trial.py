@@ -8,12 +8,19 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.design.lidar_trial import report_trial, respond
-from workbench.design.lidar_trial_accuracy import Errors, judge, judge_scan
-from workbench.design.lidar_trial_detection import detect, slowest_detection
-from workbench.design.lidar_trial_flight import Scan, TrialFlight, ray_directions
-from workbench.design.lidar_trial_world import Obstacle, Part, first_hits
-from workbench.design.lidar_truth import Box, HalfSpace, Sphere
+from workbench.design.lidar_trial import (
+    Errors,
+    Scan,
+    TrialFlight,
+    detect,
+    judge,
+    judge_scan,
+    ray_directions,
+    report_trial,
+    respond,
+    slowest_detection,
+)
+from workbench.design.obstacles import Box, HalfSpace, Obstacle, Sphere, first_hits
 from workbench.plant.sensors import Lidar, Noise, ScanAxis
 
 PERIOD, CONTROL = 102 / 1024, 1 / 128
@@ -40,7 +47,7 @@ LIDAR = Lidar(
 
 def standing(name, solid, *place):
     X_WO = RigidTransform(list(place))
-    return Obstacle(name, (Part(solid, RigidTransform()),), lambda time: X_WO)
+    return Obstacle(name, ((solid, RigidTransform()),), lambda time: X_WO)
 
 
 OBSTACLES = (
@@ -49,7 +56,7 @@ OBSTACLES = (
     standing("hidden", Box((0.2, 0.2, 0.2)), 5.0, 60.0, 0.2),  # too far away for ever
     Obstacle(
         "cart",
-        (Part(Box((0.5, 0.5, 0.5)), RigidTransform([0.0, 0.0, 0.5])),),
+        ((Box((0.5, 0.5, 0.5)), RigidTransform([0.0, 0.0, 0.5])),),
         lambda time: RigidTransform([8.0, -6.0 + 0.5 * time, 0.0]),
         moves=True,
     ),
@@ -99,9 +106,9 @@ def true_pose(time: float) -> RigidTransform:
 
 def take(flight: TrialFlight, stamp: float, rng: np.random.Generator) -> Scan:
     X_WS = true_pose(stamp)
-    hits = first_hits(OBSTACLES, stamp, X_WS, flight.directions, flight.lidar.max_range)
-    ranges = hits.length + flight.lidar.noise.stddev * rng.standard_normal(len(hits.length))
-    ranges = np.where(hits.length <= flight.lidar.max_range, ranges, np.inf)
+    length, _ = first_hits(OBSTACLES, stamp, X_WS, flight.directions, flight.lidar.max_range)
+    ranges = length + flight.lidar.noise.stddev * rng.standard_normal(len(length))
+    ranges = np.where(length <= flight.lidar.max_range, ranges, np.inf)
     delivered = CONTROL * (math.floor(stamp / CONTROL) + 1)
     return Scan(stamp, delivered, ranges.reshape(8, 360), X_WS)
 
@@ -175,8 +182,8 @@ def test_figures_of_errors_are_those_by_hand():
 
 def test_each_obstacle_has_its_own_errors(noisy):
     def off(scan):
-        hits = first_hits(OBSTACLES, scan.stamp, scan.X_WS, noisy.directions, 12.0)
-        wrong = np.where(hits.obstacle == BALL, 0.02, 0.0).reshape(8, 360)
+        _, obstacle = first_hits(OBSTACLES, scan.stamp, scan.X_WS, noisy.directions, 12.0)
+        wrong = np.where(obstacle == BALL, 0.02, 0.0).reshape(8, 360)
         return dataclasses.replace(scan, ranges=scan.ranges + wrong)
 
     by_obstacle = judge(changed(noisy, off)).by_obstacle
@@ -294,8 +301,8 @@ def test_detection_is_timed_from_coming_into_view(report):
 
 def without_ball(until, instead=np.inf):
     def change(scan):
-        hits = first_hits(OBSTACLES, scan.stamp, scan.X_WS, ray_directions(LIDAR), 12.0)
-        blind = (hits.obstacle == BALL).reshape(8, 360) & (scan.stamp < until)
+        _, obstacle = first_hits(OBSTACLES, scan.stamp, scan.X_WS, ray_directions(LIDAR), 12.0)
+        blind = (obstacle == BALL).reshape(8, 360) & (scan.stamp < until)
         return dataclasses.replace(scan, ranges=np.where(blind, instead, scan.ranges))
 
     return change
@@ -322,7 +329,7 @@ def test_a_glimpse_between_two_scans_is_no_coming_into_view(noisy):
     seen = ((0.52, 0.57), (1.0, 9.0))
     ball = Obstacle(
         "ball",
-        (Part(Sphere(1.0), RigidTransform()),),
+        ((Sphere(1.0), RigidTransform()),),
         lambda time: RigidTransform(
             [5.0 if any(begin <= time < end for begin, end in seen) else 99.0, 0.0, 1.2]
         ),
@@ -337,7 +344,7 @@ def test_what_is_hidden_comes_into_view_when_nothing_is_before_it(noisy):
     """A wall 1 m ahead of the ball slides away to the left at 2 m/s."""
     wall = Obstacle(
         "wall",
-        (Part(Box((0.1, 3.0, 5.0)), RigidTransform()),),
+        ((Box((0.1, 3.0, 5.0)), RigidTransform()),),
         lambda time: RigidTransform([8.0, 2.0 * time, 1.0]),
         moves=True,
     )

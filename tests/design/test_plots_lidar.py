@@ -8,13 +8,9 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from workbench.design.lidar_trial import report_trial
-from workbench.design.lidar_trial_detection import slowest_detection
-from workbench.design.lidar_trial_flight import Scan, TrialFlight
-from workbench.design.lidar_trial_page import cloud_of
-from workbench.design.lidar_trial_world import Obstacle, Part, first_hits
-from workbench.design.lidar_truth import Box, HalfSpace, Sphere
-from workbench.design.plots_lidar import plot_trial
+from workbench.design.lidar_trial import Scan, TrialFlight, report_trial, slowest_detection
+from workbench.design.obstacles import Box, HalfSpace, Obstacle, Sphere, first_hits
+from workbench.design.plots_lidar import cloud_of, plot_trial
 from workbench.plant.sensors import Lidar, Noise, ScanAxis
 
 LIDAR = Lidar(
@@ -34,7 +30,7 @@ LIDAR = Lidar(
 
 
 def obstacle(name, solid, pose, moves=False):
-    return Obstacle(name, (Part(solid, RigidTransform()),), pose, moves)
+    return Obstacle(name, ((solid, RigidTransform()),), pose, moves)
 
 
 OBSTACLES = (
@@ -63,7 +59,7 @@ def make_flight(sigma, speed=2.0, samples=513) -> TrialFlight:
     rng, scans = np.random.default_rng(6), []
     for stamp in np.arange(0.0, time[-1], 1 / 16).tolist():
         X_WS = flight.X_WS(stamp)
-        length = first_hits(OBSTACLES, stamp, X_WS, flight.directions, 20.0).length
+        length, _ = first_hits(OBSTACLES, stamp, X_WS, flight.directions, 20.0)
         length = np.where(length <= 20.0, length + sigma * rng.standard_normal(len(length)), np.inf)
         scans.append(Scan(stamp, stamp + 1 / 128, length.reshape(8, 180), X_WS))
     return dataclasses.replace(flight, scans=tuple(scans))

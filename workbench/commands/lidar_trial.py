@@ -20,9 +20,7 @@ from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from workbench.design.lidar_trial import Demand, TrialReport
-    from workbench.design.lidar_trial_accuracy import Errors
-    from workbench.design.lidar_trial_detection import Detection
+    from workbench.design.lidar_trial import Demand, Detection, Errors, TrialReport
     from workbench.scenario.scenario import Scenario
 
 
@@ -82,7 +80,7 @@ def _print_accuracy(report: "TrialReport") -> None:
 
 def _print_detection(report: "TrialReport") -> None:
     """Print how soon each obstacle was found."""
-    from workbench.design.lidar_trial_detection import slowest_detection
+    from workbench.design.lidar_trial import slowest_detection
 
     print("\nspeed of detection: from coming into view to the first return delivered")
     rows = [["", "in view", "at", "first return", "at", "after"]]
@@ -299,6 +297,6 @@ def _fly(
 
     if page is None:
         return fly_trial(scenario, dict(args.set), progress)
-    from workbench.design.lidar_trial_page import fly_and_film_trial
+    from workbench.design.plots_lidar import fly_and_film_trial
 
     return fly_and_film_trial(scenario, dict(args.set), page, progress)

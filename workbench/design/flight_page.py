@@ -28,8 +28,7 @@ def fly_and_film(
         page: the HTML file to write, about 2 MB and a tenth more for each ten seconds.
         progress: called with the flown share, 0 .. 1.
     """
-    logging.getLogger("drake").addFilter(not_about_listening)
-    meshcat = Meshcat()
+    meshcat = quiet_meshcat()
     session = Session(scenario, settings, meshcat)
     target = np.array(session.snapshot().p_WB)
     meshcat.SetCameraPose(target + session.vehicle.span * _EYE, target)
@@ -41,6 +40,11 @@ def fly_and_film(
     return session
 
 
-def not_about_listening(record: logging.LogRecord) -> bool:
-    """Drop Drake's remark on the server behind the page; nobody needs to visit it."""
+def quiet_meshcat() -> Meshcat:
+    """Return a Meshcat for a page; Drake does not log the address of its server."""
+    logging.getLogger("drake").addFilter(_not_about_listening)
+    return Meshcat()
+
+
+def _not_about_listening(record: logging.LogRecord) -> bool:
     return "Meshcat listening" not in record.getMessage()

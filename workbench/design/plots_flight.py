@@ -3,12 +3,12 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.spatial import ConvexHull, QhullError
 
 from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode
-from workbench.design.lidar_trial_world import world_obstacles
+from workbench.design.obstacles import Obstacle, world_obstacles
 from workbench.design.plots import PALETTE, label, legend, styled, widen
-from workbench.design.plots_obstacles import draw_silhouette, obstacle_times, outline_W
 from workbench.design.plots_panels import draw_rotor_use
 from workbench.plant.worlds.world import EMPTY, GROUND, World
 from workbench.session.recording import Recording
@@ -16,6 +16,8 @@ from workbench.session.recording import Recording
 _FOLLOW = Reference._fields.index("follow")
 """Where a reference says whether it means its place, which stands in the three numbers before."""
 _MOST_POINTS = 20
+_TIMES = 8
+"""So often is drawn what moves."""
 _LEAST_TIME = 0.1
 """Shown even of a shorter flight [s]."""
 _LEAST_SPAN = 1.0
@@ -55,7 +57,7 @@ def _draw_path(axes: Axes, recording: Recording, world: World) -> None:
     for obstacle in world_obstacles(world):
         if obstacle.name != GROUND:
             for time in obstacle_times(recording, obstacle):
-                draw_silhouette(axes, outline_W(obstacle, time)[:, :2], obstacle)
+                draw_silhouette(axes, obstacle.outline(time)[:, :2], obstacle)
     _draw_way(axes, recording)
     axes.plot(x, y, color=PALETTE.ours, label="flown")
     axes.plot(x[0], y[0], "o", color=PALETTE.series[2], ms=8, label="start")
@@ -149,3 +151,19 @@ def _draw_mode(axes: Axes, recording: Recording) -> None:
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(-0.5, max(len(names), 1) - 0.5)
     label(axes, "flight mode", "")
+
+
+def obstacle_times(recording: Recording, obstacle: Obstacle) -> list[float]:
+    """Return when to draw an obstacle [s]: once, or several times if it moves."""
+    time = recording.time
+    return np.linspace(time[0], time[-1], _TIMES).tolist() if obstacle.moves else [float(time[0])]
+
+
+def draw_silhouette(axes: Axes, points: np.ndarray, obstacle: Obstacle) -> None:
+    """Draw the outline of the convex hull of points in the picture (n, 2)."""
+    try:
+        corners = points[ConvexHull(points).vertices]
+    except QhullError:  # seen from here it is a line
+        corners = points
+    style = "--" if obstacle.moves else "-"
+    axes.fill(*corners.T, fill=False, ec="0.1", lw=0.8, ls=style, zorder=3)

@@ -1,28 +1,36 @@
-"""The figure of a lidar trial: the cloud over the world, its errors, and how soon all was found."""
+"""The pictures of a lidar trial: a figure of cloud, errors and detections, and a film in 3-D."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from pydrake.perception import BaseField, Fields, PointCloud
 
-from workbench.design.lidar_trial import TrialReport
-from workbench.design.lidar_trial_detection import slowest_detection
-from workbench.design.lidar_trial_world import Obstacle
+from workbench.design.flight_page import quiet_meshcat
+from workbench.design.lidar_trial import TrialReport, fly_trial, slowest_detection
+from workbench.design.obstacles import Obstacle
 from workbench.design.plots import PALETTE, label, styled
-from workbench.design.plots_obstacles import draw_silhouette, obstacle_times, outline_W
+from workbench.design.plots_flight import draw_silhouette, obstacle_times
 from workbench.plant.worlds.world import GROUND
+from workbench.scenario.scenario import Scenario
 
 _MARGIN = 3.0
 """Shown around obstacles and path [m]."""
 _MOST_POINTS = 60_000
-"""Drawn of a cloud; more make a file large and a picture no clearer."""
+"""Drawn of a cloud, in either picture: more make a file large and a picture no clearer."""
 _WIDE = 1.7
 """A region this much longer from west to east leaves room for a legend beside its title."""
 _GROUND_COLOUR = "0.8"
+_POINT_SIZE = 0.04
+"""[m]"""
+_EYE, _TARGET = np.array([-14.0, -12.0, 11.0]), np.array([12.0, 0.0, 0.0])
+"""Where the camera stands and looks, seen from where the flight begins [m]."""
 
 
 @styled
@@ -47,10 +55,7 @@ def _shown_region(report: TrialReport) -> tuple[np.ndarray, np.ndarray]:
     points = [report.flight.recording.p_WB]
     for obstacle in report.flight.obstacles:
         if obstacle.name != GROUND:
-            points += [
-                outline_W(obstacle, time)
-                for time in obstacle_times(report.flight.recording, obstacle)
-            ]
+            points += map(obstacle.outline, obstacle_times(report.flight.recording, obstacle))
     everything = np.vstack(points)
     low, high = everything.min(axis=0) - _MARGIN, everything.max(axis=0) + _MARGIN
     low[2], high[2] = min(0.0, low[2] + _MARGIN), high[2] - _MARGIN
@@ -69,10 +74,10 @@ def _thinned_cloud(
     ground = np.array([each.name == GROUND for each in report.flight.obstacles], dtype=bool)
     chosen = []
     for kind, most in ((True, _MOST_POINTS // 4), (False, 3 * _MOST_POINTS // 4)):
-        some = np.flatnonzero(inside & (ground[obstacle.astype(int)] == kind))
+        some = np.flatnonzero(inside & (ground[obstacle] == kind))
         chosen.append(some[:: max(1, math.ceil(len(some) / most))])
     kept = np.concatenate(chosen)
-    return points[kept], obstacle[kept].astype(int)
+    return points[kept], obstacle[kept]
 
 
 def _draw_from_above(
@@ -120,8 +125,8 @@ def _draw_outline(axes: Axes, report: TrialReport, obstacle: Obstacle) -> None:
     """Draw where an obstacle is, its name beside it; where it moves, at some times."""
     times = obstacle_times(report.flight.recording, obstacle)
     for time in times:
-        draw_silhouette(axes, outline_W(obstacle, time)[:, :2], obstacle)
-    outline = outline_W(obstacle, times[0])
+        draw_silhouette(axes, obstacle.outline(time)[:, :2], obstacle)
+    outline = obstacle.outline(times[0])
     x = float(outline[:, 0].mean())
     path = report.flight.recording.p_WB
     beside = float(path[np.argmin(np.abs(path[:, 0] - x)), 1])
@@ -174,9 +179,8 @@ def _draw_in_space(
     axes.plot(path[:, 0], path[:, 1], color=PALETTE.command, lw=1.4, zorder=3)
     for each in report.flight.obstacles:
         if each.name != GROUND:
-            outline = eye.project(
-                outline_W(each, obstacle_times(report.flight.recording, each)[0])
-            )[:, :2]
+            first = obstacle_times(report.flight.recording, each)[0]
+            outline = eye.project(each.outline(first))[:, :2]
             draw_silhouette(axes, outline, each)
             _write_name(axes, each.name, outline, above=True)
     axes.set_aspect("equal", adjustable="datalim")
@@ -303,3 +307,40 @@ def draw_delays(axes: Axes, report: TrialReport) -> None:
     axes.set_xlabel("time from coming into view to the first return [ms]")
     label(axes, "speed of detection", "")
     axes.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none")
+
+
+def fly_and_film_trial(
+    scenario: Scenario,
+    settings: Mapping[str, float],
+    page: Path,
+    progress: Callable[[float], None] | None = None,
+) -> TrialReport:
+    """Fly a lidar trial, write its film with the cloud of all scans, and return its report.
+
+    Args:
+        scenario: what to fly.
+        settings: parameter values for this flight.
+        page: the HTML file to write, about 5 MB.
+        progress: called with the flown share, 0 .. 1.
+    """
+    meshcat = quiet_meshcat()
+    meshcat.StartRecording()
+    report = fly_trial(scenario, settings, progress, meshcat)
+    meshcat.PublishRecording()
+    start = report.flight.recording.p_WB[0]
+    meshcat.SetCameraPose(start + _EYE, start + _TARGET)
+    meshcat.SetObject("lidar cloud", cloud_of(report), point_size=_POINT_SIZE)
+    page.write_text(meshcat.StaticHtml(), encoding="utf-8")
+    return report
+
+
+def cloud_of(report: TrialReport) -> PointCloud:
+    """Return the cloud of all scans in W, in the colours of the obstacles."""
+    points, obstacle = report.accuracy.p_WP, report.accuracy.obstacle
+    some = slice(None, None, max(1, -(-len(points) // _MOST_POINTS)))
+    colours = np.array([to_rgb(colour) for colour in obstacle_colours(report)])
+    fields = Fields(BaseField.kXYZs | BaseField.kRGBs)
+    cloud = PointCloud(len(points[some]), fields)
+    cloud.mutable_xyzs()[:] = points[some].T
+    cloud.mutable_rgbs()[:] = np.round(255.0 * colours[obstacle[some]]).T
+    return cloud

@@ -1,6 +1,5 @@
 """A log in 3-D as one HTML page: the drone on its flown path, and the path that was wanted."""
 
-import logging
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +8,7 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, Rgba
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.flight_page import not_about_listening
+from workbench.design.flight_page import quiet_meshcat
 from workbench.logs.flight_record import FlightRecord
 from workbench.logs.readers.rotations import QUATERNION
 from workbench.plant.description import Description
@@ -57,8 +56,7 @@ def film_flight(
     states = np.zeros((len(grid.time), 13))
     states[:, 0:4] = grid.values[:, 0:4]
     states[:, 4:7] = [0.0, 0.0, 1.0] if still else grid.values[:, 4:7]
-    logging.getLogger("drake").addFilter(not_about_listening)
-    meshcat = Meshcat()
+    meshcat = quiet_meshcat()
     path = states[grid.whole, 4:7]
     middle, size = path.mean(axis=0), max(float(np.ptp(path, axis=0).max()), 1.0)
     meshcat.SetCameraPose(middle + size * _EYE, middle)
