@@ -36,7 +36,6 @@ from workbench.design.linear.linearize import linearize as linearize
 from workbench.design.linear.model import LinearModel as LinearModel
 from workbench.design.linear.operating_point import OperatingPoint as OperatingPoint
 from workbench.design.linear.study import LinearStudy as LinearStudy
-from workbench.design.load_metrics import LoadMetrics as LoadMetrics
 from workbench.design.load_step import LoadResponse as LoadResponse
 from workbench.design.load_step import fly_load_step as fly_load_step
 from workbench.design.plots import STYLE as STYLE
@@ -56,6 +55,7 @@ from workbench.design.regress.page import plot_curve as plot_curve
 from workbench.design.regress.page import results_page as results_page
 from workbench.design.regress.running import record as record
 from workbench.design.regress.running import regress as regress
+from workbench.design.response_metrics import LoadMetrics as LoadMetrics
 from workbench.design.rollout.agreement import agreement as agreement
 from workbench.design.rollout.agreement import random_trials as random_trials
 from workbench.design.rollout.batch import Batch as Batch

@@ -6,9 +6,8 @@ import dataclasses
 import pytest
 
 from workbench.commands import step
-from workbench.design.load_metrics import LOAD_NUMBERS
 from workbench.design.load_step import fly_load_step
-from workbench.design.response_metrics import NUMBERS
+from workbench.design.response_metrics import LOAD_NUMBERS, NUMBERS
 from workbench.design.step_response import fly_step
 from workbench.scenario.loads import LOADS
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.design.hover_check import Demand, check_hover
-from workbench.design.plots_hover import plot_hover
+from workbench.design.plots_step import plot_hover
 from workbench.design.response_metrics import number
 from workbench.design.step_response import STEPS, fly_step
 from workbench.scenario.scenario import Action, FigureEight, Scenario, Start

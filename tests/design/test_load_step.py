@@ -9,7 +9,6 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.live import HOLDING
 from workbench.design.linear.study import LinearStudy
-from workbench.design.load_metrics import load_metrics
 from workbench.design.load_step import (
     CALM,
     check_load,
@@ -18,6 +17,7 @@ from workbench.design.load_step import (
     predict_load_step,
     usual_load,
 )
+from workbench.design.response_metrics import load_metrics
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import EDGE
 from workbench.scenario.loads import LOADS, PUSH_ROWS, find_load

@@ -8,8 +8,7 @@ from PIL import Image
 
 from workbench.design.plots import stacked, styled, write_png
 from workbench.design.plots_flight import plot_flight
-from workbench.design.plots_reproduce import plot_reproduced
-from workbench.design.plots_step import plot_step
+from workbench.design.plots_step import plot_reproduced, plot_step
 from workbench.design.reproduce import PAPER, compare
 from workbench.design.step_response import EDGE, fly_step
 from workbench.scenario.scenario import Action, Scenario

@@ -13,7 +13,7 @@ from workbench.commands.cli import main
 from workbench.design.regress.flight import Changes, case_scenario, changed
 from workbench.design.regress.loading import load_spec
 from workbench.design.regress.running import regress
-from workbench.design.tracking import lag, noise
+from workbench.design.response_metrics import lag, noise
 from workbench.logs.judged_log import read_case
 from workbench.session.session import Session
 

@@ -22,10 +22,9 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.branches import FlownBranch
-from workbench.design.load_metrics import load_metrics
 from workbench.design.load_step import check_load, predict_load_step
 from workbench.design.metrics import find_metric
-from workbench.design.response_metrics import step_metrics
+from workbench.design.response_metrics import load_metrics, step_metrics
 from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SweepRange
 from workbench.scenario.axes import AXES, find_axis

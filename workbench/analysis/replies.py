@@ -28,8 +28,7 @@ from workbench.analysis.questions import (
 from workbench.design.branches import FlownBranch
 from workbench.design.judge.gang_of_four import GangOfFour
 from workbench.design.judge.margins import LoopMargins
-from workbench.design.load_metrics import LoadMetrics
-from workbench.design.response_metrics import StepMetrics
+from workbench.design.response_metrics import LoadMetrics, StepMetrics
 from workbench.scenario.scenario import Injection
 
 

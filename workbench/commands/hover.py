@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
         report.hover.write_csv(log)
         if plot:
             from workbench.design.plots import write_png
-            from workbench.design.plots_hover import plot_hover
+            from workbench.design.plots_step import plot_hover
 
             write_png(plot_hover(report), plot)
     law = flown_controller(scenario)

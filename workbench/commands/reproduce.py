@@ -74,7 +74,7 @@ def _write(rows: "list[Row]", logs: list[Path], plots: list[Path]) -> None:
         row.flight.recording.write_csv(log)
     if plots:
         from workbench.design.plots import write_png
-        from workbench.design.plots_reproduce import plot_reproduced
+        from workbench.design.plots_step import plot_reproduced
 
         for row, plot in zip(rows, plots, strict=True):
             write_png(plot_reproduced(row), plot)

@@ -110,7 +110,7 @@ def _run_load(args: argparse.Namespace) -> int:
         drawer = None
         if not args.no_plots:
             picture = outputs.add(args.output / f"step-{args.load}.png")
-            drawer = stack.enter_context(Drawer("workbench.design.plots_load"))
+            drawer = stack.enter_context(Drawer("workbench.design.plots_step"))
         with progress_bar(f"flying a step of {args.load}") as progress:
             flown = fly_load_step(
                 args.load,
@@ -122,7 +122,7 @@ def _run_load(args: argparse.Namespace) -> int:
                 progress=progress,
             )
         if drawer:
-            drawer.begin(picture, "workbench.design.plots_load", "plot_load", flown)
+            drawer.begin(picture, "workbench.design.plots_step", "plot_load", flown)
         flown.recording.write_csv(log)
         if drawer:
             drawer.finish()

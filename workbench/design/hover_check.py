@@ -4,13 +4,16 @@ import copy
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.design.step_response import START_HEIGHT, STEPS, StepResponse, fly_step
 from workbench.scenario.scenario import Scenario, Start
-from workbench.session.recording import Recording
-from workbench.session.session import Session
+
+if TYPE_CHECKING:
+    from workbench.session.recording import Recording
+    from workbench.session.session import Session
 
 HOVER_DURATION = 10.0
 """[s]"""
@@ -73,7 +76,7 @@ class HoverReport:
         ended: why that program ended in one of them, "" else.
     """
 
-    hover: Recording
+    hover: "Recording"
     drift: np.ndarray
     tilt: np.ndarray
     steps: tuple[StepResponse, ...]
@@ -154,8 +157,10 @@ def check_hover(
 
 def _hover(
     scenario: Scenario, settings: Mapping[str, float] | None, progress: Callable[[float], None]
-) -> Session:
+) -> "Session":
     """Fly the ten seconds, begun with rotors at hover speed and a nudge."""
+    from workbench.session.session import Session
+
     flight = copy.deepcopy(scenario)
     flight.start = Start(
         position=[0.0, 0.0, START_HEIGHT],

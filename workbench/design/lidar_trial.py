@@ -23,6 +23,15 @@ from workbench.session.recording import Recording
 from workbench.session.session import Session
 from workbench.systems.sensors.readings import LidarScan
 
+LOOK_PERIOD = 1 / 32
+"""Between two looks at the clearance [s]."""
+EXACT = 1e-3
+"""A lidar without noise measures to this [m]; so near to an edge a ray may pass on either side."""
+DEVIATIONS = 6.0
+"""Noise may reach so many standard deviations; of a normal one, one in 500 million goes beyond."""
+JUMP = 0.1
+"""Where the next ray's length differs by more, there is an edge [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Scan:
@@ -203,14 +212,6 @@ def _computing_time(busy: list[float], scans: list[Scan], slice_time: float) -> 
     if not with_scan or not without:
         return math.nan
     return float(np.median(with_scan) - np.median(without))
-
-
-EXACT = 1e-3
-"""A lidar without noise measures to this [m]; so near to an edge a ray may pass on either side."""
-DEVIATIONS = 6.0
-"""Noise may reach so many standard deviations; of a normal one, one in 500 million goes beyond."""
-JUMP = 0.1
-"""Where the next ray's length differs by more, there is an edge [m]."""
 
 
 @dataclass(frozen=True)
@@ -554,10 +555,6 @@ def _in_view(flight: TrialFlight, index: int, time: float, X_WS: RigidTransform)
             open_way = other.first(time, X_WS, free, lidar.max_range) >= length
             free, length = free[open_way], length[open_way]
     return len(free) > 0
-
-
-LOOK_PERIOD = 1 / 32
-"""Between two looks at the clearance [s]."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.load_metrics import LoadMetrics, load_metrics
+from workbench.design.response_metrics import LoadMetrics, load_metrics
 from workbench.design.step_response import EDGE, START_HEIGHT, check_duration
 from workbench.dynamics.air.settings import gust_settings, push_settings
 from workbench.plant.gravity import GRAVITY

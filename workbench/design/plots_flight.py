@@ -9,7 +9,7 @@ from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode
 from workbench.design.obstacles import Obstacle, world_obstacles
 from workbench.design.plots import PALETTE, label, legend, styled, widen
-from workbench.design.plots_panels import draw_rotor_use
+from workbench.design.plots_step import draw_rotor_use
 from workbench.plant.worlds.world import EMPTY, GROUND, World
 from workbench.session.recording import Recording
 

@@ -1,75 +1,58 @@
-"""The figure of one step: command and response, force, acceleration, rotor speeds."""
+"""The figures of steps: of a command, of a load, of a hover check, and beside the paper's."""
 
+import math
 import textwrap
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from workbench.design.plots import PALETTE, legend, stacked, styled
-from workbench.design.plots_panels import (
-    BEFORE,
-    draw_acceleration,
-    draw_force,
-    draw_response,
-    draw_rotor_use,
-    shown_part,
+from workbench.design.hover_check import DRIFT, OVERSHOOT, TILT, HoverReport
+from workbench.design.load_step import LoadResponse, moved
+from workbench.design.plots import PALETTE, label, legend, stacked, styled, widen
+from workbench.design.reproduce import Row
+from workbench.design.response_metrics import BACK, SETTLED, number
+from workbench.design.step_response import (
+    EDGE,
+    StepResponse,
+    axis_acceleration,
+    axis_command,
+    axis_force,
+    axis_velocity,
 )
-from workbench.design.response_metrics import StepMetrics, number
-from workbench.design.step_response import EDGE, StepResponse
 from workbench.scenario.axes import find_axis
+from workbench.scenario.loads import find_load
+from workbench.session.recording import Recording
 
-_BAND = 0.02
-"""What counts as settled, as share of the steady state; python-control's default."""
 _WIDTH = 26
 """Of a sentence beside a panel [characters]."""
+BEFORE = 0.5
+"""Shown before the command's edge [s]."""
+_FAR = 3.0
+"""A paper's mean further off than this many spans of our curve is named instead of drawn."""
 
 
 @styled
 def plot_step(step: StepResponse) -> Figure:
     """Return a step's figure, with its settling band and metrics."""
-    axis = step.axis
+    axis, metrics, unit = step.axis, step.metrics, find_axis(step.axis).unit
     shown = shown_part(step)
     time = shown.time - EDGE
-    figure, panels = stacked(
-        f"{shown.vehicle.name}: {axis} step of {step.amplitude:g} {find_axis(axis).unit}", 4
-    )
+    figure, panels = stacked(f"{shown.vehicle.name}: {axis} step of {step.amplitude:g} {unit}", 4)
     response, drive, acceleration, rotors = panels
     draw_response(response, shown, axis)
-    _draw_settling(response, step.metrics)
+    steady = metrics.steady_state_value
+    if np.isfinite(steady):
+        band = abs(SETTLED * steady)
+        _draw_settling(response, steady, band, metrics.settling_time, "steady state ± 2 %")
     legend(response)
     draw_force(drive, shown, axis)
     draw_acceleration(acceleration, shown, axis)
     draw_rotor_use(rotors, time, shown)
     legend(rotors)
     rotors.set_xlim(-BEFORE, time[-1])
-    _write_metrics(drive, step)
-    figure.align_ylabels()
-    return figure
-
-
-def _draw_settling(axes: Axes, metrics: StepMetrics) -> None:
-    """Draw the band within which the response counts as settled, and when it does."""
-    steady = metrics.steady_state_value
-    if np.isnan(steady):
-        return
-    band = abs(_BAND * steady)
-    axes.axhspan(
-        steady - band,
-        steady + band,
-        color=PALETTE.window,
-        lw=0,
-        zorder=0,
-        label="steady state ± 2 %",
-    )
-    if np.isfinite(metrics.settling_time):
-        axes.axvline(metrics.settling_time, color=PALETTE.mean, ls=":", label="settled")
-
-
-def _write_metrics(axes: Axes, step: StepResponse) -> None:
-    """Write the metrics beside a panel."""
-    metrics, unit = step.metrics, find_axis(step.axis).unit
-    lines = (
+    _write_beside(
+        drive,
         f"rise time  {number(metrics.rise_time, '.3f')} s",
         f"settling time  {number(metrics.settling_time, '.3f')} s",
         f"overshoot  {number(metrics.overshoot, '.2f')} %",
@@ -79,6 +62,19 @@ def _write_metrics(axes: Axes, step: StepResponse) -> None:
         f"peak rotor use  {100.0 * step.peak_rotor_use:.0f} %",
         *textwrap.wrap(metrics.withheld, _WIDTH),
     )
+    figure.align_ylabels()
+    return figure
+
+
+def _draw_settling(axes: Axes, steady: float, band: float, settling_time: float, name: str) -> None:
+    """Draw the band within which the response counts as settled, and when it does."""
+    axes.axhspan(steady - band, steady + band, color=PALETTE.window, lw=0, zorder=0, label=name)
+    if np.isfinite(settling_time):
+        axes.axvline(settling_time, color=PALETTE.mean, ls=":", label="settled")
+
+
+def _write_beside(axes: Axes, *lines: str) -> None:
+    """Write lines to the right of a panel."""
     axes.annotate(
         "\n".join(lines),
         (1.0, 1.0),
@@ -89,3 +85,219 @@ def _write_metrics(axes: Axes, step: StepResponse) -> None:
         fontsize=8.5,
         linespacing=1.5,
     )
+
+
+@styled
+def plot_load(flown: LoadResponse) -> Figure:
+    """Return the figure of a load, with the band within which it counts as settled."""
+    load, metrics = find_load(flown.load), flown.metrics
+    end = float(flown.time[-1])
+    shown = flown.recording.between(EDGE - BEFORE, EDGE + end)
+    time = shown.time - EDGE
+    figure, panels = stacked(
+        f"{shown.vehicle.name}: {load.label}, a step of {flown.amplitude:.4g} {load.unit}", 4
+    )
+    pushed, response, tilt, rotors = panels
+    acting = np.where(time >= 0.0, flown.amplitude, 0.0)
+    pushed.plot(time, acting, color=PALETTE.command, drawstyle="steps-post", label="load")
+    widen(pushed, acting)
+    label(pushed, f"load: {load.label}", f"{load.name.partition('_')[0]} [{load.unit}]")
+    deviation = moved(load, shown)
+    response.plot(time, deviation, color=PALETTE.ours, label="response")
+    widen(response, deviation)
+    label(response, f"response: {load.response}", f"deviation [{load.response_unit}]")
+    if np.isfinite(metrics.settling_time):
+        name, band = "steady state ± 5 % of the peak", BACK * metrics.peak
+        _draw_settling(response, float(deviation[-1]), band, metrics.settling_time, name)
+    legend(response)
+    tilt.plot(time, np.degrees(shown.tilt), color=PALETTE.ours)
+    widen(tilt, np.degrees(shown.tilt))
+    label(tilt, "tilt", "tilt [°]")
+    draw_rotor_use(rotors, time, shown)
+    legend(rotors)
+    rotors.set_xlim(-BEFORE, time[-1])
+    _write_beside(
+        pushed,
+        f"peak  {number(metrics.peak, '.4g')} {load.response_unit}",
+        f"peak time  {number(metrics.peak_time, '.3f')} s",
+        f"settling time  {number(metrics.settling_time, '.3f')} s",
+        f"steady error  {number(metrics.steady_state_error, '.1f')} % of the peak",
+        f"peak rotor use  {100.0 * flown.peak_rotor_use:.0f} %",
+        *textwrap.wrap(metrics.withheld, _WIDTH),
+    )
+    figure.align_ylabels()
+    return figure
+
+
+def shown_part(flight: StepResponse) -> Recording:
+    """Return the part of a step that a figure shows: all that moves, and some rest after it."""
+    flown = float(flight.time[-1])
+    settled = flight.metrics.settling_time
+    end = min(flown, max(2.0, 2.0 * settled)) if np.isfinite(settled) else flown
+    return flight.recording.between(EDGE - BEFORE, EDGE + end)
+
+
+def draw_response(axes: Axes, shown: Recording, axis: str) -> None:
+    """Draw command and response."""
+    what = "yaw rate" if axis == "yaw" else f"velocity along {axis}"
+    time, command, response = (
+        shown.time - EDGE,
+        axis_command(shown, axis),
+        axis_velocity(shown, axis),
+    )
+    axes.plot(
+        time, command, "--", color=PALETTE.command, lw=1.2, drawstyle="steps-post", label="command"
+    )
+    axes.plot(time, response, color=PALETTE.ours, label="response")
+    widen(axes, command, response)
+    label(
+        axes, f"{what}: command and response", f"{what.split(' along')[0]} [{find_axis(axis).unit}]"
+    )
+
+
+def draw_force(axes: Axes, shown: Recording, axis: str) -> None:
+    """Draw the force or torque that drives an axis."""
+    titles = {"z": "total rotor thrust", "yaw": "torque of the rotors about body z"}
+    title = titles.get(axis, f"force of the rotors along {axis}")
+    force = axis_force(shown, axis)
+    axes.plot(shown.time - EDGE, force, color=PALETTE.ours, label="flown here")
+    widen(axes, force)
+    label(axes, title, f"{'torque' if axis == 'yaw' else 'force'} [{find_axis(axis).force_unit}]")
+
+
+def draw_acceleration(axes: Axes, shown: Recording, axis: str) -> None:
+    """Draw the acceleration along an axis, or about it."""
+    title = "angular acceleration about z" if axis == "yaw" else f"acceleration along {axis}"
+    acceleration = axis_acceleration(shown, axis)
+    axes.plot(shown.time - EDGE, acceleration, color=PALETTE.ours, label="flown here")
+    widen(axes, acceleration)
+    label(axes, title, f"acceleration [{find_axis(axis).acceleration_unit}]")
+
+
+def draw_rotor_use(axes: Axes, time: np.ndarray, shown: Recording) -> None:
+    """Draw every rotor's speed as a share of its limit."""
+    limits = np.array([rotor.max_rot_velocity for rotor in shown.vehicle.rotors])
+    for index, use in enumerate((100.0 * shown.rotor_speeds / limits).T):
+        axes.plot(
+            time,
+            use,
+            color=PALETTE.series[index % len(PALETTE.series)],
+            ls=("-", "--", "-.", ":")[index % 4],
+            label=f"rotor {index + 1}",
+        )
+    axes.axhline(100.0, color=PALETTE.limit, lw=1.0, label="limit")
+    axes.set_ylim(0.0, 105.0)
+    label(axes, "rotor speeds", "share of limit [%]")
+
+
+@styled
+def plot_hover(report: HoverReport) -> Figure:
+    """Return the figure of a hover check."""
+    figure = Figure(figsize=(12.5, 8.4), layout="constrained")
+    vehicle = report.hover.vehicle
+    figure.suptitle(
+        f"{vehicle.name}: ten seconds of hover, and a step on every axis",
+        x=0.01,
+        ha="left",
+        fontsize=11,
+        fontweight="bold",
+    )
+    panels = figure.subplots(3, 2)
+    time = report.hover.time
+    _draw_hover(panels[0, 0], time, 1000.0 * report.drift, 1000.0 * DRIFT)
+    label(panels[0, 0], "distance from where it began", "distance [mm]")
+    _draw_hover(panels[0, 1], time, np.degrees(report.tilt), float(np.degrees(TILT)))
+    label(panels[0, 1], "tilt away from where it began", "angle [deg]")
+    legend(panels[0, 1])
+    for axes, step in zip(panels[1:].flat, report.steps, strict=True):
+        _draw_demanded_step(axes, step)
+    for axes in panels[1:, 1]:
+        legend(axes)
+    figure.align_ylabels()
+    return figure
+
+
+def _draw_hover(axes: Axes, time: np.ndarray, values: np.ndarray, limit: float) -> None:
+    """Draw what a hover must keep small, with its limit."""
+    axes.plot(time, values, color=PALETTE.ours, label="flown")
+    axes.axhline(limit, color=PALETTE.limit, lw=1.0, label="limit")
+    axes.set_xlim(time[0], time[-1])
+    widen(axes, values, 0.0, limit)
+    axes.set_xlabel("time [s]")
+
+
+def _draw_demanded_step(axes: Axes, step: StepResponse) -> None:
+    """Draw command and response with the overshoot that is allowed."""
+    shown = shown_part(step)
+    draw_response(axes, shown, step.axis)
+    steady = step.metrics.steady_state_value
+    most = (1.0 + OVERSHOOT / 100.0) * (step.amplitude if math.isnan(steady) else steady)
+    axes.axhline(most, color=PALETTE.limit, lw=1.0, label=f"overshoot of {OVERSHOOT:g} %")
+    widen(axes, axis_velocity(shown, step.axis), axis_command(shown, step.axis), most)
+    over = number(step.metrics.overshoot, ".1f")
+    axes.set_title(f"{axes.get_title(loc='left')}, overshoot {over} %")
+    axes.set_xlim(-BEFORE, shown.time[-1] - EDGE)
+    axes.set_xlabel("time since the command's edge [s]")
+
+
+@styled
+def plot_reproduced(row: Row) -> Figure:
+    """Return a step's figure, with the panels that the paper has."""
+    axis, paper = row.paper.axis, row.paper
+    shown = shown_part(row.flight)
+    figure, panels = stacked(
+        f"{shown.vehicle.name} beside the paper's figure {paper.number}: "
+        f"{axis} step of {paper.command:g} {find_axis(axis).unit}",
+        3,
+    )
+    response, drive, acceleration = panels
+    draw_response(response, shown, axis)
+    draw_force(drive, shown, axis)
+    _draw_means(
+        drive,
+        axis_force(shown, axis),
+        row.t90,
+        row.mean_force,
+        paper.mean_force,
+        find_axis(axis).force_unit,
+    )
+    draw_acceleration(acceleration, shown, axis)
+    _draw_means(
+        acceleration,
+        axis_acceleration(shown, axis),
+        row.t90,
+        row.mean_acceleration,
+        paper.mean_acceleration,
+        find_axis(axis).acceleration_unit,
+    )
+    for axes, letter in zip(panels, "abc", strict=True):
+        axes.set_title(f"({letter}) {axes.get_title(loc='left')}")
+        if np.isfinite(row.t90):
+            axes.axvspan(0.0, row.t90, color=PALETTE.window, lw=0, zorder=0, label="window")
+        legend(axes)
+    figure.align_ylabels()
+    panels[-1].set_xlim(-BEFORE, shown.time[-1] - EDGE)
+    return figure
+
+
+def _draw_means(
+    axes: Axes, values: np.ndarray, t90: float, mean: float, paper: float, unit: str
+) -> None:
+    """Draw a curve's mean over the window beside the paper's."""
+    if np.isfinite(t90):
+        axes.plot(
+            [0.0, t90],
+            [mean, mean],
+            color=PALETTE.mean,
+            lw=2.2,
+            solid_capstyle="butt",
+            label=f"mean in window {mean:.3g} {unit}",
+        )
+    name = f"paper's mean {paper:g} {unit}"
+    if abs(paper) <= _FAR * float(np.abs(values).max()):
+        axes.axhline(paper, color=PALETTE.paper, ls="--", lw=1.3, label=name)
+        widen(axes, values, paper)
+    else:
+        axes.plot(
+            [], [], color=PALETTE.paper, ls="--", lw=1.3, label=f"{name}\n(far off this scale)"
+        )

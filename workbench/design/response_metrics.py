@@ -1,4 +1,6 @@
-"""Numbers of step responses, of one or of many at once, by python-control's definitions.
+"""Numbers of flown responses: to a step, to a load, and to any set-point.
+
+Those of a step, of one response or of many at once, are by python-control's definitions.
 
 They equal `control.step_info`, which takes one response at a time, and which comes with all of
 scipy.signal: half a second to load.
@@ -6,6 +8,11 @@ scipy.signal: half a second to load.
 The definitions hold for a step that begins at rest and settles, flown with parameters that do not
 change; `why_withheld` names the condition that a step does not meet, and `withheld` takes away the
 numbers that depend on it.
+
+Those of a load are of x, the deviation from where the drone was before it. The peak is the largest
+|x|, the settling time that from which on x stays within 5 % of the peak of its steady state, and
+the steady-state error what then is left of x. A law with integral action leaves nothing: there the
+settling time is that until the drone is back within 5 % of the peak.
 """
 
 import dataclasses
@@ -29,6 +36,14 @@ FROM_REST = ("rise_time", "settling_time", "overshoot", "undershoot")
 """Numbers that depend on where the response begins, and on its steady state."""
 AT_THE_END = ("steady_state_value", "steady_state_error")
 """Numbers that depend on the steady state alone."""
+BACK = 0.05
+"""Share of the peak within which it has settled."""
+LAGS = np.arange(0.0, 1.2, 0.01)
+"""That a position may have [s]."""
+NOISE_FROM = 20.0
+"""What of a signal is faster is noise [Hz]: the rate loops of the shipped drones end below it."""
+_EDGE = 0.1
+"""Of a stretch, that the filter needs to begin and to end [s]."""
 
 
 @dataclass(frozen=True)
@@ -230,3 +245,115 @@ def number(value: float, form: str) -> str:
 def crossing_time(time: np.ndarray, response: np.ndarray, level: float) -> float:
     """Return when a response first reaches `level` (either sign) [s], or NaN if it never does."""
     return float(crossing_times(time, np.asarray(response)[None, :], level)[0])
+
+
+@dataclass(frozen=True)
+class LoadMetrics:
+    """What is measured of one response to a load; NaN where it has not settled.
+
+    Attributes:
+        peak: largest deviation, in the response's unit.
+        peak_time: when [s].
+        settling_time: until it stays within 5 % of the peak of its steady state [s].
+        steady_state_error: deviation at the end [% of the peak].
+        withheld: why some are NaN, as a sentence; "" if none is.
+    """
+
+    peak: float
+    peak_time: float
+    settling_time: float
+    steady_state_error: float
+    withheld: str = ""
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The numbers by name."""
+        return {name: getattr(self, name) for name in LOAD_NUMBERS}
+
+
+LOAD_NUMBERS = tuple(field.name for field in dataclasses.fields(LoadMetrics))[:-1]
+"""Names of what `LoadMetrics` measures."""
+
+
+def load_metrics(time: np.ndarray, response: np.ndarray, *, changed: bool = False) -> LoadMetrics:
+    """Return the metrics of a response to a load that begins at time 0.
+
+    Args:
+        time: (N) from 0 [s].
+        response: (N) deviation from where it was at 0.
+        changed: whether parameters changed while it was flown.
+    """
+    size = np.abs(response)
+    place = int(size.argmax())
+    peak, duration = float(size[place]), float(time[-1])
+    outside = np.flatnonzero(np.abs(response - response[-1]) > BACK * peak)
+    first = outside[-1] + 1 if len(outside) else 0
+    said = ""
+    if changed:
+        said = "parameters changed while the load acted; fly it again"
+    elif not math.isfinite(peak):
+        said = "the drone was lost"
+    elif peak == 0.0 or time[first] > (1.0 - LAST_PART) * duration:
+        said = f"the drone has not settled within {duration:.3g} s; let the load act for longer"
+    return LoadMetrics(
+        peak=math.nan if changed else peak,
+        peak_time=math.nan if changed else float(time[place]),
+        settling_time=math.nan if said else float(time[first]),
+        steady_state_error=math.nan if said else 100.0 * float(size[-1]) / peak,
+        withheld=said,
+    )
+
+
+def lag(
+    time: np.ndarray, setpoint: np.ndarray, response: np.ndarray, lags: np.ndarray = LAGS
+) -> float:
+    """Return by how much a response (k) is late [s], by least squares with a gain and an offset.
+
+    NaN where less than three samples are left behind the longest lag.
+
+    Args:
+        time: (k) [s].
+        setpoint: (k).
+        response: (k).
+        lags: that are tried, rising from 0 [s].
+    """
+    known = time > time[0] + lags[-1]
+    if known.sum() < 3:
+        return math.nan
+    found = []
+    flown = response[known] - response[known].mean()
+    for late in lags:
+        past = np.interp(time[known] - late, time, setpoint)
+        past = past - past.mean()
+        power = float(past @ past)
+        explained = float(past @ flown) ** 2 / power if power > 0.0 else 0.0
+        found.append((-explained, float(late)))
+    return min(found)[1]
+
+
+def noise(time: np.ndarray, values: np.ndarray) -> float:
+    """Return the root mean square of what of a signal is faster than `NOISE_FROM`.
+
+    A Butterworth high-pass of order 4, run forwards and backwards over each stretch without a gap.
+    NaN where samples come too slowly for that, or no stretch is half a second long.
+
+    Args:
+        time: (k), rising [s].
+        values: (k).
+    """
+    from scipy.signal import butter, sosfiltfilt  # slow to load
+
+    if len(time) < 2:
+        return math.nan
+    period = float(np.median(np.diff(time)))
+    if not period < 0.45 / NOISE_FROM:
+        return math.nan
+    sections = butter(4, NOISE_FROM, "highpass", fs=1.0 / period, output="sos")
+    edge = max(1, round(_EDGE / period))
+    gaps = np.flatnonzero(np.diff(time) > 1.5 * period) + 1
+    rest = [
+        sosfiltfilt(sections, stretch)[edge:-edge]
+        for stretch in np.split(values, gaps)
+        if len(stretch) >= 5 * edge
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(rest) ** 2))) if rest else math.nan

@@ -13,7 +13,7 @@ from workbench.control.controller import load_controller
 from workbench.design.predict.flown import make_craft
 from workbench.design.predict.past import ALL, Past, lagged, mean_before, thrust_doubt
 from workbench.design.predict.prediction import CLOSED, GIVEN, METHODS, Predictor, summarized
-from workbench.design.tracking import lag
+from workbench.design.response_metrics import lag
 from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import Scenario, VehicleConfig
 

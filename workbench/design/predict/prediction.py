@@ -27,7 +27,7 @@ from workbench.design.predict.flown import (
 )
 from workbench.design.predict.motion import Motion, resampled, rotation
 from workbench.design.predict.past import ALL, Effects, Past, air_rates, driven_thrust, lagged
-from workbench.design.tracking import lag
+from workbench.design.response_metrics import lag
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
 

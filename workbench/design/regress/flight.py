@@ -1,4 +1,8 @@
-"""Fly a case: its scenario, and the flight that came of it."""
+"""The flight of a case: flown as its scenario says, or out of a log and judged as if flown.
+
+A log lacks arrays, has them at rates of their own, and has gaps. So each metric says what it reads,
+and `knowing` returns the flight where that is known, or says why the log cannot tell.
+"""
 
 import copy
 import dataclasses
@@ -10,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
-from workbench.design.load_metrics import LoadMetrics, load_metrics
 from workbench.design.load_step import load_scenario
 from workbench.design.lost import find_loss
 from workbench.design.regress.signals import (
@@ -23,7 +26,13 @@ from workbench.design.regress.signals import (
 )
 from workbench.design.regress.spec import Case, Spec
 from workbench.design.regress.verdict import Curve
-from workbench.design.response_metrics import ResponseMetrics, response_metrics, why_withheld
+from workbench.design.response_metrics import (
+    LoadMetrics,
+    ResponseMetrics,
+    load_metrics,
+    response_metrics,
+    why_withheld,
+)
 from workbench.design.step_response import (
     EDGE,
     START_HEIGHT,
@@ -42,6 +51,27 @@ from workbench.systems.sensors.samples import Samples
 
 LONGEST_LAG = 0.75
 """Of a velocity behind its command [s]; the hover before a step is longer."""
+LEAST_KNOWN, WHOLE = 0.8, 0.99
+"""Shares of the judged time, of which a metric's signals must be known, and from which on nothing
+is said of the rest."""
+WORDS = {
+    "p_WB": "the position",
+    "q_WB": "the attitude",
+    "v_WB": "the velocity",
+    "w_WB": "the angular velocity",
+    "vdot_WB": "the acceleration",
+    "thrusts": "the rotors' speeds",
+    "rotor_speeds": "the rotors' speeds",
+    "commanded_speeds": "the motors' commands",
+    USE: "the rotors' use",
+}
+"""What arrays of a recording are called."""
+SMALLEST = 0.1
+"""Steps of the set-point that are smaller than this share of the largest one are none."""
+BEFORE = 1.0
+"""So much before the edge tells whether the set-point stood still there [s]."""
+SLACK = 5e-3
+"""By which a step may be logged before the span that begins with it [s]."""
 
 
 @dataclass(frozen=True)
@@ -289,29 +319,6 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
         changed=any(action.set and action.at >= case.edge for action in case.script),
         samples=session.samples() if of_sensors else (),
     )
-
-
-LEAST_KNOWN, WHOLE = 0.8, 0.99
-"""Shares of the judged time, of which a metric's signals must be known, and from which on nothing
-is said of the rest."""
-WORDS = {
-    "p_WB": "the position",
-    "q_WB": "the attitude",
-    "v_WB": "the velocity",
-    "w_WB": "the angular velocity",
-    "vdot_WB": "the acceleration",
-    "thrusts": "the rotors' speeds",
-    "rotor_speeds": "the rotors' speeds",
-    "commanded_speeds": "the motors' commands",
-    USE: "the rotors' use",
-}
-"""What arrays of a recording are called."""
-SMALLEST = 0.1
-"""Steps of the set-point that are smaller than this share of the largest one are none."""
-BEFORE = 1.0
-"""So much before the edge tells whether the set-point stood still there [s]."""
-SLACK = 5e-3
-"""By which a step may be logged before the span that begins with it [s]."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from pydrake.common.yaml import yaml_load_typed
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import Keys, YamlFile, check_schema, read_yaml, with_numbers
 from workbench.control.controller import DEFAULT, load_controller
-from workbench.design.load_metrics import LOAD_NUMBERS
 from workbench.design.regress.measures import HOVER, Need, find_measure
 from workbench.design.regress.signals import AXIS_SIGNALS, POINT, find_signal
 from workbench.design.regress.spec import (
@@ -27,6 +26,7 @@ from workbench.design.regress.spec import (
     Tolerance,
 )
 from workbench.design.regress.spec_names import MARGINS, slug
+from workbench.design.response_metrics import LOAD_NUMBERS
 from workbench.design.step_response import DURATIONS, LEAST_DURATION, MOST_DURATION
 from workbench.estimation.settings import ESTIMATORS
 from workbench.scenario.axes import AXES

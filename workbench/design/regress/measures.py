@@ -14,9 +14,16 @@ from workbench.design.regress.flight import Flight, JudgedLog, UnknownError
 from workbench.design.regress.signals import POINT, USE
 from workbench.design.regress.spec import OF
 from workbench.design.reproduce import mean_until
-from workbench.design.response_metrics import AT_THE_END, FROM_REST, NUMBERS, crossing_time
+from workbench.design.response_metrics import (
+    AT_THE_END,
+    FROM_REST,
+    NOISE_FROM,
+    NUMBERS,
+    crossing_time,
+    lag,
+    noise,
+)
 from workbench.design.step_response import axis_force, coupling
-from workbench.design.tracking import NOISE_FROM, lag, noise
 from workbench.scenario.axes import AXES, find_axis
 from workbench.session.recording import Recording
 

@@ -3,8 +3,7 @@
 import math
 
 from workbench.analysis.replies import StepNumbers, load_numbers
-from workbench.design.load_metrics import load_metrics
-from workbench.design.response_metrics import response_metrics, why_withheld
+from workbench.design.response_metrics import load_metrics, response_metrics, why_withheld
 from workbench.gui.tuning.rounds import StepPart
 from workbench.gui.tuning.trace import Trace
 
