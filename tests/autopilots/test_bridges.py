@@ -24,7 +24,7 @@ from workbench.autopilots.px4 import Px4
 from workbench.commands.cli import main
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.scenario.scenario import Scenario, Start
-from workbench.session.autopilot_flight import AutopilotFlight
+from workbench.session.open_loop import AutopilotFlight
 
 HEIGHT = 1.5
 

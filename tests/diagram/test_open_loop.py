@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from workbench.diagram.open_loop import make_open_loop
+from workbench.diagram.core import make_open_loop
 from workbench.plant.placing import body_state
 from workbench.plant.worlds.reading import read_world
 from workbench.scenario.scenario import Rates

@@ -19,7 +19,7 @@ from workbench.common.errors import FlightBrokenError, WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.autopilots.motion import Autopilot
-    from workbench.session.autopilot_flight import AutopilotFlight
+    from workbench.session.open_loop import AutopilotFlight
 
 HOST = "127.0.0.1"
 PX4_PORT, ARDUPILOT_PORT = 4560, 9002
@@ -166,7 +166,7 @@ def _built(args: argparse.Namespace) -> "AutopilotFlight":
     """Build what flies."""
     from workbench.common.resources import find_model, find_scenario, find_world
     from workbench.scenario.scenario import Scenario, Start, VehicleConfig, load_scenario
-    from workbench.session.autopilot_flight import AutopilotFlight
+    from workbench.session.open_loop import AutopilotFlight
 
     scenario = Scenario(start=Start(mode="off"))
     if args.scenario:

@@ -5,12 +5,13 @@ with trimesh and all of scipy, which take longer to load than Drake.
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context, DiagramBuilder
-from pydrake.systems.primitives import RandomSource
+from pydrake.systems.primitives import LogVectorOutput, RandomSource, VectorLogSink
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.diagram.airframe import Airframe
@@ -35,6 +36,8 @@ from workbench.systems.noise import (
     seed_noise,
 )
 from workbench.systems.sensors.readings import Reading
+from workbench.systems.sensors.sampled_sensor import SampledSensor
+from workbench.systems.sensors.samples import Samples, SampleTable, ScanStack
 
 if TYPE_CHECKING:
     from workbench.systems.casting.caster import Caster
@@ -59,11 +62,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Mounted:
-    """A sensor in the diagram, with the source of its noise if that is a system of its own."""
+    """A sensor in the diagram.
+
+    Attributes:
+        choice: which sensor, and how often it measures.
+        system: that measures.
+        noise: source of its noise, if that is a system of its own.
+        log: of what it delivers, where its samples are kept.
+    """
 
     choice: SensorChoice
     system: "SensorSystem"
     noise: RandomSource | CountedNoise | None = None
+    log: VectorLogSink | None = None
 
     def reading(self, root_context: Context) -> Reading | None:
         """Return what it delivered last, None if nothing yet."""
@@ -72,6 +83,62 @@ class Mounted:
     def samples_taken(self, root_context: Context) -> int:
         """Return how many samples it took since the start."""
         return self.system.samples_taken(self.system.GetMyContextFromRoot(root_context))
+
+    def logged(self, builder: DiagramBuilder) -> "Mounted":
+        """Return it with a log if its samples are kept; pictures are too large for one."""
+        system = self.system
+        if not self.choice.kept or not isinstance(system, SampledSensor):
+            return self
+        log = LogVectorOutput(system.measurement_output, builder, self.choice.period)
+        log.set_name(f"{system.get_name()}_log")
+        return replace(self, log=log)
+
+    def kept_rows(self, root_context: Context) -> np.ndarray:
+        """Return stamp [s] and values of every sample delivered so far, each once (N, 1 + size)."""
+        assert self.log and isinstance(self.system, SampledSensor)
+        # A log at a time comes before the update at that time, hence the present besides.
+        present = self.system.delivered(self.system.GetMyContextFromRoot(root_context))
+        rows = np.vstack([self.log.FindLog(root_context).data().T, present])
+        known = rows[~np.isnan(rows[:, 0])]
+        first = np.diff(known[:, 0], prepend=-np.inf) > 0.0  # a silent sensor repeats its last
+        return known[first].copy()
+
+    def samples(self, rows: np.ndarray) -> Samples:
+        """Return what it delivered, in rows of its log, see `kept_rows`."""
+        # What is logged is loaded; see above.
+        from workbench.systems.sensors import barometer, gps, imu, magnetometer, range_finder
+        from workbench.systems.sensors.lidar import Lidar as LidarSystem
+
+        name, system = self.choice.sensor.name, self.system
+        stamps, values = rows[:, 0], rows[:, 1:]
+        columns: tuple[str, ...]
+        match system:
+            case LidarSystem():
+                pattern = system.pattern
+                ranges, p_WS, q_WS = np.split(
+                    values, [values.shape[1] - 7, values.shape[1] - 4], axis=1
+                )
+                return ScanStack(
+                    sensor=name,
+                    azimuths=pattern.azimuths,
+                    elevations=pattern.elevations,
+                    stamps=stamps,
+                    ranges=ranges.reshape(-1, *pattern.shape),
+                    p_WS=p_WS,
+                    q_WS=q_WS,
+                    latency=system.latency,
+                )
+            case imu.Imu():
+                columns = imu.COLUMNS
+            case gps.Gps():
+                columns = gps.COLUMNS
+            case barometer.Barometer():
+                columns = barometer.COLUMNS
+            case magnetometer.Magnetometer():
+                columns = magnetometer.COLUMNS
+            case _:
+                columns = range_finder.COLUMNS
+        return SampleTable(name, columns, stamps, values, system.latency)
 
 
 @dataclass(frozen=True)
@@ -102,6 +169,11 @@ class Sensing:
     def of_kind(self, kind: str) -> tuple[Mounted, ...]:
         """Return the sensors of a kind."""
         return tuple(each for each in self.mounted if each.choice.sensor.kind == kind)
+
+    @property
+    def kept(self) -> tuple[Mounted, ...]:
+        """The sensors whose samples are kept."""
+        return tuple(each for each in self.mounted if each.log)
 
     def seed(self, root_context: Context, seed: int) -> None:
         """Let all sources of noise begin anew with the seed of a flight."""
@@ -142,7 +214,8 @@ def add_sensors(
         heard=heard,
         caster=_caster(airframe, base_link) if casting else None,
     )
-    return Sensing(tuple(map(mount.add, choices)))
+    mounted = [mount.add(choice) for choice in choices]
+    return Sensing(tuple(each.logged(builder) for each in mounted))
 
 
 @dataclass(frozen=True)

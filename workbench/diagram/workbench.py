@@ -20,7 +20,6 @@ from workbench.diagram.mounting import (
     magnetometer_turn,
     mounting_of,
 )
-from workbench.diagram.sample_logs import SampleLog, add_sample_logs
 from workbench.diagram.sensing import Sensing, add_sensors
 from workbench.diagram.sensor_choice import SensorChoice
 from workbench.estimation.estimators import Estimator, find_estimator
@@ -77,7 +76,6 @@ class Workbench:
     modes: ModeManager
     recorder: Recorder
     sensing: Sensing
-    sample_logs: tuple[SampleLog, ...]
     frames: FramePoses
     obstacles: NearestObstacle | None
     visualizer: MeshcatVisualizer | None = None
@@ -225,7 +223,6 @@ def make_workbench(
             for mounted in sensing.of_kind(kind)[:1]:
                 assert isinstance(mounted.system, SampledSensor)
                 builder.Connect(mounted.system.measurement_output, navigation.GetInputPort(kind))
-    sample_logs = add_sample_logs(builder, sensing)
     telemetry: Telemetry | None = None
     topics: tuple[Topic, ...] = ()
     if bridge:
@@ -248,7 +245,6 @@ def make_workbench(
         modes=modes,
         recorder=recorder,
         sensing=sensing,
-        sample_logs=sample_logs,
         frames=frames,
         obstacles=obstacles,
         visualizer=visualizer,

@@ -1,18 +1,27 @@
-"""The Context of a flying workbench: what writes to it between steps, with `compiled_flight`."""
+"""The Context of a flying workbench: what reads it, and writes to it between steps.
+
+A Context of a diagram with systems in Python cannot be pickled; the numbers in it can. See also
+`compiled_flight`.
+"""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RollPitchYaw
 from pydrake.systems.analysis import InitializeParams, Simulator
-from pydrake.systems.framework import Context, System
+from pydrake.systems.framework import Context, Diagram, System
 
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.control.controller import COMMON, LIMITS
-from workbench.control.flight_mode import initial_state
-from workbench.control.mode import FlightMode
+from workbench.control.flight_mode import REASON, initial_state
+from workbench.control.mode import FlightMode, Reason
 from workbench.control.schedule import Schedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
+from workbench.diagram.sensing import Mounted
 from workbench.diagram.workbench import Workbench
 from workbench.estimation.ekf import START
 from workbench.estimation.settings import ESTIMATORS, HEARD, OWN
@@ -22,15 +31,27 @@ from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import SENSOR_KINDS, Parameter, check_parameters, parameter_table
 from workbench.scenario.scenario import Scenario, Start
-from workbench.session.checkpoint import Checkpoint, SystemState
+from workbench.session.checkpoint import Checkpoint, Groups, SystemState
 from workbench.session.compiled_flight import CompiledFlight
-from workbench.session.system_states import read_states, write_states
+from workbench.session.snapshot import Clearance, LidarSummary, SensorStatus, Snapshot, Triple
 from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PROBES, SHARES
-from workbench.systems.noise import noise_seed, seed_noise
+from workbench.systems.noise import CountedNoise, noise_seed, seed_noise
 from workbench.systems.pilot import Wish
+from workbench.systems.propeller_display import PropellerDisplay
+from workbench.systems.sensors.faults import Fault
+from workbench.systems.sensors.readings import (
+    BarometerReading,
+    GpsReading,
+    ImuReading,
+    LidarScan,
+    MagnetometerReading,
+    RangeReading,
+    Reading,
+)
 from workbench.systems.vehicle_dynamics import BODY, FAULT, PAYLOAD, SETTINGS
 from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
 
+R = TypeVar("R", bound=Reading)
 Place = tuple[System, int, int]
 """A system, the number of its numeric parameter, and an index in that."""
 START_HEIGHT = 1.5
@@ -82,7 +103,7 @@ class LiveContext:
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
         begin = InitializeParams()
         if checkpoint:
-            write_states(bench, root, self._taken_over(checkpoint))
+            _write_states(bench, root, self._taken_over(checkpoint))
             bench.computer.close_loops(self._of(bench.computer))
             bench.computer.design(self._of(bench.computer))
             root.SetTime(checkpoint.time)
@@ -128,7 +149,11 @@ class LiveContext:
 
     def states(self) -> dict[str, SystemState]:
         """Return what the systems remember that decides how the flight goes on, by path."""
-        return read_states(self._bench, self.root)
+        return _read_states(self._bench, self.root)
+
+    def snapshot(self, start: Sequence[float]) -> Snapshot:
+        """Return the present of the flight, read off its ports; it began at `start` in W [m]."""
+        return _observed(self._bench, self.root, start)
 
     @property
     def next_update(self) -> float:
@@ -349,3 +374,165 @@ def _remedy(system: str) -> str:
     if system == "gauge":
         return "fly a drone that states a battery on an estimate, as `--estimator ekf`"
     return "fly in a world with obstacles, as `--world room`"
+
+
+def _read_states(bench: Workbench, root: Context) -> dict[str, SystemState]:
+    """Return what every system remembers that decides how the flight goes on, by its path."""
+    found = {}
+    for path, system in _deciding(bench):
+        context = system.GetMyContextFromRoot(root)
+        memory = SystemState(_discrete(context), _parameters(context))
+        if memory.state or memory.parameters:
+            found[path] = memory
+    return found
+
+
+def _write_states(bench: Workbench, root: Context, states: Mapping[str, SystemState]) -> None:
+    """Let every system remember what it did then.
+
+    Raises:
+        WorkbenchError: if the states are those of a flight of something else.
+    """
+    here = _read_states(bench, root)
+    if _shapes(here) != _shapes(states):
+        raise WorkbenchError(
+            "the checkpoint is one of another flight: go on with the scenario that it was taken "
+            "from"
+        )
+    for path, system in _deciding(bench):
+        if path not in states or states[path] == here[path]:
+            continue
+        context = system.GetMyMutableContextFromRoot(root)
+        for number, values in enumerate(states[path].state):
+            context.SetDiscreteState(number, values)
+        for number, values in enumerate(states[path].parameters):
+            context.get_mutable_numeric_parameter(number).SetFromVector(values)
+
+
+def _deciding(bench: Workbench) -> Iterator[tuple[str, System]]:
+    """Yield the systems that decide how the flight goes on, with their paths.
+
+    Left out are sensors that no estimator listens to, with their noise, and what draws.
+    """
+    unheard = [m for m in bench.sensing.mounted if not isinstance(m.noise, CountedNoise)]
+    looking = {mounted.system.GetSystemPathname() for mounted in unheard}
+    looking |= {mounted.noise.GetSystemPathname() for mounted in unheard if mounted.noise}
+    for system in _leaves(bench.diagram):
+        path = system.GetSystemPathname()
+        if path not in looking and not isinstance(system, PropellerDisplay):
+            yield path, system
+
+
+def _leaves(diagram: Diagram) -> Iterator[System]:
+    """Yield the systems in a diagram, and in diagrams within it."""
+    for system in diagram.GetSystems():
+        if isinstance(system, Diagram):
+            yield from _leaves(system)
+        else:
+            yield system
+
+
+def _discrete(context: Context) -> Groups:
+    """Return the discrete state; none of these systems has another kind."""
+    assert not context.num_abstract_states() and not context.num_continuous_states()
+    groups = range(context.num_discrete_state_groups())
+    return tuple(tuple(context.get_discrete_state(i).CopyToVector().tolist()) for i in groups)
+
+
+def _parameters(context: Context) -> Groups:
+    groups = range(context.num_numeric_parameter_groups())
+    return tuple(tuple(context.get_numeric_parameter(i).CopyToVector().tolist()) for i in groups)
+
+
+def _shapes(states: Mapping[str, SystemState]) -> dict[str, tuple[list[int], list[int]]]:
+    """Return how many numbers there are in each group."""
+    return {
+        path: (list(map(len, each.state)), list(map(len, each.parameters)))
+        for path, each in states.items()
+    }
+
+
+def _observed(bench: Workbench, root_context: Context, start: Sequence[float]) -> Snapshot:
+    """Return everything that a screen shows of a flight."""
+    signals = bench.recorder.now(root_context)
+    state = signals["state"]
+    q_WB = state[0:4] / np.linalg.norm(state[0:4])
+    mounted = bench.sensing.mounted
+    readings = [each.reading(root_context) for each in mounted]
+    scan = _first(readings, LidarScan)
+    height = _first(readings, RangeReading)
+    w, x, y, z = q_WB.tolist()
+    return Snapshot(
+        time=root_context.get_time(),
+        p_WB=_triple(state[4:7]),
+        q_WB=(w, x, y, z),
+        v_WB=_triple(state[10:13]),
+        w_WB=_triple(state[7:10]),
+        vdot_WB=_triple(signals["acceleration"][3:6]),
+        displacement=_triple(state[4:7] - np.array(start)),
+        roll_pitch_yaw=_triple(RollPitchYaw(Quaternion(q_WB)).vector()),
+        thrusts=tuple(signals["thrusts"].tolist()),
+        reference=tuple(signals["reference"].tolist()),
+        mode=FlightMode(int(signals["mode"][0])),
+        charge=float(signals["charge"][0]),
+        wind=_triple(signals["wind"]),
+        imu=_first(readings, ImuReading),
+        gps=_first(readings, GpsReading),
+        barometer=_first(readings, BarometerReading),
+        lidar=_summary(scan) if scan else None,
+        height=height.distance if height else None,
+        clearance=_clearance(signals["obstacle"]) if "obstacle" in signals else None,
+        sensors=tuple(map(partial(_status, root_context), mounted, readings)),
+        voltage=_voltage(bench, root_context),
+        magnetometer=_first(readings, MagnetometerReading),
+        reason=Reason(int(signals["mode"][REASON])),
+    )
+
+
+def _voltage(bench: Workbench, root_context: Context) -> float:
+    """Return that under load over that of the full battery, 1 where no battery is stated."""
+    dynamics = bench.airframe.dynamics
+    if not dynamics.HasOutputPort("voltage"):
+        return 1.0
+    port = dynamics.GetOutputPort("voltage")
+    return float(port.Eval(dynamics.GetMyContextFromRoot(root_context))[0])
+
+
+def _first(readings: Iterable[Reading | None], wanted: type[R]) -> R | None:
+    """Return the first reading of a type, None without any."""
+    return next((reading for reading in readings if isinstance(reading, wanted)), None)
+
+
+def _summary(scan: LidarScan) -> LidarSummary:
+    return LidarSummary(
+        stamp=scan.stamp,
+        returns=scan.returns,
+        rays=scan.ranges.size,
+        nearest=scan.nearest,
+        direction=scan.nearest_direction if scan.returns else None,
+    )
+
+
+def _clearance(obstacle: np.ndarray) -> Clearance:
+    distance, *direction, warning = obstacle.tolist()
+    return Clearance(distance, _triple(np.array(direction)), bool(warning))
+
+
+def _status(root_context: Context, mounted: Mounted, reading: Reading | None) -> SensorStatus:
+    sensor, period = mounted.choice.sensor, mounted.choice.period
+    time, taken = root_context.get_time(), mounted.samples_taken(root_context)
+    periods = math.ceil(time / period - 1e-6)  # begun so far; a sample comes with each
+    context = mounted.system.GetMyContextFromRoot(root_context)
+    return SensorStatus(
+        name=sensor.name,
+        kind=sensor.kind,
+        asked_rate=mounted.choice.asked_rate,
+        rate=taken / (periods * period) if periods else 0.0,
+        age=time - reading.stamp if reading else math.inf,
+        fault=Fault(int(context.get_numeric_parameter(0).GetAtIndex(0))),
+    )
+
+
+def _triple(vector: np.ndarray) -> Triple:
+    x, y, z = (float(number) for number in vector)
+    return (x, y, z)

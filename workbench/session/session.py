@@ -26,15 +26,27 @@ from workbench.control.controller import (
     load_controller,
     with_estimator,
 )
+from workbench.control.flight_law import law_constants
 from workbench.control.flight_mode import REASON
 from workbench.control.mode import FlightMode, Reason, Request
-from workbench.diagram.kept_samples import read_samples
-from workbench.diagram.workbench import PICTURE_PERIOD
+from workbench.diagram.sensor_choice import choose_sensors
+from workbench.diagram.workbench import PICTURE_PERIOD, Workbench, make_workbench
 from workbench.dynamics.air.settings import gust_settings, push_settings
+from workbench.estimation.estimators import Estimator
+from workbench.gains.gains import flight_gains, remark_on_owner
+from workbench.plant.loading import make_vehicle
+from workbench.plant.payload import Payload, payload_of
+from workbench.plant.variation import varied
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
-from workbench.scenario.configured import tell_start
-from workbench.scenario.parameters import parameter_table, vehicle_parameters
+from workbench.scenario.configured import (
+    read_configured,
+    read_configured_world,
+    tell_remarks,
+    tell_start,
+    tell_world,
+)
+from workbench.scenario.parameters import check_settings, parameter_table, vehicle_parameters
 from workbench.scenario.scenario import (
     REQUESTS,
     Action,
@@ -42,26 +54,28 @@ from workbench.scenario.scenario import (
     Scenario,
     at_own_period,
     check_injection,
+    check_scenario,
+    flown_controller,
+    flown_tables,
 )
-from workbench.session.built_flight import BuiltFlight, build_flight
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.compiled_flight import CompiledFlight, why_not_compiled
 from workbench.session.injected import Injected, Injecting
 from workbench.session.live_context import START_HEIGHT, LiveContext, start_position
-from workbench.session.observation import observe
 from workbench.session.pilot_numbers import check_height, finite, place_above
 from workbench.session.recording import Recording
-from workbench.session.script import Script
+from workbench.session.script import Script, scenario_feedforward, scenario_path
 from workbench.session.snapshot import Snapshot
 from workbench.systems.frame_poses import FrameTransforms
 from workbench.systems.pilot import commanded, gone_to, requested
 from workbench.systems.sensors.readings import Reading
 from workbench.systems.sensors.samples import Samples
 
-if TYPE_CHECKING:  # the network takes a tenth of the time that Drake does to load
+if TYPE_CHECKING:
     from workbench.link.backplane import Sampled
     from workbench.link.topics import Topic
     from workbench.systems.bridge import Bridge
+
 
 ENGINES = ("diagram", "compiled")
 """What may fly."""
@@ -70,7 +84,87 @@ LOOK = 0.125
 
 
 @dataclass(frozen=True)
-class Earlier:
+class _BuiltFlight:
+    """A scenario's diagram, and what it was built from.
+
+    Attributes:
+        scenario: that was built.
+        world: in which it flies.
+        values: of all parameters, by name.
+        bench: the diagram.
+    """
+
+    scenario: Scenario
+    world: World
+    values: Mapping[str, float]
+    bench: Workbench
+
+
+def _build_flight(
+    scenario: Scenario,
+    settings: Mapping[str, float] | None,
+    meshcat: Meshcat | None,
+    bridge: "Bridge | None",
+    picture_period: float,
+    estimator: Estimator | None = None,
+) -> _BuiltFlight:
+    """Read and build what a scenario names; arguments and exceptions are those of `Session`.
+
+    An estimator of the user's own that flew before flies on, whatever its file has by now.
+    """
+    check_scenario(scenario)
+    description = read_configured(scenario.vehicle)
+    vehicle = make_vehicle(description)
+    variation = scenario.vehicle.variation
+    tell_remarks(description, vehicle)
+    controller = flown_controller(scenario)
+    if estimator:
+        controller = with_estimator(controller, estimator)
+    values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
+    remark_on_owner(scenario.vehicle.gains, vehicle.name, controller)
+    world = read_configured_world(scenario)
+    tell_world(world)
+    bench = make_workbench(
+        controller,
+        varied(description, vehicle, variation),
+        vehicle,
+        values,
+        scenario.rates,
+        scenario_path(scenario),
+        meshcat,
+        world,
+        choose_sensors(vehicle, scenario),
+        scenario.sensors.seed,
+        variation,
+        bridge,
+        picture_period,
+        scenario_feedforward(scenario),
+        scenario.estimator,
+        scenario.sensors.noise,
+    )
+    _check_script(scenario, vehicle, payload_of(values))
+    return _BuiltFlight(scenario, world, values, bench)
+
+
+def _check_script(scenario: Scenario, vehicle: Vehicle, payload: Payload) -> None:
+    """Refuse what a script sets, before it flies: rows and payloads that the vehicle cannot have.
+
+    Args:
+        scenario: with the script.
+        vehicle: as the controller knows it.
+        payload: at the start.
+    """
+    tables = zip(scenario.script, flown_tables(scenario), strict=True)
+    for action, table in sorted(tables, key=lambda each: each[0].at):
+        check_settings(vehicle, action.set, table)
+        carried = {name: value for name, value in action.set.items() if name in Payload._fields}
+        if carried:
+            payload = payload._replace(**carried)
+            law_constants(vehicle, payload)
+
+
+@dataclass(frozen=True)
+class _Earlier:
     """What was recorded before another controller took over.
 
     Attributes:
@@ -119,13 +213,13 @@ class Session:
         self.scenario = at_own_period(scenario or Scenario())
         self._settings, self._bridge = dict(settings or {}), bridge
         self._build = partial(
-            build_flight, meshcat=meshcat, bridge=bridge, picture_period=picture_period
+            _build_flight, meshcat=meshcat, bridge=bridge, picture_period=picture_period
         )
         # what a reset begins, which flies unless a script's controller took over
         self._first = self._flown_with = self._build(self.scenario, self._settings)
-        self._owner = self._first.controller  # gain file and settings are for it
+        self._owner = self._first.bench.controller  # gain file and settings are for it
         self._gains = self.scenario.vehicle.gains
-        self.vehicle: Vehicle = self._first.vehicle
+        self.vehicle: Vehicle = self._first.bench.vehicle
         self.world: World = self._first.world
         self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
         self._injecting: Injecting | None = None
@@ -473,12 +567,13 @@ class Session:
 
     def samples(self) -> tuple[Samples, ...]:
         """Return all that sensors delivered since the start, where the scenario keeps it."""
-        return tuple(map(read_samples, self._bench.sample_logs, self._sample_rows()))
+        kept = zip(self._bench.sensing.kept, self._sample_rows(), strict=True)
+        return tuple(mounted.samples(rows) for mounted, rows in kept)
 
     def snapshot(self) -> Snapshot:
         """Return the present as a frozen copy."""
         start = start_position(self.scenario.start, self.vehicle)
-        return observe(self._bench, self._live.root, start)
+        return self._live.snapshot(start)
 
     def draw(self) -> None:
         """Draw the present in Meshcat, if the session draws at all."""
@@ -550,17 +645,17 @@ class Session:
         if action.injection is not None:
             self.inject(action.injection)
 
-    def _use(self, built: BuiltFlight) -> None:
+    def _use(self, built: _BuiltFlight) -> None:
         """Fly what was built from now on."""
         if built is not self._flown_with:
             self.end_program()
         self._flown_with = built
-        self.controller: Controller = built.controller
-        self._table = parameter_table(built.controller)
+        self.controller: Controller = built.bench.controller
+        self._table = parameter_table(built.bench.controller)
         self._bench, self._values = built.bench, built.values
         self._compiled = self._make_compiled(built)
 
-    def _make_compiled(self, built: BuiltFlight) -> CompiledFlight | None:
+    def _make_compiled(self, built: _BuiltFlight) -> CompiledFlight | None:
         """Return what flies in place of the diagram; None where that flies.
 
         Raises:
@@ -582,7 +677,7 @@ class Session:
         self._begin_telemetry()
         self._live = LiveContext(self._bench, self.scenario, self._values, checkpoint)
         self._injecting = None
-        self._earlier: Earlier | None = None
+        self._earlier: _Earlier | None = None
         self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)
         self._script.rewind(checkpoint.acted if checkpoint else 0)
         self._tell_limits()
@@ -612,7 +707,7 @@ class Session:
         built.bench.computer.run_law(interpreted=interpreted)
         with sentences(f"the controller {law.name} cannot take over"):
             live = LiveContext(built.bench, scenario, built.values, self.checkpoint())
-        self._earlier = Earlier(*self._recorded(), self._sample_rows())
+        self._earlier = _Earlier(*self._recorded(), self._sample_rows())
         self._injecting = None
         self._use(built)
         self._live = live
@@ -636,8 +731,8 @@ class Session:
         }
 
     def _sample_rows(self) -> list[np.ndarray]:
-        """Return the rows of each kept sensor, see `SampleLog.rows`."""
-        found = [log.rows(self._live.root) for log in self._bench.sample_logs]
+        """Return the rows of each kept sensor, see `Mounted.kept_rows`."""
+        found = [each.kept_rows(self._live.root) for each in self._bench.sensing.kept]
         if self._earlier is None:
             return found
         return [
