@@ -8,7 +8,7 @@ import statistics
 import time
 from dataclasses import dataclass
 
-from workbench.design.judge.live import live_margins
+from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.scenario.scenario import Scenario

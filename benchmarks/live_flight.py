@@ -29,7 +29,7 @@ from live_shapes import SHAPES, Shape
 from PyQt6.QtCore import QCoreApplication, QTimer
 from PyQt6.QtWidgets import QApplication
 
-from workbench.design.judge.live import live_margins
+from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.scenario.scenario import Scenario, SensorsConfig
 from workbench.session.session import Session

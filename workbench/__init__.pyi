@@ -14,8 +14,8 @@ from workbench.design.identify.plan import excitation as excitation
 from workbench.design.identify.plan import usual_limits as usual_limits
 from workbench.design.identify.plots_identified import plot_identified as plot_identified
 from workbench.design.identify.report import make_report as make_report
-from workbench.design.judge.live import live_margins as live_margins
 from workbench.design.judge.loop_judgement import judge_loops as judge_loops
+from workbench.design.judge.loop_judgement import live_margins as live_margins
 from workbench.design.judge.margins import LoopMargins as LoopMargins
 from workbench.design.judge.margins import loop_margins as loop_margins
 from workbench.design.judge.noise import noise_effects as noise_effects

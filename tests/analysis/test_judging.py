@@ -10,7 +10,7 @@ from workbench.analysis.judging import judge
 from workbench.analysis.questions import DrawFrequency, FindRanges, Judge, Step, Weigh
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
-from workbench.design.judge.live import live_margins
+from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.linear.linearize import linearize
 from workbench.plant.variation import Variation
 from workbench.scenario.parameters import parameter_table

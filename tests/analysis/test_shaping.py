@@ -7,7 +7,7 @@ import pytest
 from workbench.analysis.questions import Judge, ShapeLoop
 from workbench.analysis.subject import Subject
 from workbench.design.judge.noise import noise_effects
-from workbench.design.linear.study import HOVER
+from workbench.design.linear.operating_point import HOVER
 from workbench.scenario.scenario import Scenario
 
 

@@ -8,7 +8,8 @@ import pytest
 from workbench import Scenario, Session
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
-from workbench.design.linear.study import HOVER, LinearStudy
+from workbench.design.linear.operating_point import HOVER
+from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.agreement import agreement, random_trials
 from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import Rates, Start

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.judge.live import HOLDING
+from workbench.design.linear.operating_point import HOLDING
 from workbench.design.linear.study import LinearStudy
 from workbench.design.load_step import (
     CALM,

@@ -12,7 +12,7 @@ import pytest
 from PyQt6.QtCore import QPoint, QSettings, Qt
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QTabBar
 
-from workbench.design.judge.live import live_margins
+from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.profiles import GainFile, save_gains
 from workbench.gui.gains.profile_bar import ProfileBar, ProfileDiffView

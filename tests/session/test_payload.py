@@ -8,11 +8,10 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.derivatives import Derivatives
-from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.operating_point import HOVER, OperatingPoint
 from workbench.design.linear.study import (
-    HOVER,
     REMOVABLE,
-    ContinuousDerivatives,
+    FlightDerivatives,
     LinearStudy,
     sampled_model,
 )
@@ -25,7 +24,7 @@ from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import NO_PAYLOAD
 from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
 from workbench.session.session import Session
-from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
+from workbench.systems.acceleration_estimate import sampled_estimate
 
 UNEVEN = Path(__file__).parents[1] / "oracles/uneven_quad.urdf"
 MASS = 0.4
@@ -106,12 +105,12 @@ def test_linear_models_are_those_of_a_description_that_has_it_as_a_link(welded, 
     _, rate = sampled_estimate(rates.control_period)
     trim = find_trim(derivatives, make_vehicle(whole), study.gains, at, rate)
     delays = study.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
-    core = ContinuousDerivatives(
+    core = FlightDerivatives(
         make_flight_core(study.controller, whole, vehicle, study.gains), study.controller, vehicle
     )
     for found, wanted in (
         (sampled, sampled_model(derivatives, trim, rates, rate, delays).lean(REMOVABLE)),
-        (continuous, core.model(trim, dict(study.gains), 1.0 / TIME_CONSTANT)),
+        (continuous, core.model(trim, dict(study.gains))),
     ):
         assert found.trim.state == pytest.approx(wanted.trim.state, abs=1e-9)
         for name in ("A", "input_matrix", "output_matrix", "feedthrough"):

@@ -24,7 +24,6 @@ from workbench.analysis.replies import (
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.design.judge.gang_of_four import gang_of_four
-from workbench.design.judge.live import HOLDING
 from workbench.design.judge.loop_judgement import growing_loops
 from workbench.design.judge.loop_measurement import loop_injection
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
@@ -33,7 +32,7 @@ from workbench.design.judge.modes import natural_poles
 from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.judge.phase_budget import PARTS
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.study import HOVER
+from workbench.design.linear.operating_point import HOLDING, HOVER
 from workbench.scenario.parameters import Parameter
 
 COARSE = 8

@@ -15,7 +15,7 @@ from workbench.design.judge.noise import noise_effects
 from workbench.design.judge.pole_placing import Placed, PolePlacer, state_shares
 from workbench.design.judge.step_pair import saturating_step
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.study import HOVER
+from workbench.design.linear.operating_point import HOVER
 from workbench.scenario.axes import find_axis
 
 UNSTABLE_MARGINS = {Robustness.PHASE: math.radians(45.0), Robustness.DISK: 0.7}

@@ -93,7 +93,7 @@ class Subject:
 
     def model(self, gains: Mapping[str, float]) -> "LinearModel":
         """Return the sampled closed loop in hover while a place is held, see `gains`."""
-        from workbench.design.judge.live import HOLDING
+        from workbench.design.linear.operating_point import HOLDING
         from workbench.design.tune.retuned import retuned_models
 
         around = {name: gains[name] for name in self._around if name in gains}

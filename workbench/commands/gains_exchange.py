@@ -18,7 +18,7 @@ from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
-    from workbench.design.judge.live import LiveMargins
+    from workbench.design.judge.loop_judgement import LiveMargins
     from workbench.gains.autopilots.exchange import Imported
     from workbench.gains.profiles import GainChange
     from workbench.plant.vehicle import Vehicle
@@ -196,7 +196,7 @@ def _margins(
     if args.no_margins:
         return None
     from workbench.commands.progress import progress_bar
-    from workbench.design.judge.live import live_margins
+    from workbench.design.judge.loop_judgement import live_margins
     from workbench.design.linear.study import LinearStudy
 
     with progress_bar("judging the loops before and after") as progress:

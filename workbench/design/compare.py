@@ -14,11 +14,11 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
 from workbench.control.controller import Controller, load_controller, not_repeatable
-from workbench.design.judge.live import HOLDING
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.judge.step_pair import STEPS
-from workbench.design.linear.study import HOVER, LinearStudy
+from workbench.design.linear.operating_point import HOLDING, HOVER
+from workbench.design.linear.study import LinearStudy
 from workbench.design.lost import find_loss
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import START_HEIGHT, fly_step

@@ -11,7 +11,7 @@ import numpy as np
 from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import LoopMargins, frequency_grid, response_margins
-from workbench.design.linear.model import LinearModel
+from workbench.design.linear.model import LinearModel, frequency_response
 
 LOWEST = 0.05
 """Frequency from which on curves are drawn [rad/s]: a period of two minutes."""
@@ -87,13 +87,8 @@ def gang_of_four(model: LinearModel, loop: Loop, cut: str = "actuator") -> GangO
     frequency = frequency_grid(loops)
     frequency = frequency[frequency >= min(LOWEST, 0.01 * frequency[-1])]
     # both from what is added to where, as one closed loop: (F, 2, 2)
-    point = 1j * frequency[:, None, None]
-    if model.period:
-        point = np.exp(point * model.period)
-    B, C = model.B([loop.error, control]), model.C([loop.error, control])
-    D = model.D([loop.error, control], [loop.error, control])
-    states = np.linalg.solve(point * np.eye(len(model.A)) - model.A, B[None].astype(complex))
-    response = C @ states + D
+    places = [loop.error, control]
+    response = frequency_response(model, frequency, places, places)
     (_, load), (noise, _) = response.transpose(1, 2, 0)
     if control == loop.error:  # what comes there, and what is added, goes on
         noise = 1.0 + noise

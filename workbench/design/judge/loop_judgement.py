@@ -1,11 +1,14 @@
 """What every loop of the cascade bears, at its actuator and at its error."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import growth_rate, growth_rates, loop_responses
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.linear.model import LinearModel
+from workbench.design.linear.operating_point import HOLDING
+from workbench.design.linear.study import LinearStudy
 
 UNSTATED = "the law, which states no loops"
 
@@ -68,3 +71,34 @@ def growing_loops(model: LinearModel) -> tuple[str, ...]:
     )
     found = tuple(loop.name for loop, left in zip(loops, opened, strict=True) if left < closed)
     return found or tuple(loop.name for loop in loops) or (UNSTATED,)
+
+
+@dataclass(frozen=True)
+class LiveMargins:
+    """The margins of one loop at hover, cut at its actuator."""
+
+    loop: str
+    margins: LoopMargins
+
+
+def live_margins(
+    study: LinearStudy, gains: Mapping[str, float] | None = None
+) -> tuple[LiveMargins, ...]:
+    """Return the margins of every loop at hover.
+
+    It linearises once, with the place held, and opens the position loops: then the pilot steers.
+
+    Args:
+        study: of the vehicle, made once.
+        gains: parameter values by name that differ from the scenario's.
+    """
+    loops = study.controller.loops
+    holding = study.sampled(HOLDING, gains)
+    steering = holding.opened([loop.error for loop in loops if loop.hold])
+    points = {loop.name: loop.point("actuator") for loop in loops}
+    found: dict[str, LoopMargins] = {}
+    for model, held in ((steering, False), (holding, True)):
+        names = [loop.name for loop in loops if loop.hold is held]
+        margins = all_margins(model, [points[name] for name in names])
+        found |= dict(zip(names, margins, strict=True))
+    return tuple(LiveMargins(name, margins) for name, margins in found.items())

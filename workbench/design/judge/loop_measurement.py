@@ -14,7 +14,7 @@ from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import LoopMargins, response_margins
 from workbench.design.judge.measured_loop import COHERENT, MeasuredLoop, measured_loop
-from workbench.design.linear.model import LinearModel
+from workbench.design.linear.model import LinearModel, frequency_response
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.plant.thrust_frame import thrust_frame
@@ -242,11 +242,8 @@ def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
         if unit in ANGLES and name.endswith("_error")
     }
     names += errors
-    point = np.exp(1j * wave.frequency * model.period)[:, None, None]
-    B, C = model.B([injection.point]), model.C(names)
-    D = model.D(names, [injection.point])
-    states = np.linalg.solve(point * np.eye(len(model.A)) - model.A, B[None].astype(complex))
-    response = np.abs(C @ states + D)[:, :, 0]
+    found = frequency_response(model, wave.frequency, names, [injection.point])
+    response = np.abs(found[:, :, 0])
     lag = np.abs(1.0 + 1j * wave.frequency * vehicle.rotor_lag)
     response[:, : len(most)] *= lag[:, None]  # what is commanded, before the rotors' lag
     sines = np.abs(np.fft.rfft(wave.values)[wave.lines]) / len(wave.values)

@@ -21,7 +21,7 @@ import numpy as np
 
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import UNSTABLE, frequency_grid, response_margins
-from workbench.design.linear.model import LinearModel
+from workbench.design.linear.model import LinearModel, frequency_response
 
 _BALANCINGS = 30
 """Rounds of making a row as large as its column, for all."""
@@ -63,15 +63,10 @@ def multiloop_margin(model: LinearModel, points: Sequence[str] = ()) -> Multiloo
     alone = {name: each.disk_margin for name, each in zip(names, found, strict=True)}
     if not loops.stable:
         return MultiloopMargin(UNSTABLE.disk_margin, float("nan"), alone)
-    A, B, C, D = model.A, model.B(names), model.C(names), model.D(names, names)
 
     def difference(frequency: np.ndarray) -> np.ndarray:
         """Return S - T (F, k, k): the closed loop from what is injected is -T."""
-        point = 1j * frequency
-        if model.period:
-            point = np.exp(point * model.period)
-        resolvent = point[:, None, None] * np.eye(len(A)) - A
-        return np.eye(len(names)) + 2.0 * (C @ np.linalg.solve(resolvent, B) + D)
+        return np.eye(len(names)) + 2.0 * frequency_response(model, frequency, names, names)
 
     size, frequency = largest(difference, frequency_grid(loops))
     return MultiloopMargin(2.0 / size, frequency, alone)

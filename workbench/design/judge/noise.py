@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.linear.estimation import MEASURED
-from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.model import MEASURED, LinearModel
+from workbench.design.linear.operating_point import HOLDING, OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.diagram.mounting import find_imu
 from workbench.diagram.sensor_choice import choose_sensors
@@ -23,7 +22,6 @@ DOUBLINGS = 14
 """RMS values are those after 2^14 control periods: 128 s at 128 Hz. A heading that no sensor sees
 walks on, and has none that is settled."""
 ATTITUDE = ("roll", "pitch", "yaw")
-HOLD = OperatingPoint(hold=True)
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ class NoiseEffect:
 
 def noise_effects(
     study: LinearStudy,
-    point: OperatingPoint = HOLD,
+    point: OperatingPoint = HOLDING,
     gains: Mapping[str, float] | None = None,
 ) -> tuple[NoiseEffect, ...]:
     """Return what the described noise of each sensor does, and that of all together.

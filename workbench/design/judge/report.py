@@ -12,7 +12,7 @@ from workbench.design.judge.phase_budget import PhaseBudget, phase_budgets
 from workbench.design.judge.sampled_stability import SlowestRate, slowest_rate
 from workbench.design.judge.step_pair import STEPS, StepPair, step_pair
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.operating_point import HOLDING, HOVER, OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.gains import flight_gains
 from workbench.plant.sensors import Imu
@@ -20,8 +20,6 @@ from workbench.scenario.scenario import Scenario
 
 STEP_DURATION = 5.0
 """Flown after a step's command [s]."""
-HOVER = OperatingPoint()
-HOLD = OperatingPoint(hold=True)
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ def judge(
     steers = dataclasses.replace(point, hold=False)
     steering = study.sampled(steers, gains)
     at_hover = steers == HOVER
-    holding = study.sampled(HOLD, gains) if at_hover else None
+    holding = study.sampled(HOLDING, gains) if at_hover else None
     if modelled:
         modelled(steering, holding)
     say = progress or (lambda share: None)
@@ -129,8 +127,8 @@ def judge(
         holding=holding,
         plant_input=multiloop_margin(study.plant_input(steers, gains)),
         plant_input_holding=(
-            multiloop_margin(study.plant_input(HOLD, gains)) if at_hover else None
+            multiloop_margin(study.plant_input(HOLDING, gains)) if at_hover else None
         ),
         phase=() if unstable else phase_budgets(study, steering, holding, loops, gains),
-        noise=noise_effects(study, HOLD, gains) if holding and has_imu and not unstable else (),
+        noise=noise_effects(study, HOLDING, gains) if holding and has_imu and not unstable else (),
     )

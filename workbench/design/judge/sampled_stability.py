@@ -15,7 +15,7 @@ from workbench.design.judge.loop_response import (
     spectral_radius,
 )
 from workbench.design.judge.modes import natural_poles
-from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.operating_point import HOVER, OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import SLOWEST, Scenario
@@ -26,7 +26,6 @@ COARSE = (1, 2, 4, 8, 12, 16, 24, 32, 40, 48, 64)
 """Periods looked at first, in physics steps; then the border between two of them is looked for."""
 SLOW = 0.05
 """Modes of a smaller natural frequency are those of heading and place [rad/s]."""
-HOVER = OperatingPoint()
 
 
 @dataclass(frozen=True)

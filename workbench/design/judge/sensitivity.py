@@ -5,15 +5,11 @@ The step is flown on the continuous flight core: the law without its sample time
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from pydrake.autodiffutils import (
-    AutoDiffXd,
-    ExtractGradient,
-    ExtractValue,
-    InitializeAutoDiff,
-)
+from pydrake.autodiffutils import AutoDiffXd, ExtractValue, InitializeAutoDiff
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator_
 from pydrake.systems.framework import Diagram
 
@@ -46,119 +42,81 @@ NOTHING = 1e-6
 
 
 @dataclass(frozen=True)
-class Carried:
-    """A number, and its derivatives by the gains (g)."""
-
-    value: float
-    by_gain: np.ndarray
-
-    def __add__(self, other: "Carried") -> "Carried":
-        return Carried(self.value + other.value, self.by_gain + other.by_gain)
-
-    def __sub__(self, other: "Carried") -> "Carried":
-        return Carried(self.value - other.value, self.by_gain - other.by_gain)
-
-    def __truediv__(self, other: "Carried") -> "Carried":
-        ratio = self.value / other.value
-        return Carried(ratio, (self.by_gain - ratio * other.by_gain) / other.value)
-
-    def scaled(self, factor: float) -> "Carried":
-        """Return a multiple."""
-        return Carried(factor * self.value, factor * self.by_gain)
-
-
-@dataclass(frozen=True)
 class Curve:
-    """Cubic pieces between samples of a value and its slope.
+    """Cubic pieces between samples of a value and its slope, which carry derivatives by the gains.
 
-    Every number read off it (a crossing's time, a peak) comes with its derivatives by the gains, by
-    the implicit function theorem on the very same piece of polynomial.
+    Every number read off it (a crossing's time, a peak) carries them, too: a step of Newton's
+    method from the root itself changes no value, and has the derivatives of the implicit function
+    theorem.
 
     Attributes:
         time: (N) [s], evenly spaced.
-        value: (N).
-        slope: (N) by time.
-        value_by_gain: (N, g).
-        slope_by_gain: (N, g).
+        value: (N) of AutoDiffXd.
+        slope: (N) by time, of AutoDiffXd.
     """
 
     time: np.ndarray
     value: np.ndarray
     slope: np.ndarray
-    value_by_gain: np.ndarray
-    slope_by_gain: np.ndarray
 
     def scaled(self, factor: float) -> "Curve":
         """Return a multiple."""
-        return Curve(
-            self.time,
-            factor * self.value,
-            factor * self.slope,
-            factor * self.value_by_gain,
-            factor * self.slope_by_gain,
-        )
+        return Curve(self.time, factor * self.value, factor * self.slope)
 
     @property
-    def end(self) -> Carried:
+    def end(self) -> AutoDiffXd:
         """The last value."""
-        return Carried(float(self.value[-1]), self.value_by_gain[-1])
+        return self.value[-1]
 
-    def first_crossing(self, level: Carried) -> Carried:
+    @cached_property
+    def _numbers(self) -> np.ndarray:
+        """The values without derivatives (N)."""
+        return np.asarray(ExtractValue(self.value)).ravel()
+
+    def first_crossing(self, level: AutoDiffXd) -> AutoDiffXd:
         """Return when the curve, begun below, first reaches a level; NaN if it never does."""
-        return self._crossing(np.flatnonzero(self.value[1:] >= level.value)[:1], level)
+        return self._crossing(np.flatnonzero(self._numbers[1:] >= level.value())[:1], level)
 
-    def last_crossing(self, level: Carried) -> Carried:
+    def last_crossing(self, level: AutoDiffXd) -> AutoDiffXd:
         """Return when the curve last passes a level; NaN if it never does."""
-        above = self.value > level.value
+        above = self._numbers > level.value()
         return self._crossing(np.flatnonzero(above[1:] != above[:-1])[-1:], level)
 
-    def highest(self) -> tuple[Carried, Carried]:
+    def highest(self) -> tuple[AutoDiffXd, AutoDiffXd]:
         """Return the largest value and its time."""
-        piece = int(np.argmax(self.value))
-        found = self._peak(piece - 1) or self._peak(piece)
-        if found:
-            return found
-        at = Carried(float(self.time[piece]), np.zeros(self.value_by_gain.shape[1]))
-        return Carried(float(self.value[piece]), self.value_by_gain[piece]), at
+        piece = int(np.argmax(self._numbers))
+        ends = self.value[piece], AutoDiffXd(self.time[piece])
+        return self._peak(piece - 1) or self._peak(piece) or ends
 
-    def _crossing(self, pieces: np.ndarray, level: Carried) -> Carried:
+    def _crossing(self, pieces: np.ndarray, level: AutoDiffXd) -> AutoDiffXd:
         """Return the time at which the curve passes a level in a piece, if there is one."""
         if not len(pieces):
-            return Carried(float("nan"), np.full(len(level.by_gain), np.nan))
+            return AutoDiffXd(np.nan, np.full(level.derivatives().size, np.nan))
         index = int(pieces[0])
-        step = self.time[index + 1] - self.time[index]
-        data = self._data(index)
-        share = _root(_POWERS @ data - [0.0, 0.0, 0.0, level.value])
-        rise = float(_slope(share) @ data) / step
-        moved = level.by_gain - _weights(share) @ self._data_by_gain(index)
-        return Carried(float(self.time[index] + share * step), moved / rise)
+        step, data = self._piece(index)
+        known = ExtractValue(data).ravel()
+        share = _root(_POWERS @ known - [0.0, 0.0, 0.0, level.value()])
+        beyond = _weights(share) @ data - level
+        return self.time[index] + step * (share - beyond / float(_slope(share) @ known))
 
-    def _peak(self, index: int) -> tuple[Carried, Carried] | None:
+    def _peak(self, index: int) -> tuple[AutoDiffXd, AutoDiffXd] | None:
         """Return largest value and time in a piece, if the curve turns there."""
-        if (
-            not 0 <= index < len(self.time) - 1
-            or not self.slope[index] > 0.0 >= self.slope[index + 1]
-        ):
+        if not 0 <= index < len(self.time) - 1:
             return None
-        step = self.time[index + 1] - self.time[index]
-        data, by_gain = self._data(index), self._data_by_gain(index)
-        cubic = _POWERS @ data
+        if not self.slope[index].value() > 0.0 >= self.slope[index + 1].value():
+            return None
+        step, data = self._piece(index)
+        cubic = _POWERS @ ExtractValue(data).ravel()
         share = _root(np.polyder(cubic))
         bend = float(np.polyval(np.polyder(cubic, 2), share))
-        value = Carried(float(np.polyval(cubic, share)), _weights(share) @ by_gain)
-        moved = -(_slope(share) @ by_gain) / bend * step
-        return value, Carried(float(self.time[index] + share * step), moved)
+        turned = share - (_slope(share) @ data) / bend
+        return _weights(share) @ data, self.time[index] + step * turned
 
-    def _data(self, index: int) -> np.ndarray:
-        """Return values and slopes (4) at the ends of a piece, slopes by the share of the piece."""
-        step = self.time[index + 1] - self.time[index]
-        return np.append(self.value[index : index + 2], step * self.slope[index : index + 2])
-
-    def _data_by_gain(self, index: int) -> np.ndarray:
-        """Return the same by the gains (4, g)."""
-        step = self.time[index + 1] - self.time[index]
-        rows = slice(index, index + 2)
-        return np.vstack([self.value_by_gain[rows], step * self.slope_by_gain[rows]])
+    def _piece(self, index: int) -> tuple[float, np.ndarray]:
+        """Return length, and values and slopes (4) at the ends, slopes by share of the piece."""
+        step = float(self.time[index + 1] - self.time[index])
+        ends = slice(index, index + 2)
+        return step, np.append(self.value[ends], step * self.slope[ends])
 
 
 _POWERS = np.array(
@@ -259,17 +217,14 @@ def fly_carried(
             progress(index / count)
     time = STEP * np.arange(count + 1)
     state, rate = np.array(states), np.array(rates)
-    rotors = range(_BODY, _BODY + len(vehicle.rotors))
     return CarriedFlight(
         axis=axis,
         amplitude=amplitude,
         gains=gains,
-        response=_curve(time, state[:, _RATE[axis]], rate[:, _RATE[axis]], len(gains)),
+        response=Curve(time, state[:, _RATE[axis]], rate[:, _RATE[axis]]),
         rotor_use=tuple(
-            _curve(time, state[:, place] / limit, rate[:, place] / limit, len(gains))
-            for place, limit in zip(
-                rotors, (rotor.max_rot_velocity for rotor in vehicle.rotors), strict=True
-            )
+            Curve(time, state[:, place], rate[:, place]).scaled(1.0 / rotor.max_rot_velocity)
+            for place, rotor in enumerate(vehicle.rotors, start=_BODY)
         ),
     )
 
@@ -307,23 +262,6 @@ def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: 
     simulator.get_mutable_integrator().set_fixed_step_mode(True)
     simulator.Initialize()
     return simulator
-
-
-def _curve(time: np.ndarray, values: np.ndarray, slopes: np.ndarray, count: int) -> Curve:
-    """Return a curve of AutoDiffXd values (N) and their derivatives by time (N)."""
-    return Curve(
-        time=time,
-        value=ExtractValue(values).ravel(),
-        slope=ExtractValue(slopes).ravel(),
-        value_by_gain=_gradient(values, count),
-        slope_by_gain=_gradient(slopes, count),
-    )
-
-
-def _gradient(values: np.ndarray, count: int) -> np.ndarray:
-    """Return the derivatives (N, g) of AutoDiffXd values (N), of which some may carry none."""
-    rows: np.ndarray = ExtractGradient(values.reshape(-1, 1))
-    return rows if rows.shape[1] else np.zeros((len(values), count))
 
 
 @dataclass(frozen=True)
@@ -384,39 +322,36 @@ def flight_sensitivity(flight: CarriedFlight) -> tuple[Sensitivity, ...]:
     """Return the sensitivities of a flown step."""
     found = carried_metrics(flight.response, flight.amplitude)
     uses = [curve.highest()[0] for curve in flight.rotor_use]
-    found["peak_rotor_use"] = max(uses, key=lambda use: use.value)
+    found["peak_rotor_use"] = max(uses, key=lambda use: use.value())
     return tuple(_sensitivity(name, found[name], flight.gains) for name in METRICS)
 
 
-def carried_metrics(response: Curve, command: float) -> dict[str, Carried]:
+def carried_metrics(response: Curve, command: float) -> dict[str, AutoDiffXd]:
     """Return python-control's step metrics of a curve, with their derivatives, by name."""
     sign = float(np.sign(command))
     curve = response.scaled(sign)
     steady = curve.end
     peak, peak_time = curve.highest()
     lowest, _ = curve.scaled(-1.0).highest()
-    overshoot = (peak - steady) / steady
-    band = [curve.last_crossing(steady.scaled(1.0 + side * SETTLED)) for side in (-1.0, 1.0)]
-    settled = max((time for time in band if np.isfinite(time.value)), key=lambda time: time.value)
-    short = 1.0 - steady.value / abs(command)
-    error = steady.scaled(-np.sign(short) * 100.0 / abs(command))
+    band = [curve.last_crossing((1.0 + side * SETTLED) * steady) for side in (-1.0, 1.0)]
+    settled = [time for time in band if np.isfinite(time.value())]
     return {
-        "rise_time": curve.first_crossing(steady.scaled(0.9))
-        - curve.first_crossing(steady.scaled(0.1)),
-        "settling_time": settled,
-        "overshoot": overshoot.scaled(100.0),
-        "undershoot": (lowest / steady).scaled(100.0),
+        "rise_time": curve.first_crossing(0.9 * steady) - curve.first_crossing(0.1 * steady),
+        "settling_time": max(settled, key=lambda time: time.value()),
+        "overshoot": 100.0 * ((peak - steady) / steady),
+        "undershoot": 100.0 * (lowest / steady),
         "peak": peak,
         "peak_time": peak_time,
-        "steady_state_value": steady.scaled(sign),
-        "steady_state_error": Carried(100.0 * abs(short), error.by_gain),
+        "steady_state_value": sign * steady,
+        "steady_state_error": 100.0 * abs(1.0 - steady / abs(command)),
     }
 
 
-def _sensitivity(metric: str, found: Carried, gains: Mapping[str, float]) -> Sensitivity:
+def _sensitivity(metric: str, found: AutoDiffXd, gains: Mapping[str, float]) -> Sensitivity:
     """Return a metric's sensitivity by name."""
-    value = found.value if abs(found.value) >= NOTHING else 0.0
-    derivatives = dict(zip(gains, found.by_gain.tolist(), strict=True))
+    value = found.value() if abs(found.value()) >= NOTHING else 0.0
+    slopes = found.derivatives().tolist() or [0.0] * len(gains)
+    derivatives = dict(zip(gains, slopes, strict=True))
     return Sensitivity(
         metric=metric,
         value=value,

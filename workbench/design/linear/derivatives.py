@@ -1,12 +1,12 @@
 """Exact derivatives of one control update and one physics step, as they fly."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
-from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
+from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
 
 from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller
@@ -20,8 +20,6 @@ from workbench.control.flight_law import (
     law_constants,
 )
 from workbench.control.guidance import Guidance, Setpoint
-from workbench.design.linear.attitude import reduced, state_seeds
-from workbench.design.linear.autodiff import gradient, whole
 from workbench.diagram.core import live_numbers
 from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, rotation
 from workbench.dynamics.vehicle_step import (
@@ -49,6 +47,74 @@ from workbench.plant.payload import Payload, laden, payload_of
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import sampled_estimate
+
+
+def constants(values: Iterable[float]) -> np.ndarray:
+    """Return numbers as AutoDiff values without derivatives."""
+    return np.array([AutoDiffXd(value) for value in values])
+
+
+def gradient(values: Any, columns: int) -> np.ndarray:
+    """Return the derivatives of AutoDiff values, those of plain numbers being 0."""
+    found = ExtractGradient(whole(values))
+    return found if found.shape[1] else np.zeros((found.shape[0], columns))
+
+
+def whole(values: Any) -> np.ndarray:
+    """Return values as AutoDiff numbers: one cut to its limit has become a plain number."""
+    flat = np.array(values, dtype=object).ravel()
+    return np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(v) for v in flat])
+
+
+def angle_seeds(q_WB: np.ndarray) -> np.ndarray:
+    """Return the derivatives of a quaternion (4) by the three small angles, (4, 3)."""
+    w, x, y, z = q_WB
+    return 0.5 * np.array([[-x, -y, -z], [w, z, -y], [-z, w, x], [y, -x, w]])
+
+
+def angles_of(q_WB: np.ndarray) -> np.ndarray:
+    """Return the derivatives of the three small angles by a quaternion's change, (3, 4)."""
+    return 4.0 * angle_seeds(q_WB).T / float(q_WB @ q_WB)
+
+
+def state_seeds(q_WB: np.ndarray) -> np.ndarray:
+    """Return the derivatives of a plant state (13) by angles, place, w and v, (13, 12)."""
+    seeds = np.zeros((13, 12))
+    seeds[0:4, 0:3] = angle_seeds(q_WB)
+    seeds[4:13, 3:12] = np.eye(9)
+    return seeds
+
+
+def reduced(q_WB: np.ndarray) -> np.ndarray:
+    """Return the derivatives of angles, place, w and v by a plant state, (12, 13)."""
+    rows = np.zeros((12, 13))
+    rows[0:3, 0:4] = angles_of(q_WB)
+    rows[3:12, 4:13] = np.eye(9)
+    return rows
+
+
+def heading_turn(angle: float, vectors: int) -> np.ndarray:
+    """Return the matrix that gives so many stacked vectors of W in axes turned by an angle."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.kron(np.eye(vectors), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+
+
+def turn_with_heading(A: np.ndarray, yaw_rate: float, places: Sequence[int]) -> None:
+    """Bring a continuous model, of slopes in W, into axes that turn with the heading, in place.
+
+    Angles stand first. With q = (1, a / 2) q_trim their slope is 2 (dq/dt) q_trim⁻¹, of which the
+    trim's own turning brings one half, w x a / 2, and is missing where slopes of q were reduced.
+
+    Args:
+        A: rows and columns of states.
+        yaw_rate: of the heading [rad/s].
+        places: where each further vector of W begins.
+    """
+    cross = yaw_rate * np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    A[0:3, 0:3] -= 0.5 * cross
+    for place in places:
+        A[place : place + 3, place : place + 3] -= cross
+
 
 STATE = 12
 """Angles, place, angular velocity and velocity, all in W."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.linear.model import MEASURED, NOMINAL
 from workbench.dynamics.rigid_body import into_body, into_world, rotation
 from workbench.estimation import covariance, ekf
 from workbench.estimation.ekf import crossed
@@ -127,28 +128,6 @@ def estimator_model(
     by = by[np.ix_(rows, columns_kept)]
     names = tuple(name for name, acts in zip(names, acting, strict=True) if acts)
     return EstimatorModel(by[: len(names)], by[len(names) :], names)
-
-
-NOMINAL = tuple(
-    (f"estimated_{name}_{axis}", unit)
-    for name, unit in (
-        ("angle", "rad"),
-        ("p", "m"),
-        ("v", "m/s"),
-        ("gyro_bias", "rad/s"),
-        ("accel_bias", "m/s^2"),
-    )
-    for axis in "xyz"
-)
-"""The nominal state of every estimator, as its errors, with units."""
-MEASURED = (
-    *((f"gps_p_{axis}", "m") for axis in "xyz"),
-    *((f"gps_v_{axis}", "m/s") for axis in "xyz"),
-    ("barometer_height", "m"),
-    ("magnetometer_heading", "rad"),
-    ("range_finder_distance", "m"),
-)
-"""What sensors besides the IMU measure, with units."""
 
 
 def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> np.ndarray:

@@ -9,8 +9,8 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import CUTS, Controller
 from workbench.design.linear.model import LinearModel, Matrices
-from workbench.design.linear.operating_point import OperatingPoint, parse_point
-from workbench.design.linear.study import HOVER, LinearStudy
+from workbench.design.linear.operating_point import HOVER, OperatingPoint, parse_point
+from workbench.design.linear.study import LinearStudy
 from workbench.scenario.scenario import Scenario
 
 CLOSED, VEHICLE = "closed", "vehicle"
@@ -101,7 +101,7 @@ def linear_matrices(
             if wanted.hold and not point.hold:
                 point = OperatingPoint(hold=True)
             system = found(point, gains).loop_matrices(wanted.point(cut))
-    return _least(system) if minimal else system
+    return least(system) if minimal else system
 
 
 def _check_cut(controller: Controller, loop: str, cut: str, point: OperatingPoint) -> None:
@@ -142,22 +142,13 @@ def _vehicle(
     return replace(system, A=held.A, B=held.B, C=held.C, D=held.D, dt=period)
 
 
-def minimal_realisation(system: Any) -> Any:
-    """Return a `control.StateSpace` of least order with the same transfer functions.
+def least(system: Matrices) -> Matrices:
+    """Return a system of least order with the same transfer functions.
 
     Its states are combinations of the old ones and lose their names. It is the Kalman
     decomposition by orthogonal bases of the reachable, then of the observable directions
     (Rosenbrock's staircase); python-control's own needs slycot.
-
-    Args:
-        system: a `control.StateSpace`.
     """
-    labels = (), tuple(system.input_labels), tuple(system.output_labels)
-    numbers = system.A, system.B, system.C, system.D, system.dt
-    return _least(Matrices(*numbers, *labels, system.name)).state_space()
-
-
-def _least(system: Matrices) -> Matrices:
     A, B, C = system.A, system.B, system.C
     reach = reachable(A, _unit(B))
     A, B, C = reach.T @ A @ reach, reach.T @ B, C @ reach

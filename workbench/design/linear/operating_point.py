@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError, unknown_name
 
-HOVER = "hover"
 _KEYS = {
     "vx": ("velocity", 0),
     "vy": ("velocity", 1),
@@ -60,7 +59,12 @@ class OperatingPoint:
             parts.append(f"yaw_rate={self.yaw_rate:g}")
         if self.hold:
             parts.append("hold=1")
-        return ",".join(parts) or HOVER
+        return ",".join(parts) or "hover"
+
+
+HOVER = OperatingPoint()
+HOLDING = OperatingPoint(hold=True)
+"""Hover while a pilot steers, and while a place is held."""
 
 
 def steady_velocity(text: str) -> Triple:
@@ -90,10 +94,10 @@ def parse_point(text: str) -> OperatingPoint:
         if name in seen:
             raise WorkbenchError(f"the operating point '{text}' has {name} twice: give it once")
         seen.add(name)
-        if name == HOVER and not equals:
+        if name == "hover" and not equals:
             continue
         if name not in _NAMES:
-            raise unknown_name("quantity of an operating point", name, (HOVER, *_NAMES))
+            raise unknown_name("quantity of an operating point", name, ("hover", *_NAMES))
         try:
             number = float(value)
         except ValueError:
@@ -116,6 +120,6 @@ def parse_point(text: str) -> OperatingPoint:
             point = dataclasses.replace(point, hold=number != 0.0)
         else:
             point = dataclasses.replace(point, yaw_rate=number)
-    if HOVER in seen and len(seen) > 1:
+    if "hover" in seen and len(seen) > 1:
         raise WorkbenchError(f"'{text}' is hover and more: leave hover or the rest out")
     return point

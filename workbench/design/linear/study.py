@@ -11,8 +11,6 @@ from pydrake.systems.framework import Diagram
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.control.controller import Controller
 from workbench.control.flight_law import FILTERED
-from workbench.design.linear.attitude import heading_turn, reduced, state_seeds, turn_with_heading
-from workbench.design.linear.autodiff import constants, gradient
 from workbench.design.linear.derivatives import (
     HELD,
     HOLD_X,
@@ -22,10 +20,19 @@ from workbench.design.linear.derivatives import (
     Derivatives,
     LastCall,
     Update,
+    constants,
+    gradient,
+    heading_turn,
+    reduced,
+    state_seeds,
+    turn_with_heading,
 )
-from workbench.design.linear.estimation import MEASURED, EstimatorModel, estimator_model
-from workbench.design.linear.model import LinearModel, Signal, Trim
-from workbench.design.linear.names import (
+from workbench.design.linear.estimation import EstimatorModel, estimator_model
+from workbench.design.linear.model import (
+    MEASURED,
+    LinearModel,
+    Signal,
+    Trim,
     accel_states,
     accelerations,
     estimated,
@@ -42,8 +49,7 @@ from workbench.design.linear.names import (
     wrench,
     yaw_moment,
 )
-from workbench.design.linear.names import points as points_of
-from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.operating_point import HOVER, OperatingPoint
 from workbench.design.linear.trim import find_trim, guidance_of, reference_of, update_inputs
 from workbench.diagram.core import law_gains, live_numbers, make_flight_core, make_vehicle_core
 from workbench.diagram.mounting import find_imu, mounting_of
@@ -80,7 +86,6 @@ FILTERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass
 """Parameters that switch filters on."""
 SAME = 1e-12
 """Attitudes and rates closer than this have the same derivatives of a step."""
-HOVER = OperatingPoint()
 REMOVABLE = frozenset(
     signal.name
     for signal in (*gyro_states(), *filtered()[3:], *accel_states(), *imu(), *estimated())
@@ -426,102 +431,6 @@ def _states(
     )
 
 
-class ContinuousDerivatives:
-    """An AutoDiff copy of a flight core, kept, whose Context is filled anew each time.
-
-    Args:
-        core: from `make_flight_core`.
-        controller: whose law flies.
-        vehicle: as its law knows it.
-    """
-
-    def __init__(self, core: Diagram, controller: Controller, vehicle: Vehicle) -> None:
-        self._law = controller
-        self._vehicle = vehicle
-        self._diagram = core.ToAutoDiffXd()
-        self._root = self._diagram.CreateDefaultContext()
-        self._controller = self._diagram.GetSubsystemByName("controller")
-        self._in_controller = self._controller.GetMyMutableContextFromRoot(self._root)
-
-    def model(self, trim: Trim, gains: dict[str, float], rate: float) -> LinearModel:
-        """Return the linear model at a trim.
-
-        Args:
-            trim: where.
-            gains: parameter values by name.
-            rate: of the acceleration estimate [1/s].
-        """
-        n, k = trim.speeds.size, trim.memory.size
-        points, closed = len(self._law.points), np.array(self._law.closed)
-        # the law remembers a yaw moment only where rotors have an inertia
-        moments = self._controller.num_continuous_states() - k
-        states, inputs = STATE + n + 3 + moments + k, REFERENCE + HELD + points
-        seeds = np.eye(states + inputs)
-        at_states, at_inputs = seeds[:states], seeds[states:]
-        rows = np.vstack([state_seeds(trim.q_WB) @ at_states[:STATE], at_states[STATE:]])
-        self._fix("reference", reference_of(trim), 0, at_inputs[:REFERENCE])
-        held = at_inputs[REFERENCE : REFERENCE + HELD]
-        self._fix("guidance", guidance_of(trim), HOLD_X, held)
-        self._set(GAINS, constants(law_gains(self._law, self._vehicle, gains)))
-        air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
-        live = live_numbers(self._vehicle, gains).values()
-        air.get_mutable_numeric_parameter(0).SetFromVector(constants(live))
-        probes = np.zeros((closed.size, states + inputs))
-        probes[points:] = at_inputs[REFERENCE + HELD :]
-        self._set(PROBES, InitializeAutoDiff(closed, probes))
-        known = [trim.state, trim.speeds, trim.v_WB - trim.vdot_WB / rate]
-        rest = [[0.0] * moments, trim.memory]
-        self._root.SetContinuousState(constants(np.concatenate([*known, *rest])))
-        moment = self._controller.wanted_yaw_moment(self._in_controller).value()
-        if math.isnan(moment):
-            raise WorkbenchError(
-                f"{self._law.name} looks at the wrench that was commanded before, so it has no "
-                "model without sampling: leave --time continuous out"
-            )
-        values = np.concatenate([*known, [moment] * moments, trim.memory])
-        self._root.SetContinuousState(InitializeAutoDiff(values, rows))
-
-        slopes = gradient(
-            self._diagram.EvalTimeDerivatives(self._root).CopyToVector(), states + inputs
-        )
-        slopes = np.vstack([reduced(trim.q_WB) @ slopes[:13], slopes[13:]])
-        signals = gradient(self._controller.loop_signals(self._in_controller), states + inputs)
-        thrusts, speeds = (
-            gradient(self._diagram.GetOutputPort(name).Eval(self._root), states + inputs)
-            for name in ("thrusts", "speeds")
-        )
-        shown = np.vstack([seeds[:STATE], signals, thrusts, speeds])
-        A = slopes[:, :states]
-        turn_with_heading(A, trim.point.yaw_rate, (3, 6, 9, STATE + n))
-        return LinearModel(
-            A=A,
-            input_matrix=slopes[:, states:],
-            output_matrix=shown[:, :states],
-            feedthrough=shown[:, states:],
-            period=0.0,
-            states=(
-                *motion(),
-                *numbered("speed", n, "rad/s"),
-                *filtered()[:3],
-                *yaw_moment()[:moments],
-                *memory_of(self._law),
-            ),
-            inputs=(*references(), *points_of(self._law)),
-            outputs=outputs(n, self._law),
-            trim=trim,
-            controller=self._law,
-        )
-
-    def _fix(self, port: str, values: np.ndarray, start: int, seeds: np.ndarray) -> None:
-        """Give an input port values, of which some have derivatives."""
-        rows = np.zeros((values.size, seeds.shape[1]))
-        rows[start : start + seeds.shape[0]] = seeds
-        self._diagram.GetInputPort(port).FixValue(self._root, InitializeAutoDiff(values, rows))
-
-    def _set(self, index: int, values: np.ndarray) -> None:
-        self._in_controller.get_mutable_numeric_parameter(index).SetFromVector(values.ravel())
-
-
 class VehicleDerivatives:
     """An AutoDiff copy of a vehicle core, kept, whose Context is filled anew each time.
 
@@ -542,33 +451,127 @@ class VehicleDerivatives:
             trim: where.
             gains: parameter values by name; those of the air are used.
         """
-        air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
-        live = live_numbers(self._vehicle, gains).values()
-        air.get_mutable_numeric_parameter(0).SetFromVector(constants(live))
         n = trim.speeds.size
         seeds = np.eye(STATE + 2 * n)
-        rows = np.vstack([state_seeds(trim.q_WB) @ seeds[:STATE], seeds[STATE : STATE + n]])
-        values = np.concatenate([trim.state, trim.speeds])
-        self._root.SetContinuousState(InitializeAutoDiff(values, rows))
-        commands = InitializeAutoDiff(trim.commands, seeds[STATE + n :])
-        self._diagram.GetInputPort("commands").FixValue(self._root, commands)
-        slopes = gradient(self._diagram.EvalTimeDerivatives(self._root).CopyToVector(), len(seeds))
-        slopes = np.vstack([reduced(trim.q_WB) @ slopes[:13], slopes[13:]])
-        thrusts = gradient(self._diagram.GetOutputPort("thrusts").Eval(self._root), len(seeds))
-        outputs = np.vstack([seeds[:STATE], thrusts, seeds[STATE : STATE + n]])
-        known = STATE + n
+        self._set_air(gains)
+        self._set_state([trim.state, trim.speeds], trim, seeds[: STATE + n])
+        self._fix("commands", trim.commands, 0, seeds[STATE + n :])
+        slopes = self._slopes(trim, len(seeds))
         turn_with_heading(slopes, trim.point.yaw_rate, (3, 6, 9))
+        shown = np.vstack([seeds[:STATE], *self._rotors(len(seeds))])
         return LinearModel(
-            A=slopes[:, :known],
-            input_matrix=slopes[:, known:],
-            output_matrix=outputs[:, :known],
-            feedthrough=outputs[:, known:],
+            A=slopes[:, : STATE + n],
+            input_matrix=slopes[:, STATE + n :],
+            output_matrix=shown[:, : STATE + n],
+            feedthrough=shown[:, STATE + n :],
             period=0.0,
             states=(*motion(), *numbered("speed", n, "rad/s")),
             inputs=numbered("command", n, "rad/s"),
             outputs=(*motion(), *numbered("thrust", n, "N"), *numbered("speed", n, "rad/s")),
             trim=trim,
         )
+
+    def _set_air(self, gains: Mapping[str, float]) -> None:
+        """Give the vehicle its live numbers."""
+        air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
+        live = live_numbers(self._vehicle, gains).values()
+        air.get_mutable_numeric_parameter(0).SetFromVector(constants(live))
+
+    def _set_state(self, values: Sequence[np.ndarray], trim: Trim, seeds: np.ndarray) -> None:
+        """Give the state its values, the body's (13) first, and derivatives of the reduced one."""
+        rows = np.vstack([state_seeds(trim.q_WB) @ seeds[:STATE], seeds[STATE:]])
+        self._root.SetContinuousState(InitializeAutoDiff(np.concatenate(values), rows))
+
+    def _fix(self, port: str, values: np.ndarray, start: int, seeds: np.ndarray) -> None:
+        """Give an input port values, of which some have derivatives."""
+        rows = np.zeros((values.size, seeds.shape[1]))
+        rows[start : start + seeds.shape[0]] = seeds
+        self._diagram.GetInputPort(port).FixValue(self._root, InitializeAutoDiff(values, rows))
+
+    def _slopes(self, trim: Trim, columns: int) -> np.ndarray:
+        """Return the derivatives of the reduced state's slopes."""
+        slopes = self._diagram.EvalTimeDerivatives(self._root).CopyToVector()
+        found = gradient(slopes, columns)
+        return np.vstack([reduced(trim.q_WB) @ found[:13], found[13:]])
+
+    def _rotors(self, columns: int) -> list[np.ndarray]:
+        """Return the derivatives of thrusts and speeds."""
+        ports = (self._diagram.GetOutputPort(name) for name in ("thrusts", "speeds"))
+        return [gradient(port.Eval(self._root), columns) for port in ports]
+
+
+class FlightDerivatives(VehicleDerivatives):
+    """The same of a flight core: vehicle and law.
+
+    Args:
+        core: from `make_flight_core`.
+        controller: whose law flies.
+        vehicle: as its law knows it.
+    """
+
+    def __init__(self, core: Diagram, controller: Controller, vehicle: Vehicle) -> None:
+        super().__init__(core, vehicle)
+        self._law = controller
+        self._controller = self._diagram.GetSubsystemByName("controller")
+        self._in_controller = self._controller.GetMyMutableContextFromRoot(self._root)
+
+    def model(self, trim: Trim, gains: Mapping[str, float]) -> LinearModel:
+        """Return the continuous model at a trim, in the axes of the heading.
+
+        Args:
+            trim: where.
+            gains: parameter values by name.
+        """
+        n, k = trim.speeds.size, trim.memory.size
+        count, closed = len(self._law.points), np.array(self._law.closed)
+        # the law remembers a yaw moment only where rotors have an inertia
+        moments = self._controller.num_continuous_states() - k
+        states, inputs = STATE + n + 3 + moments + k, REFERENCE + HELD + count
+        seeds = np.eye(states + inputs)
+        at_states, at_inputs = seeds[:states], seeds[states:]
+        self._fix("reference", reference_of(trim), 0, at_inputs[:REFERENCE])
+        held = at_inputs[REFERENCE : REFERENCE + HELD]
+        self._fix("guidance", guidance_of(trim), HOLD_X, held)
+        self._set(GAINS, constants(law_gains(self._law, self._vehicle, gains)))
+        self._set_air(gains)
+        probes = np.zeros((closed.size, states + inputs))
+        probes[count:] = at_inputs[REFERENCE + HELD :]
+        self._set(PROBES, InitializeAutoDiff(closed, probes))
+        known = [trim.state, trim.speeds, trim.v_WB - trim.vdot_WB * TIME_CONSTANT]
+        self._set_state([*known, np.zeros(moments), trim.memory], trim, np.zeros_like(at_states))
+        moment = self._controller.wanted_yaw_moment(self._in_controller).value()
+        if math.isnan(moment):
+            raise WorkbenchError(
+                f"{self._law.name} looks at the wrench that was commanded before, so it has no "
+                "model without sampling: leave --time continuous out"
+            )
+        self._set_state([*known, np.full(moments, moment), trim.memory], trim, at_states)
+        slopes = self._slopes(trim, states + inputs)
+        signals = gradient(self._controller.loop_signals(self._in_controller), states + inputs)
+        shown = np.vstack([seeds[:STATE], signals, *self._rotors(states + inputs)])
+        A = slopes[:, :states]
+        turn_with_heading(A, trim.point.yaw_rate, (3, 6, 9, STATE + n))
+        return LinearModel(
+            A=A,
+            input_matrix=slopes[:, states:],
+            output_matrix=shown[:, :states],
+            feedthrough=shown[:, states:],
+            period=0.0,
+            states=(
+                *motion(),
+                *numbered("speed", n, "rad/s"),
+                *filtered()[:3],
+                *yaw_moment()[:moments],
+                *memory_of(self._law),
+            ),
+            inputs=(*references(), *points(self._law)),
+            outputs=outputs(n, self._law),
+            trim=trim,
+            controller=self._law,
+        )
+
+    def _set(self, index: int, values: np.ndarray) -> None:
+        self._in_controller.get_mutable_numeric_parameter(index).SetFromVector(values.ravel())
 
 
 class LinearStudy:
@@ -715,7 +718,7 @@ class LinearStudy:
                 "continuous out, or switch off " + ", ".join(n for n in FILTERS if values[n])
             )
         core = self._continuous(np.array(payload_of(values)))
-        return core.model(trim, values, 1.0 / TIME_CONSTANT)
+        return core.model(trim, values)
 
     def bare_vehicle(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
@@ -777,11 +780,11 @@ class LinearStudy:
             make_vehicle_core(self._flown, self.vehicle, values), self.vehicle
         )
 
-    def _flight_with(self, payload: np.ndarray) -> ContinuousDerivatives:
+    def _flight_with(self, payload: np.ndarray) -> FlightDerivatives:
         """Return vehicle and law with a payload, see `Payload` (8)."""
         values = {**self.gains, **Payload(*payload.tolist())._asdict()}
         core = make_flight_core(self.controller, self._flown, self.vehicle, values)
-        return ContinuousDerivatives(core, self.controller, self.vehicle)
+        return FlightDerivatives(core, self.controller, self.vehicle)
 
     def _values(self, gains: Mapping[str, float] | None) -> dict[str, float]:
         return {**self.gains, **parameter_table(self.controller).checked(gains or {})}

@@ -8,8 +8,7 @@ from pydrake.math import RollPitchYaw
 from workbench.common.errors import WorkbenchError
 from workbench.control.flight_law import FILTERED
 from workbench.control.guidance import Guidance, Reference
-from workbench.design.linear.attitude import angle_seeds
-from workbench.design.linear.derivatives import REFERENCE, STATE, Derivatives
+from workbench.design.linear.derivatives import REFERENCE, STATE, Derivatives, angle_seeds
 from workbench.design.linear.model import Trim
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.plant.payload import laden, payload_of

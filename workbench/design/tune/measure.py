@@ -19,7 +19,7 @@ from workbench.design.judge.margins import all_margins
 from workbench.design.judge.noise import noise_effects
 from workbench.design.judge.step_pair import linear_step
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import OperatingPoint, Triple
+from workbench.design.linear.operating_point import HOLDING, OperatingPoint, Triple
 from workbench.design.linear.study import LinearStudy
 from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
@@ -35,7 +35,6 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 
 Gains = Mapping[str, float]
-HOLD = OperatingPoint(hold=True)
 _FLOWN_AWAY_COMMAND = 100.0
 """Commands that noise moves by so many times their mean are those of an unstable loop."""
 GROWTH_AS_MARGIN = -0.1
@@ -248,7 +247,7 @@ class Instruments:
                 found |= measured(gains, subject, case)
             held = [q for q in asked if q.kind == LOOP and self.holds(q.subject)]
             free = [q for q in asked if q.kind != STEP and q not in held]
-            for point, some in ((self.point, free), (HOLD, held)):
+            for point, some in ((self.point, free), (HOLDING, held)):
                 if some:
                     found |= self._loop_numbers(gains, some, case, point)
             for index, quantity in enumerate(quantities):
