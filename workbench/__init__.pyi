@@ -21,11 +21,11 @@ from workbench.design.judge.margins import loop_margins as loop_margins
 from workbench.design.judge.noise import noise_effects as noise_effects
 from workbench.design.judge.noise import noise_response as noise_response
 from workbench.design.judge.operating_map import operating_map as operating_map
-from workbench.design.judge.plots_loop import plot_loop as plot_loop
-from workbench.design.judge.plots_loop import plot_loops as plot_loops
-from workbench.design.judge.plots_map import plot_map as plot_map
-from workbench.design.judge.plots_map import plot_rates as plot_rates
-from workbench.design.judge.plots_map import plot_sensitivity as plot_sensitivity
+from workbench.design.judge.plots import plot_loop as plot_loop
+from workbench.design.judge.plots import plot_loops as plot_loops
+from workbench.design.judge.plots import plot_map as plot_map
+from workbench.design.judge.plots import plot_rates as plot_rates
+from workbench.design.judge.plots import plot_sensitivity as plot_sensitivity
 from workbench.design.judge.report import Judgement as Judgement
 from workbench.design.judge.report import judge as judge
 from workbench.design.judge.sampled_stability import slowest_rate as slowest_rate

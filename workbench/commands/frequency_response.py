@@ -94,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
             )
         found.write_csv(table)
         if plot:
-            from workbench.design.judge.plots_measured import plot_measurement
+            from workbench.design.judge.plots import plot_measurement
             from workbench.design.plots import write_png
 
             write_png(plot_measurement(found), plot)

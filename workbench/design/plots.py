@@ -93,6 +93,13 @@ def stacked(
     return figure, list(axes)
 
 
+def titled(title: str, width: float, height: float) -> Figure:
+    """Return a figure with a title, that lays itself out; its size in inches."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    return figure
+
+
 def label(axes: Axes, title: str, quantity: str) -> None:
     """Give a panel its title and the label, with unit, of its y axis."""
     axes.set_title(title)

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from workbench.design.estimation_errors import Estimated
-from workbench.design.plots import PALETTE, label, styled, widen
+from workbench.design.plots import PALETTE, label, styled, titled, widen
 
 _LEAST_TIME = 0.1
 """Shown even of a shorter flight [s]."""
@@ -23,8 +23,7 @@ def plot_estimate(recording: Estimated, title: str) -> Figure:
 
     The band is that of the deviations in B for angles: near enough where the drone is level.
     """
-    figure = Figure(figsize=(12.5, 8.0), layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    figure = titled(title, 12.5, 8.0)
     panels = figure.subplots(3, 3, sharex=True)
     estimate, deviations = recording.estimate, recording.deviations
     rows = (

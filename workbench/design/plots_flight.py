@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode
 from workbench.design.obstacles import Obstacle, world_obstacles
-from workbench.design.plots import PALETTE, label, legend, styled, widen
+from workbench.design.plots import PALETTE, label, legend, styled, titled, widen
 from workbench.design.plots_step import draw_rotor_use
 from workbench.plant.worlds.world import EMPTY, GROUND, World
 from workbench.session.recording import Recording
@@ -27,8 +27,7 @@ _LEAST_SPAN = 1.0
 @styled
 def plot_flight(recording: Recording, title: str, world: World = EMPTY) -> Figure:
     """Return the overview of a flight in a world."""
-    figure = Figure(figsize=(12.5, 8.4), layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    figure = titled(title, 12.5, 8.4)
     grid = figure.add_gridspec(4, 2, width_ratios=(1.0, 1.35), height_ratios=(1, 1.2, 1, 1))
     _draw_path(figure.add_subplot(grid[:3, 0]), recording, world)
     height = figure.add_subplot(grid[0, 1])

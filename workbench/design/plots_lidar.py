@@ -15,7 +15,7 @@ from pydrake.perception import BaseField, Fields, PointCloud
 from workbench.design.flight_page import quiet_meshcat
 from workbench.design.lidar_trial import TrialReport, fly_trial, slowest_detection
 from workbench.design.obstacles import Obstacle
-from workbench.design.plots import PALETTE, label, styled
+from workbench.design.plots import PALETTE, label, styled, titled
 from workbench.design.plots_flight import draw_silhouette, obstacle_times
 from workbench.plant.worlds.world import GROUND
 from workbench.scenario.scenario import Scenario
@@ -38,8 +38,7 @@ def plot_trial(report: TrialReport, title: str) -> Figure:
     """Return the figure of a lidar trial."""
     low, high = _shown_region(report)
     wide = max(2.2, min(5.5, 11.0 * float((high[1] - low[1]) / (high[0] - low[0]))))
-    figure = Figure(figsize=(12.5, wide + 7.6), layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    figure = titled(title, 12.5, wide + 7.6)
     grid = figure.add_gridspec(3, 3, height_ratios=(wide, 3.4, 3.0))
     cloud = _thinned_cloud(report, low, high)
     _draw_from_above(figure.add_subplot(grid[0, :]), report, cloud, low, high)

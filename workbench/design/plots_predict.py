@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from workbench.design.plots import PALETTE, label, styled
+from workbench.design.plots import PALETTE, label, styled, titled
 from workbench.design.predict.prediction import CLOSED, METHODS, Prediction, rms, summarized
 from workbench.design.predict.what_if import WhatIf
 
@@ -20,8 +20,7 @@ def plot_predictions(predictions: Sequence[Prediction], title: str) -> Figure:
 
     Lines are RMS over all windows; the band is from the first to the ninth tenth of the flights.
     """
-    figure = Figure(figsize=(12.5, 7.0), layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    figure = titled(title, 12.5, 7.0)
     panels = figure.subplots(2, 2).ravel()
     for axes, (field, unit, factor) in zip(panels, _FIELDS, strict=False):
         for errors in zip(*(each.errors for each in predictions), strict=True):
@@ -67,8 +66,7 @@ def _whole(axes: Axes, predictions: Sequence[Prediction]) -> None:
 @styled
 def plot_what_if(found: WhatIf, title: str) -> Figure:
     """Return a flight, the one that would have been with its band, and the disturbance."""
-    figure = Figure(figsize=(12.5, 8.0), layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    figure = titled(title, 12.5, 8.0)
     panels = figure.subplots(3, 3, sharex=True)
     places = (4, 5, 6, 10, 11, 12)
     names = (("x", "m"), ("y", "m"), ("z", "m"), ("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s"))

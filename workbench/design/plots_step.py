@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from workbench.design.hover_check import DRIFT, OVERSHOOT, TILT, HoverReport
 from workbench.design.load_step import LoadResponse, moved
-from workbench.design.plots import PALETTE, label, legend, stacked, styled, widen
+from workbench.design.plots import PALETTE, label, legend, stacked, styled, titled, widen
 from workbench.design.reproduce import Row
 from workbench.design.response_metrics import BACK, SETTLED, number
 from workbench.design.step_response import (
@@ -193,15 +193,8 @@ def draw_rotor_use(axes: Axes, time: np.ndarray, shown: Recording) -> None:
 @styled
 def plot_hover(report: HoverReport) -> Figure:
     """Return the figure of a hover check."""
-    figure = Figure(figsize=(12.5, 8.4), layout="constrained")
     vehicle = report.hover.vehicle
-    figure.suptitle(
-        f"{vehicle.name}: ten seconds of hover, and a step on every axis",
-        x=0.01,
-        ha="left",
-        fontsize=11,
-        fontweight="bold",
-    )
+    figure = titled(f"{vehicle.name}: ten seconds of hover, and a step on every axis", 12.5, 8.4)
     panels = figure.subplots(3, 2)
     time = report.hover.time
     _draw_hover(panels[0, 0], time, 1000.0 * report.drift, 1000.0 * DRIFT)

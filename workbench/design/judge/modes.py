@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.design.judge.loop_response import INTEGRATOR, CutModel, closed_poles
 
-_GONE = 1e-9
+GONE = 1e-9
 """A sampled pole no larger than this has forgotten everything after a sample."""
 
 
@@ -59,7 +59,7 @@ def natural_poles(poles: np.ndarray, period: float) -> np.ndarray:
     """Return poles in continuous terms [1/s]; those that forget within a sample are left out."""
     if not period:
         return poles
-    found: np.ndarray = np.log(poles[np.abs(poles) > _GONE].astype(complex)) / period
+    found: np.ndarray = np.log(poles[np.abs(poles) > GONE].astype(complex)) / period
     return found
 
 

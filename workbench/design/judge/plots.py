@@ -1,22 +1,29 @@
-"""All of one loop in one picture, and all loops in another."""
+"""The pictures of a judgement: of one loop and of all, maps, sensitivities, rates, measurements."""
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from workbench.control.controller import Loop
 from workbench.design.judge.gang_of_four import GangOfFour, gang_of_four
+from workbench.design.judge.loop_measurement import Measurement
 from workbench.design.judge.loop_response import CutModel, LoopResponses, loop_responses
 from workbench.design.judge.margins import LoopMargins, frequency_grid, loop_margins
-from workbench.design.judge.modes import natural_poles
+from workbench.design.judge.measured_loop import COHERENT
+from workbench.design.judge.modes import GONE, natural_poles
+from workbench.design.judge.operating_map import OperatingMap
 from workbench.design.judge.phase_budget import PARTS, PhaseBudget
+from workbench.design.judge.sampled_stability import SAFE_PHASE, SLOW, SlowestRate
+from workbench.design.judge.sensitivity import Sensitivity
 from workbench.design.judge.step_pair import INPUTS, OUTPUTS, STEPS, StepPair, linear_step
 from workbench.design.linear.model import LinearModel
-from workbench.design.plots import PALETTE, label, styled, widen
+from workbench.design.plots import PALETTE, label, legend, stacked, styled, titled, widen
 from workbench.scenario.axes import find_axis
 
 _DISK_REACH = 60.0
@@ -27,6 +34,12 @@ _GAINS = np.geomspace(0.02, 50.0, 400)
 _DAMPING = (0.2, 0.4, 0.6, 0.8)
 SAMPLES = 640
 """Of a linear step where nothing was flown."""
+_STRONGEST = 1.5
+"""Elasticities from here on have the darkest colour [% per %]."""
+_FAINT = 0.005
+"""Gains that change no metric by this share are left out of the picture [% per %]."""
+SIGMAS = 2.0
+"""Half the height of the bars, in standard deviations."""
 
 
 def shown_frequencies(loops: LoopResponses, margins: LoopMargins) -> np.ndarray:
@@ -185,8 +198,9 @@ def draw_locus(axes: Axes, model: CutModel, point: str, margins: LoopMargins, sh
     A, b, c = model.cut(point)
     back = np.outer(b, c)
     poles = np.linalg.eigvals(A + _GAINS[:, None, None] * back)
-    colours = np.repeat(np.log10(_GAINS), poles.shape[1])
-    found = natural_poles_2d(poles.ravel(), model.period)
+    lasting = np.abs(poles.ravel()) > GONE
+    colours = np.repeat(np.log10(_GAINS), poles.shape[1])[lasting]
+    found = natural_poles(poles.ravel()[lasting], model.period)
     dots = axes.scatter(
         found.real, found.imag, c=colours, s=3.0, cmap="viridis", vmin=-1.7, vmax=1.7, lw=0
     )
@@ -242,15 +256,6 @@ def draw_poles(axes: Axes, poles: np.ndarray, shown: float) -> None:
     axes.grid(visible=False)
 
 
-def natural_poles_2d(poles: np.ndarray, period: float) -> np.ndarray:
-    """Return poles (N) in continuous terms, NaN for those that forget within a sample."""
-    if not period:
-        return poles
-    with np.errstate(divide="ignore"):
-        found: np.ndarray = np.log(np.where(np.abs(poles) > 1e-9, poles, np.nan)) / period
-    return found
-
-
 def _round_steps(shown: float) -> np.ndarray:
     """Return a few round numbers up to a size."""
     step = 10.0 ** math.floor(math.log10(shown / 2.0))
@@ -282,17 +287,12 @@ def plot_loop(
     loops, margins = loop_responses(model, [point]), loop_margins(model, point)
     frequency = shown_frequencies(loops, margins)
     response = loops.at(frequency)[0]
-    figure = Figure(figsize=(16.5, 7.6), layout="constrained")
+    where = f"cut at {point}" if loop.error != loop.actuator else f"cut at its error, {point}"
+    figure = titled(
+        f"{loop.name} loop at {model.trim.point.label}, {where}\n{_in_words(margins)}", 16.5, 7.6
+    )
     panels = figure.subplots(2, 4).ravel()
     magnitude, nyquist, locus, control, phase, step, poles, load = panels
-    where = f"cut at {point}" if loop.error != loop.actuator else f"cut at its error, {point}"
-    figure.suptitle(
-        f"{loop.name} loop at {model.trim.point.label}, {where}\n{_in_words(margins)}",
-        x=0.01,
-        ha="left",
-        fontsize=11,
-        fontweight="bold",
-    )
     draw_magnitude(magnitude, frequency, response, margins)
     draw_phase(phase, frequency, response, margins)
     draw_nyquist(nyquist, response, margins)
@@ -322,13 +322,8 @@ def plot_loops(
     """
     shown = [loop for loop in steering.loops if not loop.hold or holding is not None]
     rows = -(-len(shown) // 3)
-    figure = Figure(figsize=(12.0, 3.9 * rows + 0.6), layout="constrained")
-    figure.suptitle(
-        f"all loops at {steering.trim.point.label}, cut at the {cut}",
-        x=0.01,
-        ha="left",
-        fontsize=11,
-        fontweight="bold",
+    figure = titled(
+        f"all loops at {steering.trim.point.label}, cut at the {cut}", 12.0, 3.9 * rows + 0.6
     )
     panels = figure.subplots(rows, 3, squeeze=False).ravel()
     for axes in panels[len(shown) :]:
@@ -438,3 +433,161 @@ def _in_few_words(margins: LoopMargins) -> str:
         f"gain x {margins.gain_margin:.2g}, phase {math.degrees(margins.phase_margin):.0f} deg, "
         f"disk {margins.disk_margin:.2f}"
     )
+
+
+@styled
+def plot_map(found: OperatingMap) -> Figure:
+    """Return contours of smallest phase margin, smallest disk margin and least damping."""
+    figure = titled(
+        f"{found.vehicle}: the weakest loop over {found.first.name} and {found.second.name}",
+        14.0,
+        4.4,
+    )
+    panels = (
+        ("smallest phase margin", "deg", np.degrees(found.phase_margin), 2.0),
+        ("smallest disk margin", "1", found.disk_margin, 0.05),
+        ("least damping ratio", "1", found.damping, 0.05),
+    )
+    for axes, (name, unit, values, least) in zip(figure.subplots(1, 3), panels, strict=True):
+        _draw_contours(axes, found, values, unit, least)
+        label(axes, name, _named(found.second.name, found.second.unit))
+        axes.set_xlabel(_named(found.first.name, found.first.unit))
+    return figure
+
+
+@styled
+def plot_sensitivity(found: tuple[Sensitivity, ...], title: str) -> Figure:
+    """Return a table in colours: percent of each metric per percent of each gain."""
+    rows = [each for each in found if np.isfinite(list(each.elasticities.values())).all()]
+    names = [
+        name
+        for name in found[0].elasticities
+        if any(abs(each.elasticities[name]) > _FAINT for each in rows)
+    ]
+    values = np.array([[each.elasticities[name] for name in names] for each in rows])
+    values = values.reshape(len(rows), len(names))
+    figure = Figure(figsize=(3.6 + 0.85 * len(names), 1.8 + 0.42 * len(rows)), layout="constrained")
+    axes = figure.subplots()
+    axes.imshow(values, cmap="RdBu_r", vmin=-_STRONGEST, vmax=_STRONGEST, aspect="auto")
+    for row, column in np.ndindex(values.shape):
+        value = values[row, column]
+        axes.text(
+            column,
+            row,
+            "0"
+            if abs(value) < _FAINT
+            else f"{value:+.2f}"
+            if abs(value) < 99.0
+            else f"{value:+.0f}",
+            ha="center",
+            va="center",
+            fontsize=8,
+            color="white" if abs(value) > 0.8 * _STRONGEST else "black",
+        )
+    axes.set_xticks(range(len(names)), names, rotation=35, ha="right")
+    axes.set_yticks(range(len(rows)), [each.metric for each in rows])
+    axes.grid(visible=False)
+    axes.set_title(f"{title}\nchange of a metric per change of a gain [% per %]")
+    return figure
+
+
+@styled
+def plot_rates(found: SlowestRate, title: str) -> Figure:
+    """Return the fastest growth and the smallest phase margin over the control period."""
+    figure, (growth, phase) = stacked(title, 2, height=2.4, right=0.2)
+    time = [1e3 * sample.period for sample in found.samples]
+    growth.plot(time, [sample.growth for sample in found.samples], ".-", color=PALETTE.ours)
+    growth.axhline(0.0, color=PALETTE.limit, lw=1.0)
+    growth.ticklabel_format(axis="y", useOffset=False)
+    label(
+        growth,
+        f"the mode that dies out slowest, of those above {SLOW:g} rad/s; stable below 0",
+        "growth rate [1/s]",
+    )
+    degrees = [math.degrees(sample.phase_margin) for sample in found.samples]
+    phase.plot(time, degrees, ".-", color=PALETTE.ours)
+    phase.axhline(math.degrees(SAFE_PHASE), color=PALETTE.mean, ls="--", lw=1.0)
+    label(phase, "smallest phase margin; safe above the dashed line", "phase [deg]")
+    phase.set_xlabel("control period [ms]")
+    return figure
+
+
+def _draw_contours(
+    axes: Axes, found: OperatingMap, values: np.ndarray, unit: str, least: float
+) -> None:
+    """Draw filled contours with a scale beside them, which spans `least` or more.
+
+    Points that cannot be flown stay white.
+    """
+    axes.grid(visible=False)
+    known = values[np.isfinite(values)]
+    if not len(known):
+        axes.text(0.5, 0.5, "no such flight", transform=axes.transAxes, ha="center")
+        return
+    middle = 0.5 * float(known.min() + known.max())
+    half = 0.5 * max(float(np.ptp(known)), least)
+    levels = MaxNLocator(10).tick_values(middle - half, middle + half)
+    place = found.first_values, found.second_values
+    if min(values.shape) < 2:
+        norm = Normalize(levels[0], levels[-1])
+        filled: Any = axes.pcolormesh(*place, values, shading="nearest", cmap="viridis", norm=norm)
+    else:
+        filled = axes.contourf(*place, values, levels, cmap="viridis")
+        lines = axes.contour(*place, values, levels, colors="white", linewidths=0.7)
+        axes.clabel(lines, fmt="%.3g", fontsize=7.5)
+    axes.figure.colorbar(filled, ax=axes, label=f"[{unit}]")
+
+
+def _named(name: str, unit: str) -> str:
+    return f"{name.replace('_', ' ')} [{unit}]"
+
+
+@styled
+def plot_measurement(found: Measurement) -> Figure:
+    """Return the figure of a measurement; lines that are not coherent are pale."""
+    measured, model = found.measured, found.model
+    frequency, good = measured.frequency, measured.coherence >= COHERENT
+    figure, panels = stacked(f"{found.vehicle}: {found.loop}, as modelled and as measured", 3)
+    sizes, phases, coherence = panels
+    spread = np.minimum(SIGMAS * measured.deviation, 0.9)
+    modelled = np.unwrap(np.angle(model))
+    turned = modelled + np.angle(measured.response / model)
+    for axes, curve, points, bars in (
+        (
+            sizes,
+            _decibel(model),
+            _decibel(measured.response),
+            np.array([-_decibel(1.0 - spread), _decibel(1.0 + spread)]),
+        ),
+        (phases, np.degrees(modelled), np.degrees(turned), np.degrees(np.array([spread, spread]))),
+    ):
+        axes.semilogx(frequency, curve, color=PALETTE.mean, label="linear model")
+        for which, alpha, name in ((good, 1.0, "measured, two sigmas"), (~good, 0.25, "")):
+            axes.errorbar(
+                frequency[which],
+                points[which],
+                bars[:, which],
+                fmt="o",
+                ms=3.0,
+                lw=1.0,
+                color=PALETTE.ours,
+                alpha=alpha,
+                label=name or None,
+            )
+    low, high = _decibel(model).min(), _decibel(model).max()
+    sizes.set_ylim(low - 8.0, high + 8.0)
+    shown = np.degrees(modelled)
+    phases.set_ylim(shown.min() - 40.0, shown.max() + 40.0)
+    label(sizes, "open loop: magnitude", "|L| [dB]")
+    label(phases, "open loop: phase", "phase [°]")
+    legend(sizes)
+    coherence.semilogx(frequency, measured.coherence, "o-", ms=3.0, color=PALETTE.ours)
+    coherence.axhline(COHERENT, color=PALETTE.limit, lw=1.0)
+    coherence.set_ylim(-0.03, 1.05)
+    label(coherence, "coherence, the lower end of its interval", "coherence [1]")
+    for axes in panels:
+        if math.isfinite(found.margins.bandwidth):
+            axes.axvline(found.margins.bandwidth, color=PALETTE.command, lw=0.8)
+    coherence.set_xlabel("frequency [rad/s], the line is the bandwidth")
+    figure.align_ylabels()
+    return figure
