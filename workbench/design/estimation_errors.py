@@ -1,7 +1,6 @@
 """How far an estimate was off, and whether it was as far off as it took itself to be."""
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -10,6 +9,7 @@ from scipy.stats import chi2
 from workbench.estimation import ekf
 from workbench.estimation.estimators import TRIANGLE
 from workbench.estimation.run import EstimateHistory
+from workbench.session.recording import Recording
 
 STATES = 9
 """Of the errors, those that NEES takes in: attitude, position and velocity."""
@@ -25,52 +25,27 @@ _AT_ONCE = 4096
 """Matrices that are inverted together."""
 
 
-class Estimated(Protocol):
-    """A motion and what was known of it over time; the names are those of a `Recording`."""
-
-    @property
-    def time(self) -> np.ndarray: ...
-    @property
-    def q_WB(self) -> np.ndarray: ...
-    @property
-    def p_WB(self) -> np.ndarray: ...
-    @property
-    def w_WB(self) -> np.ndarray: ...
-    @property
-    def v_WB(self) -> np.ndarray: ...
-    @property
-    def estimated(self) -> bool: ...
-    @property
-    def estimate(self) -> np.ndarray: ...
-    @property
-    def deviations(self) -> np.ndarray: ...
-    @property
-    def covariance(self) -> np.ndarray: ...
-    @property
-    def innovations(self) -> np.ndarray: ...
-    @property
-    def p_BI(self) -> np.ndarray: ...
-    @property
-    def charge(self) -> np.ndarray: ...
-    @property
-    def known_charge(self) -> np.ndarray: ...
-
-
 @dataclass(frozen=True)
 class EstimateOverTruth:
     """What an estimator made of a flight that was flown before, and the true motion.
 
     Attributes:
         time: (N) [s].
-        truth: (N, 13) q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s].
-        estimate: (N, 13) likewise; so the next three are as in a `Recording`.
+        q_WB: (N, 4) true orientation.
+        p_WB: (N, 3) true position [m].
+        w_WB: (N, 3) true angular velocity in W [rad/s].
+        v_WB: (N, 3) true velocity in W [m/s].
+        estimate: (N, 13) of these four; so the next three are as in a `Recording`.
         biases: (N, 6) of gyro [rad/s] and accelerometer [m/s²] in B, estimated.
         p_BI: place of the IMU in B (3) [m].
         charge: (0) a log has no estimate of the charge; so the next one.
     """
 
     time: np.ndarray
-    truth: np.ndarray
+    q_WB: np.ndarray
+    p_WB: np.ndarray
+    w_WB: np.ndarray
+    v_WB: np.ndarray
     estimate: np.ndarray
     deviations: np.ndarray
     covariance: np.ndarray
@@ -81,25 +56,9 @@ class EstimateOverTruth:
     charge: np.ndarray = field(default_factory=lambda: np.empty(0))
     known_charge: np.ndarray = field(default_factory=lambda: np.empty(0))
 
-    @property
-    def q_WB(self) -> np.ndarray:
-        """True orientation (N, 4)."""
-        return self.truth[:, 0:4]
 
-    @property
-    def p_WB(self) -> np.ndarray:
-        """True position (N, 3) [m]."""
-        return self.truth[:, 4:7]
-
-    @property
-    def w_WB(self) -> np.ndarray:
-        """True angular velocity in W (N, 3) [rad/s]."""
-        return self.truth[:, 7:10]
-
-    @property
-    def v_WB(self) -> np.ndarray:
-        """True velocity in W (N, 3) [m/s]."""
-        return self.truth[:, 10:13]
+Estimated = Recording | EstimateOverTruth
+"""A motion and what was known of it over time."""
 
 
 def over_truth(
@@ -115,17 +74,16 @@ def over_truth(
     """
     known = (history.time >= state_time[0]) & (history.time <= state_time[-1])
     time = history.time[known]
-    truth = np.empty((len(time), 13))
+    q_WB = np.tile(states[0, 0:4], (len(time), 1))
     if len(state_time) > 1:
-        q = Slerp(state_time, _turn(states[:, 0:4]))(time).as_quat()
-        truth[:, 0:4] = q[:, [3, 0, 1, 2]]
-    else:
-        truth[:, 0:4] = states[0, 0:4]
-    for column in range(4, 13):
-        truth[:, column] = np.interp(time, state_time, states[:, column])
+        q_WB = Slerp(state_time, _turn(states[:, 0:4]))(time).as_quat()[:, [3, 0, 1, 2]]
+    motion = np.column_stack([np.interp(time, state_time, each) for each in states[:, 4:].T])
     return EstimateOverTruth(
         time=time,
-        truth=truth,
+        q_WB=q_WB,
+        p_WB=motion[:, 0:3],
+        w_WB=motion[:, 3:6],
+        v_WB=motion[:, 6:9],
         estimate=history.estimate[known],
         deviations=history.deviations[known],
         covariance=history.covariance[known],

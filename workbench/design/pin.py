@@ -1,10 +1,14 @@
-"""Pin a step as a regression: a spec, the gains it is about, and the baseline of its flight."""
+"""Pin a step as a regression: a spec, the gains it is about, and the baseline of its flight.
+
+A log is pinned as a spec that holds later logs of the same flight to what this one is.
+"""
 
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,9 +22,9 @@ from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.design.load_step import check_load
 from workbench.design.regress.baseline import baseline_folder
 from workbench.design.regress.flight import Changes
-from workbench.design.regress.running import Job, baseline_files, regress
+from workbench.design.regress.running import Job, ReadLog, baseline_files, regress
 from workbench.design.regress.signals import AXIS_SIGNALS
-from workbench.design.regress.spec import Case, Limit, Spec, SpecFile, Tolerance
+from workbench.design.regress.spec import Case, Limit, LogConfig, Spec, SpecFile, Tolerance
 from workbench.design.regress.spec_names import MARGINS, SUFFIX, spec_name
 from workbench.design.regress.verdict import CaseResult
 from workbench.design.step_response import check_duration, check_step
@@ -75,6 +79,34 @@ MUCH = 20.0
 """A larger gain margin is none that a loop is in want of, and follows the physics step."""
 ANYTHING = Limit(min=-1e300)
 """A limit that only lets a number be measured."""
+_LOG_HEAD = """\
+# Pinned from a log: limits have the room that flights of one plan differ by. For another flight of
+# the plan change the file's name under log.
+"""
+LOG_SHARES = {"rise_time": 0.25, "lag": 0.25, "measured_rise_time": 0.25}
+"""Numbers of a log that are held from both sides, with this share of room.
+
+It is what flights of one plan differ by: of 34 pairs of real flights of one trajectory (NanoBench),
+the second is within each limit of the first in 91 to 100 %.
+"""
+LOG_MOST = {
+    "overshoot": (1.0, 5.0),
+    "measured_overshoot": (1.0, 5.0),
+    "settling_time": (1.5, 0.0),
+    "tracking_error": (1.5, 0.0),
+    "mean_rotor_use": (1.0, 0.1),
+    "saturation": (1.0, 10.0),
+    "trim": (1.0, 0.1),
+    "peak_tilt": (1.5, 0.0),
+}
+"""Numbers of a log that may not become larger: than so many times what they were, and so much
+more."""
+OF_LOOP = ("rise_time", "settling_time", "overshoot", "tracking_error", "lag", "measured_rise_time",
+           "measured_overshoot")  # fmt: skip
+"""Of them, those that need a loop."""
+MARKED = ("rise_time", "settling_time", "overshoot")
+"""Numbers of steps, which are left out where they are marked: the step has not settled, say."""
+_NOT_IN_NAMES = re.compile(r"^[^A-Za-z0-9]+|[^A-Za-z0-9 _.+-]")
 
 
 def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
@@ -291,7 +323,7 @@ def pin_step(
     path = Path(path).expanduser().absolute()
     profile = _profile(path)
     check_name(path, (path, profile, baseline_folder(path)), overwrite)
-    tell = progress or _tell_nobody
+    tell = progress or (lambda share: None)
     if scenario.estimator not in ESTIMATORS:
         raise WorkbenchError(
             f"a spec flies on a shipped estimator, and not on {scenario.estimator}: pin without it"
@@ -344,7 +376,7 @@ def pin_step(
         path: spec_text(content, path, profile),
     }
     _make_folder(baseline_folder(path))
-    with _Restoring([profile, *files]):
+    with _restoring([profile, *files]):
         save_gains(profile, kept, law)
         for file, text in files.items():  # the spec last: it must not stand alone
             write_atomically(file, text)
@@ -360,29 +392,21 @@ def pin_step(
     )
 
 
-class _Restoring:
-    """Leaves files as they were if what is done meanwhile fails."""
-
-    def __init__(self, files: list[Path]) -> None:
-        self._before = {file: file.read_bytes() if file.is_file() else None for file in files}
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None:
-            return
-        for file, content in self._before.items():
+@contextmanager
+def _restoring(files: Sequence[Path]) -> Iterator[None]:
+    """Leave files as they were if what is done meanwhile fails."""
+    before = {file: file.read_bytes() if file.is_file() else None for file in files}
+    try:
+        yield
+    except BaseException:
+        for file, content in before.items():
             if content is None:
                 file.unlink(missing_ok=True)
             else:
                 file.write_bytes(content)
         with suppress(OSError):  # not empty: it was there before
-            baseline_folder(list(self._before)[-1]).rmdir()
-
-
-def _tell_nobody(_: float) -> None:
-    """Tell nobody how far it is."""
+            baseline_folder(files[-1]).rmdir()
+        raise
 
 
 def _profile(path: Path) -> Path:
@@ -459,3 +483,102 @@ def _prove(path: Path, controller: str) -> None:
     failures = [said for result in regress([path], as_flown) for said in result.failures]
     if failures:
         raise WorkbenchError(f"{path}: what was pinned does not fly twice alike: {failures[0]}")
+
+
+@dataclass(frozen=True)
+class PinnedLog:
+    """A regression that was written.
+
+    Attributes:
+        spec: its file.
+        limits: how many numbers are limited.
+        left_out: why others are not, by name.
+    """
+
+    spec: Path
+    limits: int
+    left_out: dict[str, str]
+
+
+def pin_log(
+    path: Path | str,
+    vehicle: VehicleConfig,
+    log: LogConfig,
+    loop: str,
+    read_log: ReadLog,
+    *,
+    overwrite: bool = False,
+) -> PinnedLog:
+    """Write a spec that holds later logs of a flight to what this one is.
+
+    Args:
+        path: of the spec, NAME.spec.yaml.
+        vehicle: that flew.
+        log: which part of which log.
+        loop: whose response is judged; "" for none.
+        read_log: makes the flight, `workbench.logs.judged_log.read_case`.
+        overwrite: whether a spec that is there may be replaced.
+
+    Raises:
+        WorkbenchError: if the log cannot be read or tells of nothing, a file is there already, or
+            cannot be written.
+    """
+    path = Path(path).expanduser().absolute()
+    check_name(path, (path,), overwrite)
+    place = Path(log.file).expanduser().absolute()
+    mapping = str(Path(log.mapping).expanduser().absolute()) if log.mapping else ""
+    log = dataclasses.replace(log, file=str(place), mapping=mapping)
+    names = [name for name in (*LOG_SHARES, *LOG_MOST) if loop or name not in OF_LOOP]
+    case = Case(name=_NOT_IN_NAMES.sub("-", place.name.split(".")[0]), log=log, loop=loop)
+    case.limits = dict.fromkeys(names, ANYTHING)
+    content = SpecFile(title=f"{place.name}, pinned", vehicle=vehicle, cases=[case])
+    spec = Spec(path, content)
+    job = Job(spec, case.name, logged=read_log(spec, case))
+    found: dict[str, list[float]] = {}
+    left_out: dict[str, str] = {}
+    for check in job.run().checks:
+        name = check.name.split(" ")[0]
+        if math.isnan(check.value) or (check.doubt and name in MARKED):
+            left_out[name] = check.doubt
+        else:
+            found.setdefault(name, []).append(check.value)
+    # The spec will judge each step: where one of them tells nothing sure, none is held to it.
+    limits = {
+        name: log_limit(name, values) for name, values in found.items() if name not in left_out
+    }
+    if not limits:
+        raise WorkbenchError(f"{place}: tells of nothing that can be pinned: {left_out[names[0]]}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, _log_text(path, vehicle, case, limits))
+    return PinnedLog(path, len(limits), left_out)
+
+
+def log_limit(name: str, values: list[float]) -> Limit:
+    """Return the limit of a metric, of which a log has one value or one for each step."""
+    if name in LOG_SHARES:
+        return limit_between(
+            (1.0 - LOG_SHARES[name]) * min(values), (1.0 + LOG_SHARES[name]) * max(values)
+        )
+    times, more = LOG_MOST[name]
+    return limit_between(0.0, times * max(values) + more)
+
+
+def _log_text(path: Path, vehicle: VehicleConfig, case: Case, limits: dict[str, Limit]) -> str:
+    """Return the spec's text."""
+    assert case.log is not None
+    log = {
+        key: value
+        for key, value in dataclasses.asdict(case.log).items()
+        if value != getattr(LogConfig(), key)
+    }
+    for key in ("file", "mapping"):
+        if key in log:
+            log[key] = os.path.relpath(log[key], path.parent)
+    head = {"title": f"{case.name}, pinned", "vehicle": vehicle_head(vehicle, path.parent)}
+    lines = [_LOG_HEAD + yaml.safe_dump(head, sort_keys=False, allow_unicode=True).rstrip("\n")]
+    flow = yaml.safe_dump(log, default_flow_style=True, sort_keys=False, width=1000).strip()
+    lines += ["cases:", f"  - name: {case.name}", f"    log: {flow}"]
+    lines += [f"    loop: {case.loop}"] if case.loop else []
+    lines += ["    limits:"]
+    lines += [f"      {name}: {limit_text(limit)}" for name, limit in limits.items()]
+    return "\n".join(lines) + "\n"

@@ -271,7 +271,7 @@ class LoopShaper:
 
     @staticmethod
     def _disk_reach(slices: "list[_Slice]") -> Reach:
-        disks = [each.disk_margin for each in slices]
+        disks = [disk for _, disk in slices]
         return Reach(min(disks), max(disks), End.PHASE) if disks else Reach(math.nan, math.nan)
 
     def _shape_single(self, bandwidth: float, robustness: Robustness) -> Shaped:
@@ -305,7 +305,7 @@ class LoopShaper:
         k, response = k[good], self._response(k[good])
         rising = np.argsort(_phase_margins(response))
         disks = disk_margins(response[rising])
-        return [_Slice(*each) for each in zip(k[rising], disks.tolist(), strict=True)]
+        return list(zip(k[rising], disks.tolist(), strict=True))
 
     def _disks(self) -> "list[tuple[_Curve, np.ndarray]]":
         """Return curves at `PHASE_MARGINS` and along the gains' limits; made once.
@@ -334,16 +334,15 @@ class LoopShaper:
     def _with_disk(self, slices: "list[_Slice]", disk_margin: float) -> np.ndarray:
         """Return unknowns with a disk margin out of those of a bandwidth, or with the nearest."""
         found = []
-        for first, last in itertools.pairwise(slices):
-            low, high = first.disk_margin, last.disk_margin
+        for (first, low), (last, high) in itertools.pairwise(slices):
             if (low - disk_margin) * (high - disk_margin) <= 0.0 and low != high:
                 share = (disk_margin - low) / (high - low)
-                found.append(first.k + share * (last.k - first.k))
+                found.append(first + share * (last - first))
         if found:
             k = np.array(found)
             nearest: np.ndarray = k[np.argmin(self._ways(k))]
             return nearest
-        return min(slices, key=lambda each: abs(each.disk_margin - disk_margin)).k
+        return min(slices, key=lambda each: abs(each[1] - disk_margin))[0]
 
     def _disk_bandwidths(self, disk_margin: float) -> Reach:
         """Return the least and the largest bandwidth with no less than a disk margin.
@@ -376,7 +375,7 @@ class LoopShaper:
         outside = inside * step
         for _ in range(BISECTIONS // 2):
             middle = math.sqrt(inside * outside)
-            disks = [each.disk_margin for each in self._slices(middle)]
+            disks = [disk for _, disk in self._slices(middle)]
             if disks and max(disks) >= disk_margin:
                 inside = middle
             else:
@@ -684,19 +683,8 @@ class LoopShaper:
         return self._shaped(self._polished(self._own, asked), asked, nothing, nothing)
 
 
-@dataclass(frozen=True)
-class _Slice:
-    """Gains of some bandwidth.
-
-    Attributes:
-        k: unknowns (2).
-        disk_margin: that they have.
-    """
-
-    k: np.ndarray
-    disk_margin: float
-
-
+_Slice = tuple[np.ndarray, float]
+"""Unknowns (2) of some bandwidth, and the disk margin that they have."""
 _Limit = tuple[float, End, np.ndarray | None]
 """A bandwidth, what ends it there, and the unknowns beyond."""
 

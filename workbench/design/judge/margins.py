@@ -104,16 +104,16 @@ def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
     edges = _edges(loops)
     plateau = plateaus(grid, response)
     level = HALF_POWER * np.abs(complementary(response))[range(len(response)), plateau]
-    zeros = _zeros(loops, grid, response, level)
+    loop, kind, frequency, there = _zeros(loops, grid, response, level)
     peaks, disks = _lowest(loops, grid, response, np.nan_to_num(edges[:, 1:]))
     found = []
     for index in range(len(loops.opened)):
-        phase, size, fall = (zeros.of(index, kind) for kind in (_PHASE, _SIZE, _FALL))
-        real = -np.append(zeros.response[phase].real, edges[index].real)
+        phase, size, fall = ((loop == index) & (kind == each) for each in (_PHASE, _SIZE, _FALL))
+        real = -np.append(there[phase].real, edges[index].real)
         factors = 1.0 / real[(real > _LEAST) & (real < 1.0 / _LEAST)]
-        fall &= zeros.frequency > grid[plateau[index]]
-        crossings = zeros.frequency[size]
-        turn = (np.angle(zeros.response[size]) + math.pi) % (2.0 * math.pi)
+        fall &= frequency > grid[plateau[index]]
+        crossings = frequency[size]
+        turn = (np.angle(there[size]) + math.pi) % (2.0 * math.pi)
         found.append(
             LoopMargins(
                 gain_margin=float(factors[factors > 1.0].min(initial=math.inf)),
@@ -122,7 +122,7 @@ def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
                 delay_margin=float((turn / crossings).min(initial=math.inf)),
                 disk_margin=float(disks[index]),
                 peak_sensitivity=float(1.0 / peaks[index]),
-                bandwidth=float(zeros.frequency[fall][0]) if fall.any() else math.nan,
+                bandwidth=float(frequency[fall][0]) if fall.any() else math.nan,
                 crossover=float(crossings.max()) if len(crossings) else math.nan,
             )
         )
@@ -144,21 +144,6 @@ def frequency_grid(loops: LoopResponses) -> np.ndarray:
     near = poles.imag[faint, None] + np.abs(poles.real[faint, None]) * spread
     near = near[(near > even[0]) & (near < even[-1])]
     return np.unique(np.append(even, near))
-
-
-@dataclass(frozen=True)
-class _Zeros:
-    """Where (K) a response is real, of size 1, or of a T that falls through -3 dB."""
-
-    loop: np.ndarray
-    kind: np.ndarray
-    frequency: np.ndarray
-    response: np.ndarray
-
-    def of(self, loop: int, kind: int) -> np.ndarray:
-        """Return which (K) are of one loop and kind."""
-        found: np.ndarray = (self.loop == loop) & (self.kind == kind)
-        return found
 
 
 def complementary(response: np.ndarray) -> np.ndarray:
@@ -187,8 +172,13 @@ def plateaus(grid: np.ndarray, response: np.ndarray) -> np.ndarray:
 
 def _zeros(
     loops: LoopResponses, grid: np.ndarray, response: np.ndarray, level: np.ndarray
-) -> _Zeros:
-    """Return all crossings that margins are read from; of |T|, those through its `level` (P)."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return all crossings (K) that margins are read from: where L is real, or of size 1, or |T|
+    falls through its `level` (P).
+
+    Returns:
+        Number of the loop, kind, frequency [rad/s] and L of each (K).
+    """
     with np.errstate(invalid="ignore"):
         values = _shapes(response, level[:, None])
         crosses = (values[..., 1:] > 0.0) != (values[..., :-1] > 0.0)
@@ -208,7 +198,7 @@ def _zeros(
         first, last = values[rows, step], values[rows, step + 1]
     rise = np.where(last == first, 1.0, last - first)
     zero = low - first * (high - low) / rise
-    return _Zeros(loop, kind, zero, loops.at(zero[:, None], loop)[:, 0])
+    return loop, kind, zero, loops.at(zero[:, None], loop)[:, 0]
 
 
 def _shapes(response: np.ndarray, level: np.ndarray) -> np.ndarray:

@@ -70,7 +70,7 @@ def noise_effects(
     groups = _groups(model)
     for names in groups.values():
         deviation = np.array([deviations[name] for name in names])
-        variances.append(_variance(model, model.B(names) * deviation, rows, names, deviation))
+        variances.append(_variance(model, model.B(names) * deviation, rows))
     found = []
     for sensor, variance in [*zip(groups, variances, strict=True), ("all", sum(variances))]:
         rms = np.sqrt(np.asarray(variance))
@@ -142,13 +142,7 @@ def noise_rows(model: LinearModel) -> np.ndarray:
     return np.vstack([model.C(ATTITUDE), np.eye(len(model.A))[places]])
 
 
-def _variance(
-    model: LinearModel,
-    B: np.ndarray,
-    rows: np.ndarray,
-    names: list[str],
-    deviation: np.ndarray,
-) -> np.ndarray:
+def _variance(model: LinearModel, B: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return the variance of each output after 2^14 periods of noise, by doubling."""
     A, P = model.A, B @ B.T
     for _ in range(DOUBLINGS):

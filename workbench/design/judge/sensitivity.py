@@ -145,57 +145,63 @@ def _root(polynomial: np.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class CarriedFlight:
-    """A step from hover, as curves that carry derivatives by the gains.
+class Sensitivity:
+    """One metric of a step, and what the gains do to it.
 
     Attributes:
-        axis: x, y, z or yaw.
-        amplitude: of the command, given at time 0 [m/s or rad/s].
-        gains: what the derivatives are by, in order: name and value.
-        response: velocity along the axis [m/s], or yaw rate [rad/s].
-        rotor_use: of every rotor, as share of its speed limit.
+        metric: its name, as in `StepMetrics`.
+        value: of the continuous flight; times are not rounded to samples.
+        derivatives: by each gain, by name, in the metric's unit per the gain's.
+        elasticities: percent that the metric changes per percent of the gain; NaN where the
+            metric is 0.
     """
 
-    axis: str
-    amplitude: float
-    gains: dict[str, float]
-    response: Curve
-    rotor_use: tuple[Curve, ...]
+    metric: str
+    value: float
+    derivatives: dict[str, float]
+    elasticities: dict[str, float]
 
 
-def fly_carried(
+def step_sensitivity(
     axis: str,
     amplitude: float,
     *,
-    duration: float,
+    duration: float = 3.0,
     heading: float = 0.0,
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
-) -> CarriedFlight:
-    """Fly a step with derivatives by all parameters of the controller.
+) -> tuple[Sensitivity, ...]:
+    """Return what every parameter of the controller does to every metric of a step from hover.
 
     Arguments are those of `fly_step`, and the yaw of the drone at the start, `heading` [rad].
 
     Raises:
-        WorkbenchError: if the scenario varies the vehicle, or the law does not know its payload:
-            the flight begins in a known hover.
+        WorkbenchError: if axis, amplitude or duration make no step, the scenario varies the
+            vehicle, or the law does not know its payload: the flight begins in a known hover.
     """
-    config = (scenario or Scenario()).vehicle
-    if config.variation != Variation():
+    if axis not in AXES:
+        raise unknown_name("axis", axis, AXES)
+    if not LEAST_DURATION <= duration < np.inf or not 0.0 < abs(amplitude) < np.inf:
+        raise WorkbenchError(
+            f"a step of {amplitude:g} over {duration:g} s cannot be measured: give it an amplitude "
+            f"that is not 0 and {LEAST_DURATION:g} s or more"
+        )
+    scenario = scenario or Scenario()
+    if scenario.vehicle.variation != Variation():
         raise WorkbenchError(
             "sensitivities are those of the vehicle as its controller knows it: leave the "
             "variation out"
         )
-    description = read_configured(config)
+    description = read_configured(scenario.vehicle)
     vehicle = make_vehicle(description)
-    controller = flown_controller(scenario or Scenario())
+    controller = flown_controller(scenario)
     if controller.designed:
         raise WorkbenchError(
             f"sensitivities need derivatives, and {controller.name} designs numbers of its gains: "
             "sweep them instead"
         )
-    values = flight_gains(vehicle, config.gains, settings, controller)
+    values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
     payload = payload_of(values)
     if payload.payload_mass != payload.known_payload_mass:
         raise WorkbenchError(
@@ -206,27 +212,15 @@ def fly_carried(
     core = make_flight_core(controller, description, vehicle, values)
     start = _hover(core, laden(vehicle, payload), heading)
     simulator = _prepared(core.ToAutoDiffXd(), start, axis, amplitude, list(gains.values()))
-    count = round(duration / STEP)
-    states, rates = [], []
-    for index in range(count + 1):
-        simulator.AdvanceTo(index * STEP)
-        context = simulator.get_context()
-        states.append(context.get_continuous_state_vector().CopyToVector())
-        rates.append(simulator.get_system().EvalTimeDerivatives(context).CopyToVector())
-        if progress:
-            progress(index / count)
-    time = STEP * np.arange(count + 1)
-    state, rate = np.array(states), np.array(rates)
-    return CarriedFlight(
-        axis=axis,
-        amplitude=amplitude,
-        gains=gains,
-        response=Curve(time, state[:, _RATE[axis]], rate[:, _RATE[axis]]),
-        rotor_use=tuple(
-            Curve(time, state[:, place], rate[:, place]).scaled(1.0 / rotor.max_rot_velocity)
-            for place, rotor in enumerate(vehicle.rotors, start=_BODY)
-        ),
-    )
+    time, state, rate = _flown(simulator, duration, progress)
+    found = carried_metrics(Curve(time, state[:, _RATE[axis]], rate[:, _RATE[axis]]), amplitude)
+    uses = []
+    for place, rotor in enumerate(vehicle.rotors, start=_BODY):
+        limit = rotor.max_rot_velocity
+        use, _ = Curve(time, state[:, place] / limit, rate[:, place] / limit).highest()
+        uses.append(use)
+    found["peak_rotor_use"] = max(uses, key=lambda use: use.value())
+    return tuple(_sensitivity(name, found[name], gains) for name in METRICS)
 
 
 def _hover(core: Diagram, vehicle: Vehicle, heading: float) -> np.ndarray:
@@ -264,66 +258,20 @@ def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: 
     return simulator
 
 
-@dataclass(frozen=True)
-class Sensitivity:
-    """One metric of a step, and what the gains do to it.
-
-    Attributes:
-        metric: its name, as in `StepMetrics`.
-        value: of the continuous flight; times are not rounded to samples.
-        derivatives: by each gain, by name, in the metric's unit per the gain's.
-        elasticities: percent that the metric changes per percent of the gain; NaN where the
-            metric is 0.
-    """
-
-    metric: str
-    value: float
-    derivatives: dict[str, float]
-    elasticities: dict[str, float]
-
-
-def step_sensitivity(
-    axis: str,
-    amplitude: float,
-    *,
-    duration: float = 3.0,
-    heading: float = 0.0,
-    scenario: Scenario | None = None,
-    settings: Mapping[str, float] | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> tuple[Sensitivity, ...]:
-    """Return what every parameter of the controller does to every metric of a step from hover.
-
-    Arguments are those of `fly_step`, and the yaw of the drone at the start, `heading` [rad].
-
-    Raises:
-        WorkbenchError: if axis, amplitude or duration make no step.
-    """
-    if axis not in AXES:
-        raise unknown_name("axis", axis, AXES)
-    if not LEAST_DURATION <= duration < np.inf or not 0.0 < abs(amplitude) < np.inf:
-        raise WorkbenchError(
-            f"a step of {amplitude:g} over {duration:g} s cannot be measured: give it an amplitude "
-            f"that is not 0 and {LEAST_DURATION:g} s or more"
-        )
-    flight = fly_carried(
-        axis,
-        amplitude,
-        duration=duration,
-        heading=heading,
-        scenario=scenario,
-        settings=settings,
-        progress=progress,
-    )
-    return flight_sensitivity(flight)
-
-
-def flight_sensitivity(flight: CarriedFlight) -> tuple[Sensitivity, ...]:
-    """Return the sensitivities of a flown step."""
-    found = carried_metrics(flight.response, flight.amplitude)
-    uses = [curve.highest()[0] for curve in flight.rotor_use]
-    found["peak_rotor_use"] = max(uses, key=lambda use: use.value())
-    return tuple(_sensitivity(name, found[name], flight.gains) for name in METRICS)
+def _flown(
+    simulator: Any, duration: float, progress: Callable[[float], None] | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return times (N) of a flight, its states and their slopes (N, m) with derivatives."""
+    count = round(duration / STEP)
+    states, rates = [], []
+    for index in range(count + 1):
+        simulator.AdvanceTo(index * STEP)
+        context = simulator.get_context()
+        states.append(context.get_continuous_state_vector().CopyToVector())
+        rates.append(simulator.get_system().EvalTimeDerivatives(context).CopyToVector())
+        if progress:
+            progress(index / count)
+    return STEP * np.arange(count + 1), np.array(states), np.array(rates)
 
 
 def carried_metrics(response: Curve, command: float) -> dict[str, AutoDiffXd]:
