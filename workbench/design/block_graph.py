@@ -24,7 +24,7 @@ from workbench.common.errors import WorkbenchError
 RECORDER = "recorder"
 OUTPUTS = "outputs"
 NUMBERED = re.compile(r"[uy]\d+")
-"""How Drake names a port that nobody named."""
+"""Name that Drake gives to a port without a name."""
 INSTALL = "install Graphviz (on Debian and Ubuntu: `sudo apt install graphviz`)"
 TEXT, PICTURES = (".dot", ".gv"), (".svg", ".pdf", ".png")
 """Endings of files in DOT, and of those that Graphviz draws."""

@@ -1,4 +1,4 @@
-"""How a flight may go on from a checkpoint; no Drake, so that screens may have it."""
+"""Branches of a flight from a checkpoint; without Drake, so that screens can import it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from workbench.scenario.axes import find_axis
 
 @dataclass(frozen=True)
 class Branch:
-    """One way in which a flight goes on.
+    """One way to continue a flight.
 
     Attributes:
         name: of the branch.

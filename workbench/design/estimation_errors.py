@@ -1,4 +1,4 @@
-"""How far an estimate was off, and whether it was as far off as it took itself to be."""
+"""Errors of an estimate over the truth, and whether they agree with its covariance."""
 
 from dataclasses import dataclass, field
 
@@ -149,10 +149,10 @@ class Nees:
 
 @dataclass(frozen=True)
 class Innovations:
-    """What a measured number told the estimator.
+    """The innovations of one measured channel.
 
     Attributes:
-        channel: the number, see `ekf.NAMES`.
+        channel: its name, see `ekf.NAMES`.
         count: how many.
         within: share within the bounds that 95 % of a consistent estimator's are in, 0 .. 1: of
             NIS, the innovation squared over its variance.
@@ -257,7 +257,7 @@ def _judged_nees(recording: Estimated) -> Nees | None:
 
 
 def _told(recording: Estimated) -> tuple[Innovations, ...]:
-    """Return what each channel told, of those that measured at a recorded time."""
+    """Return the innovations of each channel that measured at a recorded time."""
     found = []
     for channel, name in enumerate(ekf.NAMES):
         gaps, variances = recording.innovations[:, 2 * channel : 2 * channel + 2].T

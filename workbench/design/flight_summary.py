@@ -17,7 +17,7 @@ _RESTING = 0.05
 
 
 class Failsafe(NamedTuple):
-    """What a flight did that nobody asked for, or went without: why, when [s], in which mode."""
+    """A failsafe, or a failure that the flight goes on with: its reason, time [s] and mode."""
 
     reason: str
     time: float
@@ -31,7 +31,7 @@ class Failsafe(NamedTuple):
 
 @dataclass(frozen=True)
 class FlightSummary:
-    """What one wants to know first of a flight; SI units, angles in rad.
+    """The main numbers of a flight; SI units, angles in rad.
 
     Attributes:
         duration: flown time [s].

@@ -1,4 +1,4 @@
-"""A forked flight: how it goes on from a checkpoint, with each of several gains or controllers."""
+"""A forked flight: continued from a checkpoint with each of several gains or controllers."""
 
 import dataclasses
 import math
@@ -39,8 +39,8 @@ class Step(Protocol):
 class Forker:
     """Flies forks of one scenario's flights, and keeps what it has built for the next one.
 
-    A fork has the flight's vehicle, world, rates and script, and no sensors, which no law hears. A
-    branch without gains or controller of its own is what the flight itself does, to the bit.
+    A fork has the flight's vehicle, world, rates and script. It has no sensors, as no law reads
+    them. A branch without gains or controller of its own equals the flight to the bit.
 
     Args:
         scenario: whose flights are forked.

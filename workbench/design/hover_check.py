@@ -32,7 +32,7 @@ TILT = math.radians(0.5)
 OVERSHOOT = 15.0
 """Most of a step [%]."""
 STEADY_STATE_ERROR = 10.0
-"""Most of a step [%]: one that is not answered has no overshoot either."""
+"""Most of a step [%]: a step without a response has no overshoot either."""
 _DEMANDED = (("overshoot", OVERSHOOT), ("steady_state_error", STEADY_STATE_ERROR))
 
 
@@ -58,13 +58,13 @@ class Demand:
 
     @property
     def met(self) -> bool:
-        """Whether it is as demanded; a NaN never is."""
+        """Whether the demand is met; a NaN never meets it."""
         return self.value <= self.limit
 
 
 @dataclass(frozen=True)
 class HoverReport:
-    """How well a vehicle hovers and answers.
+    """How well a vehicle hovers and responds to steps.
 
     Attributes:
         hover: the ten seconds.

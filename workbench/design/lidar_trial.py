@@ -38,10 +38,10 @@ class Scan:
     """A scan as its reader got it.
 
     Attributes:
-        stamp: when it was taken, by its own word [s].
+        stamp: when it was taken, as the scan states [s].
         delivered: when it could first be read, at the control rate [s].
         ranges: (layers, steps) [m]; what is not finite is no return.
-        X_WS: where the lidar was, by the scan's own word.
+        X_WS: pose of the lidar, as the scan states.
     """
 
     stamp: float
@@ -52,7 +52,7 @@ class Scan:
 
 @dataclass(frozen=True)
 class TrialFlight:
-    """What a lidar trial is judged from.
+    """The flight that a lidar trial judges.
 
     Attributes:
         recording: with a sample at the stamp of every scan that is on time.
@@ -216,19 +216,19 @@ def _computing_time(busy: list[float], scans: list[Scan], slice_time: float) -> 
 
 @dataclass(frozen=True)
 class JudgedScan:
-    """A scan beside closed form at its stamp, from where the recording says that the lidar was.
+    """A scan compared with closed form, at its stamp and the recorded pose of the lidar.
 
     Attributes:
         scan: what was delivered.
         error: (n) measured less true length, of every return that has a true one [m].
         length: (n) the true lengths [m].
-        obstacle: (n) what they lead to, as a number among the flight's obstacles.
-        p_WP: (n, 3) the measured points, by the scan's own pose [m].
-        missed: obstacles of rays that must return and do not, one a ray.
-        false: rays that return from where nothing is.
-        at_edges: rays that an edge within `EXACT` of them explains; they are not judged.
-        seen: obstacles from which anything returned as it should.
-        displacement: of a point at the farthest range by the scan's own pose [m].
+        obstacle: (n) index of the obstacle that each ray meets, in the flight's order.
+        p_WP: (n, 3) the measured points, at the pose that the scan states [m].
+        missed: for each ray that should return and does not, the index of its obstacle.
+        false: number of rays that return where there is no obstacle.
+        at_edges: number of rays that an edge within `EXACT` explains; they are not judged.
+        seen: indices of the obstacles with at least one right return.
+        displacement: of a point at the farthest range, by an error of the stated pose [m].
     """
 
     scan: Scan
@@ -245,7 +245,7 @@ class JudgedScan:
 
 @dataclass(frozen=True)
 class Errors:
-    """What a set of errors comes to [m]; all NaN without returns."""
+    """Statistics of a set of errors [m]; all NaN without returns."""
 
     returns: int
     bias: float
@@ -270,7 +270,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How well all scans of a flight measured.
+    """Accuracy of all scans of a flight.
 
     Attributes:
         scans: each of them.
@@ -292,7 +292,7 @@ class Accuracy:
 
     @cached_property
     def obstacle(self) -> np.ndarray:
-        """What all returns come from, as a number among the flight's obstacles."""
+        """Index of the obstacle of each return, in the flight's order."""
         return np.concatenate([np.zeros(0, dtype=int), *(scan.obstacle for scan in self.scans)])
 
     @cached_property
@@ -448,9 +448,9 @@ def _displacement(X_WS: RigidTransform, claimed: RigidTransform, farthest: float
 class Detection:
     """How soon one obstacle was found; NaN where it never was.
 
-    It comes into view when, by closed form, a ray meets it first and within range, and goes on to
-    for a scan period or until a scan has it: a scan is bound to fall into that time, while
-    a ray that brushes it between two scans is nothing that a lidar has to notice.
+    It comes into view when, in closed form, a ray meets it first and within range, and keeps doing
+    so for a scan period or until a scan contains it: a scan must fall into that time. A ray that
+    only grazes it between two scans does not count.
 
     Attributes:
         obstacle: its name.
@@ -472,7 +472,7 @@ class Detection:
     def delay(self) -> float:
         """From coming into view to the delivery of the first return [s]; NaN if never in view.
 
-        In view and never returned is an endless delay.
+        The delay is infinite if it was in view and never returned.
         """
         if math.isnan(self.entered):
             return math.nan
@@ -577,7 +577,7 @@ class Demand:
 
     @property
     def met(self) -> bool:
-        """Whether it is as demanded; a NaN never is."""
+        """Whether the demand is met; a NaN never meets it."""
         return self.value <= self.limit
 
 

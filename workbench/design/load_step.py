@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from workbench.session.recording import Recording
 
 SHARE = 0.1
-"""Of the weight that a load has that nobody has chosen; of a torque, with the rotors' lever."""
+"""Usual load, as a share of the weight; of a torque, times the rotors' lever."""
 CALM = {f"{blow}_{axis}": 0.0 for blow in ("gust", "push", "push_torque") for axis in "xyz"}
 """Values of parameters without a gust and a push: a flight's own are of its own time."""
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from pydrake.geometry import Box as DrakeBox
@@ -30,23 +29,6 @@ Stretch = tuple[np.ndarray, np.ndarray]
 """Where rays enter and leave (n) [m]; a ray that misses has inf and -inf."""
 _MOST = 2_000_000
 """Pairs of ray and triangle that are looked at together; they take 200 MB."""
-
-
-class Solid(Protocol):
-    """A solid in its own frame O; rays are unit vectors, all lengths in m."""
-
-    @property
-    def reach(self) -> float:
-        """Largest distance of any of its points from the origin [m]."""
-
-    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        """Return how far rays from points p_O (n, 3) along d_O (n, 3) go (n), inf at a miss."""
-
-    def distance(self, p_O: np.ndarray) -> np.ndarray:
-        """Return how far points (n, 3) are from it (n); 0 inside."""
-
-    def outline(self) -> np.ndarray:
-        """Return points of its surface (n, 3) whose convex hull shows its shape."""
 
 
 @dataclass(frozen=True)
@@ -335,6 +317,14 @@ class TriangleMesh:
         return np.min(np.where(inside, length, np.inf), axis=1)
 
 
+Solid = Box | Sphere | Cylinder | Capsule | Ellipsoid | HalfSpace | TriangleMesh
+"""A solid in its own frame O; rays are unit vectors, all lengths in m.
+
+Each has `reach`, the largest distance of any of its points from the origin; `first(p_O, d_O)`, how
+far rays from points (n, 3) along directions (n, 3) go (n), inf at a miss; `distance(p_O)`, how far
+points (n, 3) are from it (n), 0 inside; and `outline()`, points of its surface (n, 3) whose convex
+hull shows its shape.
+"""
 Part = tuple[Solid, RigidTransform]
 """One solid G of an obstacle, with its pose X_OG in the obstacle's frame."""
 

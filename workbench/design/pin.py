@@ -76,7 +76,7 @@ LEAST = {"phase_margin": 0.93, "gain_margin": 0.8, "delay_margin": 0.85, "disk_m
 """Margins may not become smaller than this share; twice the integrator's step takes as much."""
 DIGITS = 3
 MUCH = 20.0
-"""A larger gain margin is none that a loop is in want of, and follows the physics step."""
+"""Gain margins count up to this one: larger ones are ample, and depend on the physics step."""
 ANYTHING = Limit(min=-1e300)
 """A limit that only lets a number be measured."""
 _LOG_HEAD = """\
@@ -381,7 +381,7 @@ def pin_step(
         for file, text in files.items():  # the spec last: it must not stand alone
             write_atomically(file, text)
         _prove(path, scenario.controller)
-        tell(1.0)  # who stops it here wants none of these files
+        tell(1.0)  # if that raises, as when a user stops it, these files go
     return Pinned(
         spec=path,
         gains=profile,

@@ -1,4 +1,4 @@
-"""What all figures share: style, frames with titles and units, and legends outside the data."""
+"""What all figures share: style, titles, labels with units, and legends outside the data."""
 
 import io
 from dataclasses import dataclass

@@ -153,7 +153,7 @@ class Check:
 
     @property
     def met(self) -> bool:
-        """Whether it is as demanded; a NaN never is."""
+        """Whether the demand is met; a NaN never meets it."""
         if self.limit is None:
             return True
         return abs(self.ours if self.difference is None else self.difference) <= self.limit

@@ -72,12 +72,12 @@ class Injecting:
 
     @property
     def length(self) -> int:
-        """How many updates it takes."""
+        """Number of updates that it takes."""
         return self.injection.periods * len(self.multisine.values)
 
     @property
     def share(self) -> float:
-        """How much of it is flown, 0 .. 1."""
+        """Share of it that is flown, 0 .. 1."""
         return 1.0 if self.is_over else len(self.came) / self.length
 
     @property
@@ -87,14 +87,14 @@ class Injecting:
 
     @property
     def injected(self) -> Injected:
-        """What is known by now."""
+        """The whole periods measured so far."""
         count = len(self.multisine.values)
         whole = max(0, math.floor(len(self.came) / count) - 1)
         came = np.frombuffer(self.came)[count : (1 + whole) * count] if whole else np.empty(0)
         return Injected(self.injection, self.multisine, came.reshape(whole, count).copy())
 
     def act(self, step: int, live: "LiveContext") -> None:
-        """Add the value of the update that is due at a step, if one is, and nothing after all."""
+        """Add the value of an update that is due at a step, or end the injection after the last."""
         if step < self.next_step:
             return
         if len(self.came) == self.length:

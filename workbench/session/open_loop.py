@@ -143,7 +143,7 @@ class AutopilotFlight:
         )
 
     def recording(self) -> Recording:
-        """Return everything flown since the last reset; what there is none of is NaN."""
+        """Return everything flown since the last reset; signals that do not exist are NaN."""
         return _recorded(self._context, self._bench, self.vehicle)
 
     def _draw(self, what: str, size: int) -> np.ndarray:
@@ -237,7 +237,7 @@ def _place_at_start(
 
 
 def _recorded(context: Context, bench: OpenLoop, vehicle: Vehicle) -> Recording:
-    """Return everything flown; what there is none of without a controller is NaN."""
+    """Return everything flown; signals that only a controller has are NaN."""
     time = bench.recorder.times(context)
     none = np.full((len(time), len(Reference._fields)), math.nan)
     signals = dict(bench.recorder.signals(context))

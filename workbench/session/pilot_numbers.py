@@ -1,4 +1,4 @@
-"""The numbers that a pilot gives."""
+"""Checks of the numbers that a pilot gives."""
 
 import math
 from collections.abc import Sequence

@@ -54,7 +54,7 @@ class Recording:
             variance; NaN where none came at that time.
         known_charge: (N, 1) the charge as the controller knew it, 0 .. 1; (N, 0) where it knew the
             true one, or no battery is stated.
-        reason: (N) why the mode is what nobody asked for, see `control.mode.Reason`.
+        reason: (N) why the mode is not the requested one, see `control.mode.Reason`.
     """
 
     vehicle: Vehicle

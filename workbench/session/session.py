@@ -356,7 +356,7 @@ class Session:
 
     @property
     def reason(self) -> Reason:
-        """Why the flight mode is what nobody asked for, or what the flight goes without."""
+        """Why the flight mode is not the requested one, or what has failed."""
         modes = self._bench.modes
         state = modes.GetOutputPort("mode").Eval(modes.GetMyContextFromRoot(self._live.root))
         return Reason(int(state[REASON]))

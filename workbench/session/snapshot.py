@@ -96,7 +96,7 @@ class Snapshot:
         clearance: from obstacles, None in a world without.
         sensors: how each of them does.
         magnetometer: last reading, None where none measures.
-        reason: why the mode is what nobody asked for, or what the flight goes without.
+        reason: why the mode is not the requested one, or what has failed.
     """
 
     time: float

@@ -1,4 +1,4 @@
-"""What every loop of the cascade bears, at its actuator and at its error."""
+"""The margins of every loop, cut at its actuator and at its error."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ UNSTATED = "the law, which states no loops"
 
 @dataclass(frozen=True)
 class LoopJudgement:
-    """What one loop bears.
+    """The margins of one loop.
 
     Attributes:
         loop: its name.

@@ -32,11 +32,11 @@ from workbench.scenario.scenario import (
 START_HEIGHT = 10.0
 """At which a loop is measured: far from the ground, as the trims of linear models [m]."""
 LOWEST = 0.5
-"""Frequency from which on a loop is measured where nobody says another one [rad/s]."""
+"""Usual lowest frequency of a measurement [rad/s]."""
 ABOVE = 4.0
-"""And up to so many times the higher one of its bandwidth and its crossover."""
+"""Usual highest frequency, as a multiple of the larger of bandwidth and crossover."""
 PERIODS = 8
-"""Periods of a measurement, the first of which is not measured."""
+"""Usual number of periods of a measurement; the first one is not measured."""
 ROOM, TILT, SPEED = 0.1, math.radians(6.0), 0.7
 """Share of the rotors' room, tilt [rad] and speed [m/s], rms, that an injection may take."""
 ERROR = 0.03

@@ -6,29 +6,16 @@ eigenvalue problems a frequency costs a microsecond, and no transfer function is
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
+
+from workbench.design.linear.model import LinearModel
 
 UNREAD = 1e-12
 """A state whose effect on every other one is no larger than this has none."""
 INTEGRATOR = 1e-4
 """A pole this near to s = 0 neither grows nor dies out [1/s]: heading and place lie there."""
-
-
-class CutModel(Protocol):
-    """What of a `LinearModel` a loop's response needs."""
-
-    @property
-    def A(self) -> np.ndarray:
-        """Of the closed loop (m, m)."""
-
-    @property
-    def period(self) -> float:
-        """Between samples [s]; 0 where time is continuous."""
-
-    def cut(self, point: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A (m, m), b (m, 1) and c (1, m) of the loop opened at a point."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +34,7 @@ class LoopResponses:
 
     @property
     def stable(self) -> bool:
-        """Whether the closed loop is; integrators that nobody closes are left out."""
+        """Whether the closed loop is; integrators that no loop closes are left out."""
         return growth_rate(self.closed, self.period) < INTEGRATOR
 
     @property
@@ -74,7 +61,7 @@ class LoopResponses:
         return response
 
 
-def loop_responses(model: CutModel, points: Sequence[str]) -> LoopResponses:
+def loop_responses(model: LinearModel, points: Sequence[str]) -> LoopResponses:
     """Return the open loops of a model, cut at each of the named points.
 
     Positions and heading that nothing reads would only blur the eigenvalues near 1; they go first.
@@ -109,7 +96,7 @@ def _cancel_integrators(eigenvalues: np.ndarray, period: float) -> None:
     np.put_along_axis(eigenvalues, order, 0.0, axis=1)
 
 
-def closed_poles(model: CutModel) -> np.ndarray:
+def closed_poles(model: LinearModel) -> np.ndarray:
     """Return the closed loop's poles (k), without those of states that nothing reads."""
     kept = _read_states(np.abs(model.A), np.zeros(len(model.A)))
     poles: np.ndarray = np.linalg.eigvals(model.A[np.ix_(kept, kept)])

@@ -130,20 +130,6 @@ class _Asked:
         return max(map(abs, self.missed(margins))) < 1.0
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Gains that keep their ratio.
-
-    Attributes:
-        sizes: of each by name, at k = 1.
-        low, high: within which k lies.
-    """
-
-    sizes: Mapping[str, float]
-    low: float
-    high: float
-
-
 class LoopShaper:
     """Finds gains of one loop, all others as they are.
 
@@ -174,10 +160,13 @@ class LoopShaper:
         self._model_of, self._point, self._gains = model_of, loop.point("actuator"), dict(gains)
         self._linked = dict(linked or {})
         names = [loop.gains] if len(loop.gains) == 1 else [loop.gains[:-1], loop.gains[-1:]]
-        self._groups = tuple(_group([table.find(each) for each in group], gains) for group in names)
-        self._low = np.array([group.low for group in self._groups])
-        self._high = np.array([group.high for group in self._groups])
-        self._own = np.array([_value(group, gains) for group in self._groups])
+        found = [_group([table.find(each) for each in group], gains) for group in names]
+        # of each unknown k: the gains that keep their ratio, with their sizes at k = 1
+        self._groups = [sizes for sizes, _, _ in found]
+        self._low, self._high = np.array([[low, high] for _, low, high in found]).T
+        self._own = np.array(
+            [1.0 if any(gains[n] for n in sizes) else 0.0 for sizes in self._groups]
+        )
         self._last: tuple[float, _Curve] | None = None
         self._last_reach: tuple[float, Reach] | None = None
         self._look()
@@ -191,7 +180,7 @@ class LoopShaper:
         """Return the gains of unknowns (n), and of what is linked with them."""
         found = {}
         for group, each in zip(self._groups, k, strict=True):
-            for name, size in group.sizes.items():
+            for name, size in group.items():
                 found[name] = float(each * size)
                 if name in self._linked:
                     found[self._linked[name]] = found[name]
@@ -672,8 +661,7 @@ class LoopShaper:
         if k is None or end not in (End.LARGEST, End.SMALLEST):
             return ""
         over = k / self._high if end is End.LARGEST else self._low - k
-        group = self._groups[int(np.argmax(over))]
-        return next(iter(group.sizes))
+        return next(iter(self._groups[int(np.argmax(over))]))
 
     def _found_nearby(self, asked: _Asked) -> Shaped:
         """Return gains near the present ones, of a loop whose response is no sum over its gains."""
@@ -781,14 +769,10 @@ def _between(inside: tuple[float, ...], outside: tuple[float, ...], bandwidth: f
     return inside[0]
 
 
-def _group(rows: list[Parameter], gains: Gains) -> _Group:
+def _group(rows: list[Parameter], gains: Gains) -> tuple[dict[str, float], float, float]:
+    """Return the sizes of gains that keep their ratio, and the ends of their common factor."""
     sizes = {row.name: gains[row.name] for row in rows}
     if not any(sizes.values()):
         sizes[rows[0].name] = rows[0].default or LEAST * rows[0].maximum
     ends = [(row.minimum / size, row.maximum / size) for row in rows if (size := sizes[row.name])]
-    return _Group(sizes, max(low for low, _ in ends), min(high for _, high in ends))
-
-
-def _value(group: _Group, gains: Gains) -> float:
-    """Return the unknown of gains as they are: 1, or 0 where all are 0."""
-    return 1.0 if any(gains[name] for name in group.sizes) else 0.0
+    return sizes, max(low for low, _ in ends), min(high for _, high in ends)

@@ -1,4 +1,4 @@
-"""How far a loop is from instability: margins in python-control's words, of the exact sampled loop.
+"""Stability margins of the exact sampled loop, in python-control's terms.
 
 A grid of frequencies finds where a response crosses or turns; zooming in makes the numbers exact.
 """
@@ -10,7 +10,8 @@ from enum import Enum
 
 import numpy as np
 
-from workbench.design.judge.loop_response import CutModel, LoopResponses, loop_responses
+from workbench.design.judge.loop_response import LoopResponses, loop_responses
+from workbench.design.linear.model import LinearModel
 
 DECADES = 5.0
 """Frequencies looked at reach so far below the highest."""
@@ -32,9 +33,9 @@ FLAT = 3e-3
 
 @dataclass(frozen=True)
 class LoopMargins:
-    """How much a loop bears, of a closed loop cut at one point.
+    """The margins of a closed loop that is cut at one point.
 
-    An unstable closed loop bears nothing: factors are 1, angles, times and the disk 0, the peak
+    An unstable closed loop has none: factors are 1, angles, times and the disk 0, the peak
     is infinite and frequencies NaN.
 
     Attributes:
@@ -80,7 +81,7 @@ class Robustness(Enum):
 UNSTABLE = LoopMargins(1.0, 1.0, 0.0, 0.0, 0.0, math.inf, math.nan, math.nan, stable=False)
 
 
-def loop_margins(model: CutModel, point: str) -> LoopMargins:
+def loop_margins(model: LinearModel, point: str) -> LoopMargins:
     """Return the margins of a model's loop cut at a point.
 
     Args:
@@ -90,7 +91,7 @@ def loop_margins(model: CutModel, point: str) -> LoopMargins:
     return all_margins(model, [point])[0]
 
 
-def all_margins(model: CutModel, points: Sequence[str]) -> tuple[LoopMargins, ...]:
+def all_margins(model: LinearModel, points: Sequence[str]) -> tuple[LoopMargins, ...]:
     """Return the margins at several points of one model, in one pass."""
     return response_margins(loop_responses(model, points))
 

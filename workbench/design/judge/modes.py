@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.judge.loop_response import INTEGRATOR, CutModel, closed_poles
+from workbench.design.judge.loop_response import INTEGRATOR, closed_poles
+from workbench.design.linear.model import LinearModel
 
 GONE = 1e-9
 """A sampled pole no larger than this has forgotten everything after a sample."""
@@ -34,7 +35,7 @@ class Mode:
         return self.real * period < -3.0
 
 
-def modes(model: CutModel) -> tuple[Mode, ...]:
+def modes(model: LinearModel) -> tuple[Mode, ...]:
     """Return the closed loop's modes, the slowest first.
 
     Integrators that no loop closes (place and heading while a pilot steers) are left out, and so

@@ -33,9 +33,9 @@ _EXACT = 1e-5
 
 @dataclass(frozen=True)
 class MultiloopMargin:
-    """How much some loops bear when all change at once.
+    """The margin of some loops when all of them change at once.
 
-    An unstable closed loop bears nothing: margins are 0, the frequency is NaN.
+    An unstable closed loop has none: margins are 0, the frequency is NaN.
 
     Attributes:
         disk_margin: α, see above: the gain of each loop may change by any factor within

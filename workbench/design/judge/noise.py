@@ -1,4 +1,4 @@
-"""What the noise of each sensor does to attitude and rotor commands, without flying."""
+"""Effect of each sensor's noise on attitude and rotor commands, from the linear model."""
 
 import math
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ ATTITUDE = ("roll", "pitch", "yaw")
 
 @dataclass(frozen=True)
 class NoiseEffect:
-    """What the noise of one sensor, or of all, does.
+    """The effect of the noise of one sensor, or of all.
 
     Attributes:
         sensor: its kind, `gyro` and `accelerometer` of the IMU, or `all`.
@@ -40,7 +40,7 @@ class NoiseEffect:
 
     @property
     def worst_command(self) -> float:
-        """Of the rotor that is commanded most about."""
+        """That of the rotor with the largest one."""
         return max(self.command)
 
 

@@ -1,4 +1,4 @@
-"""Where the phase of a loop went: law, filters, estimator, delay, hold and rotors."""
+"""The phase budget of a loop: law, filters, estimator, delay, hold and rotors."""
 
 import dataclasses
 import math

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from workbench.control.controller import Loop
 from workbench.design.judge.gang_of_four import GangOfFour, gang_of_four
 from workbench.design.judge.loop_measurement import Measurement
-from workbench.design.judge.loop_response import CutModel, LoopResponses, loop_responses
+from workbench.design.judge.loop_response import LoopResponses, loop_responses
 from workbench.design.judge.margins import LoopMargins, frequency_grid, loop_margins
 from workbench.design.judge.measured_loop import COHERENT
 from workbench.design.judge.modes import GONE, natural_poles
@@ -190,7 +190,9 @@ def reach(poles: np.ndarray, crossover: float, highest: float) -> float:
     return 1.25 * max(least, float(swinging.max(initial=0.0)))
 
 
-def draw_locus(axes: Axes, model: CutModel, point: str, margins: LoopMargins, shown: float) -> None:
+def draw_locus(
+    axes: Axes, model: LinearModel, point: str, margins: LoopMargins, shown: float
+) -> None:
     """Draw where the poles go as the loop's gain goes from nothing to fifty times its value.
 
     Those of a sampled loop are drawn in continuous terms, s = ln(z) / period.

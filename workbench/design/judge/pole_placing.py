@@ -1,4 +1,4 @@
-"""Gains of a loop that bring a closed-loop pole to a place, as far as they can.
+"""Gains of a loop that move a closed-loop pole to a place, or as near as they can.
 
 From where the pole is, steps of Newton's method go to the place: the pole's derivatives by the
 gains are differences of eigenvalues of the sampled closed loop, and each step is the smallest

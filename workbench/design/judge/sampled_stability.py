@@ -1,4 +1,4 @@
-"""How slow the law may run: the exact sampled loop at longer and longer control periods."""
+"""The slowest rate of the control law: the exact sampled loop at ever longer control periods."""
 
 import copy
 import math

@@ -149,7 +149,7 @@ def conditions(scenario: Scenario, settings: Mapping[str, float]) -> dict[str, f
 
 
 def differences(baseline: Mapping[str, float], now: Mapping[str, float]) -> tuple[Difference, ...]:
-    """Return what is not the same, in the order of now, then what is no more.
+    """Return the values that differ: those of now in their order, then those that no longer exist.
 
     A live parameter that the baseline is too old to have was at its default.
     """

@@ -76,7 +76,7 @@ SLACK = 5e-3
 
 @dataclass(frozen=True)
 class Changes:
-    """What a run has otherwise than its spec.
+    """How a run differs from its spec.
 
     Attributes:
         settings: parameter values, over those of the spec and its cases.
@@ -112,7 +112,7 @@ class Changes:
 
 
 class UnknownError(WorkbenchError):
-    """A log does not tell what a metric needs."""
+    """A log does not have what a metric needs."""
 
 
 class Followed(NamedTuple):
@@ -142,7 +142,7 @@ class Flight:
         load: of a step of a load, else "".
         signal: that is judged.
         command: how far it should go; None where nothing is said of that.
-        trouble: how the flight was lost or why it could not go on, else "".
+        trouble: why the flight was lost or broke off, else "".
         changed: whether the script changes parameters from the edge on.
         samples: what sensors delivered, if a signal of the case is theirs.
     """

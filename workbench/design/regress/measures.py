@@ -56,7 +56,7 @@ class Need(Enum):
 
 
 class Measure(NamedTuple):
-    """How one metric is measured.
+    """How to measure one metric.
 
     Attributes:
         name: of the metric.

@@ -59,7 +59,7 @@ class Job:
     Attributes:
         spec: that it is of.
         part: the name of a case, or `MARGINS`.
-        changes: what the run has otherwise.
+        changes: how the run differs from the spec.
         logged: the flight of a case that has a log, see `with_log`.
     """
 
@@ -168,7 +168,7 @@ def regress(
 
     Args:
         specs: their files.
-        changes: what is to be otherwise than in the specs.
+        changes: how the run differs from the specs.
         processes: that fly; 1 flies in this one.
         executor: where cases fly instead, as on a cluster.
         progress: called with the share that is done, 0 .. 1.

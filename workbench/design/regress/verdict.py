@@ -1,4 +1,4 @@
-"""What came of judging a spec: checks of numbers, curves beside their baselines, results."""
+"""Results of judging a spec: checks of numbers, and curves beside their baselines."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -90,7 +90,7 @@ class Check:
 
     @property
     def sentence(self) -> str:
-        """What is wrong with it."""
+        """How it misses the demand, as a sentence."""
         doubt = f" ({self.doubt})" if self.doubt else ""
         if math.isnan(self.value):
             return f"{self.name} does not exist, and should be {self.demand}{doubt}"
@@ -146,7 +146,7 @@ class Comparison:
 
     @property
     def sentence(self) -> str:
-        """What is wrong with it."""
+        """How it misses the demand, as a sentence."""
         if self.missing:
             return self.missing
         assert self.band is not None
@@ -162,7 +162,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Difference:
-    """A number that is not what it was when the baseline was recorded; NaN: there is none."""
+    """A value that differs from the baseline's; NaN where it does not exist."""
 
     name: str
     baseline: float
@@ -176,7 +176,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What came of one case, or of a spec's margins.
+    """The result of one case, or of a spec's margins.
 
     Attributes:
         spec: the spec's name.
@@ -184,7 +184,7 @@ class CaseResult:
         case: the case's name.
         checks: of all limits.
         curves: all that were recorded, the judged ones with their bands.
-        trouble: why the flight came to nothing, else "".
+        trouble: why the flight was lost, else "".
         conditions: what was flown with, without the case's own settings.
         differences: of those from the baseline's.
         seconds: that it took.
