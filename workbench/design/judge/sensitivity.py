@@ -298,7 +298,7 @@ def carried_metrics(response: Curve, command: float) -> dict[str, AutoDiffXd]:
 def _sensitivity(metric: str, found: AutoDiffXd, gains: Mapping[str, float]) -> Sensitivity:
     """Return a metric's sensitivity by name."""
     value = found.value() if abs(found.value()) >= NOTHING else 0.0
-    slopes = found.derivatives().tolist() or [0.0] * len(gains)
+    slopes = (found.derivatives() + 0.0).tolist() or [0.0] * len(gains)  # no -0
     derivatives = dict(zip(gains, slopes, strict=True))
     return Sensitivity(
         metric=metric,
