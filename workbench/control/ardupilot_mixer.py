@@ -1,17 +1,17 @@
-"""Mixer and thrust linearisation of ArduPilot: what each motor is told.
+"""Mixer and thrust linearisation of ArduPilot: from torques and throttle to motor signals.
 
-Factors of roll, pitch and yaw are the motors' moments, the largest of each 0.5; x_i is motor i's:
+The factors of roll, pitch and yaw are the motors' moments, scaled to a largest value of 0.5; x_i is
+that of motor i:
 
     s_i   = roll roll_i + pitch pitch_i                        of each motor
-    yaw   within max(MOT_YAW_HEADROOM / 1000, least room_i / |yaw_i|), where room_i is what
-            min(0.5, most) + s_i leaves to 0 or to 1, whichever way yaw moves the motor
+    yaw   within max(MOT_YAW_HEADROOM / 1000, least room_i / |yaw_i|), where room_i is the distance
+            of min(0.5, most) + s_i from 0 or 1, in the direction that yaw moves the motor
     s_i   <- k (s_i + yaw yaw_i),   low = min s_i,   high = max s_i
             k = min(1, 1 / (high - low), -most / low where most + low < 0)
-    u_i   = s_i - low + t           t: of throttle + low what is between 0 and 1 - high + low;
-                                    0 where k < 1
+    u_i   = s_i - low + t           t: throttle + low, limited to 0 .. 1 - high + low; 0 if k < 1
 
-`most` is how far the average may rise for the attitude: ATC_THR_MIX_MAX of the way from the
-throttle to that of hover. The integral of what is cut may then only shrink.
+`most` limits the average throttle for the attitude: ATC_THR_MIX_MAX of the way from the throttle
+to that of hover. The integral of a torque that is cut may then only shrink.
 A thrust share u becomes a share of the motor's full signal by
 
     SPIN_MIN + (SPIN_MAX - SPIN_MIN) r,   r = (e - 1 + ((1 - e)² + 4 e u)^½) / (2 e)
@@ -31,7 +31,7 @@ from workbench.control.motor_columns import MOST, moment_shares
 LARGEST = 0.5
 """Factor of the motor that turns the vehicle most."""
 ROUNDING = 1e-12
-"""Shares that reach past an end by less are not cut: yaw, cut to end there, ends there nearly."""
+"""Tolerance at the ends: yaw that is limited to end there may exceed them by rounding."""
 LINEAR = 1e-6
 """A smaller expo is none."""
 

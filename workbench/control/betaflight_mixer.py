@@ -1,7 +1,7 @@
-"""Mixer of Betaflight: what each motor is told, and the compensations of its throttle.
+"""Mixer of Betaflight: from PID sums and throttle to motor signals.
 
-Shares of roll, pitch and yaw are the motors' moments, the largest of each 1; for four motors in X
-they are Betaflight's QUADX. With the PID sums over 1000, clipped before,
+The shares of roll, pitch and yaw are the motors' moments, scaled to a largest value of 1; for four
+motors in X they are Betaflight's QUADX. With the clipped PID sums over 1000,
 
     s_i = roll roll_i + pitch pitch_i + yaw yaw_i,   low = min(0, s_i),   high = max(0, s_i)
     k   = 1 / max(1, high - low)      air mode off and throttle below 0.5: times 0.5 + throttle
@@ -9,7 +9,7 @@ they are Betaflight's QUADX. With the PID sums over 1000, clipped before,
     u_i <- u_i (1 + e (1 - u_i)²)                                              e = thrust_linear
     motor = idle + (1 - idle) u_i                                              of its full signal
 
-before which the throttle t is divided by 1 + (e - e² / 2) (1 - t)².
+The throttle t is first divided by 1 + (e - e² / 2) (1 - t)².
 
 Source: Betaflight 4.6.0 development snapshot, mixer.c, mixer_init.c, pid.c.
 """

@@ -1,7 +1,7 @@
-"""What flies Betaflight from place to place: angles and a throttle, as a pilot's sticks would be.
+"""The outer loop for Betaflight: from velocity errors to angles and throttle, like stick inputs.
 
-Betaflight has no position loop. This one is the workbench's, for its law and for the firmware
-itself; see `controllers/betaflight.py` for its equations.
+Betaflight has no position loop. This one belongs to the workbench, for the law `betaflight` and for
+the firmware itself; see `controllers/betaflight.py` for its equations.
 """
 
 import math

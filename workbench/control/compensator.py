@@ -1,4 +1,4 @@
-"""A compensator of python-control as a part of a law: sampled, with its states in the memory."""
+"""A python-control system as a part of a control law: sampled, with its states in the memory."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ from workbench.common.jitable import made_function
 from workbench.common.parameter import State
 
 METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff")
-"""How a continuous one is sampled, as `control.sample_system` has them."""
+"""Discretisation methods, as in `control.sample_system`."""
 MOST = 12
 """Order of a compensator."""
 
 
 @dataclass(frozen=True)
 class Compensator:
-    """What a controller's file states for a compensator, and how its law runs it.
+    """What a controller's file needs for a compensator.
 
     Attributes:
         memory: its states, for `MEMORY`.
@@ -33,7 +33,7 @@ class Compensator:
 
 
 def compensator(name: str, system: Any, method: str = "tustin") -> Compensator:
-    """Return a part of a law that does what a system of python-control does to its input.
+    """Return a part of a law that filters its input by a python-control system.
 
     With the system sampled at the law's rate, x' = A x + B u and y = C x + D u.
 
@@ -41,11 +41,11 @@ def compensator(name: str, system: Any, method: str = "tustin") -> Compensator:
         name: of its states and coefficients, with a number each.
         system: `control.StateSpace` or `TransferFunction` of one input and one output; continuous,
             or sampled at the law's own rate.
-        method: how a continuous one is sampled, one of `METHODS`: "tustin" keeps poles and zeros
-            where they belong well below half the rate; "zoh" is exact for an input that is held.
+        method: how to discretise a continuous system, one of `METHODS`: "tustin" keeps poles and
+            zeros well below half the rate; "zoh" is exact for a held input.
 
     Raises:
-        WorkbenchError: if it is no such system, or has more zeros than poles.
+        WorkbenchError: if it is not such a system, or has more zeros than poles.
     """
     import control  # takes a second to load
 

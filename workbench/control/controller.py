@@ -1,21 +1,20 @@
-"""A controller: what its file states, and how the file is read.
+"""A controller, and how its file is read.
 
-The file is Python, see docs/controllers.md. It states
+The file is Python, see docs/controllers.md. It defines
 
     PARAMETERS   its gains, made by `gain`
     POINTS       loop points: name and unit
     LOOPS        loops that can be opened there
-    MEMORY       what it remembers from one update to the next, `State`s
-    update       the law
+    MEMORY       states that it keeps between updates, `State`s
+    update       the control law
     rule         gains that suit a vehicle
     DESIGNED, design    numbers that follow from gains and vehicle
-    PERIOD, DIVIDERS    between updates, and parts that run in every n-th one only
-    system       a system of Drake's, in place of `update`
-    program      what starts a program of its own, in place of `update`
+    PERIOD, DIVIDERS    time between updates, and parts that run only in every n-th one
+    system       a Drake system, in place of `update`
+    program      starts a separate program, in place of `update`
 
-and only one of `update`, `system` and `program` has to be there. The other functions stay plain
-Python: they run with floats and AutoDiffXd as they are, and numba compiles them with what they
-call.
+One of `update`, `system` and `program` is required. The functions stay plain Python: they run
+unchanged with floats and AutoDiffXd, and numba compiles them with the functions that they call.
 """
 
 import hashlib
@@ -76,7 +75,7 @@ SHIPPED = (
     "betaflight",
 )
 PROGRAMS = ("betaflight-sitl",)
-"""Shipped laws that are programs of their own: no two of their flights are equal."""
+"""Shipped laws that are separate programs: their flights are not repeatable."""
 ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
 """Of `update`, in this order."""
 CUTS = ("actuator", "error")
@@ -92,16 +91,16 @@ TRIAL_VEHICLE = KnownVehicle(
 )
 TRIAL_PERIOD = 1 / 128
 TRIAL_INJECTION = 1e-3
-"""At a loop point, in its unit: no limit of a law is so near."""
+"""At a loop point, in its unit: too small to reach any limit of a law."""
 _ZERO = (0.0, 0.0, 0.0)
 """What a file's functions are tried with, see `_tried`."""
 
 
 PERIODS = (1 / 4096, 0.05)
-"""Between which the period lies that a law states [s]."""
+"""Smallest and largest period of a law [s]."""
 MOST_DIVIDED = 1000
 LIMITS = "Limits"
-"""The group of those rows below that stay as they are when another controller takes over."""
+"""The group of those rows below that stay the same when another controller takes over."""
 COMMON = (
     gain("max_speed", "m/s", (0.1, 20.0), 8.0, "largest level speed", LIMITS),
     gain("max_climb_rate", "m/s", (0.1, 10.0), 8.0, "largest speed up or down", LIMITS),
@@ -117,7 +116,7 @@ COMMON = (
         "Yaw",
     ),
 )
-"""Limits of the setpoint, and what the allocation takes: every controller has these rows."""
+"""Parameters of every controller: limits of the setpoint, and spin-up compensation."""
 
 
 @dataclass(frozen=True)
@@ -125,14 +124,13 @@ class Loop:
     """One loop of a controller.
 
     Attributes:
-        name: of what it controls.
+        name: of the controlled quantity.
         error: the loop point of its error.
-        actuator: the loop point of what it asks of the loop inside it; the error where there is no
-            other place.
-        hold: whether it is closed only while a place is held.
+        actuator: the loop point of its output to the loop inside it; the error by default.
+        hold: whether it is closed only while a position is held.
         axis: x, y, z or yaw: the step that goes through it, "" for none.
         gains: names of the parameters that a search may change for it.
-        compares: what with what, for people.
+        compares: what it compares, as text.
     """
 
     name: str
@@ -155,7 +153,7 @@ class Loop:
 
 
 class Program(Protocol):
-    """A law that a program of its own runs, for one flight."""
+    """A law that a separate program runs, for one flight."""
 
     def update(
         self, measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
@@ -182,28 +180,28 @@ class Program(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Controller:
-    """A control law with all that tools need to know of it.
+    """A control law with everything that tools need to know about it.
 
     Attributes:
-        name: a shipped one's, or the stem of its file; and behind an @ the label of its schedule.
-        file: where it stands.
+        name: a shipped one's, or the stem of its file; with a schedule also @ and its label.
+        file: its path.
         text: of the file.
-        parameters: its own rows of the parameter table, and behind them those of `COMMON`.
+        parameters: its own rows of the parameter table, then those of `COMMON`.
         points: names of the loop points, and their units.
-        loops: in the order of their cascade, the inner ones of an axis behind the outer ones.
-        memory: what it remembers.
+        loops: in the order of their cascade, for each axis the outer ones first.
+        memory: its states.
         update: the law, see docs/controllers.md.
-        rule: from a vehicle to values of parameters by name; None where the defaults serve.
+        rule: from a vehicle to values of parameters by name; None if the defaults are enough.
         designed: names of numbers that follow from gains and vehicle.
-        design: makes them.
-        compiles: whether there can be machine code of it; a system of Drake's has none.
-        derivatives: how linear models take it: "AutoDiff", or "differences".
-        period: between updates, that it is made for [s]; None for any.
-        dividers: for each of its parts that run in every n-th update only, n.
+        design: computes them.
+        compiles: whether it can be compiled; a Drake system cannot.
+        derivatives: how linear models differentiate it: "AutoDiff" or "differences".
+        period: time between updates that it is made for [s]; None for any.
+        dividers: n, for each of its parts that run only in every n-th update.
         schedule: of its gains, if they are scheduled.
         program: starts the program that runs the law, for a `KnownVehicle` and the time between
-            updates [s]; None where the law is `update`, which refuses else.
-        estimator: the user's own that tells it of the motion, if one does: its parameters are live
+            updates [s]; None if the law is `update`. With a program, `update` raises an error.
+        estimator: the user's own estimator, if one provides the motion: its parameters are live
             in the same flights.
     """
 
@@ -250,7 +248,7 @@ class Controller:
 
     @property
     def digest(self) -> str:
-        """What tells its text, and its schedule, from any other (SHA-256)."""
+        """SHA-256 of its text and its schedule."""
         label = self.schedule.label if self.schedule else ""
         return hashlib.sha256(with_label(self.text, label).encode()).hexdigest()
 
@@ -260,7 +258,7 @@ class Controller:
         return f"{self.unscheduled.replace('-', '_')}_{self.digest[:12]}"
 
     def gain_of(self, name: str) -> str:
-        """Return the gain that a parameter is a set of; the name itself where it is of none."""
+        """Return the gain whose set a parameter is, or the name itself without a schedule."""
         number = self.schedule.number_of(name) if self.schedule else None
         if self.schedule is None or number is None:
             return name
@@ -287,7 +285,7 @@ class Controller:
 
     @property
     def initial_memory(self) -> list[float]:
-        """What it remembers at the start."""
+        """Its initial memory."""
         return [each.initial for each in self.memory]
 
     def loop(self, name: str) -> Loop:
@@ -640,7 +638,7 @@ def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Co
 
 
 def not_repeatable(name: str) -> WorkbenchError:
-    """Return why a law that is a program of its own cannot do what needs equal flights."""
+    """Return why a law that is a program cannot be used where flights must be repeatable."""
     return WorkbenchError(
         f"{name} is a program of its own, which has no linear model, and flies in `fly`, `step`, "
         "`hover`, `serve` and the app alone, from a flight's beginning: no flight of it is like "

@@ -1,13 +1,13 @@
-"""Power distribution of the Crazyflie firmware 2025.12: from torques to what the motors give.
+"""Power distribution of the Crazyflie firmware 2025.12: from torques to motor thrusts.
 
-Thrusts are 65535ths of `thrust_max`; roll and pitch are shared by halves, and yaw is whole:
+Thrusts are 65535ths of `thrust_max`; roll and pitch enter by half, yaw in full:
 
     m1 = thrust - roll/2 + pitch/2 - yaw   front right,  m2 = thrust - roll/2 - pitch/2 + yaw
     m3 = thrust + roll/2 - pitch/2 - yaw   back left,    m4 = thrust + roll/2 + pitch/2 + yaw
 
-Battery compensation turns a thrust into the motor's voltage, thrust = a0 + a1 V + a2 V² + a3 V³,
-and that into PWM = 65535 V / vbat; of larger motors the curve is larger by thrust_max / 0.12 N.
-Where one PWM exceeds 65535, its excess is taken from all four; none is below 0.
+Battery compensation converts a thrust to the motor's voltage, thrust = a0 + a1 V + a2 V² + a3 V³,
+and that to PWM = 65535 V / vbat. For larger motors the curve is scaled by thrust_max / 0.12 N. If a
+PWM exceeds 65535, its excess is subtracted from all four; none is below 0.
 
 Source: bitcraze/crazyflie-firmware, power_distribution_quadrotor.c, platform_defaults_cf2.h.
 """
@@ -34,7 +34,7 @@ CURVE = (-0.02476537915958403, 0.06523793527519485, -0.026792504967750107, 0.006
 VOLTAGES = 16
 """Steps of Newton's method to the voltage of a thrust: the curve rises everywhere."""
 MOTORS = ((True, True), (False, True), (False, False), (True, False))
-"""Whether each motor, m1 to m4, is ahead, and whether it is at the right."""
+"""For each motor, m1 to m4: whether it is at the front, and whether it is on the right."""
 MOTOR_EFFECTS = (
     *(f"m{motor}_{part}" for motor in (1, 2, 3, 4) for part in ("f", "x", "y", "z")),
     "turns",
@@ -59,7 +59,7 @@ def motor_effects(rotors: Any) -> list[float]:
 
 
 class Motors(NamedTuple):
-    """What motors of a vehicle's size do: see `larger_motors`.
+    """Motors of a vehicle's size, see `larger_motors`.
 
     Attributes:
         thrust_max: thrust of each at full scale [N].

@@ -1,16 +1,15 @@
-"""Low-passes as autopilots have them, for numbers that a law designs.
+"""Low-pass filters of autopilots, with coefficients that a law's `design` computes.
 
-A first-order one with a cut-off f takes, at each update after dt, the share
+First order, with cut-off f and time dt between updates:
 
     k = dt / (dt + 1 / (2 pi f)),   y <- y + k (x - y)
 
-of the way to its input. Those of second order are Butterworth's, by the bilinear transform, in the
-direct form II that firmware has:
+Second order: Butterworth, by the bilinear transform, in the direct form II of the firmware:
 
     d = x - a1 d1 - a2 d2,   y = b0 d + b1 d1 + b2 d2,   d2 <- d1,  d1 <- d
 
-Betaflight's PT2 and PT3 are two and three of first order in a row, whose cut-off is raised so that
-all together have it at -3 dB. A cut-off of 0 lets all through.
+Betaflight's PT2 and PT3 are two and three first-order filters in a row, with cut-offs raised so
+that the whole filter has -3 dB at f. A cut-off of 0 passes everything.
 """
 
 import math
@@ -41,7 +40,7 @@ def butterworth(cutoff: float, period: float) -> tuple[float, ...]:
     """Return `COEFFICIENTS` of a low-pass of second order.
 
     Args:
-        cutoff: [Hz]; at 0, and at half the rate or more, it lets all through.
+        cutoff: [Hz]; at 0, and at half the rate or more, the filter passes everything.
         period: between updates [s].
     """
     if cutoff <= 0.0 or cutoff >= 0.5 / period:
@@ -60,10 +59,10 @@ def butterworth(cutoff: float, period: float) -> tuple[float, ...]:
 
 @register_jitable(forceinline=True)
 def filtered(x: Any, one: Any, two: Any, coefficients: Any) -> Any:
-    """Return what comes out of low-passes of second order, and their new state d1; three each.
+    """Return the outputs of three second-order low-passes, and their new states d1.
 
     Args:
-        x: what goes in.
+        x: inputs.
         one: states d1.
         two: states d2.
         coefficients: see `COEFFICIENTS`.
@@ -82,5 +81,5 @@ def filtered(x: Any, one: Any, two: Any, coefficients: Any) -> Any:
 
 @register_jitable(forceinline=True)
 def towards(y: Any, x: Any, k: Any) -> Any:
-    """Return the states of three low-passes of first order after an update, which come out."""
+    """Return the next states of three first-order low-passes, which are their outputs."""
     return y[0] + k * (x[0] - y[0]), y[1] + k * (x[1] - y[1]), y[2] + k * (x[2] - y[2])

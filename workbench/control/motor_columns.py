@@ -1,4 +1,4 @@
-"""What each of up to eight motors does: columns of a mixer, and their part of the wrench."""
+"""Mixer columns of up to eight motors, and their contributions to the wrench."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ EFFECTS = ("f", "x", "y", "z")
 NAMES = tuple(f"{name}_{k + 1}" for name in (*COLUMNS, *EFFECTS) for k in range(MOST)) + ("count",)
 """Of what `column_numbers` returns."""
 LEAST = 1e-9
-"""A motor that turns the vehicle by less than this share of the largest one does not turn it."""
+"""A motor whose moment is less than this share of the largest one counts as having none."""
 
 
 def moment_shares(rotors: Any, most: float, mixer: str) -> np.ndarray:
@@ -35,7 +35,7 @@ def moment_shares(rotors: Any, most: float, mixer: str) -> np.ndarray:
 
 
 def check_motors(effects: np.ndarray, mixer: str) -> None:
-    """Check that there are not too many motors, and that they make all that is asked for.
+    """Check that there are not too many motors, and that they can make all moments and force.
 
     Args:
         effects: of each motor on moments and force (n, 4).
@@ -85,7 +85,7 @@ def columns(g: Any) -> Any:
 
 @register_jitable(forceinline=True)
 def effects(g: Any) -> Any:
-    """Return what thrusts make of force and moments, eight numbers each."""
+    """Return force and moments per thrust, eight numbers each."""
     return (
         (g.f_1, g.f_2, g.f_3, g.f_4, g.f_5, g.f_6, g.f_7, g.f_8),
         (g.x_1, g.x_2, g.x_3, g.x_4, g.x_5, g.x_6, g.x_7, g.x_8),
@@ -96,7 +96,7 @@ def effects(g: Any) -> Any:
 
 @register_jitable(forceinline=True)
 def with_motor(wrench: Any, i: Any, thrust: Any, by: Any) -> Any:
-    """Return a wrench, F [N] and m [N·m], and what motor i adds to it.
+    """Return a wrench, F [N] and m [N·m], plus the contribution of motor i.
 
     Args:
         wrench: of the motors before (4).

@@ -1,17 +1,17 @@
-"""Control allocation of PX4: normalised torque and thrust to what each motor is told.
+"""Control allocation of PX4: from normalised torque and thrust to motor signals.
 
-The pseudo-inverse of the motors' effects is scaled so that roll and pitch share one full scale, and
-yaw and thrust have one of their own. Then, for up to eight motors (sequential desaturation, without
+The pseudo-inverse of the motors' effects is scaled so that roll and pitch share one full scale;
+yaw and thrust have their own. Then, for up to eight motors (sequential desaturation, without
 and with air mode):
 
     u = thrust + roll + pitch                    of each motor
-    u <- u - k thrust                            less thrust, where one is above 1
-    u <- u + k roll, u <- u + k pitch            less roll and pitch, where that was not enough
+    u <- u - k thrust                            less thrust, if a motor is above 1
+    u <- u + k roll, u <- u + k pitch            less roll and pitch, if that was not enough
     u <- u + yaw, then less yaw against limits with 0.15 more at the top, then less thrust
 
 A step along a column c takes k = min (limit - u_i) / c_i + max (limit - u_i) / c_i over the motors
-beyond a limit, and half of what is found anew after it. Entries of c below 0.2 count for nothing.
-Air mode 1 may raise thrust for roll and pitch; 2 adds yaw before, and takes it back at the end.
+beyond a limit, then half of the k computed again. Entries of c below 0.2 are ignored.
+Air mode 1 may raise thrust for roll and pitch; 2 also adds yaw first, and reduces it at the end.
 
 Source: PX4-Autopilot, ControlAllocationSequentialDesaturation.cpp, ControlAllocationPseudoInverse.
 """
@@ -24,14 +24,14 @@ from workbench.common.jitable import register_jitable
 from workbench.control.motor_columns import MOST, check_motors
 
 LEAST_ENTRY = 0.2
-"""A motor that a column moves by less than this does not decide how far."""
+"""A motor that a column moves by less than this does not limit a step."""
 YAW_ROOM = 0.15
-"""By which yaw may go beyond the full scale, before thrust gives way."""
+"""How far yaw may exceed the full scale before thrust is reduced."""
 SMALL_ENTRY, SMALL_EFFECT = 1e-3, 6.5e-3
 """Below the first an entry of a column counts as none; the second is that of the pseudo-inverse,
 which PX4 has for thrusts of CA_ROTOR_CT, 6.5 by default."""
 ACHIEVED = 1e-6
-"""Squared torque left over, up to which all that was asked for counts as made."""
+"""Squared unallocated torque below which it counts as zero."""
 SCALES = ("roll_scale", "pitch_scale", "yaw_scale")
 """Of torque in a column's unit over moment that a thrust of 1 at each motor makes [1/m]."""
 
@@ -53,7 +53,7 @@ def mixing(rotors: Any) -> tuple[np.ndarray, list[float]]:
     mix = np.linalg.pinv(effects.T)
     pairs = (np.abs(mix[:, :2]) > SMALL_EFFECT).sum(axis=0) / 2.0
     largest = float(np.sqrt((mix[:, :2] ** 2).sum(axis=0) / pairs).max())
-    # PX4 counts yaw downwards, and takes the largest entry of that, whatever the least one is
+    # in PX4 yaw is positive downwards, and its largest signed entry decides the scale
     scales = [largest, largest, -float(mix[:, 2].min())]
     mix /= [*scales, np.abs(mix[:, 3]).mean()]
     return np.where(np.abs(mix) < SMALL_ENTRY, 0.0, mix), scales
@@ -159,13 +159,13 @@ def _within(u: Any) -> Any:
 
 @register_jitable(forceinline=True)
 def left_over(u: Any, torque: Any, scales: Any, by: Any) -> Any:
-    """Return the torques that motors with outputs do not make of those asked for (3).
+    """Return the unallocated torques (3): commanded ones minus those of the motors' outputs.
 
-    None where they are so small in all that PX4 counts them as made.
+    They are zero if they are so small that PX4 ignores them.
 
     Args:
         u: outputs of eight motors.
-        torque: roll, pitch and yaw that were asked for.
+        torque: commanded roll, pitch and yaw.
         scales: see `SCALES`.
         by: see `motor_columns.effects`.
     """

@@ -1,4 +1,4 @@
-"""Attitudes as unit quaternions w, x, y, z, in the plain arithmetic of laws."""
+"""Unit quaternions w, x, y, z, in the plain arithmetic of control laws."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from workbench.common.jitable import register_jitable
 from workbench.control.law_parts import arctan2
 
 OPPOSITE = 1e-5
-"""Two directions with a smaller cosine of half their angle point against each other."""
+"""Two directions with a smaller cosine of half their angle count as opposite."""
 ALONG = 1e-16
 """A squared sine below this counts as no angle: no axis is needed."""
 
@@ -36,7 +36,7 @@ def canonical(q: Any) -> Any:
 
 @register_jitable(forceinline=True)
 def unit(q: Any) -> Any:
-    """Return a quaternion of any length but zero at unit length."""
+    """Return a quaternion of any length but zero, normalised."""
     size = q[0] * q[0] + q[1] * q[1]
     size = size + q[2] * q[2] + q[3] * q[3]
     scale = 1.0 / size**0.5

@@ -1,14 +1,14 @@
-"""Scheduled gains: a set at each of some values of a measured quantity, and lines between them.
+"""Gain schedules: a set of gains at each of several values of a measured quantity.
 
 `pd@speed=0,4,8` is the controller `pd` with three sets of gains, for 0, 4 and 8 m/s. A gain k with
 the sets k_1 ... k_n at q_1 < ... < q_n is, at the quantity q,
 
     k = k_1 + s_2 (k_2 - k_1) + ... + s_n (k_n - k_(n-1)),   s_i = (q - q_(i-1)) / (q_i - q_(i-1)),
 
-with each s_i held within 0 .. 1 (linear interpolation; Rugh and Shamma, "Research on gain
-scheduling", Automatica 36, 2000, section 2). It has no jump where q has none, so no command jumps
-from one set to the next, and sets that are equal fly as the controller without a schedule, to the
-bit. Linear models have the derivatives of the gains by the quantity in them.
+with each s_i limited to 0 .. 1 (linear interpolation; Rugh and Shamma, "Research on gain
+scheduling", Automatica 36, 2000, section 2). Gains are continuous in q, so commands do not jump
+between sets. Equal sets fly exactly as the controller without a schedule, to the bit. Linear models
+include the derivatives of the gains with respect to q.
 """
 
 import re
@@ -62,13 +62,13 @@ def _share(quantity, low, high):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True)
 class Quantity:
-    """What gains may be scheduled over.
+    """A quantity that gains may be scheduled over.
 
     Attributes:
-        name: of it.
+        name: of the quantity.
         unit: SI.
-        words: what it is.
-        read: it, from `guidance.Measured` and `guidance.Body`.
+        words: its description.
+        read: returns it from `guidance.Measured` and `guidance.Body`.
     """
 
     name: str
@@ -87,10 +87,10 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Schedule:
-    """Over what gains are scheduled, and for which of its values there are sets.
+    """A quantity, and its values that have a set of gains.
 
     Attributes:
-        quantity: over which.
+        quantity: over which gains are scheduled.
         values: in its unit, ascending; 2 to 8 of them.
     """
 
@@ -99,7 +99,7 @@ class Schedule:
 
     @property
     def label(self) -> str:
-        """What stands behind the @ of a controller's name."""
+        """The part of a controller's name after the @."""
         return f"{self.quantity.name}={','.join(f'{value:g}' for value in self.values)}"
 
     @property
@@ -117,12 +117,12 @@ class Schedule:
         return tuple(gain + suffix for suffix in self.suffixes)
 
     def number_of(self, name: str) -> int | None:
-        """Return of which set a gain is, None for a parameter that is not scheduled."""
+        """Return the set that a gain belongs to, None for a parameter that is not scheduled."""
         fits = [number for number, suffix in enumerate(self.suffixes) if name.endswith(suffix)]
         return fits[0] if fits else None
 
     def nearest(self, quantity: float) -> int:
-        """Return the number of the set that flies, or that weighs most, at a value."""
+        """Return the number of the set with the largest weight at a value."""
         return min(range(len(self.values)), key=lambda k: abs(self.values[k] - quantity))
 
     def value(

@@ -1,9 +1,9 @@
-"""A Drake system as a control law: a pure function of what it hears and of what it remembers.
+"""A Drake system as a control law: a pure function of its inputs and its memory.
 
-The system is kept with a Context of its own. An update puts the memory into its state and what is
-measured and asked for into its input ports, reads its output `wrench`, and lets a control period
-pass with the inputs held; what its state is then, is the memory of the next update. So it flies,
-forks, replays and linearises as every law does.
+The system has its own Context. An update writes the memory into its state, and measurement and
+setpoint into its input ports. It reads the output `wrench`, then advances the system by a control
+period with held inputs. The resulting state is the memory of the next update. So a Drake system
+flies, forks, replays and linearises like any other law.
 """
 
 from collections.abc import Callable, Sequence
@@ -35,9 +35,9 @@ PORTS = {
     "yaw_rate_setpoint": 1,
     "path_acceleration": 3,
 }
-"""Input ports that a system may have, and their sizes: q_WT; w_WB, v_WBcm and a_WBcm; the error of
-a place that is held and the velocity asked for within limits, all in W; the yaw rate asked for; and
-the acceleration along a path in W."""
+"""Input ports that a system may have, and their sizes: q_WT; w_WB, v_WBcm and a_WBcm; the position
+error while a position is held and the commanded velocity within limits, all in W; the commanded yaw
+rate; and the acceleration of a path in W."""
 POINTS = {"force": "N", "moment_x": "N*m", "moment_y": "N*m", "moment_z": "N*m"}
 """Loop points: the wrench, which is the plant's input."""
 AXES = {"force": "z", "moment_x": "y", "moment_y": "x", "moment_z": "yaw"}
@@ -45,7 +45,7 @@ AXES = {"force": "z", "moment_x": "y", "moment_y": "x", "moment_z": "yaw"}
 STEPS = 4
 """Of the integrator in a control period, where the system has continuous states."""
 DIFFERENCE = 1e-6
-"""By which inputs and states differ where the system does not convert to AutoDiffXd."""
+"""Step of finite differences, for a system that does not convert to AutoDiffXd."""
 SHORTEST = 1e-4
 """A shorter time between updates is that of a model without sampling [s]."""
 
@@ -113,7 +113,7 @@ class SystemLaw:
 
 
 class _Held:
-    """One system with a Context that is written anew each time."""
+    """One system with a Context that is overwritten each time."""
 
     def __init__(self, file: Path, system: Any, dt: float) -> None:
         if not isinstance(system, System):

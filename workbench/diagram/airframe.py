@@ -27,9 +27,9 @@ class Airframe:
     """The vehicle in its world.
 
     Attributes:
-        dynamics: which moves it.
-        plant: which knows its bodies and shapes, and is no system of the diagram.
-        scene_graph: with all shapes.
+        dynamics: integrates its motion.
+        plant: has its bodies and shapes; not a system of the diagram.
+        scene_graph: has all shapes.
     """
 
     dynamics: VehicleDynamics
@@ -38,7 +38,7 @@ class Airframe:
 
     @property
     def commands(self) -> InputPort:
-        """Speeds that the rotors are to reach (n) [rad/s]."""
+        """Commanded rotor speeds (n) [rad/s]."""
         return self.dynamics.GetInputPort("commands")
 
     @property
@@ -74,7 +74,7 @@ def add_airframe(
     world: World = EMPTY,
     imu: Imu | None = None,
 ) -> Airframe:
-    """Add a vehicle and the world that it flies in.
+    """Add a vehicle and its world.
 
     Args:
         builder: the diagram being built.
@@ -114,15 +114,15 @@ def add_battery(
     sag_compensation: float,
     gauge: Gauge | None = None,
 ) -> Battery:
-    """Add the battery of an airframe, which weakens its rotors where the description states one.
+    """Add the battery of an airframe; if the description has one, its sag weakens the rotors.
 
     Args:
         builder: the diagram being built.
         airframe: that it feeds.
-        vehicle: as the law knows it: with its hover the battery lasts the duration.
+        vehicle: as the law knows it; its hover power defines the duration.
         battery_duration: of a hover on the full battery [s].
-        sag_compensation: share of its sag that is made up for.
-        gauge: that measures it, and by whose charge its sag is compensated, if any does.
+        sag_compensation: share of its sag that is compensated.
+        gauge: estimates its charge, which the compensation then uses; None for the true charge.
     """
     battery = builder.AddNamedSystem(
         "battery",
@@ -141,7 +141,7 @@ def add_battery(
 
 
 def add_gauge(builder: DiagramBuilder, pack: BatteryPack, voltage_noise: float) -> Gauge:
-    """Add what estimates the charge of a battery; `add_battery` connects the two.
+    """Add an estimator of a battery's charge; `add_battery` connects the two.
 
     Args:
         builder: the diagram being built.

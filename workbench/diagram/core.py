@@ -1,4 +1,4 @@
-"""The flight core: plant, rotors and law; continuous for design, and sampled as it flies."""
+"""The flight core: plant, rotors and controller; continuous for design, sampled for flight."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -31,9 +31,9 @@ from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback
 from workbench.systems.vehicle_forces import VehicleForces, VehicleForces_
 
 STATE_DELAY = "state_delay"
-"""Name of the system that lets the law see the state late, where there is one."""
+"""Name of the system that delays the state for the law, if there is one."""
 COMMAND_DELAY = "command_delay"
-"""Name of the one that lets the rotors hear their commands late."""
+"""Name of the system that delays the rotors' commands, if there is one."""
 
 
 def make_flight_core(
@@ -41,12 +41,12 @@ def make_flight_core(
 ) -> Diagram:
     """Return plant, rotors, drag and controller as one continuous diagram.
 
-    It converts to AutoDiffXd, and `Linearize` of it is exact. The law knows `vehicle`; what flies
-    is `description`, which may be another, see `plant.variation`. Both are given without their
-    payload, which is that of the gains.
+    It converts to AutoDiffXd, and `Linearize` of it is exact. The law knows `vehicle`; the plant
+    is made of `description`, which may differ, see `plant.variation`. Both are without their
+    payload, which comes from the gains.
 
     Input ports: reference (8) and guidance (22), see `control.guidance`; wind (3), the velocity of
-    the air in W [m/s], still where nothing is connected.
+    the air in W [m/s], zero if unconnected.
     Output ports: state (13), thrusts (n) [N], speeds (n) [rad/s].
     """
     builder = DiagramBuilder()
@@ -152,14 +152,13 @@ def add_computer(
     Args:
         builder: of the diagram.
         controller: whose law runs.
-        airframe: what flies.
+        airframe: the vehicle.
         vehicle: as the law knows it.
         gains: parameter values by name.
-        rates: periods of what is sampled.
-        variation: whose delays the flight has; the systems `STATE_DELAY` and `COMMAND_DELAY`
-            remember what is on its way.
-        sensed: the motion that the law knows (13), where that is not the airframe's.
-        voltage: of the battery that it knows (1), where that is not the true one.
+        rates: periods of sampled systems.
+        variation: has the delays; the systems `STATE_DELAY` and `COMMAND_DELAY` implement them.
+        sensed: the motion (13) for the law, if it is not the airframe's.
+        voltage: of the battery (1) for the law, if it is not the true one.
     """
     computer = builder.AddNamedSystem(
         "controller",
@@ -192,7 +191,7 @@ def add_computer(
 def _delayed(
     builder: DiagramBuilder, name: str, port: OutputPort, period: float, periods: int
 ) -> OutputPort:
-    """Return a port some periods [s] late, for who reads it between updates."""
+    """Return a port delayed by some periods [s], for readers between updates."""
     # sampling itself is the first period: what it puts out at an update is what it held before
     delay = builder.AddNamedSystem(name, DiscreteTimeDelay(period, periods - 1, port.size()))
     builder.Connect(port, delay.get_input_port())

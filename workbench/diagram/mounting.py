@@ -1,4 +1,4 @@
-"""Where the sensors that an estimator listens to are mounted, and what they measure against."""
+"""Positions and references of the sensors that an estimator uses."""
 
 import math
 from collections.abc import Sequence
@@ -36,10 +36,11 @@ def find_imu(vehicle: Vehicle, noise: bool) -> Imu:
 
 
 def deviations_at_start(imu: Imu) -> InitialDeviations:
-    """Return how far an estimate may be off at the start: biases as the description states them.
+    """Return the initial uncertainty of an estimate, with IMU biases from the description.
 
-    A filter that takes an exact IMU to be off gives tilt and heading away: in hover a bias of the
-    accelerometer looks like a tilt, and a tilt turns the field that the magnetometer shows.
+    The filter must not assume biases of an exact IMU, because that makes tilt and heading
+    uncertain: in hover an accelerometer bias looks like a tilt, and a tilt rotates the measured
+    magnetic field.
     """
     least = InitialDeviations()
     return least._replace(
@@ -76,10 +77,10 @@ def magnetometer_turn(choices: Sequence[SensorChoice]) -> np.ndarray:
 
 
 def gps_repeats(choices: Sequence[SensorChoice]) -> bool:
-    """Return whether the first GPS, if it is sound, may give equal samples of a drone in the air.
+    """Return whether the first GPS may give equal samples in the air without a fault.
 
-    A drone in the air always moves by a little, which all show but those that round all their
-    numbers to steps that their noise does not cross.
+    A drone in the air always moves a little. Only a GPS that rounds all its numbers to steps larger
+    than its noise can repeat a sample.
     """
     gps = _first(choices, "gps")
     if gps is None:

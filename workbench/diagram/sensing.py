@@ -1,7 +1,7 @@
 """The sensors in the diagram: wires them to plant, scene and noise, and reads them.
 
-A kind of sensor is loaded when the first of it is added: rays come with embree and, for meshes,
-with trimesh and all of scipy, which take longer to load than Drake.
+The code of a sensor kind is imported when the first sensor of it is added: rays need embree and,
+for meshes, trimesh and scipy, which take longer to import than Drake.
 """
 
 from collections.abc import Collection, Sequence
@@ -196,12 +196,12 @@ def add_sensors(
 
     Args:
         builder: of the diagram.
-        airframe: what is registered later with its scene graph is not seen.
+        airframe: sensors do not see shapes that are registered later with its scene graph.
         base_link: of the vehicle in the plant.
         choices: what to add.
         home: where the world's origin lies.
         seed: of all noise.
-        heard: kinds that decide how the flight goes on: an estimator listens to them.
+        heard: kinds that an estimator uses, so that they affect the flight.
     """
     casting = any(isinstance(choice.sensor, Lidar | RangeFinder) for choice in choices)
     # The caster takes the scene as it is now: cameras change it for their renderer.

@@ -1,4 +1,4 @@
-"""Which of a vehicle's sensors a flight has, how often they measure, and how exactly."""
+"""The sensors of a flight, with their rates and noise."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ class SensorChoice:
     """A sensor that measures.
 
     Attributes:
-        sensor: as declared, without noise where none is wanted.
-        asked_rate: samples a second that description or scenario ask for [1/s].
-        period: between samples [s]: the whole number of physics steps that is nearest.
+        sensor: as declared, or without noise.
+        asked_rate: requested samples a second, from description or scenario [1/s].
+        period: between samples [s]: the nearest whole number of physics steps.
         latency: from a sample to its delivery [s].
         kept: whether every sample is kept, to be written.
     """
@@ -38,9 +38,8 @@ class SensorChoice:
 def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, ...]:
     """Return the sensors that a scenario uses, or its estimator, in the vehicle's order.
 
-    A sample is taken at the end of a physics step, so that its stamp is the time of its truth:
-    the period is rounded to whole steps, and the rate delivered differs a little from the one
-    asked for.
+    A sample is taken at the end of a physics step, so that its stamp is exact. The period is
+    rounded to whole steps, so the actual rate differs a little from the requested one.
 
     Raises:
         WorkbenchError: for a name that no sensor of the vehicle has, and for a rate of almost 0.

@@ -107,7 +107,7 @@ def thinned(pattern: ScanPattern, stride: int) -> np.ndarray:
 
 
 def _rate(mounted: Mounted | None, period: float) -> float:
-    """Return how often a sensor is published: no sooner than samples are."""
+    """Return the rate at which a sensor is published, at most its sample rate."""
     return 1.0 / max(mounted.choice.period, period) if mounted else 0.0
 
 

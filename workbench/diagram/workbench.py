@@ -1,4 +1,4 @@
-"""The workbench: the sampled core with everything around it."""
+"""The workbench diagram: the sampled core with everything around it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from workbench.systems.telemetry import Telemetry
 
 WALL_PERIOD = 1 / 32
-"""About so often the flight looks at obstacles [s]: at 8 m/s every quarter of a metre."""
+"""Approximate time between obstacle measurements [s]: at 8 m/s a quarter of a metre."""
 
 PICTURE_PERIOD = 1 / 32
 """Between pictures in Meshcat [s]."""
@@ -107,23 +107,22 @@ def make_workbench(
 
     Args:
         controller: whose law runs.
-        description: what flies, which may be a variation, see `plant.variation`.
+        description: of the simulated vehicle, which may be a variation, see `plant.variation`.
         vehicle: as the controller knows it.
         gains: a value for every row of the parameter table, by name.
-        rates: periods of everything that is sampled.
-        path: `guidance.Reference` vectors over time, added to the pilot's, if there is one.
+        rates: periods of all sampled systems.
+        path: `guidance.Reference` vectors over time, added to the pilot's, if any.
         meshcat: where to draw, if anywhere.
-        world: what is around the vehicle.
-        sensors: those that measure.
-        seed: of their noise; that of the air is set with its Context.
-        variation: whose delays the flight has.
+        world: the surroundings.
+        sensors: the active ones.
+        seed: of their noise; the seed of the air is set with its Context.
+        variation: has the delays of the flight.
         bridge: to the network, or to a log; without one nothing is published.
-        picture_period: between pictures in Meshcat [s], infinite for none but the first.
-        feedforward: acceleration along the path in W (3) [m/s²], for laws that make use of it.
-        estimator: which of `ESTIMATORS` tells the controller of the motion, where the controller
-            has no estimator of the user's own; `sensors` are those
-            that it listens to, and others.
-        noise: whether the IMU that it reads has noise.
+        picture_period: between pictures in Meshcat [s]; infinite for only the first picture.
+        feedforward: acceleration of the path in W (3) [m/s²], for laws that use it.
+        estimator: one of `ESTIMATORS`, which provides the motion to the controller unless that has
+            a user's own estimator; `sensors` include those that it uses.
+        noise: whether the estimator's IMU has noise.
 
     Raises:
         WorkbenchError: if the description has no IMU, which every estimator needs.

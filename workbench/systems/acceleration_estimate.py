@@ -1,6 +1,6 @@
-"""Estimate acceleration from velocity: the filtered derivative that PD control needs.
+"""Estimate acceleration from velocity by a filtered derivative, as PD control needs.
 
-It is s / (1 + s TIME_CONSTANT) applied to the velocity in W.
+The filter is s / (1 + s TIME_CONSTANT), applied to the velocity in W.
 """
 
 import math
@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.systems.primitives import LinearSystem
 
 TIME_CONSTANT = 0.02
-"""Of the filter [s]: a third of the fastest rotor and attitude response, well over a sample."""
+"""[s]: a third of the fastest rotor and attitude response, and much longer than a sample."""
 
 _STATE_SIZE = 13
 

@@ -1,7 +1,7 @@
-"""The bridge between a flight and the network: commands in, samples out, neither ever waits.
+"""The bridge between a flight and the network: commands in, samples out, without blocking.
 
 `CommandBridge` applies commands at a discrete update, `Telemetry` publishes; both are LeafSystems.
-`Bridge` is what they share with whoever carries bytes.
+They share `Bridge` with the connection to the server.
 """
 
 from collections import deque
@@ -24,23 +24,23 @@ from workbench.link.backplane import Command, Published, Refused, Sampled
 from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, requested
 
 MOST_COMMANDS = 32
-"""Waiting for one update; the newest takes the place of the one before it.
+"""Commands that may wait for one update; then the newest replaces the previous one.
 
-The first one stays, as it may be the neutral one that a new holder begins with. All may be
-refused at once, so they are fewer than the answers that wait for a client (64) at most.
+The first one stays, as it may be the neutral one that a new holder starts with. All of them may be
+refused at once, so the limit is below that of a client's pending answers (64).
 """
 MOST_SAMPLES = 4096
-"""Waiting to be drained; older ones give way."""
+"""Samples that may wait; older ones are dropped."""
 
 
 @dataclass(frozen=True)
 class Applied:
-    """What came into force in a flight.
+    """A command that took effect in a flight.
 
     Attributes:
         at: the time of the step [s].
-        by: whose wish it was.
-        what: a command as it is flown, or what the ladder of a silent holder does.
+        by: its sender.
+        what: a command as it is flown, or the reaction to a silent holder.
         aborts: whether the command ends a landing.
     """
 
@@ -51,13 +51,13 @@ class Applied:
 
 
 class Bridge:
-    """The network's side of one flight: who flies, and what waits to go in and out.
+    """The network's side of one flight: control authority, and commands and samples that wait.
 
     Attributes:
         authority: grants control.
-        wanted: whether anybody wants samples; without, none are made.
-        settings: rises whenever a live parameter is set.
-        at_once: takes what is published within the publish event, and must never wait.
+        wanted: whether anybody wants samples; otherwise none are made.
+        settings: increases whenever a live parameter is set.
+        at_once: receives each sample within the publish event, and must never block.
         scripted: physics steps at which a script acts.
     """
 
@@ -75,7 +75,7 @@ class Bridge:
         self._refused: list[Refused] = []
 
     def reset(self) -> None:
-        """Begin with a new flight: nobody flies, nothing waits."""
+        """Start a new flight: nobody has control, nothing waits."""
         self.authority.begin(0.0, NOBODY_YET)
         self._neutral = True
         self._last_ns = -1
@@ -83,9 +83,9 @@ class Bridge:
             waiting.clear()
 
     def command(self, command: Command, now: float) -> None:
-        """Put a command of the holder into the mailbox; it is judged at the next update.
+        """Put a command of the holder into the mailbox; the next update checks it.
 
-        Nobody else fills the mailbox, so a flood of others displaces nothing.
+        Only the holder's commands enter the mailbox, so a flood from others displaces nothing.
         """
         try:
             self.authority.check(command.peer, command.lease, now)
@@ -97,13 +97,13 @@ class Bridge:
         self._commands.append(command)
 
     def refuse(self, command: Command, error: DeniedError) -> None:
-        """Let the client know that a command is not carried out."""
+        """Tell the client that a command is refused."""
         self._refused.append(Refused(command.peer, command.seq, error.code, str(error)))
 
     def publish(self, sampled: Sampled) -> None:
-        """Pass a sample on at once to who waits for it, and keep it until it is drained.
+        """Pass a sample on at once, and keep it until `drain`.
 
-        A diagram that takes over publishes the instant at which it begins; it was published before.
+        A diagram that takes over publishes its first instant, which was already published.
         """
         if sampled.published.t_ns <= self._last_ns:
             return
@@ -116,7 +116,7 @@ class Bridge:
         return [self._samples.popleft() for _ in range(len(self._samples))]
 
     def applied(self) -> list[Applied]:
-        """Return what came into force since the last call."""
+        """Return the commands that took effect since the last call."""
         applied, self._applied = self._applied, []
         return applied
 
@@ -126,21 +126,21 @@ class Bridge:
         return refused
 
     def moves(self, *command: float) -> bool:
-        """Note velocity and yaw rate of a pilot; return whether a stick leaves neutral with them.
+        """Store velocity and yaw rate of a pilot; return whether a stick leaves neutral.
 
-        That ends a landing, where a command that goes on as it was before the landing does not.
+        That ends a landing. A command that continues from before the landing does not.
         """
         before, self._neutral = self._neutral, not any(command)
         return before and not self._neutral
 
     def decide(self, now: float, at: float, wish: Wish, mode: Callable[[], ModeState]) -> Wish:
-        """Return what is asked for from now on.
+        """Return the wish from now on.
 
         Args:
             now: time of the update [s].
             at: time at which a script would have to do the same [s].
             wish: until now.
-            mode: tells the flight mode's state.
+            mode: returns the flight mode's state.
         """
         while effect := self.authority.effect_due(now):
             state = mode()
@@ -176,7 +176,7 @@ class Bridge:
 
 
 class CommandBridge(Pilot):
-    """A pilot whose wishes may come from the network, through a mailbox.
+    """A pilot whose commands may come from the network, through a mailbox.
 
     Input port:
         mode (10): see `flight_mode.ModeState`.

@@ -20,18 +20,18 @@ GAINS, PROBES = range(2)
 _FAST = 100.0
 """[1/s]"""
 SHORT = 1e-6
-"""An update after so short a time has the slope of what the law remembers [s]."""
+"""Time of an update whose change of memory, over this time, is the memory's derivative [s]."""
 
 
 # A template is filled where it is first used: Drake looks through the stack for whose it is, which
 # takes a tenth of a second each time within nested imports. Hence `scope`, too.
 @TemplateSystem.define("ContinuousController_", [float, AutoDiffXd], scope=sys.modules[__name__])
 def ContinuousController_(T: Any) -> Any:
-    """A controller's law without sampling, and the mixer, for whole rotors.
+    """A controller's law without sampling, and the mixer, without rotor faults.
 
-    Its state is what the law remembers; and where rotors have an inertia, before that, the yaw
-    moment asked for, which follows the wanted one late enough for their spin-up torque to make up
-    for it [N·m], see `flight_law.kept_share`.
+    Its state is the law's memory. If rotors have an inertia, the first state is the commanded yaw
+    moment [N·m]: it follows the wanted one with a lag that spin-up torque compensates, see
+    `flight_law.kept_share`.
 
     Input ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
@@ -43,8 +43,7 @@ def ContinuousController_(T: Any) -> Any:
     Numeric parameter 0: `Controller.gains`.
     Numeric parameter 1: gates and injections of the loop points, see `loop_points`.
 
-    A law that looks at the wrench commanded before gets numbers that are none: between updates
-    there is no before.
+    `Measured.wrench` is NaN, because without updates there are no previous commands.
     """
 
     class Impl(LeafSystem_[T]):
@@ -91,11 +90,11 @@ def ContinuousController_(T: Any) -> Any:
             )
 
         def loop_signals(self, context: Any) -> list[Any]:
-            """Return what comes to each of the loop points now."""
+            """Return the signal before each loop point now."""
             return self._run(context)[1]
 
         def wanted_yaw_moment(self, context: Any) -> Any:
-            """Return the yaw moment that is wanted now [N·m]: the state of a steady flight."""
+            """Return the wanted yaw moment now [N·m], which is the state in a steady flight."""
             return self._run(context)[2]
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
@@ -117,7 +116,7 @@ def ContinuousController_(T: Any) -> Any:
             output.SetFromVector(self._run(context)[0])
 
         def _lead(self, context: Any) -> Any:
-            """Return by how much the law reckons with spin-up torque to lead drag torque [s]."""
+            """Return the lead of spin-up torque over drag torque that the law assumes [s]."""
             gains = context.get_numeric_parameter(GAINS).CopyToVector().tolist()
             return self._law.gains(gains).spin_up_feedforward * self._constants.spin_up_time
 

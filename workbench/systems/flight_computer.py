@@ -61,7 +61,7 @@ def interpreted_update(controller: Controller) -> Callable[..., Any]:
     function = flight_law(controller).packed_update
 
     def run(*args: Any) -> None:
-        # as machine code does: a division by zero is an error, what is not finite goes on
+        # as in machine code: a division by zero is an error, other non-finite numbers are not
         with np.errstate(divide="raise", invalid="ignore"):
             function(*args)
 
@@ -75,14 +75,14 @@ class FlightComputer(LeafSystem):
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         reference (8): see `guidance.Reference`.
         guidance (22): see `guidance.Guidance`.
-        feedforward (3): acceleration along a path in W [m/s²]; none where nothing is connected.
-        voltage (1): see `guidance.Measured`; that of a full battery where nothing is connected.
+        feedforward (3): acceleration of a path in W [m/s²]; zero if unconnected.
+        voltage (1): see `guidance.Measured`; that of a full battery if unconnected.
     Output ports, which are state:
-        commands (n): of the rotors' speeds [rad/s].
-        ended (1): whether the program that runs the law has ended: from then on all commands are
+        commands (n): rotor speeds [rad/s].
+        ended (1): whether the program that runs the law has ended, after which all commands are
             zero. Only a controller that is a program has it.
-    Numeric parameter 0: the controller's parameters, and what it designs.
-    Numeric parameter 1: shares of their thrust that the rotors give (n), all of it to begin with.
+    Numeric parameter 0: the controller's parameters, and the numbers that it designs.
+    Numeric parameter 1: share of its thrust that each rotor gives (n), initially 1.
     Numeric parameter 2: gates and injections of the loop points, see `loop_points`.
     Numeric parameter 3: `Payload`.
     Numeric parameter 4: what the law knows of vehicle and payload, which follows from these, see
@@ -92,10 +92,10 @@ class FlightComputer(LeafSystem):
     Args:
         controller: whose law runs.
         vehicle: as the law knows it, without its payload.
-        gains: to begin with, by name.
+        gains: initial values by name.
         period: between updates [s].
-        payload: to begin with.
-        settings: of the stages around the law, to begin with.
+        payload: initial one.
+        settings: initial ones of the stages around the law.
 
     Raises:
         WorkbenchError: if the law cannot hover with the payload that it knows.
@@ -151,12 +151,12 @@ class FlightComputer(LeafSystem):
 
     @property
     def program(self) -> Program | None:
-        """What runs the law, where it is a program of its own that was started."""
+        """The running program of a law that is a program, else None."""
         return self._program
 
     @property
     def ended(self) -> str:
-        """Why the program that runs the law has ended in flight, and what to do; "" else."""
+        """Why the program that runs the law has ended in flight, and what to do; else ""."""
         return self._ended
 
     def start_program(self, context: Context) -> None:
@@ -172,7 +172,7 @@ class FlightComputer(LeafSystem):
         known = known_vehicle(law_constants(self._vehicle, payload))
         with own_errors(law.file, "program"):
             self._program = law.program(known, self._period)
-        weakref.finalize(self, self._program.close)  # for whom nobody ends it
+        weakref.finalize(self, self._program.close)  # if nobody calls `end_program`
         self._run = interpreted_update(replace(law, update=self._program.update))
 
     def end_program(self) -> None:
@@ -188,10 +188,10 @@ class FlightComputer(LeafSystem):
         return not isinstance(self._run, Compiled)
 
     def run_law(self, *, interpreted: bool) -> None:
-        """Let Python run the law from now on, some fifty times slower, or machine code.
+        """Choose whether Python runs the law, some fifty times slower, or machine code.
 
-        Where there is no machine code yet, the next update makes it; a law that cannot be compiled
-        is interpreted in any case.
+        If there is no machine code yet, the next update compiles it. A law that cannot be compiled
+        is always interpreted.
         """
         law = self._controller
         if self._program:
@@ -201,10 +201,10 @@ class FlightComputer(LeafSystem):
             self._run = interpreted_update(law)
 
     def try_update(self, context: Context) -> None:
-        """Run the next update on what comes in now, and forget it.
+        """Run the next update on the present inputs without storing the result.
 
         Raises:
-            WorkbenchError: if the law raises, or gives what is no finite number.
+            WorkbenchError: if the law raises, or returns a number that is not finite.
         """
         found = self.AllocateDiscreteVariables()
         found.SetFrom(context.get_discrete_state())
@@ -218,9 +218,9 @@ class FlightComputer(LeafSystem):
             )
 
     def signals(self, context: Context) -> np.ndarray:
-        """Return what the next update sees at the loop points (P), in their order.
+        """Return the signals of the next update at the loop points (P), in their order.
 
-        Python runs the law for that: machine code notes no signals.
+        Python runs the law for that, because machine code does not store the signals.
         """
         numbers = self._numbers(context)
         state, voltage, reference, guidance, feedforward, gains, shares, known, probes = numbers[:9]
@@ -265,10 +265,10 @@ class FlightComputer(LeafSystem):
         context.SetDiscreteState(FILTERED, filtered)
 
     def set_payload(self, context: Context, payload: Payload) -> None:
-        """Let the law know of a payload from now on.
+        """Tell the law of a payload from now on.
 
         Raises:
-            WorkbenchError: if it cannot hover with that; nothing is changed then.
+            WorkbenchError: if it cannot hover with that; nothing changes then.
         """
         constants = law_constants(self._vehicle, payload)
         context.get_mutable_numeric_parameter(PAYLOAD).SetFromVector(list(payload))
@@ -276,7 +276,7 @@ class FlightComputer(LeafSystem):
         self.design(context)
 
     def set_gains(self, context: Context, values: Mapping[int, float]) -> None:
-        """Give the controller's parameters at some places other values.
+        """Set the controller's parameters at some indices.
 
         Raises:
             WorkbenchError: if the controller cannot design with them; nothing is changed then.
@@ -342,7 +342,7 @@ class FlightComputer(LeafSystem):
         )
 
     def known(self, context: Context) -> tuple[Any, ...]:
-        """Return what an update takes besides what comes in, see `flight_law.packed_update`.
+        """Return the arguments of an update besides its inputs, see `flight_law.packed_update`.
 
         Gains, shares, known constants, probes, estimate of acceleration, settings.
         """

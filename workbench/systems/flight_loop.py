@@ -1,7 +1,8 @@
 """A flight's control updates and physics steps in one call of compiled code.
 
-It is what `FlightComputer` and `VehicleDynamics` do in the diagram, in the diagram's order: all
-that is due at one time reads the state before it. The functions are theirs, and so the numbers.
+It does the same as `FlightComputer` and `VehicleDynamics` in the diagram, with the same functions
+and in the same order: everything that is due at one time reads the state before that time. So the
+results are equal to the bit.
 """
 
 from functools import lru_cache
@@ -94,7 +95,7 @@ def make_flight_loop(controller: Controller) -> Any:
             sphere: see `VehicleDynamics.above_ground`.
             state: see there.
             memory: see there.
-            commands: speeds that the rotors are to reach (n) [rad/s].
+            commands: of the rotor speeds (n) [rad/s].
             filtered: see `flight_law.packed_update`.
             remembered: likewise.
             rows: places for what is recorded behind steps, one for each multiple of `record`:
@@ -102,8 +103,8 @@ def make_flight_loop(controller: Controller) -> Any:
                 and commands (n), as `airframe.Airframe.signals` has them, and others behind.
 
         Returns:
-            The number of the step that is to be done next, and what came of the last one: DONE,
-            NEAR where nothing was done in it, or BROKEN.
+            The number of the next step, and the result of the last one: DONE, NEAR (the step was
+            not done), or BROKEN.
         """
         gains, shares, known, probes, estimate, settings = law
         period, n = constants[0], len(commands)

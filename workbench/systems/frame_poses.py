@@ -1,4 +1,4 @@
-"""All frames as one message on a port: what ROS's tf2 carries, ready to be a topic."""
+"""All frames as one message on a port, in the form of ROS's tf2."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -24,12 +24,12 @@ class FrameTransforms:
     transforms: tuple[Transform, ...]
 
     def __deepcopy__(self, memo: dict[int, object]) -> "FrameTransforms":
-        """Return itself, as it cannot change: Drake copies what ports carry."""
+        """Return itself, because it is immutable: Drake copies the values of ports."""
         return self
 
 
 class FramePoses(LeafSystem):
-    """The tree of frames at the plant's state; worked out only when somebody reads it.
+    """The tree of frames at the plant's state; computed only when it is read.
 
     Input port:
         state (13): of the plant.

@@ -17,16 +17,16 @@ from workbench.control.obstacle_brake import WALLS
 
 
 class ModeManager(LeafSystem):
-    """Runs `flight_mode` once a period; its outputs are its state, so they cost nothing between.
+    """Runs `flight_mode` once a period; its outputs are state, so reading them is free.
 
     Input ports:
         state (13): of the plant.
         reference (8): see `guidance.Reference`.
         request (3): request (`flight_mode.Request`), its serial number, take-off height [m].
         charge (1): of the battery, 0 .. 1.
-        known_charge (1): the same as it is known, by which the drone lands; unconnected, the truth.
+        known_charge (1): the estimated charge, by which the drone lands; unconnected, the true one.
         walls (12): see `nearest_obstacle`; unconnected, nothing limits the speed.
-        health (4): see `flight_mode.Health`; unconnected, the state is the truth.
+        health (4): see `flight_mode.Health`; unconnected, the state is the true one.
         ended (1): whether the program that runs the law has ended; unconnected, there is none.
     Output ports:
         guidance (22): see `guidance.Guidance`.
@@ -46,10 +46,10 @@ class ModeManager(LeafSystem):
 
         Args:
             period: between updates of the mode [s].
-            settings: to begin with.
+            settings: initial ones.
             standing_height: of the base link's origin on the ground [m].
-            wall_period: between looks at the walls, which matter sooner than the mode [s]; None
-                where there are none to come.
+            wall_period: between updates of the walls, which are more urgent than the mode [s]; None
+                without walls.
         """
         super().__init__()
         self._standing_height = standing_height
@@ -113,7 +113,7 @@ class ModeManager(LeafSystem):
         discrete_state.set_value(self.guidance_index, list(guide))
 
     def _update_walls(self, context: Context, discrete_state: DiscreteValues) -> None:
-        """Renew what the guidance has of walls; where the mode is updated too, it was just now."""
+        """Update the walls of the guidance; a mode update at the same time has already done it."""
         settings = Settings(*context.get_numeric_parameter(0).CopyToVector().tolist())
         mode, *_ = discrete_state.get_vector(self.mode_index).CopyToVector().tolist()
         guide = Guidance(*discrete_state.get_vector(self.guidance_index).CopyToVector().tolist())

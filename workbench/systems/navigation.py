@@ -1,4 +1,4 @@
-"""An estimator as a LeafSystem: from samples of sensors to the motion that a controller knows."""
+"""An estimator as a LeafSystem: from sensor samples to the motion for the controller."""
 
 from collections.abc import Mapping
 
@@ -33,21 +33,21 @@ DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
 
 
 class Navigation(LeafSystem):
-    """Runs an estimator once a control period, right before the controller looks at it.
+    """Runs an estimator once a control period, right before the controller.
 
-    What it puts out at an update has the samples of that time in it: there the outputs follow from
-    state and inputs, and the update keeps what they were until the next one.
+    At an update the outputs follow from state and inputs, so they include the samples of that time.
+    The update stores them until the next one.
 
-    A sample of the GPS that equals the one before, in all its numbers and to the bit, counts as
-    none: the receiver is frozen, whatever its stamps say. An exact GPS at rest repeats itself as
-    well, so equal samples count as ever on the ground, unless the GPS was late before, and while
-    the gyro's readings are equal, as those of an exact one in a flight without any motion are.
+    A GPS sample that equals the previous one, in all its numbers and to the bit, is ignored: the
+    receiver is frozen, whatever its stamps say. But an exact GPS at rest also repeats itself. So
+    equal samples are used on the ground, unless the GPS was late before, and while the gyro's
+    readings are equal, as in an exact flight without motion.
 
     Input ports:
         imu (9): see `vehicle_dynamics.read_imu`.
-        gps (7), barometer (3), magnetometer (4), range_finder (2): stamp and sample delivered
-            last; nothing where nothing is connected.
-        mode (10): see `flight_mode.ModeState`; in the air where nothing is connected.
+        gps (7), barometer (3), magnetometer (4), range_finder (2): stamp and last delivered sample;
+            may be unconnected.
+        mode (10): see `flight_mode.ModeState`; in the air if unconnected.
     Output ports:
         memory: of the estimator.
         state (13): estimated q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s]; the angular velocity
@@ -185,10 +185,10 @@ class Navigation(LeafSystem):
         discrete_state.set_value(RATES, self._imu.Eval(context)[:3])
 
     def _takes_in(self, context: Context, kind: str) -> bool:
-        """Return whether a sensor has a new sample that the estimate goes by, or is not there."""
+        """Return whether a sensor has a new sample that the estimate uses, or is absent."""
         place = HEARD.index(kind)
         if not self._heard[place].HasValue(context):
-            return kind != "gps"  # without GPS no place is known for long
+            return kind != "gps"  # without GPS the position is soon unknown
         before = context.get_discrete_state(STAMPS).value()[place]
         if self._fresh(context, place, before) is None:
             return False
@@ -197,7 +197,7 @@ class Navigation(LeafSystem):
         return not (told[:, 0] ** 2 > gate**2 * told[:, 1]).any()
 
     def _gate(self, context: Context) -> float:
-        """Return beyond how many deviations a sample is left out."""
+        """Return the number of standard deviations beyond which a sample is rejected."""
         names = self.estimator.settings._fields
         if "ekf_gate" not in names:
             return np.inf

@@ -1,4 +1,4 @@
-"""The nearest obstacle: how far and in which direction, from the scene's signed distances."""
+"""The nearest obstacle: distance and direction, from the scene's signed distances."""
 
 import math
 from collections.abc import Sequence, Set
@@ -16,7 +16,7 @@ from workbench.plant.reach import Reach
 from workbench.plant.worlds.world import GROUND, obstacle_of
 
 RANGE = 30.0
-"""What is farther than this from the drone's middle is not looked for [m]."""
+"""Largest distance from the drone's centre at which obstacles are found [m]."""
 APART = 0.9
 """Of two obstacles in directions n and m with n · m above this, only the nearer is a wall."""
 STRIDE = 0.5
@@ -26,12 +26,12 @@ TOUCHES = 0.005
 
 
 class NearestObstacle(LeafSystem):
-    """Measures once a period, and keeps what it found, so that reading it costs nothing.
+    """Measures once a period, and stores the result, so that reading it is free.
 
-    Clearance is the distance from the middle of the sphere that holds the drone, less its radius:
-    the drone may be nearer to nothing than that, however it is turned. It is right to the
-    rounding, 3e-5 m for ellipsoids. Convex and .obj meshes count; Drake leaves out others
-    (glTF) without a word, as it leaves them out of contact.
+    Clearance is the distance from the centre of the sphere around the drone, minus its radius. The
+    drone is never nearer than that, at any attitude. It is exact to rounding, 3e-5 m for
+    ellipsoids. Convex and .obj meshes count; Drake silently ignores others (glTF), as it does for
+    contact.
 
     Input ports:
         state (13): of the plant.
@@ -95,18 +95,18 @@ class NearestObstacle(LeafSystem):
     def free_way(
         self, root_context: Context, direction_W: Sequence[float], most: float
     ) -> tuple[float, str]:
-        """Return how far the drone can go straight on now, however it is turned [m].
+        """Return how far the drone can fly straight on now, at any attitude [m].
 
-        An obstacle that it leaves, or passes, does not end the way. One that it goes towards lies
-        behind the plane in its nearest point, so the way to that plane is free.
+        Obstacles that it leaves or passes do not count. One ahead is behind the plane through its
+        nearest point, so the path to that plane is free.
 
         Args:
             root_context: of the diagram.
             direction_W: unit vector in W.
-            most: how far to look [m].
+            most: largest distance [m].
 
         Returns:
-            The way, `most` at most, and the name of what ends it, "" where nothing does.
+            The free distance, at most `most`, and the name of the obstacle there, or "".
         """
         context = self.GetMyContextFromRoot(root_context)
         query = self._query.Eval(context)

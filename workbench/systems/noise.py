@@ -31,11 +31,11 @@ compiled_draws = compile_cached(counted_draws, ("dynamics/air/normals.py",), "th
 class CountedNoise(LeafSystem):
     """Standard normal numbers that follow from a seed and the time.
 
-    There is no state, so what a flight remembers is all numbers: for sensors that decide how it
-    goes on. `RandomSource` keeps its generator, which no checkpoint holds.
+    It has no state, so a checkpoint of numbers is complete. Use it for sensors that affect the
+    flight; the generator of a `RandomSource` is not part of checkpoints.
 
     Output port:
-        draws (size): others after each period.
+        draws (size): new ones after each period.
     Numeric parameter 0: the seed.
     """
 
@@ -61,13 +61,13 @@ def add_counted_noise(builder: DiagramBuilder, port: InputPort, period: float) -
 
 
 def noise_seed(seed: int, name: str) -> int:
-    """Return the seed of one source of noise: another for every flight's seed and every name."""
+    """Return the seed of one source of noise, which depends on the flight's seed and its name."""
     words = np.random.SeedSequence([seed, zlib.crc32(name.encode())]).generate_state(1)
     return int(words[0])
 
 
 def seed_noise(source: RandomSource | CountedNoise, root_context: Context, seed: int) -> None:
-    """Let a source begin anew with the seed of a flight."""
+    """Restart a source with the seed of a flight."""
     context = source.GetMyMutableContextFromRoot(root_context)
     own = noise_seed(seed, source.get_name())
     if isinstance(source, CountedNoise):

@@ -1,4 +1,4 @@
-"""The pilot: what is asked of the flight, held until something else is asked."""
+"""The pilot: the present command, held until the next one."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,11 +9,11 @@ from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode, Request
 
 AT_REST = Reference(*[0.0] * len(Reference._fields))
-"""Asks for nothing, so that the flight mode holds the place."""
+"""No command, so that the flight mode holds the position."""
 
 
 class Wish(NamedTuple):
-    """What a pilot asks for.
+    """A pilot's command.
 
     `request` is a `flight_mode.Request`, `serial` counts requests, `height` is that of a take-off
     [m].
@@ -39,14 +39,14 @@ def commanded(
 
 
 def gone_to(wish: Wish, p_WB: Sequence[float]) -> Wish:
-    """Return the wish with a place in W to go to [m]."""
+    """Return the wish with a position in W to go to [m]."""
     x, y, z = p_WB
     there = AT_REST._replace(yaw_rate=wish.reference.yaw_rate, p_x=x, p_y=y, p_z=z, follow=1.0)
     return wish._replace(reference=there)
 
 
 def urgency(code: float) -> float:
-    """Return which of two requests stays where the flight mode has seen neither: the larger one."""
+    """Return the urgency of a request: of two unseen ones, the more urgent stays."""
     return float(Request.HOLD) if code == Request.ABORT_LANDING else code
 
 

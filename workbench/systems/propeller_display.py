@@ -1,7 +1,7 @@
 """Propellers that turn in the picture.
 
-The dynamics treat rotors as part of the body, so their shapes are taken off it and drawn by a
-geometry source of their own, turned as far as their speeds say.
+The dynamics treat rotors as part of the body. For drawing, a separate geometry source has their
+shapes, turned by the integral of their speeds.
 """
 
 import math

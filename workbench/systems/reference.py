@@ -1,7 +1,7 @@
-"""The reference: what the pilot asks for plus what a path asks for, in one vector.
+"""The reference: the sum of the pilot's command and a path, in one vector.
 
-The pilot's part is held until something else is asked; a path is a trajectory fixed beforehand.
-Both are `guidance.Reference` vectors, and are added.
+The pilot's command is held until the next one; a path is a predefined trajectory. Both are
+`guidance.Reference` vectors.
 """
 
 import math
@@ -19,7 +19,7 @@ SIZE = len(Reference._fields)
 def add_reference(
     builder: DiagramBuilder, pilot: OutputPort, path: PiecewisePolynomial | None
 ) -> OutputPort:
-    """Add a path to what the pilot asks for, if there is one; return the reference."""
+    """Add a path to the pilot's command, if there is one; return the reference."""
     if path is None:
         return pilot
     course = builder.AddNamedSystem("path", TrajectorySource(path))

@@ -1,4 +1,4 @@
-"""Telemetry: what a flight publishes, sampled in publish events and kept until it is drained."""
+"""Telemetry: the topics of a flight, sampled in publish events and kept until drained."""
 
 import math
 import time
@@ -15,11 +15,11 @@ from workbench.systems.sensors.scan_pattern import ScanPattern
 from workbench.systems.topic_values import NS, Payload, Signals, TopicValues
 
 SLOW_SHARE = 6
-"""What changes slowly is published with every sixth sample."""
+"""Slow topics are published with every sixth sample."""
 
 
 class Telemetry(LeafSystem):
-    """Publishes topics; what it reads was sampled anyway, and nothing reads it back.
+    """Publishes topics. It reads signals that exist anyway, and nothing depends on it.
 
     Input ports:
         signals (n): stacked as the recorder has them.

@@ -51,7 +51,7 @@ class TopicValues:
         self.start: Numbers = (0.0, 0.0, 0.0)
 
     def fast(self, t_ns: int, signals: Mapping[str, list[float]]) -> list[Payload]:
-        """Return the payloads of what changes fast."""
+        """Return the payloads of fast topics."""
         state = signals["state"]
         w, x, y, z = _unit(state[0:4])
         p, w_WB, v = state[4:7], state[7:10], state[10:13]
@@ -84,7 +84,7 @@ class TopicValues:
         return [self._pack(topic.ESTIMATE, *motion, *p, *attitude, *v)]
 
     def slow(self, signals: Mapping[str, list[float]]) -> list[Payload]:
-        """Return the payloads of what changes slowly."""
+        """Return the payloads of slow topics."""
         mode = FlightMode(int(signals["mode"][0]))
         charge = signals["charge"][0]
         clearance = signals["obstacle"][0] if "obstacle" in signals else math.inf
@@ -139,7 +139,7 @@ class TopicValues:
         packer = self._topics[number].packer
         try:
             return number, packer.pack(*values)
-        except OverflowError:  # a flight that runs away is still to be seen
+        except OverflowError:  # a diverging flight stays visible
             return number, packer.pack(*map(_in_range, values))
 
 

@@ -1,4 +1,4 @@
-"""The vehicle in its world, stepped: rigid body, rotors, air and contact as one LeafSystem."""
+"""The vehicle in its world: rigid body, rotors, air and contact as one sampled LeafSystem."""
 
 import math
 from dataclasses import replace
@@ -69,25 +69,24 @@ GYRO, RATES = AWAY + 1, AWAY + 1 + STATES
 ACCEL = RATES + 3
 SAMPLE, SUMS, ELAPSED, BIAS = ACCEL + 6, ACCEL + 12, ACCEL + 18, ACCEL + 19
 DRIFT, SPEEDS = BIAS + 6, BIAS + 12
-"""Places in the memory: acceleration in the middle of the step before (6), velocity of the air at
-the vehicle in W (3), what the turbulence remembers, for how many steps nothing is touched for sure
-(1), the states of the gyro's filters (12) and the angular velocity in B of its last sample (3),
-those of the accelerometer's low-pass (6), the last sample of the IMU (6), the integral of its
-samples since it was read (6) and the steps that it took, -1 before the first (1), its biases (6)
-and their drift (6), speeds of the rotors (n), and shares of their thrust that they gave in the step
-before (n)."""
+"""Indices of the memory: acceleration in the middle of the previous step (6), velocity of the air
+at the vehicle in W (3), states of the turbulence, number of steps that are free of contact (1),
+states of the gyro's filters (12) and the angular velocity in B of its last sample (3), states of
+the accelerometer's low-pass (6), the last IMU sample (6), the integral of its samples since the
+last reading (6) and their number, -1 before the first (1), its biases (6) and their drift (6),
+rotor speeds (n), and shares of thrust that rotors gave in the previous step (n)."""
 SEED = len(AirSettings._fields)
 SETTINGS = SEED + 1
 FAULT = SETTINGS + len(GyroSettings._fields)
 IMU_SEED, SHARES = FAULT + 1, FAULT + 2
-"""Places in numeric parameter 0, behind `AirSettings`: the seed, `GyroSettings`, fault and seed of
-the IMU, shares (n) and behind them the body (16)."""
+"""Indices of numeric parameter 0 after `AirSettings`: the seed, `GyroSettings`, fault and seed of
+the IMU, shares (n), and the body (16)."""
 AIR, PAYLOAD = range(2)
 """Numeric parameters."""
 TOUCHED = -1.0
-"""In place of a number of steps: it touched something in the step before."""
+"""As the number of steps free of contact: there was contact in the previous step."""
 DONE, NEAR, BROKEN = range(3)
-"""What came of a step, see `advance`."""
+"""Results of a step, see `advance`."""
 SUPPLY, READOUT, IMU = 2, 6, 7
 ROTORS = IMU + CONSTANTS
 """Places of the battery's supply, of the steps between two readings of the IMU, of that, and of the
@@ -107,17 +106,17 @@ SOURCES = (
     "plant/contact.py",
     "plant/gravity.py",
 )
-"""What the compiled steps stand in, below `workbench/`."""
+"""Sources of the compiled steps below `workbench/`."""
 
 
 def advance(time, commands, values, constants, state, memory):  # type: ignore[no-untyped-def]
     """Do a step in the air, in place; this is what gets compiled.
 
-    A step of no length leaves the body where it is, and writes the present acceleration.
+    A step of length zero does not move the body, but writes the present acceleration.
 
     Args:
         time: now [s].
-        commands: speeds that the rotors are to reach (n) [rad/s].
+        commands: of the rotor speeds (n) [rad/s].
         values: of numeric parameter 0.
         constants: the physics step [s]; the step to do [s]; the battery's supply (4), see
             `vehicle_step.loaded`; steps between two readings of the IMU; that, see `imu.packed`,
@@ -127,8 +126,8 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         memory: see `MEMORY`.
 
     Returns:
-        DONE, NEAR where something may be touched and nothing was done, or BROKEN where what comes
-        out is no number.
+        DONE; NEAR if there may be contact, then nothing was done; or BROKEN if the result is not a
+        finite number.
     """
     places = np.empty(COUNT + 2 * (len(constants) - ROTORS) // ROW)
     return advance_in(places, time, commands, values, constants, state, memory)
@@ -238,11 +237,11 @@ def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-
 
 
 def read_imu(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
-    """Write what the IMU gives at a reading (9); this is compiled, too.
+    """Write a reading of the IMU (9); this is compiled, too.
 
-    That is the mean angular velocity and specific force since the reading before, and the angular
-    velocity that comes out of the gyro's filters, in B. The arguments are those of `advance`, and
-    places for the result.
+    It is the mean angular velocity and specific force since the previous reading, and the filtered
+    angular velocity of the gyro, in B. The arguments are those of `advance`, and places for the
+    result.
     """
     settings, period, readout = values[SETTINGS:SHARES], constants[0], int(constants[READOUT])
     every = sample_steps(settings[0], period, readout)
@@ -264,7 +263,7 @@ def read_imu(time, values, constants, state, memory, reading):  # type: ignore[n
 
 @register_jitable
 def gyro_reading(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
-    """Write the state (13) with the angular velocity that the gyro gives; this is compiled, too.
+    """Write the state (13) with the gyro's filtered angular velocity; this is compiled, too.
 
     The arguments are those of `advance`, and places for the result.
     """
@@ -288,44 +287,44 @@ compiled_advance = compile_cached(advance, SOURCES, "the vehicle's motion", part
 
 
 class VehicleDynamics(LeafSystem):
-    """Steps a vehicle with its rotors through air and against what stands in its way.
+    """Integrates a vehicle with its rotors, in air and in contact.
 
-    In the air a step is of second order, see `rigid_body`; where the vehicle touches something,
-    Drake's contact solver does it, see `plant.contact`. Which one follows from the state alone.
+    In the air a step is second order, see `rigid_body`. In contact, Drake's contact solver makes
+    the step, see `plant.contact`. The choice depends only on the state.
 
     Input ports:
-        commands (n): speeds that the rotors are to reach [rad/s]; what they cannot do is cut.
-        supply (4): of the battery, see `vehicle_step.loaded`; there where the description states
-            one, and where nothing is connected its voltage is always the full one.
+        commands (n): rotor speeds [rad/s], clipped to the rotors' range.
+        supply (4): of the battery, see `vehicle_step.loaded`; only if the description has a
+            battery. If unconnected, its voltage is always the full one.
     Output ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
-        sensed (13): the same with the angular velocity that comes out of the gyro's filters.
-        imu (9): what the IMU gives at a reading, see `read_imu`; there where an estimator reads it.
+        sensed (13): the same with the gyro's filtered angular velocity.
+        imu (9): a reading of the IMU, see `read_imu`; only if an estimator uses it.
         speeds (n): of the rotors [rad/s].
         wind (3): velocity of the air at the vehicle, in W [m/s].
         thrusts (n): of the rotors [N].
-        static_thrusts (n): what they would be at rest far from the ground, which drag torque and
-            power follow [N]; there where inflow or ground change thrusts.
-        acceleration (6): angular, and of the origin, in W, mean of the step before [rad/s², m/s²].
-        voltage (1): of the battery under load over that of the full one without; there where the
-            description states one.
+        static_thrusts (n): the same at rest far from the ground, which determine drag torque and
+            power [N]; only if inflow or ground effect change thrusts.
+        acceleration (6): angular, and of the origin, in W, mean of the last step [rad/s², m/s²].
+        voltage (1): of the battery under load over that of the full one without load; only if the
+            description has a battery.
     Numeric parameter 0: `AirSettings`, the seed of the turbulence, see `set_seed`, `GyroSettings`,
-    shares of their thrust that the rotors give (n), all of it to begin with, and the body that
-    flies (16), which follows from the payload, see `set_payload`.
+    the share of its thrust that each rotor gives (n), initially 1, and the body (16), which follows
+    from the payload, see `set_payload`.
     Numeric parameter 1: `Payload`.
 
-    The state is that of the body's origin, and goes on when the payload changes: what is picked up
-    has the velocity of the body where it is, and brings its momentum along.
+    The state is that of the body's origin, and is continuous when the payload changes: a payload
+    that is picked up has the velocity of the body at its place, and adds its own momentum.
 
     Args:
-        description: what flies, without its payload.
-        settings: of the air, to begin with.
+        description: of the vehicle, without its payload.
+        settings: initial ones of the air.
         step: of the physics [s].
-        world: around it.
-        payload: to begin with.
-        gyro: to begin with.
-        readout: steps of physics between two readings of the IMU, of which each takes a sample.
-        imu: that an estimator reads, if any does; without one the gyro is perfect.
+        world: the surroundings.
+        payload: initial one.
+        gyro: initial settings.
+        readout: physics steps between two readings of the IMU; each step may take a sample.
+        imu: for an estimator, if any; without one the gyro is ideal.
     """
 
     def __init__(
@@ -388,13 +387,13 @@ class VehicleDynamics(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
-        """Let turbulence and IMU be those of a flight's seed; equal seeds make equal noise."""
+        """Set the seed of turbulence and IMU; equal seeds give equal noise."""
         values = context.get_mutable_numeric_parameter(AIR)
         values.SetAtIndex(SEED, float(noise_seed(seed, "air")))
         values.SetAtIndex(IMU_SEED, float(noise_seed(seed, SOURCE)))
 
     def payload(self, context: Context) -> Payload:
-        """Return what is carried, and what the law knows of that."""
+        """Return the payload."""
         return Payload(*context.get_numeric_parameter(PAYLOAD).get_value().tolist())
 
     def set_payload(self, context: Context, payload: Payload) -> None:
@@ -406,8 +405,7 @@ class VehicleDynamics(LeafSystem):
     def place(self, context: Context, state: np.ndarray, speeds: np.ndarray) -> None:
         """Begin at a state of the body (13), with the rotors at speeds (n) [rad/s].
 
-        The first step takes drag and moments at the velocities of its beginning: no acceleration
-        is known before it.
+        The first step uses the velocities at its start, because there is no previous acceleration.
         """
         context.SetDiscreteState(BODY, state)
         memory = np.concatenate([np.zeros(SPEEDS), speeds, np.ones(self._n)])
@@ -466,14 +464,14 @@ class VehicleDynamics(LeafSystem):
         memory[LAST:WIND] = (state[7:13] - before) / self._step
 
     def find_free(self, state: np.ndarray, memory: np.ndarray) -> bool:
-        """Return whether the vehicle touches nothing, and write for how many steps for sure.
+        """Return whether the vehicle is free of contact, and write for how many steps.
 
         Args:
             state: of the body (13).
             memory: see `MEMORY`.
         """
         if memory[AWAY] == TOUCHED and self._contact and self._contact.touches(state):
-            return False  # as a step before: measuring the distance would take as long as the step
+            return False  # as in the last step: measuring the distance would cost as much as a step
         steps = self._contact.steps_away(state) if self._contact else np.inf
         free = steps >= 1.0 or not (self._contact and self._contact.touches(state))
         memory[AWAY] = max(steps, 1.0) if free else 0.0

@@ -1,4 +1,4 @@
-"""Rotors and drag as a continuous LeafSystem, for linear models and as an oracle of the steps."""
+"""Rotors and drag as a continuous LeafSystem, for linear models and to check the steps."""
 
 import sys
 from typing import Any, TypeAlias
@@ -25,19 +25,19 @@ from workbench.plant.description import Description
 # takes a tenth of a second each time within nested imports. Hence `scope`, too.
 @TemplateSystem.define("VehicleForces_", [float, AutoDiffXd], scope=sys.modules[__name__])
 def VehicleForces_(T: Any) -> Any:
-    """What `VehicleDynamics` steps, at any moment, around a continuous plant; its state is speeds.
+    """The forces of `VehicleDynamics` for a continuous plant; its state is the rotor speeds.
 
     Input ports:
         state (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
-        commands (n): speeds that the rotors are to reach [rad/s], within their limits.
-        wind (3): velocity of the air in W [m/s]; where nothing is connected, the air is still.
+        commands (n): rotor speeds [rad/s], within their limits.
+        wind (3): velocity of the air in W [m/s]; zero if unconnected.
     Output ports:
         forces (6): moment about the origin [N·m] and force [N] in W, for the plant's port
             `applied_generalized_force`.
         thrusts (n) [N] and speeds (n) [rad/s].
-    Numeric parameter 0: drag area of the body [m²], density of the air [kg/m³], and what the
-    battery's voltage falls by over power, see `vehicle_step.loaded`, whose charge is full; and the
-    share of that which commands make up for, see `vehicle_step.supplied`.
+    Numeric parameter 0: drag area of the body [m²], density of the air [kg/m³], the voltage drop
+    per power of a full battery, see `vehicle_step.loaded`, and the share of it that commands
+    compensate, see `vehicle_step.supplied`.
     """
 
     class Impl(LeafSystem_[T]):
