@@ -1,9 +1,9 @@
-"""How far compiled flights are from those of the full diagram.
+"""Differences between compiled flights and the full diagram.
 
-Each vehicle flies with random gains, half and twice its own and anything between, for 5 s after a
-random command of up to 8 m/s; every other flight is thrown, turning and at any attitude. Asked for
-are 0.001 m/s and 0.005 rad/s at any time of any flight. Published vehicles fly along where
-`../shared/models` has them.
+Each vehicle flies with random gains, from half to twice its own, for 5 s after a random command of
+up to 8 m/s. Every other flight starts thrown, turning and at any attitude. The requirement is 0.001
+m/s and 0.005 rad/s at any time of any flight. Published vehicles are included if `../shared/models`
+has them.
 
 `python benchmarks/agreement.py --figure FILE.png` draws every flight.
 """

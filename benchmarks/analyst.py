@@ -1,11 +1,10 @@
 """Do margins follow a slider while a flight with sensors goes on beside?
 
-A live flight with lidar, IMU, GPS and barometer in an obstacle field keeps real time in its
-process, the analyst answers in another. Margins and poles of nine loops are asked for again as soon
-as they are answered; then the same while a slider that never rests asks sixty times a second for
-a prediction, a map and the stable ranges as well, as the tuning screen does. To hold: 20 answers a
-second at least, and a flight that keeps its time. Turns with the flight and without are taken one
-after the other, so the ratio is of the same minute.
+A live flight with lidar, IMU, GPS and barometer in an obstacle field runs in one process, the
+analyst in another. Margins and poles of nine loops are requested again as soon as they are
+answered. In a second test, a moving slider also requests a prediction, a map and the stable ranges
+sixty times a second, as on the tuning screen. The requirement is at least 20 answers a second, and
+a flight in real time. Turns with and without the flight alternate.
 """
 
 import threading

@@ -1,13 +1,12 @@
-"""Does the app keep up: frames, the flight beside it, slots, gains that move, and its start?
+"""The speed of the app: frames, the flight beside it, slots, moving gains, and start-up.
 
-The real window, offscreen, at 1280 x 720, beside a flight with IMU, GPS, lidar, barometer and range
-finder between obstacles; Visualization draws twelve curves. A slot is one event that the thread of
-the screens handles, with all that is painted in it; its processor time leaves out what other
-programs did meanwhile. Then a gain is moved a little, many times, on the Tuning screen: until the
-flight has it, and flies with it from the next control update on; and moved all the time, for the
-margins to follow.
+The real window runs offscreen at 1280 x 720, with a flight with IMU, GPS, lidar, barometer and
+range finder between obstacles; Visualization draws twelve curves. A slot is one event in the
+window's thread, with everything that is painted in it; its processor time excludes other programs.
+On the Tuning screen a gain is then moved a little, many times, until the flight has it for the next
+control update; and moved continuously, to count the margins that follow.
 
-The start is that of `workbench gui` in a fresh process.
+Start-up is that of `workbench gui` in a fresh process.
 """
 
 import json

@@ -1,25 +1,25 @@
-"""Commands that are typed a hundred times a day, beside loading Drake's plant.
+"""Frequent commands, compared with the time to import Drake's plant.
 
-Each is a process of its own, in turns with one that imports `pydrake.multibody.plant` and does
-nothing, with warm caches. Wall time is what one waits for: pictures are drawn by a second process,
-so it takes two cores that are free. Processor time, of both, depends less on who else computes.
+Each is a separate process, in turns with one that only imports `pydrake.multibody.plant`, with warm
+caches. Wall-clock time is what a user waits for: a second process draws pictures, so it needs two
+free cores. Processor time, of both processes, depends less on other load.
 
-The figures on this page were taken while a dozen other programs shared the two cores: two processes
-had the time of less than one, so the wall's ratios come near those of the processor. `step` and
-`sweep` do not hold that way. Their numbers alone take 0.83 and 1.06 s of a processor, 2.6 and 3.3
-times Drake's plant; the rest is the picture, half of it to load matplotlib, 1.8 times the plant by
-itself, which two free cores do meanwhile. `inspect` and `regress steps` hold by the clock with
-little to spare, and not by the processor's time.
+These figures were measured while a dozen other programs shared the two cores: two processes had
+less than one core, so wall-clock ratios are near those of processor time. `step` and `sweep` miss
+their targets under that load. Their numbers alone take 0.83 and 1.06 s of processor time, 2.6 and
+3.3 times Drake's plant. The rest is the picture; half of that is importing matplotlib, 1.8 times
+the plant, which runs in parallel on two free cores. `inspect` and `regress steps` meet theirs in
+wall-clock time with little margin, and not in processor time.
 
-`judge` does not hold on free cores, either: four flights of the full diagram, linear models at some
-fifteen rates and three pictures are 4.1 s of a processor, 2.2 of it without pictures. Shared out
-evenly to two cores it would be 6.5 times the plant. Tried: machine code without numba, pictures
-beside the work, one vehicle for all rates, a gain file that is read once, no python-control. What
-is left is flying, scipy.optimize, eigenvalues and matplotlib: to hold, it needs less to be asked.
+`judge` misses its target on free cores, too: four flights of the full diagram, linear models at
+some fifteen rates and three pictures take 4.1 s of processor time, 2.2 without pictures. Split
+evenly over two cores it would be 6.5 times the plant. Already in use are machine code without
+numba, pictures in parallel, one vehicle for all rates, a gain file that is read once, and no
+python-control. The rest is flights, scipy.optimize, eigenvalues and matplotlib.
 
-The first use after installing compiles: a cache of its own that is empty, and the longest time in
-which nothing was said. `sweep` compiles a flight of 260 functions besides. It was silent for 26 s
-in one piece, as a sentence that stays the same was said once; it is said again now.
+The first use after installation compiles, here with an empty cache; `silence` is the longest time
+without a message. `sweep` also compiles a flight of 260 functions. It was silent for 26 s, because
+an unchanged message was printed only once; it is now repeated.
 """
 
 import os

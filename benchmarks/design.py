@@ -1,7 +1,7 @@
-"""What the design tools cost: margins while a slider moves, and compiled flights.
+"""Times of the design tools: margins while a slider moves, and compiled flights.
 
-To hold: linear model and margins of all loops within 20 ms, a frame of a screen at 50 Hz. Compiled
-flights are set beside flights of the full diagram, of the same step, in the same run.
+The requirement is linear model and margins of all loops within 20 ms, a frame of a screen at 50 Hz.
+Compiled flights are compared with flights of the full diagram, of the same step, in the same run.
 """
 
 import statistics

@@ -1,7 +1,7 @@
-"""What a cluster costs: flights of the full diagram in two processes here, and on two Dask workers.
+"""Flights of the full diagram in two local processes, and on two Dask workers.
 
-Both fly the same candidates in the same run, in turns, so that a noisy machine disturbs both alike.
-Processes are started in each turn, as a command does; workers stand, as those of a cluster do.
+Both fly the same candidates in the same run, in alternating turns, so that other load affects both
+equally. Processes are started in each turn, as by a command; workers keep running, as in a cluster.
 """
 
 import statistics

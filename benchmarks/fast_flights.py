@@ -1,23 +1,23 @@
-"""Compiled flights that go on from call to call: one of a session, and a batch of 1,024.
+"""Compiled flights that continue from call to call: a single session, and a batch of 1,024.
 
-A session flies in slices: between two of them anything may be asked, set or read. The compiled one
-and the diagram take turns, timed in processor time; what they fly is equal to the bit. A slice has
-a cost of its own, as the numbers come out of Drake's Context and go back: some 0.08 ms, as much as
-a tenth of a second of flight. So slices of one physics step are quicker on the diagram.
+A session flies in slices, between which anything may be read or set. The compiled one and the
+diagram alternate, timed in processor time; their results are equal to the bit. Each slice costs
+some 0.08 ms, as much as a tenth of a second of flight, because the numbers are copied from Drake's
+Context and back. So slices of one physics step are faster on the diagram.
 
-A batch flies closed loops in two threads, with a setpoint each: physics at 1,024 Hz and the law at
-128 Hz. crazyflow does at its 500 Hz, its control of position at 100 Hz: as it comes, and with its
-worlds shared out to two devices, one a core. Each flies ten control periods of its own a call, then
-one, and all are asked anew in each call. Turns alternate. Ratios are of seconds flown, in the time
-of the wall clock, and in processor time of all threads, which other work on the machine disturbs
-less: where the load is high, by the wall clock whoever splits its work into more threads loses.
+A batch flies closed loops in two threads, each drone with its own setpoint: physics at 1,024 Hz and
+controller at 128 Hz. crazyflow does so at its 500 Hz, with position control at 100 Hz: as it comes,
+and with its worlds split over two devices, one for each core. Each flies ten of its own control
+periods a call, then one, with new commands in each call. Turns alternate. Ratios are of seconds
+flown, in wall-clock time, and in processor time of all threads, which depends less on other load:
+under high load, a program with more threads loses in wall-clock time.
 
-A batch in calls of ten periods flies some 20,000 seconds for one of a core, in calls of a hundred
-24,000: a step of the physics of one drone takes 40 ns, and steps are twice as many in a second of
-ours as of crazyflow's, so by steps ours is twice as far ahead as the ratios say. To be 15 times as
-fast by seconds flown a step would have to take 14 ns. Blocks of sixteen drones go through vector
-instructions already. Longer calls gain a fifth, coarser physics would gain more, but that is
-another flight. In calls of one period nearly half of the time goes to the call.
+With calls of ten periods a batch flies some 20,000 seconds per second of a core, with calls of a
+hundred 24,000. A physics step of one drone takes 40 ns. A second of ours has twice as many steps as
+one of crazyflow's, so by steps ours is ahead by twice the ratios. To be 15 times as fast by seconds
+flown, a step would have to take 14 ns. Blocks of sixteen drones already use vector instructions.
+Longer calls gain a fifth; coarser physics would gain more, but change the flight. With calls of one
+period, nearly half of the time is spent on the call.
 """
 
 import sys

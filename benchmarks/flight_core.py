@@ -1,17 +1,17 @@
-"""How much of the bare plant's speed is left with rotors, controller and flight mode around it.
+"""The speed of the flight core compared with the bare plant.
 
-Diagrams of the same drone fly side by side, in short turns so that a noisy machine disturbs all
-alike, and are timed in processor time. Three are bare plants under constant thrusts with no Python
-in the loop:
+Diagrams of the same drone fly in short alternating turns, so that other load affects all of them
+equally. Times are processor times. Three diagrams are bare plants under constant thrusts without
+Python in the loop:
 
-- as described: what Drake makes of the description, a body a link, with all shapes that it draws;
-- turning: a body with four propellers that turn on their joints, 21 states and nothing to draw.
-  It is the floor that the flight core is held against;
-- one body: the plant that flies, with the propellers as part of the body, 13 states. It is faster
-  itself, so the flight core keeps a smaller share of its speed.
+- as described: Drake's plant of the description, one body for each link, with all drawn shapes;
+- turning: a body with four propellers that turn on their joints, 21 states and no shapes.
+  It is the floor that the flight core is compared with;
+- one body: the plant of the flight, with the propellers as part of the body, 13 states. It is
+  faster, so the ratio of the flight core is smaller.
 
-The flight core is the closed loop with rotor dynamics and flight mode; the workbench has all that
-a session has. Three pairs of rates: those that a session flies with; about those of
+The flight core is the closed loop with rotor dynamics and flight mode; the workbench has everything
+that a session has. There are three pairs of rates: those of a session; about those of
 gym-pybullet-drones (240 Hz, and a command every fifth step); and about that of RotorPy's own loop
 (100 Hz).
 """

@@ -1,8 +1,8 @@
 """The tuning screen's map: a grid of 32 x 32 gain pairs, each flown for two seconds of a step.
 
-Compiled flights in two threads, metrics and no curves; wall clock, the first time not counted. Of
-the second of hovering before a step they fly the first sixteenth, in which still air moves nothing.
-The map is to be new while a slider moves, within a tenth of a second.
+Compiled flights in two threads, metrics without curves; wall-clock time without the first map. Of
+the second of hover before a step they fly only a sixteenth, because nothing moves in still air.
+The map must follow a slider within a tenth of a second.
 """
 
 import time

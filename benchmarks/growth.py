@@ -1,9 +1,9 @@
 """How cost grows with candidates, rays, rotors and obstacles.
 
-An exponent of one is cost that grows as fast as the amount, zero one that does not grow; it is
-fitted to the medians by least squares of their logarithms. A session with rotors or obstacles has
-the rest of a flight to pay for as well, so its exponent is small. Turns alternate; all is processor
-time of one thread.
+An exponent of one means that the cost is proportional to the amount, zero that it is constant. It
+is a least-squares fit to the logarithms of the medians. For rotors or obstacles of a session, the
+constant cost of the rest of the flight makes the exponent small. Turns alternate; times are
+processor times of one thread.
 """
 
 import sys

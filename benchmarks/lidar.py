@@ -1,9 +1,9 @@
-"""How many rays a second a lidar casts in a diagram, beside others on the same scene.
+"""Rays a second of a lidar in a diagram, compared with other ray casters on the same scene.
 
 The scene has 20 shapes, four of them moving, over a ground; a scan has 5,760 rays. Our lidar scans
-at every step of a discrete plant, with noise, and the whole step is counted: plant, poses, rays,
-noise, state. Others are called directly, without a diagram, with the poses standing still; trimesh
-and embree get the shapes as meshes. Each row is the best of many turns, taken in turns.
+at every step of a discrete plant, with noise, and the whole step counts: plant, poses, rays, noise,
+state. The others are called directly, without a diagram and with fixed poses; trimesh and embree
+get the shapes as meshes. Each row is the best of many alternating turns.
 """
 
 import importlib.util

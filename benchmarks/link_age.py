@@ -1,11 +1,11 @@
-"""How old is what clients of a live flight read, and does it keep real time beside them?
+"""The age of data at clients of a live flight, and whether the flight keeps real time.
 
-A flight in real time with its server; eight clients, programs of their own with sockets alone, read
-eight topics of 200 samples a second each and acknowledge every batch. Age is from the sampling of a
-frame of time_data to its reading, by the machine's clock. Then the same with two more: one reads 20
-frames a second, the other one stops reading; and, where there is a C compiler, with eight clients
-in C, which wake up faster: what is left is the link's own. All of it runs on this machine's cores,
-the clients too.
+A flight runs in real time with its server. Eight clients, separate programs that use only sockets,
+read eight topics of 200 samples a second each and acknowledge every batch. Age is the time from the
+sampling of a frame of time_data to its reading, by the machine's clock. A second test adds two
+clients: one reads 20 frames a second, the other one stops reading. With a C compiler, a third test
+has eight clients in C, which wake up faster and so show the link's own share. Everything, including
+the clients, runs on this machine's cores.
 """
 
 import json

@@ -1,10 +1,10 @@
-"""Does the drone hold whatever happens to who flies it: `python benchmarks/link_hold.py`.
+"""Does the drone hold its position whatever happens to the pilot: `python benchmarks/link_hold.py`.
 
-A live flight is served. A client in a process of its own takes control, begins from neutral, flies
-at about 1 m/s, and then it, its connection or the server comes to harm: see `link_faults.FAULTS`.
-After the last command that came into force, HOLD must come within 0.5 s and one control step of
-simulated time, every time; where the connection ends it comes at once. What stood still goes on
-again afterwards, and nothing it sent may move the drone.
+A flight is served in real time. A client in a separate process takes control, starts from neutral
+and flies at about 1 m/s. Then it, its connection or the server fails: see `link_faults.FAULTS`.
+HOLD must follow within 0.5 s and one control step of simulated time after the last command that
+took effect, every time; if the connection ends, it comes at once. A process that was stopped
+continues afterwards, and nothing that it sends may move the drone.
 """
 
 import random

@@ -1,18 +1,17 @@
 """Does a flight keep real time beside a screen that paints: by timer, in a thread, in a process?
 
 Each shape flies for some seconds while a Qt window paints four plots of three curves of 2,000
-points up to 60 times a second; alone, then with the margins of all loops worked out ten times a
-second in a thread beside, as while a slider moves, then with a thread that computes in plain
-Python without rest; and alone again, where the flight has lidar, camera and all other sensors.
-Every third of a second the pilot commands a velocity, and a frame looks for it in the newest
-snapshot.
+points up to 60 times a second: alone; with a thread that computes the margins of all loops ten
+times a second, as for a moving slider; with a thread that computes in plain Python all the time;
+and alone again, with lidar, camera and all other sensors in the flight. Every third of a second the
+pilot commands a velocity, and the first frame that shows it in a snapshot counts.
 
-Timer: a QTimer of the window's thread flies what is due. Thread: a Python thread does. Process:
-`LiveFlight`. All fly and look 60 times a second at least. Shapes fly in turns, and each figure is
-the median of the turns', so that a noisy machine disturbs all alike.
+Timer: a QTimer in the window's thread runs the flight. Thread: a Python thread runs it. Process:
+`LiveFlight`. All of them advance at least 60 times a second. Shapes alternate, and each figure is
+the median of the turns, so that other load affects all equally.
 
-And what the interpreter's lock costs: a second of flight alone, and beside a thread that computes
-in plain Python; each control update asks for the lock and may wait 5 ms for it.
+The last table is the cost of the interpreter's lock: a second of flight alone, and beside a thread
+that computes in plain Python; each control update needs the lock and may wait 5 ms for it.
 """
 
 import os

@@ -1,9 +1,9 @@
-"""What sensors cost: a flight in real time with all of them, and what share of a core each takes.
+"""The cost of sensors: a flight in real time with all of them, and the share of a core of each.
 
-The live flight ticks 64 times a second and sleeps in between, as the app does. To hold: a real-time
-factor of 1 with at most 60 % of one core, at 200 Hz of IMU, 10 of GPS, 10 scans of 5,760 rays and
-15 pictures of 320 x 240 in a field of obstacles. The shares alone are measured without sleeping,
-each as the best of several turns less that of no sensor, in turn so that noise meets all alike.
+The live flight ticks 64 times a second and sleeps in between, as in the app. The requirement is a
+real-time factor of 1 with at most 60 % of one core, at 200 Hz of IMU, 10 of GPS, 10 scans of 5,760
+rays and 15 pictures of 320 x 240 in a field of obstacles. The shares are measured without sleeping,
+each as the best of several alternating turns minus that without sensors.
 """
 
 import time

@@ -1,9 +1,9 @@
-"""What a log costs: processor time to write and read a second of flight, and its size on the disk.
+"""The cost of a log: processor time to write and read a second of flight, and its size on disk.
 
-Samples are flown first and written afterwards, turn by turn, so that only the log is measured; all
-is processor time of one thread. The longest write has a chunk's packing in it, and is wall time.
-The last row's messages are those of the first, without the exact states, written by the packages
-mcap and mcap-ros2-support alone.
+Samples are flown first and written afterwards, in turns, so that only the log is measured. Times
+are processor times of one thread, except the longest write, which is wall-clock time and includes
+the compression of a chunk. The last row's messages are those of the first, without the exact
+states, written by the packages mcap and mcap-ros2-support alone.
 """
 
 import time

@@ -1,10 +1,10 @@
-"""Peak memory, each in a process of its own, as the system counts it.
+"""Peak memory of separate processes, as the system reports it.
 
-A sweep measures steps of five seconds and keeps no curves: what it takes beside the process itself
-must not depend on how many there are. A session keeps its recording, so it grows with the flight:
-it is measured after a second and after ten minutes of flight.
+A sweep measures steps of five seconds and discards their curves, so its memory must not depend on
+the number of candidates. A session keeps its recording, so it grows with the flight: it is measured
+after a second and after ten minutes of flight.
 
-The largest sweep is to stay under 500 MB, all of Python, Drake and numba's compiler included.
+The largest sweep must stay under 500 MB, including Python, Drake and numba's compiler.
 """
 
 import json

@@ -46,9 +46,9 @@ INTRODUCTION = """\
 Written by `make bench`, each table in one run: {machine}.
 With {versions}.
 
-Look at ratios: they are taken turn by turn within the run, where absolute figures are those of one
-machine on one day. A figure is a median with its quartiles, or with the least and the largest where
-there were less than four turns. The same figures are in `performance.json`.
+Compare ratios: they are measured in alternating turns of one run, while absolute figures depend on
+the machine and the day. A figure is a median with its quartiles, or with minimum and maximum for
+fewer than four turns. `performance.json` has the same figures.
 
 ![Flights a second](performance.png)
 """
@@ -64,7 +64,7 @@ def page(results: Figures) -> str:
     benchmarks, apart = results["benchmarks"], results.get("apart", {})
     versions = _versions(results)
     parts = [INTRODUCTION.format(machine=results["machine"], versions=versions)]
-    parts.append(f"## Held to account\n{_targets(benchmarks)}")
+    parts.append(f"## Requirements\n{_targets(benchmarks)}")
     for name, heading in HEADINGS.items():
         if name in benchmarks:
             source = (HERE / f"{name}.py").read_text(encoding="utf-8")
@@ -72,7 +72,7 @@ def page(results: Figures) -> str:
             tables = "\n".join(_tables(benchmarks[name], source))
             if name in apart:
                 where = apart[name]
-                words += f"\n\nMeasured apart: {where['machine']}, load {where['load']:.0f}."
+                words += f"\n\nMeasured separately: {where['machine']}, load {where['load']:.0f}."
                 words += f"\nWith {_versions(where)}."
             parts.append(f"## {heading}\n{words}\n\n{tables}")
     return "\n".join(parts)
@@ -91,7 +91,7 @@ def _targets(figures: Figures) -> str:
             rows.append([target.what, asked, _cell(target.measured(figures)), holds])
         except LookupError:
             rows.append([target.what, asked, "not measured", "–"])
-    return _table(["what", "asked", "measured", "holds"], rows)
+    return _table(["quantity", "required", "measured", "met"], rows)
 
 
 def _tables(rows: Any, source: str) -> Iterator[str]:

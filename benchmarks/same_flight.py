@@ -1,24 +1,23 @@
-"""One quadrotor in closed loop, ten seconds of it, beside other simulators of drones.
+"""Ten seconds of one quadrotor in closed loop, compared with other drone simulators.
 
-Hover, and after a second a step: of velocity for ours and MuJoCo, of position for those whose own
-controller takes one (RotorPy and crazyflow are given theirs from the start). Each flies its own
-loop with its own controller, at the rates in the table, in an environment of its own, and each must
-arrive. Real-time factors are simulated time over processor time; flights are taken in turns, and so
-are the ratios.
+The flight is a hover, and after a second a step: of velocity for ours and MuJoCo, of position for
+simulators whose own controller takes one (RotorPy and crazyflow get it from the start). Each runs
+its own loop with its own controller, at the rates in the table, in a separate environment, and each
+must reach its target. Real-time factors are simulated time over processor time. Flights alternate,
+and ratios are those of neighbouring flights.
 
-Ours are the flight core (plant with contact, rotors, law and flight mode: a Drake diagram) and the
-floor, the plant alone under constant thrusts. The coarse rates of ours are the nearest to those
-of gym-pybullet-drones. RotorPy flies the loop of its `Environment`; gym-pybullet-drones flies
+Ours are the flight core (plant with contact, rotors, controller and flight mode: a Drake diagram)
+and the floor, the plant alone under constant thrusts. Our coarse rates are the nearest to those of
+gym-pybullet-drones. RotorPy runs the loop of its `Environment`; gym-pybullet-drones runs
 `CtrlAviary` with its PID controller.
 
-MuJoCo is faster than the floor, and so is crazyflow. MuJoCo's step is one compiled function for one
-kind of model, over arrays that are laid out beforehand. A Drake step goes through the framework in
-which any system can be wired, logged, linearised and converted to AutoDiff, and through a solver
-for any contact: the row of a single body without shapes and forces shows that most of the
-floor's time goes there, and less to rotors and ground. crazyflow has no contact and
-compiles the whole flight into one call, with nothing to read or to change on the way. Where
-that will do, our compiled flights do the same, see the sweeps; a flight that is watched, steered
-and sensed needs the diagram.
+MuJoCo and crazyflow are faster than the floor. MuJoCo's step is one compiled function for one kind
+of model, over preallocated arrays. A Drake step passes through a framework in which any system can
+be wired, logged, linearised and converted to AutoDiff, and through a solver for any contact: the
+row of a single body without shapes and forces shows that most of the floor's time is spent there,
+and less on rotors and ground. crazyflow has no contact and compiles the whole flight into one call,
+without access in between. Where that is enough, our compiled flights do the same, see the sweeps;
+a flight with displays, commands and sensors needs the diagram.
 """
 
 import sys

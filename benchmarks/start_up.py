@@ -1,8 +1,8 @@
-"""How long whole commands take, and what of it is loading: `python benchmarks/start_up.py`.
+"""The time of whole commands, and how much of it is loading: `python benchmarks/start_up.py`.
 
-Every command is a process of its own, in turns with two that every machine can be measured by: an
-interpreter that does nothing, and one that loads Drake's plant. Caches are warm, compiled Python
-included. Processor time disturbs less than the clock on the wall where a machine is busy.
+Every command is a separate process, in turns with two reference processes: an interpreter that does
+nothing, and one that imports Drake's plant. Caches are warm, including compiled Python. On a busy
+machine, processor time is more reliable than wall-clock time.
 """
 
 import os

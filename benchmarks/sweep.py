@@ -1,16 +1,17 @@
-"""Many closed-loop flights of five seconds at once, beside batched simulators and Drake diagrams.
+"""Many closed-loop flights of five seconds, compared with batched simulators and Drake diagrams.
 
-Ours are compiled steps of velocity with other gains each, five seconds from the command on,
-physics at 1,024 Hz, in two threads: rigid body, rotors and the law at its usual rate, and once more
-with the law at every physics step, metrics computed and no curves kept. crazyflow flies each to a
-point of its own, at 500 Hz, all in one compiled call: as it comes, and with its worlds shared out
-to two devices, one a core. RotorPy does at its 100 Hz, in two processes of one thread, without its
-sensors and recording. Of Drake diagrams, two processes fly one session each at a time, and of those
-the rate does not depend on how many there are; they hover for a second first, which is taken off.
+Ours are compiled velocity steps with different gains, five seconds from the command on, physics at
+1,024 Hz, in two threads: rigid body, rotors and the controller at its usual rate, and again with
+the controller at every physics step. Metrics are computed and curves discarded. crazyflow flies
+each to its own point, at 500 Hz, all in one compiled call: as it comes, and with its worlds split
+over two devices, one for each core. RotorPy does the same at its 100 Hz, in two single-threaded
+processes, without its sensors and recording. Drake diagrams fly in two processes, one session at a
+time; their rate does not depend on the number of flights. They hover for a second first, which is
+subtracted.
 
-Flights that are compiled or imported once are not counted, nor is the first turn of all. RotorPy
-and diagrams fly less than is asked, see `flown`, and count as if the rest took as long. Turns
-alternate, so that a noisy machine disturbs all alike; times are those of the wall clock.
+One-time compilation and imports do not count, nor does the first turn. RotorPy and diagrams fly
+only a part, see `flown`, and their rate is extrapolated. Turns alternate, so that other load
+affects all equally; times are wall-clock times.
 """
 
 import multiprocessing

@@ -245,14 +245,14 @@ def make_open_loop(
     commands: RotorCommands | LeafSystem,
     world: World = EMPTY,
 ) -> OpenLoop:
-    """Return the airframe with a source of rotor commands in the controller's place, and recorder.
+    """Return the airframe with a source of rotor commands instead of a controller, and a recorder.
 
-    The source is a table, or a system whose only output are speeds (n) [rad/s].
+    The source is a table, or a system whose only output is speeds (n) [rad/s].
 
-    There is a battery where the description states one.
+    It has a battery if the description has one.
 
-    Rotors take their commands at every physics step, as a table's rows may begin at any time. Of a
-    world there is what stands still; what moves touches nothing.
+    Rotors get new commands at every physics step, as a table's rows may start at any time. Moving
+    obstacles of a world are left out, as they have no contact.
     """
     builder = DiagramBuilder()
     calm = parameter_table().defaults() | calm_air(vehicle)._asdict()

@@ -1,18 +1,18 @@
-"""The battery: charge falls with the power the rotors draw, and voltage with charge and current.
+"""The battery: charge falls with the rotors' power, and voltage with charge and current.
 
-The voltage without load follows from the charge as the description states it, and under load it is
-lower by resistance times current, as in gz-sim's LinearBatteryPlugin. The current is what empties
-the capacity as fast as the charge falls: capacity P / P_hover / duration, see `Battery`. So
-capacity, resistance and the duration of a hover are all that must be known, and no efficiency of
-motors. What the voltage does to the rotors stands in `dynamics.vehicle_step`.
+The voltage without load follows from the charge by the description's curve. Under load it is lower
+by resistance times current, as in gz-sim's LinearBatteryPlugin. The current that empties the
+capacity at the rate of the charge is capacity P / P_hover / duration, see `Battery`. So the model
+needs only capacity, resistance and the duration of a hover, and no motor efficiency. The effect of
+the voltage on the rotors is in `dynamics.vehicle_step`.
 
-The flight computer estimates the charge from voltage and current at the terminals. Current over
-time tells how much the charge falls, and nothing of where it began. The voltage tells where it is:
-with the resistance times the current added it is that without load, and the charge is where the
-battery's curve has that. It is noisy, and where the curve is flat it tells little. So a current is
-counted, and a fixed share of what the voltage says otherwise is taken in at each update: an
-observer of first order. Where the curve's slope changes from a to b, noise of the deviation s
-leaves a mean error of 0.4 s (1/b - 1/a): 1.5 % for 0.1 V and slopes of 1.5 and 3.5 V.
+The flight computer estimates the charge from voltage and current at the terminals with a
+first-order observer. It integrates the current, and at each update corrects a fixed share of the
+difference from the charge that the voltage gives: the voltage plus resistance times current is that
+without load, and the battery's curve gives its charge. The correction is slow because the voltage
+is noisy, and says little where the curve is flat. Where the curve's slope changes from a to b,
+noise of standard deviation s leaves a mean error of 0.4 s (1/b - 1/a): 1.5 % for 0.1 V and slopes
+of 1.5 and 3.5 V.
 """
 
 import math
@@ -33,18 +33,17 @@ SETTLING_TIME = 60.0
 class Battery(LeafSystem):
     """Charge (0 .. 1) that lasts a given time in hover.
 
-    Power in hover goes with thrust to the 3/2 (momentum theory), so with P the sum of
-    thrust^(3/2) over rotors, d(charge)/dt = -P / P_hover / duration.
+    Power is proportional to thrust^(3/2) (momentum theory). With P the sum of thrust^(3/2) over the
+    rotors, d(charge)/dt = -P / P_hover / duration.
 
     Input ports:
         thrusts (n): of the rotors at rest far from the ground [N].
-        open_circuit (1): voltage without load over that of the full battery as the compensation of
-            sag knows it; the true one where nothing is connected.
+        open_circuit (1): voltage without load over that of the full battery, as the sag
+            compensation assumes it; the true one if unconnected.
     Output ports:
         charge (1), 1 full, 0 empty.
         supply (4): see `vehicle_step.loaded`.
-        terminals (2): voltage under load [V] and current [A]; there where the vehicle states a
-            battery.
+        terminals (2): voltage under load [V] and current [A]; only if the vehicle has a battery.
     Numeric parameter 0: duration in hover [s], and the share of sag that is compensated.
     """
 
@@ -84,12 +83,12 @@ class Battery(LeafSystem):
         return max(0.0, charge - used)
 
     def supply_at(self, charge: float, duration: float, compensation: float) -> list[float]:
-        """Return what it supplies (4), see `vehicle_step.loaded`, to who knows the true charge.
+        """Return the supply (4), see `vehicle_step.loaded`, if the true charge is known.
 
         Args:
             charge: 0 .. 1.
             duration: that a full battery hovers [s].
-            compensation: share of its sag that is made up for.
+            compensation: share of its sag that is compensated.
         """
         open_circuit = float(np.interp(charge, self._curve[:, 0], self._curve[:, 1]))
         return [open_circuit, self._drop / duration, compensation, open_circuit]
@@ -134,10 +133,10 @@ def voltage_curve(vehicle: Vehicle) -> np.ndarray:
 
 
 def voltage_drop(vehicle: Vehicle, duration: float) -> float:
-    """Return what the voltage falls by over the rotors' power, see `vehicle_step.loaded` [N^-3/2].
+    """Return the voltage drop per power of the rotors, see `vehicle_step.loaded` [N^-3/2].
 
     Args:
-        vehicle: whose battery it is; 0 where none is stated.
+        vehicle: has the battery; without one the result is 0.
         duration: of a hover on the full battery [s].
     """
     pack = vehicle.battery
@@ -149,23 +148,22 @@ def voltage_drop(vehicle: Vehicle, duration: float) -> float:
 
 
 class ChargeGauge(LeafSystem):
-    """Estimates the state of charge, see `next_charge`, as often as the battery discharges.
+    """Estimates the state of charge, see `next_charge`, at the period of the battery.
 
-    It begins with a full battery, as a flight does.
+    It starts with a full battery, as a flight does.
 
     Input ports:
         terminals (2): voltage under load [V] and current [A] of the battery.
-        noise (1): a standard normal number, another one for each update.
+        noise (1): a new standard normal number for each update.
     Output ports:
-        charge (1): as it is known, 0 .. 1.
+        charge (1): estimate, 0 .. 1.
         open_circuit (1): voltage without load at that charge, over that of the full battery.
-        voltage (1): what it is under the present current, over that of the full battery without
-            load; not below 0.
-    Numeric parameter 0: deviation of the measured voltage [V].
+        voltage (1): the same under the present current; not below 0.
+    Numeric parameter 0: standard deviation of the measured voltage [V].
 
     Args:
-        pack: what is known of the battery.
-        voltage_noise: to begin with [V].
+        pack: the known properties of the battery.
+        voltage_noise: initial value of the parameter [V].
     """
 
     def __init__(self, *, pack: BatteryPack, voltage_noise: float = 0.0) -> None:
