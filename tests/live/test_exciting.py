@@ -870,6 +870,17 @@ def test_a_pilot_who_swings_the_stick_and_air_that_shakes_are_no_swing():
     assert told == []
 
 
+def test_nor_is_a_pilot_who_taps_unevenly():
+    """What is asked for is uneven; the drone, which follows late, swings evenly."""
+    bench = Bench(HIGH)
+    told = kept_events(bench)
+    taps = ((-1.0, 0.4), (0.0, 1.7), (2.0, 0.7), (-1.0, 0.5), (2.0, 0.5), (-1.0, 0.5), (0.0, 1.3))
+    for climb, lasting in taps:
+        bench.obey(Action(velocity=[0.0, 0.0, climb]))
+        bench.fly(lasting)
+    assert told == []
+
+
 def test_alarms_are_told_once_with_what_to_do_and_stand_in_the_log(walled, case):
     hover = Scenario()
     for scenario, act, seconds, said, remedy in (

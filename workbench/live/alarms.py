@@ -56,6 +56,8 @@ SLOW_LOOK = 0.5
 """Between two looks for a slow swing [s]."""
 LEAST_ASKED = 0.05
 """Of what a pilot asks for from one side to the other [m/s] or [rad/s]."""
+ASKED_TURNS = 2
+"""A pilot who asks for one side and the other so often within `SEEN` swings the drone himself."""
 RESONANT, BLAMED = 1.25, 0.7
 """What swings by so many times what is asked of it is to blame, seen over whole waves for this
 long at least [s]."""
@@ -108,21 +110,20 @@ class Swing:
         self._seen.clear()
 
     @property
+    def turns(self) -> int:
+        """How often the signal passes its middle, evenly or not."""
+        return len(self._passes()[2]) if self._seen else 0
+
+    @property
     def frequency(self) -> float:
         """Of the swing that there is [Hz], 0 for none."""
         if not self._seen or self._seen[-1][0] - self._seen[0][0] < self._span - 2.0 * LOOK:
             return 0.0
-        time, value = np.array(self._seen).T
-        value = value - value.mean()
-        parts = np.array_split(value, PARTS)
-        if any(min(part.max(), -part.min()) < self._least for part in parts):
-            return 0.0
-        # with a dead band, so that noise around the middle is no turn
-        side = np.sign(np.where(np.abs(value) > 0.3 * self._least, value, 0.0))
-        kept = side != 0.0
-        time, value, side = time[kept], value[kept], side[kept]
-        places = 1 + np.flatnonzero(side[1:] != side[:-1])
+        time, value, places = self._passes()
         if len(places) < self._turns:
+            return 0.0
+        parts = np.array_split(self._about_middle()[1], PARTS)
+        if any(min(part.max(), -part.min()) < self._least for part in parts):
             return 0.0
         gaps = np.diff(time[places])
         if gaps.std() > self._uneven * gaps.mean():
@@ -132,6 +133,21 @@ class Swing:
         if (sizes[1:] < self._steady * sizes[:-1]).any():
             return 0.0
         return float(0.5 / gaps.mean())
+
+    def _about_middle(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times [s] and the signal about its mean."""
+        time, value = np.array(self._seen).T
+        return time, value - value.mean()
+
+    def _passes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return times and signal outside a dead band, and where it has come to the other side.
+
+        The dead band keeps noise around the middle from counting.
+        """
+        time, value = self._about_middle()
+        kept = np.abs(value) > 0.3 * self._least
+        time, value = time[kept], value[kept]
+        return time, value, 1 + np.flatnonzero(np.diff(np.sign(value)))
 
 
 class Alarms:
@@ -235,8 +251,8 @@ class Alarms:
         asked = self._session.asked
         for swing, value in zip(self._asked, asked, strict=True):
             swing.look(time, value)
-        if time < self._next_look or any(swing.frequency for swing in self._asked):
-            return  # who asks for a swing has one
+        if time < self._next_look or any(swing.turns >= ASKED_TURNS for swing in self._asked):
+            return
         found = {axis: swing.frequency for axis, swing in self._axes.items()}
         axis = next((axis for axis, frequency in found.items() if frequency), "")
         if not axis:
