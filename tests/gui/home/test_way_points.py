@@ -8,6 +8,7 @@ from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
+from tests.gui.conftest import noted
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND
 from workbench.gui.home.gps_card import GO_TO
@@ -27,8 +28,7 @@ class Bench:
     def __init__(self, folder):
         store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
         self.workspace = make_workspace(Preferences(store))
-        self.told = []
-        self.workspace.notices.told.connect(lambda notice: self.told.append(notice.what))
+        self.told = noted(self.workspace)
         self.flight = self.workspace.flight
         self.screen = HomeScreen(self.workspace)
         self.screen.resize(1190, 700)
@@ -161,7 +161,7 @@ def test_inside_of_an_obstacle_it_is_refused_with_its_name(bench, qtbot):
     assert bench.map.say_place(bench.map.under)[-1].startswith("mast, 0.0 to 8.0")
     bench.click(*middle)
     assert bench.places == []
-    assert bench.told[-1].startswith("this place is inside 'mast' at a height of 1.5")
+    assert bench.told[-1].what.startswith("this place is inside 'mast' at a height of 1.5")
     bench.wheel(1)
 
 
@@ -171,7 +171,7 @@ def test_a_stick_ends_them(bench, qtbot):
     qtbot.waitUntil(lambda: bench.asked((3.0, 3.0)))
     bench.flight.order(lambda live: live.command((0.0, -0.5, 0.0), 0.0))
     qtbot.waitUntil(lambda: bench.places == [])
-    assert "something else is asked of the drone" in bench.told[-1]
+    assert "something else is asked of the drone" in bench.told[-1].what
 
 
 def test_the_pointer_is_told_where_it_is(bench):

@@ -8,6 +8,7 @@ from PyQt6.QtCore import QPoint, QSettings, Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QLineEdit, QMainWindow, QPushButton, QVBoxLayout, QWidget
 
+from tests.gui.conftest import noted
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND, PAUSED
 from workbench.gui.joystick.game_pad import PadButton, PadReading
@@ -32,8 +33,7 @@ class Bench:
     def __init__(self, folder):
         store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
         self.workspace = make_workspace(Preferences(store))
-        self.told = []
-        self.workspace.notices.told.connect(self.told.append)
+        self.told = noted(self.workspace)
         self.flight = self.workspace.flight
         self.screen = JoystickScreen(self.workspace)
         self.pilot = self.screen.pilot

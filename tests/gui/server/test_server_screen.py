@@ -8,6 +8,7 @@ from PyQt6.QtCore import QSettings, Qt
 from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
+from tests.gui.conftest import noted
 from workbench.common.errors import WorkbenchError
 from workbench.gui.preferences import Preferences
 from workbench.gui.server.server_screen import Running, ServerScreen
@@ -27,8 +28,7 @@ class Bench:
     def __init__(self, folder):
         store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
         self.workspace = make_workspace(Preferences(store))
-        self.folder, self.told = folder, []
-        self.workspace.notices.told.connect(self.told.append)
+        self.folder, self.told = folder, noted(self.workspace)
         self.flight = self.workspace.flight
         self.screen = ServerScreen(self.workspace)
         self.screen.resize(760, 600)
