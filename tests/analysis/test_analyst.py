@@ -159,7 +159,7 @@ def test_a_search_is_stopped_and_keeps_its_best(own):
     assert not reply.met
     assert set(reply.gains) >= {"kp_velocity_x", "kp_pitch"}
     assert 0.0 <= told[0].share <= 1.0
-    assert analyst.ask(Weigh({}, STEP)).result(ENOUGH).weights  # what is asked later is not stopped
+    assert analyst.ask(Weigh({}, STEP)).result(ENOUGH).slopes  # what is asked later is not stopped
 
 
 @pytest.mark.slow
@@ -168,11 +168,11 @@ def test_nothing_waits_for_a_search_or_is_stopped_with_it(own):
     tuned = analyst.ask(Tune({}, HARD))
     heard(told)
     weighed = analyst.ask(Weigh({}, STEP))
-    assert weighed.result(ENOUGH).weights
+    assert weighed.result(ENOUGH).slopes
     assert not tuned.done()
     weighed = analyst.ask(Weigh({}, STEP))
     analyst.stop()
-    assert weighed.result(ENOUGH).weights
+    assert weighed.result(ENOUGH).slopes
     assert tuned.result(ENOUGH).stopped
 
 

@@ -27,19 +27,20 @@ def test_a_percent_more_does_what_it_says(subject, weighed):
         factor: fly_step("x", 2.0, duration=1.5, settings={"kp_velocity_x": factor * own})
         for factor in (1.0, 1.2)
     }
-    slope = next(e.slope for e in weighed.weights["peak"] if e.gain == "kp_velocity_x")
+    slope = weighed.slopes["peak"]["kp_velocity_x"]
     change = rise[1.2].metrics.peak - rise[1.0].metrics.peak
     assert 20.0 * slope == pytest.approx(change, rel=0.35)
 
 
 def test_the_strongest_come_first_and_what_does_nothing_is_left_out(weighed):
-    for weights in weighed.weights.values():
-        sizes = [abs(each.slope) for each in weights]
+    for slopes in weighed.slopes.values():
+        sizes = [abs(slope) for slope in slopes.values()]
         assert sizes == sorted(sizes, reverse=True)
         assert 0.0 not in sizes
-    assert weighed.weights["rise_time"][0].gain == "kp_velocity_x"
-    assert weighed.weights["rise_time"][0].slope < 0.0
-    assert "kp_yaw_rate" not in [each.gain for each in weighed.weights["rise_time"]]
+    strongest, *others = weighed.slopes["rise_time"].items()
+    assert strongest[0] == "kp_velocity_x"
+    assert strongest[1] < 0.0
+    assert "kp_yaw_rate" not in dict(others)
 
 
 def test_a_stop_ends_it(answer, caller):

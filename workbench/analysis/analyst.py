@@ -1,4 +1,4 @@
-"""An analyst as its caller sees it: questions that never wait, and replies that come later."""
+"""The caller's end of an analyst: `ask` returns at once, and the reply comes later."""
 
 import copy
 import threading
@@ -8,8 +8,8 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from workbench.analysis.questions import ANSWERED_BY, LONG, QUICK, SLOW, Begin, Question, Stop
-from workbench.analysis.replies import Preparing, Searched
+from workbench.analysis.questions import ANSWERED_BY, LONG, QUICK, SLOW, Question, Stop
+from workbench.analysis.replies import Searched
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.worker_process import WorkerProcess, unanswered_future
 from workbench.scenario.scenario import Scenario
@@ -25,11 +25,16 @@ class AnalysisProcess:
     """Answers questions in a process of its own; only its start and `close` take time.
 
     Args:
-        begin: what every process is told first.
-        progressed: called with a `Searched` or a `Preparing`, in another thread.
+        begin: the first message to every process, see `worker.main`.
+        progressed: called with a `Searched`, or with a text on what is prepared, as compiling, in
+            another thread.
     """
 
-    def __init__(self, begin: Begin, progressed: Callable[[Searched | Preparing], None]) -> None:
+    def __init__(
+        self,
+        begin: tuple[Scenario, Mapping[str, float], int],
+        progressed: Callable[[Searched | str], None],
+    ) -> None:
         self._begin = begin
         self._progressed = progressed
         self._lock = threading.Lock()
@@ -54,7 +59,7 @@ class AnalysisProcess:
             self._living().ask(lambda: question, answer)
         except WorkbenchError as error:
             answer.set_exception(error)
-        except Exception as error:  # a stranger's object may fail in any way
+        except Exception as error:  # an object of the user's own may fail in any way
             said = f"the question cannot be sent to a process: {error}"
             answer.set_exception(WorkbenchError(said))
 
@@ -102,12 +107,12 @@ class AnalysisProcess:
             return self._worker
 
     def _hear(self, message: object) -> None:
-        if isinstance(message, Searched | Preparing):
+        if isinstance(message, Searched | str):
             self._progressed(message)
 
 
-def _ignore(_: Searched | Preparing) -> None:
-    """Tell nobody."""
+def _ignore(_: Searched | str) -> None:
+    """Do nothing with progress."""
 
 
 class Analyst:
@@ -120,19 +125,20 @@ class Analyst:
         scenario: whose vehicle is judged, with its variation and rates; where a whole flight is
             flown, all of it counts.
         settings: values of the live parameters, over those of the scenario's gains.
-        progress: called with a `Searched` or a `Preparing`, in a thread of this analyst's.
+        progress: called with a `Searched`, or with a text on what is prepared, as compiling, in a
+            thread of this analyst's.
     """
 
     def __init__(
         self,
         scenario: Scenario,
         settings: Mapping[str, float],
-        progress: Callable[[Searched | Preparing], None] = _ignore,
+        progress: Callable[[Searched | str], None] = _ignore,
     ) -> None:
         self.scenario = copy.deepcopy(scenario)
         self.settings = dict(settings)
         self._processes = {
-            process: AnalysisProcess(Begin(self.scenario, self.settings, niceness), progress)
+            process: AnalysisProcess((self.scenario, self.settings, niceness), progress)
             for process, niceness in NICENESS.items()
         }
         self._lock = threading.Lock()

@@ -14,7 +14,6 @@ from workbench.analysis.replies import (
     Predicted,
     StepNumbers,
     Weighed,
-    Weight,
     load_numbers,
     step_numbers,
 )
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
     from workbench.design.rollout.engine import RolloutEngine
 
 LONGEST = 20.0
-"""A step that is flown while somebody waits [s]."""
+"""The longest step that a caller waits for [s]."""
 PATIENCE = 0.005
 """Between two looks at what loads [s]."""
 POINTS = 25
@@ -194,28 +193,22 @@ def weigh(subject: Subject, question: Weigh, work: Work) -> Working:
         progress=work.check,
     )
     gains, names = subject.gains(question.gains), subject.asked_names(question.gains)
-    weights = {
-        each.metric: tuple(
-            replace(weight, gain=names.get(weight.gain, weight.gain))
-            for weight in _weights(each, gains)
-        )
+    slopes = {
+        each.metric: {names.get(name, name): slope for name, slope in _slopes(each, gains).items()}
         for each in found
     }
-    yield Weighed(question, weights)
+    yield Weighed(question, slopes)
 
 
-def _weights(sensitivity: "Sensitivity", gains: dict[str, float]) -> tuple[Weight, ...]:
+def _slopes(sensitivity: "Sensitivity", gains: dict[str, float]) -> dict[str, float]:
     """Return what gains do to a metric, the strongest first, without those that do nothing.
 
     A metric of 0, as the undershoot of what never turns back, has none: its slope is rounding.
     """
     if not sensitivity.value:
-        return ()
-    slopes = [
-        Weight(name, PERCENT * gains[name] * slope)
-        for name, slope in sensitivity.derivatives.items()
-    ]
-    known = [each for each in slopes if math.isfinite(each.slope)]
-    least = NOTHING * max((abs(each.slope) for each in known), default=0.0)
-    acting = [each for each in known if abs(each.slope) > least]
-    return tuple(sorted(acting, key=lambda each: -abs(each.slope)))
+        return {}
+    slopes = {name: PERCENT * gains[name] * each for name, each in sensitivity.derivatives.items()}
+    known = {name: slope for name, slope in slopes.items() if math.isfinite(slope)}
+    least = NOTHING * max(map(abs, known.values()), default=0.0)
+    acting = [(name, slope) for name, slope in known.items() if abs(slope) > least]
+    return dict(sorted(acting, key=lambda each: -abs(each[1])))

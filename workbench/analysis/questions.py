@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from workbench.design.branches import Branch
 from workbench.design.judge.margins import Robustness
 from workbench.scenario.loads import LOADS
-from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from workbench.session.checkpoint import Checkpoint
@@ -253,21 +252,6 @@ class AskOther(Question):
 
     controller: str
     question: Judge | Predict | DrawFrequency
-
-
-@dataclass(frozen=True)
-class Begin:
-    """The first message to a process.
-
-    Attributes:
-        scenario: whose vehicle is judged.
-        settings: values of the live parameters, over those of its gains.
-        niceness: added to the process's own, so that a flight beside it goes first.
-    """
-
-    scenario: Scenario
-    settings: Mapping[str, float]
-    niceness: int
 
 
 @dataclass(frozen=True)

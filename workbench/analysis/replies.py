@@ -161,8 +161,8 @@ class Ranges:
 class StepNumbers:
     """Metrics of one flown step of a command or a load; NaN where it has none.
 
-    Times in s, overshoot and error in %, rotor use as a share, the peak of a load in its response's
-    unit. `withheld` says why some are NaN, as of a step that has not settled; "" if none is for
+    Times in s, overshoot and error in %, rotor use as a share, the peak in the response's unit.
+    `withheld` says why some are NaN, as of a step that has not settled; "" if none is for
     such a reason.
     """
 
@@ -184,6 +184,7 @@ def step_numbers(metrics: StepMetrics, peak_rotor_use: float) -> StepNumbers:
         steady_state_error=metrics.steady_state_error,
         peak_rotor_use=peak_rotor_use,
         withheld=metrics.withheld,
+        peak=metrics.peak,
     )
 
 
@@ -239,24 +240,17 @@ class Mapped:
 
 
 @dataclass(frozen=True)
-class Weight:
-    """What one gain does to one metric.
+class Weighed:
+    """What the gains do to each metric of a step.
 
     Attributes:
-        gain: its name.
-        slope: change of the metric, in its unit, for one percent more of the gain.
+        asked: the question.
+        slopes: of each metric by its name, for one percent more of each gain by its name, in the
+            metric's unit, the strongest first.
     """
 
-    gain: str
-    slope: float
-
-
-@dataclass(frozen=True)
-class Weighed:
-    """What the gains do to each metric of a step, by its name, the strongest first."""
-
     asked: Weigh
-    weights: Mapping[str, tuple[Weight, ...]]
+    slopes: Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)
@@ -396,10 +390,3 @@ class OtherAnswered:
 
     asked: AskOther
     answer: Judged | Predicted | FrequencyCurves
-
-
-@dataclass(frozen=True)
-class Preparing:
-    """What is being done before any answer, as compiling, in words."""
-
-    said: str

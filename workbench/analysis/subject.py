@@ -1,4 +1,4 @@
-"""Whom an analyst judges: a scenario's vehicle, read once, with what judges and flies it."""
+"""The vehicle that an analyst judges, read once, with its models and flights."""
 
 import threading
 from collections.abc import Mapping
@@ -217,7 +217,7 @@ class Subject:
             )
             engine.fly([{}], "x", 1.0, duration=FIRST_STEP)
             engine.measure([{}], "x", 1.0, duration=FIRST_STEP)
-        except BaseException as error:  # whoever asks is told
+        except BaseException as error:  # the caller is told
             loading.set_exception(error)
         else:
             loading.set_result(engine)

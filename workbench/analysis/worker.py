@@ -12,8 +12,8 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
-from workbench.analysis.questions import ANSWERED_BY, AskOther, Begin
-from workbench.analysis.replies import OtherAnswered, Preparing
+from workbench.analysis.questions import ANSWERED_BY, AskOther
+from workbench.analysis.replies import OtherAnswered
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import RequestQueue, Work, Working
 from workbench.common.cache import PROGRESS_LOGGER
@@ -99,18 +99,20 @@ class Scheduler:
 
 
 def main(connection: Connection) -> int:
-    """Answer what is asked about the first message's vehicle, and return the exit code."""
+    """Answer what is asked, and return the exit code.
+
+    The first message is the scenario whose vehicle is judged, the values of its live parameters
+    over those of its gains, and what is added to the niceness of the process.
+    """
     try:
-        begin = connection.recv()
+        scenario, settings, niceness = connection.recv()
     except (EOFError, OSError):
         return 0
-    if not isinstance(begin, Begin):
-        return 1
-    os.nice(begin.niceness)
+    os.nice(niceness)
     send_queue = SendQueue(connection)
-    logging.getLogger(PROGRESS_LOGGER).addHandler(LogPoster(send_queue, Preparing))
+    logging.getLogger(PROGRESS_LOGGER).addHandler(LogPoster(send_queue, str))
     requests = RequestQueue(connection, send_queue)
-    subject = Subject(begin.scenario, begin.settings)
+    subject = Subject(scenario, settings)
     Scheduler(subject, requests, send_queue, find_answerer).run()
     return 0
 

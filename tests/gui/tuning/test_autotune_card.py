@@ -15,7 +15,7 @@ from workbench.gui.tuning.autotune_card import (
     what_is_wrong,
     with_point,
 )
-from workbench.gui.tuning.table_rows import State
+from workbench.gui.tuning.number_table import State
 
 PD = load_controller()
 FOUND = {"kp_velocity_x": 5.5, "kp_pitch": 180.0}

@@ -13,10 +13,17 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.worker import find_answerer
 from workbench.design.judge.report import judge as judge_all
 from workbench.design.step_response import fly_step
-from workbench.gui.tuning.compare_card import FREQUENCY, POLES, STEP, TABLE
-from workbench.gui.tuning.compare_table import Known, compared_rows, csv_text
-from workbench.gui.tuning.limit_table import STEP_LIMITS, find_limit
-from workbench.gui.tuning.response_card import ResponseHistory
+from workbench.gui.tuning.compare_card import (
+    FREQUENCY,
+    POLES,
+    STEP,
+    TABLE,
+    Known,
+    compared_rows,
+    csv_text,
+)
+from workbench.gui.tuning.limits import STEP_LIMITS, find_limit
+from workbench.gui.tuning.responses import ResponseHistory
 from workbench.scenario.excitation import Excitation, Exciting, Shape
 from workbench.scenario.scenario import Scenario
 
@@ -303,7 +310,7 @@ def test_ghosts_have_names_gains_and_the_time_they_flew(screen, canned):
     gains.discard()
     screen.show_view(canned.views[-1])
     names = {"tried at 0:01.4 (kd_pitch 20)", "A at 0:00.8", "kept at 0:00.2"}
-    legend = screen.response.plot.plot
+    legend = screen.response.plot
     assert names <= set(legend.names)
     lines = legend.legend.toolTip().splitlines()
     assert lines[lines.index("A at 0:00.8") + 1] == "    kp_pitch 180 instead of 225"

@@ -13,12 +13,10 @@ from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import KINDS, load_choice, load_kind
-from workbench.gui.tuning.limit_table import LOAD_LIMITS, LOAD_PEAKS
+from workbench.gui.tuning.limits import LOAD_LIMITS, LOAD_PEAKS
+from workbench.gui.tuning.number_table import State
 from workbench.gui.tuning.response_card import limits_of, metric_rows
-from workbench.gui.tuning.rounds import StepPart, step_parts
-from workbench.gui.tuning.step_measure import measure_load
-from workbench.gui.tuning.table_rows import State
-from workbench.gui.tuning.trace import Trace
+from workbench.gui.tuning.responses import StepPart, Trace, measure_load, step_parts
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.gui.workspace import make_workspace
 from workbench.live.choice import Choice

@@ -1,7 +1,7 @@
 import pytest
 
 from workbench.analysis.questions import FindRanges, Judge
-from workbench.gui.tuning.follower import Follower
+from workbench.gui.analysis import Follower
 
 
 @pytest.fixture

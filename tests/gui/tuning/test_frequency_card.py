@@ -18,9 +18,15 @@ from workbench.analysis.subject import Subject
 from workbench.design.judge.margins import LoopMargins
 from workbench.design.linear.linearize import linearize
 from workbench.gui.charts.curve import CurveStyle
-from workbench.gui.tuning.drawn_loop import DrawnLoop, drawn_curves, drawn_measurement
-from workbench.gui.tuning.loop_marks import gain_margin_mark, peak, phase_margin_mark
-from workbench.gui.tuning.nyquist_plot import disk
+from workbench.gui.tuning.drawn_loop import (
+    DrawnLoop,
+    drawn_curves,
+    drawn_measurement,
+    gain_margin_mark,
+    peak,
+    phase_margin_mark,
+)
+from workbench.gui.tuning.loop_plots import disk
 from workbench.scenario.scenario import Scenario
 
 NOTHING = np.empty(0)
@@ -260,7 +266,8 @@ def test_a_measured_loop_is_drawn_where_it_is_coherent(screen, settle):
     frequency = np.array([1.0, 5.0, 10.0, 50.0])
     coherence = np.array([0.95, 0.99, 0.9, 0.5])
     response = np.array([4.0, -2.0j, -1.0 - 1.0j, 0.1])
-    card.show_measured("pitch", "actuator", frequency, response, coherence, np.full(4, 0.1))
+    drawn = drawn_measurement(frequency, response, coherence, np.full(4, 0.1))
+    card.measuring.keep("pitch", "actuator", screen.trial.judged_flown, drawn)
     magnitude, _ = card.bode.plots
     size = curve(magnitude, "measured")[1]
     np.testing.assert_allclose(size[:3], 20.0 * np.log10([4.0, 2.0, math.sqrt(2.0)]))

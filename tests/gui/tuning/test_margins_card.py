@@ -5,11 +5,9 @@ from PyQt6.QtCore import Qt
 from workbench.analysis.questions import Judge, JudgePlantInput
 from workbench.analysis.replies import JudgedPlantInput
 from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limit_table import MARGIN_LIMITS
-from workbench.gui.tuning.limits import Limits
+from workbench.gui.tuning.limits import MARGIN_LIMITS, Limits
 from workbench.gui.tuning.margins_card import PLANT_INPUT, MarginsCard
-from workbench.gui.tuning.number_table import NumberTable
-from workbench.gui.tuning.table_rows import Cell, Row, State
+from workbench.gui.tuning.number_table import Cell, NumberTable, Row, State
 
 FLOWN = {"kp_pitch": 225.0, "kd_pitch": 27.0}
 PROPOSED = {"kp_pitch": 300.0, "kd_pitch": 27.0}

@@ -12,8 +12,8 @@ from workbench.design.judge.phase_budget import PARTS
 from workbench.design.judge.report import judge as judge_all
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.phase_view import PhaseView
-from workbench.gui.tuning.table_rows import State
+from workbench.gui.tuning.loop_plots import PhaseView
+from workbench.gui.tuning.number_table import State
 from workbench.scenario.scenario import Scenario
 
 FLOWN = {"kp_pitch": 225.0, "kd_pitch": 27.0}

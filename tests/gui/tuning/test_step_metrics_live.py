@@ -4,11 +4,9 @@ import control
 import numpy as np
 import pytest
 
+from workbench.gui.tuning.number_table import State
 from workbench.gui.tuning.response_card import metric_rows
-from workbench.gui.tuning.rounds import StepPart, step_parts
-from workbench.gui.tuning.step_measure import measure_step
-from workbench.gui.tuning.table_rows import State
-from workbench.gui.tuning.trace import Trace
+from workbench.gui.tuning.responses import StepPart, Trace, measure_step, step_parts
 from workbench.scenario.excitation import Excitation, Shape
 
 TIME = np.arange(0.0, 4.0, 1.0 / 128.0)

@@ -7,8 +7,8 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
 from workbench.analysis.questions import Judge, Predict, Step
+from workbench.gui.tuning.number_table import State
 from workbench.gui.tuning.response_card import ASKED, FLOWN, FUTURE, PREDICTED
-from workbench.gui.tuning.table_rows import State
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.live.choice import Choice
 from workbench.scenario.excitation import Excitation, Exciting, Shape
@@ -84,7 +84,7 @@ def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
     asked = offline.analysis.of(Predict)[-1]
     offline.analysis.predicted.emit(predict(asked.gains, asked.step))
-    assert PREDICTED in screen.response.plot.plot.names
+    assert PREDICTED in screen.response.plot.names
     overshoot = screen.response.table.rows[1]
     assert (overshoot.cells[1].text, overshoot.cells[1].over) == ("12.0", True)
     assert overshoot.state is State.NONE
@@ -132,7 +132,7 @@ def test_a_lost_prediction_is_told(screen, offline, predict, qtbot):
     asked = offline.analysis.of(Predict)[-1]
     offline.analysis.predicted.emit(predict(asked.gains, asked.step, lost=True))
     assert screen.response.said.text() == "With the proposed gains the drone would be lost."
-    assert PREDICTED not in screen.response.plot.plot.names
+    assert PREDICTED not in screen.response.plot.names
 
 
 def test_a_flown_step_has_the_numbers_of_python_control(screen, canned):
@@ -147,8 +147,8 @@ def test_a_flown_step_has_the_numbers_of_python_control(screen, canned):
     assert numbers.rise_time == pytest.approx(info["RiseTime"])
     assert numbers.overshoot == pytest.approx(info["Overshoot"])
     assert numbers.settling_time == pytest.approx(info["SettlingTime"], nan_ok=True)
-    assert FLOWN in screen.response.plot.plot.names
-    assert ASKED in screen.response.plot.plot.names
+    assert FLOWN in screen.response.plot.names
+    assert ASKED in screen.response.plot.names
     assert screen.response.table.rows[0].cells[0].text == f"{info['RiseTime']:.3f}"
     assert [use.label for use in screen.response.strip.uses] == ["tilt", "rotor use", "speed"]
 
@@ -217,11 +217,11 @@ def test_a_prediction_that_is_refused_leaves_none_of_earlier_gains(
     screen, offline, judge, predict, qtbot
 ):
     answer(screen, judge, predict, qtbot)
-    assert PREDICTED in screen.response.plot.plot.names
+    assert PREDICTED in screen.response.plot.names
     screen.gains.propose("kp_velocity_x", 7.0)
     qtbot.waitUntil(lambda: len(offline.analysis.of(Predict)) == 2)
     offline.analysis.refused.emit(offline.analysis.of(Predict)[-1], "its process has died")
-    assert PREDICTED not in screen.response.plot.plot.names
+    assert PREDICTED not in screen.response.plot.names
     assert screen.response.said.text() == "No prediction: its process has died"
     assert screen.response.table.rows[0].cells[1].text == "–"
 
@@ -231,9 +231,9 @@ def test_what_lies_ahead_is_shown_as_far_as_its_command_holds(screen):
     card.history.begin(Exciting(Excitation("x", Shape.STEP, 1.0, 2.0, True), 10.0, 1), {})
     time = 11.0 + np.linspace(0.0, 5.0, 501)
     card.show_ahead(time, np.zeros(501))
-    assert FUTURE in card.plot.plot.names
-    curve = card.plot.plot.curves[card.plot.plot.names.index(FUTURE)]
+    assert FUTURE in card.plot.names
+    curve = card.plot.curves[card.plot.names.index(FUTURE)]
     shown, _ = curve.samples(0.0)
     assert (shown[0], shown[-1]) == pytest.approx((1.0, 2.0))
     card.show_ahead(time - 2.0, np.zeros(501))  # from before the round began
-    assert FUTURE not in card.plot.plot.names
+    assert FUTURE not in card.plot.names

@@ -1,8 +1,8 @@
 import pytest
 
 from workbench.analysis.questions import Step, Weigh
-from workbench.analysis.replies import Weighed, Weight
-from workbench.gui.tuning.limit_table import find_limit
+from workbench.analysis.replies import Weighed
+from workbench.gui.tuning.limits import find_limit
 from workbench.gui.tuning.weights_card import WeightsCard, strongest, weight_text
 
 STEP = Step("x", 1.0, 2.0)
@@ -20,16 +20,16 @@ def card(offline, trial, qtbot):
 
 
 def test_a_slope_for_one_percent_is_told_for_ten():
-    text = weight_text(Weight("kp_pitch", -0.002), find_limit("rise_time"))
+    text = weight_text("kp_pitch", -0.002, find_limit("rise_time"))
     assert text == "10 % more kp_pitch: rise time −0.0200 s"
-    text = weight_text(Weight("kp_pitch", 0.001), find_limit("peak_rotor_use"))
+    text = weight_text("kp_pitch", 0.001, find_limit("peak_rotor_use"))
     assert text == "10 % more kp_pitch: rotor use +1.00 %"
 
 
 def test_gains_that_do_nothing_to_speak_of_are_left_out():
-    weights = [Weight("a", 0.001), Weight("b", -1.0), Weight("c", 0.3), Weight("d", float("nan"))]
-    assert [each.gain for each in strongest(weights)] == ["b", "c"]
-    assert strongest([Weight("a", 0.0)]) == ()
+    slopes = {"a": 0.001, "c": 0.3, "b": -1.0, "d": float("nan")}
+    assert [*strongest(slopes)] == ["b", "c"]
+    assert strongest({"a": 0.0}) == {}
 
 
 def test_it_asks_once_gains_have_settled(card, offline, trial, gains, qtbot):
@@ -43,8 +43,8 @@ def test_it_asks_once_gains_have_settled(card, offline, trial, gains, qtbot):
 def test_the_metric_on_show_is_told_in_words(card, offline, trial, qtbot):
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
     weights = {
-        "rise_time": (Weight("kp_velocity_x", -0.003), Weight("kp_pitch", 0.001)),
-        "overshoot": (Weight("kp_pitch", 0.2),),
+        "rise_time": {"kp_velocity_x": -0.003, "kp_pitch": 0.001},
+        "overshoot": {"kp_pitch": 0.2},
     }
     offline.analysis.weighed.emit(Weighed(Weigh(trial.proposed, STEP), weights))
     assert card.words.text() == "10 % more kp_velocity_x: rise time −0.0300 s."

@@ -218,7 +218,7 @@ class GainSlider(QSlider):
         look.changed.connect(self.update)
 
     def show_value(self, value: float, flown: float) -> None:
-        """Show where the value is, and where the flown one; nobody is told."""
+        """Show where the value is, and where the flown one, without a signal."""
         places = self.scale.place(value), self.scale.place(flown)
         if places == (self._place, self._flown):
             return
@@ -374,7 +374,7 @@ class GainField(NumberField):
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     def show_value(self, value: float) -> None:
-        """Show a value; nobody is told, and a text that was not taken goes."""
+        """Show a value, without a signal; a text that was not accepted is removed."""
         self.restore()
         self.show_si(value)
         self.restore()

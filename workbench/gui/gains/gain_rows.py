@@ -104,7 +104,7 @@ _NO_LOOP = (_OTHERS - _FELT) | {row.name for row in COMMON if row.group == _LIMI
 
 
 def gain_label(row: Parameter, firmware: Firmware | None = None) -> GainLabel:
-    """Return how a row is shown; a row that nobody has named is named by itself.
+    """Return how a row is shown; a row without a name of its own is named by the parameter.
 
     Args:
         row: of the parameter table.

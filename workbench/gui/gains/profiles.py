@@ -68,7 +68,7 @@ class ProfileDiff:
 
 
 class GainProfiles(QObject):
-    """Loads and saves profiles of the gains that are edited, without keeping anybody waiting.
+    """Loads and saves profiles of the gains that are edited, in the background.
 
     Args:
         editor: has the gains.

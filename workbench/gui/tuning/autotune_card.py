@@ -30,9 +30,8 @@ from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.number_field import NUMBER, buddy, read_number
 from workbench.gui.style import dressed, set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
-from workbench.gui.tuning.gains_text import gains_text
-from workbench.gui.tuning.number_table import NumberTable
-from workbench.gui.tuning.table_rows import Cell, Row, State
+from workbench.gui.tuning.designs import gains_text
+from workbench.gui.tuning.number_table import Cell, NumberTable, Row, State
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 from workbench.scenario.axes import find_axis
@@ -314,7 +313,7 @@ class AutoTuneCard(Card):
 
     def _accept(self) -> None:
         if self._tuned is not None:
-            self._trial.adopt(self._tuned.gains, "auto-tune")
+            self._trial.gains.adopt(self._tuned.gains, "auto-tune")
         self._discard()
         self.said.say("Accepted: one undo takes it back.", "good")
 

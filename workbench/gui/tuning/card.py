@@ -1,9 +1,22 @@
 """A card: what belongs together, on its own ground, with a heading."""
 
-from PyQt6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from collections.abc import Mapping, Sequence
+
+from PyQt6.QtCore import QSignalBlocker
+from PyQt6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
 from workbench.gui.help import explain
 from workbench.gui.layout import ElidedLabel
+from workbench.gui.number_field import buddy
 from workbench.gui.style import dressed, set_class
 
 SPACING = 6
@@ -61,3 +74,39 @@ def wrapped(tone: str = "muted") -> QLabel:
     label.setProperty("class", tone)
     label.setWordWrap(True)
     return label
+
+
+def fields_beside(fields: Sequence[tuple[str, QWidget]], narrowest: int = 78) -> QGridLayout:
+    """Return fields beside each other, each below its label.
+
+    Args:
+        fields: text of the label, and the field.
+        narrowest: least width of a field [px].
+    """
+    grid = QGridLayout()
+    grid.setSpacing(SPACING)
+    for column, (text, field) in enumerate(fields):
+        grid.addWidget(buddy(text, field), 0, column)
+        grid.addWidget(field, 1, column)
+        grid.setColumnStretch(column, 1)
+        field.setMinimumWidth(narrowest)
+    return grid
+
+
+def offer(box: QComboBox, texts: Mapping[str, str], first: str | None = None) -> bool:
+    """Let a box offer other items, without a signal; return whether they are others.
+
+    Args:
+        box: keeps what is chosen, where it is still there.
+        texts: of the items, by their data.
+        first: what is chosen otherwise; the first item where it is none of them.
+    """
+    if [*texts] == [box.itemData(index) for index in range(box.count())]:
+        return False
+    chosen = box.currentData()
+    with QSignalBlocker(box):
+        box.clear()
+        for data, text in texts.items():
+            box.addItem(text, data)
+        box.setCurrentIndex(max(0, box.findData(chosen if chosen in texts else first)))
+    return True

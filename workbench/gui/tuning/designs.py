@@ -1,21 +1,38 @@
-"""The designs that can be compared: the sets of gains there are, and other controllers."""
+"""The designs that can be compared, gains and controllers, and what is known of them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.control.controller import COMMON, LIMITS
+from workbench.analysis.questions import (
+    AskOther,
+    DrawFrequency,
+    Judge,
+    Predict,
+    Question,
+    Step,
+)
+from workbench.analysis.replies import (
+    FrequencyCurves,
+    Judged,
+    OtherAnswered,
+    Predicted,
+)
+from workbench.control.controller import COMMON, LIMITS, SHIPPED
+from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.charts.curve import CurveStyle
+from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import SLOTS
 from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.home.cards import simulated_text
-from workbench.gui.tuning.gains_text import gains_list, gains_text
-from workbench.gui.tuning.other_controllers import OtherControllers, controller_label
 from workbench.gui.tuning.trial import Trial
 from workbench.scenario.parameters import OTHERS, SIGNAL_PATH
 
+MOST_NAMES = 3
+"""Names that a short text has."""
 KEPT, FLOWN, PROPOSED, TRIED = "kept", "flown", "proposed", "tried"
 NAMES = (KEPT, FLOWN, PROPOSED, *SLOTS)
 """Of the sets of gains, in the order in which they stand beside each other."""
@@ -37,6 +54,89 @@ SHARED = frozenset(row.name for row in COMMON if row.group == LIMITS) | frozense
 MOST = 300
 """Changes of what flies that are remembered."""
 Key = tuple[str, tuple[tuple[str, float], ...]]
+MOST_ANSWERS = 128
+"""Answers that are remembered."""
+REST = 200
+"""What a slider leaves behind is asked for when nothing has changed for so long [ms]: the screen
+asks about the proposed gains all the time, and its answers are heard."""
+ACTUATOR = "actuator"
+"""Where loops are cut that are compared, as their margins are."""
+About = Step | str | None
+"""What is asked: a step, the curves of the loop of a name, or with None the margins."""
+Asked = tuple[Key, About]
+Answer = Judged | Predicted | FrequencyCurves
+KINDS: tuple[type[Question], ...] = (Judge, Predict, DrawFrequency, AskOther)
+
+
+class OtherControllers:
+    """Shipped controllers, and files that have flown since the window is there.
+
+    Args:
+        flight: whose controller is not among them.
+    """
+
+    def __init__(self, flight: FlightModel) -> None:
+        self._flight = flight
+        self._files: list[str] = []
+
+    @property
+    def present(self) -> str:
+        """The one that flies: a shipped one's name, or a file's path."""
+        scenario = self._flight.view.scenario
+        return scenario.controller if scenario is not None else SHIPPED[0]
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """All that are known, in an order that stays."""
+        return (*SHIPPED, *self._files)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All but the one that flies."""
+        present = self.present
+        return tuple(name for name in self.all if name != present)
+
+    def note_flight(self) -> None:
+        """Take note of what flies now."""
+        if self.present not in self.all:
+            self._files.append(self.present)
+
+
+def controller_label(name: str) -> str:
+    """Return how a controller is called: a shipped one's name, or that of its file."""
+    return Path(name).stem if name.endswith(".py") else name
+
+
+def gains_text(
+    gains: Mapping[str, float],
+    base: Mapping[str, float],
+    *,
+    same: str = "gains as now",
+    most: int = MOST_NAMES,
+) -> str:
+    """Return what a set of gains has otherwise than another, as kp_pitch 180, in few words.
+
+    Args:
+        gains: by name.
+        base: with which they are compared, where it has the same names.
+        same: what is said where none is other.
+        most: so many gains are named.
+    """
+    other = [name for name, value in gains.items() if name in base and base[name] != value]
+    if not other:
+        return same
+    texts = [f"{name} {gains[name]:.4g}" for name in other[:most]]
+    more = len(other) - most
+    return ", ".join(texts) + (f" and {more} more" if more > 0 else "")
+
+
+def gains_list(gains: Mapping[str, float], base: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a line for each gain that a set has otherwise than another: both values."""
+    return tuple(
+        f"{name} {value:.6g} instead of {base[name]:.6g}"
+        for name, value in gains.items()
+        if name in base and base[name] != value
+    )
 
 
 @dataclass(frozen=True)
@@ -211,3 +311,149 @@ class Designs(QObject):
                     return f"flies since {since}"
                 return f"flew from {since} to {simulated_text(end, 1)}"
         return "has not flown"
+
+
+class DesignAnswers(QObject):
+    """Asks about designs, one question of a kind at a time, and remembers the answers.
+
+    Gains of the controller that flies are asked about as those of a slider are. Another controller
+    is asked about in the slow process: it may have to be compiled.
+
+    Args:
+        analysis: who answers.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    changed = pyqtSignal()
+    """Something else is known now."""
+
+    def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._known: dict[Asked, Answer] = {}
+        self._refused: dict[Asked, str] = {}
+        self._designs: tuple[Design, ...] = ()
+        self._step: Step | None = None
+        self._loop = ""
+        self._seen = False
+        for kind in KINDS:  # before the followers hear it, who ask the next question
+            analysis.answers[kind].connect(self._hear)
+        analysis.refused.connect(self._hear_refusal)
+        self._followers = {kind: Follower(analysis, kind, self) for kind in KINDS}
+        self._rest = single_shot(self._ask, self, REST)
+        for each in self._followers.values():
+            each.answered.connect(lambda _: self._ask())
+            each.refused.connect(lambda _: self._ask())
+
+    def clear(self) -> None:
+        """Forget all: another flight begins, or another controller flies."""
+        self._known, self._refused = {}, {}
+        for each in self._followers.values():
+            each.forget()
+        self._rest.start()
+
+    def set_seen(self, seen: bool) -> None:
+        """Ask only while it is visible; what was refused is tried again."""
+        if seen and not self._seen:
+            self._refused = {}
+        self._seen = seen
+        for each in self._followers.values():
+            each.set_seen(seen)
+        self._rest.start()
+
+    def follow(self, designs: Sequence[Design], step: Step | None, loop: str = "") -> None:
+        """Want to know the margins of all of these designs from now on, and more.
+
+        Args:
+            designs: that are compared.
+            step: that is predicted of each, None for none.
+            loop: whose curves over frequency are drawn, of those that have it; "" for none.
+        """
+        self._designs, self._step, self._loop = tuple(designs), step, loop
+        self._rest.start()
+
+    def judged(self, design: Design) -> Judged | None:
+        """Return how stable a design is, None while it is not known."""
+        known = self._known.get((design.key, None))
+        return known if isinstance(known, Judged) else None
+
+    def predicted(self, design: Design) -> Predicted | None:
+        """Return the step of a design, None while it is not known."""
+        known = self._known.get((design.key, self._step))
+        return known if isinstance(known, Predicted) else None
+
+    def curves(self, design: Design) -> FrequencyCurves | None:
+        """Return the loop of a design over frequency, None while it is not known."""
+        known = self._known.get((design.key, self._loop))
+        return known if isinstance(known, FrequencyCurves) else None
+
+    def refusal(self, design: Design) -> str:
+        """Return why something of a design is not known, "" where it is or will be."""
+        said = (self._refused.get(each, "") for each in self._wanted(design))
+        return next(filter(None, said), "")
+
+    @property
+    def missing(self) -> tuple[Design, ...]:
+        """Designs of which something is not known yet, and will be."""
+        return tuple(each for each in self._designs if self._open(each))
+
+    def _wanted(self, design: Design) -> list[Asked]:
+        """Return what is to be known of a design."""
+        about: list[About] = [None] if self._step is None else [None, self._step]
+        judged = self.judged(design)
+        if judged is not None and self._loop in [loop.name for loop in judged.loops]:
+            about.append(self._loop)
+        return [(design.key, each) for each in about]
+
+    def _open(self, design: Design) -> list[Asked]:
+        """Return what is neither known nor refused of it."""
+        done = self._known.keys() | self._refused.keys()
+        return [each for each in self._wanted(design) if each not in done]
+
+    def _ask(self) -> None:
+        """Ask the next question of each kind."""
+        asked: set[type] = set()
+        for design in self._designs if self._seen else ():
+            for _, about in self._open(design):
+                question = _question(design, about)
+                asks: Question = question
+                if design.controller:
+                    asks = AskOther(design.controller, question)
+                if type(asks) not in asked:
+                    asked.add(type(asks))
+                    self._followers[type(asks)].ask(asks)
+
+    def _hear(self, reply: Answer | OtherAnswered) -> None:
+        controller = reply.asked.controller if isinstance(reply, OtherAnswered) else ""
+        answer = reply.answer if isinstance(reply, OtherAnswered) else reply
+        self._known[_asked(controller, answer.asked)] = answer
+        wanted = {each for design in self._designs for each in self._wanted(design)}
+        unwanted = [each for each in self._known if each not in wanted]
+        for old in unwanted[: max(0, len(self._known) - MOST_ANSWERS)]:
+            del self._known[old]
+        self.changed.emit()
+
+    def _hear_refusal(self, question: Question, said: str) -> None:
+        controller = question.controller if isinstance(question, AskOther) else ""
+        asked = question.question if isinstance(question, AskOther) else question
+        if isinstance(asked, Judge | Predict | DrawFrequency):
+            self._refused[_asked(controller, asked)] = said
+            self.changed.emit()
+
+
+def _question(design: Design, about: About) -> Judge | Predict | DrawFrequency:
+    if about is None:
+        return Judge(design.gains)
+    if isinstance(about, Step):
+        return Predict(design.gains, about)
+    return DrawFrequency(design.gains, about)
+
+
+def _asked(controller: str, question: Judge | Predict | DrawFrequency) -> Asked:
+    """Return what a question is about."""
+    about: About = None
+    if isinstance(question, DrawFrequency):
+        cut = "" if question.cut == ACTUATOR else f" at {question.cut}"
+        about = f"{question.loop}{cut}"
+    elif isinstance(question, Predict):
+        about = question.step
+    return (controller, tuple(sorted(question.gains.items()))), about

@@ -1,5 +1,7 @@
 """The card that makes the drone answer: by a command, a load, a gust, the wind or a fault."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 from PyQt6.QtCore import QSignalBlocker, Qt, pyqtSignal
@@ -14,6 +16,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.common.errors import find_row
 from workbench.control.mode import FlightMode
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed, set_class
@@ -28,14 +31,24 @@ from workbench.gui.tuning.excitation_form import (
     load_kind,
     reach_text,
 )
-from workbench.gui.tuning.fault_form import FaultForm
-from workbench.gui.tuning.wind_form import WindForm
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
+from workbench.scenario.faults import PARTS, SENSOR_MODES, TURBULENCES, Part
 from workbench.scenario.loads import Load, find_excited
 from workbench.scenario.parameters import parameter_table
 
+MOST_WIND = 25.0
+"""Of the wind [m/s]."""
+TURN = math.tau
+NARROWEST_WIND = 100
+"""Of a field [px]."""
+SPEED_KEY, DIRECTION_KEY, TURBULENCE_KEY = (
+    f"tuning/wind/{name}" for name in ("speed", "direction", "turbulence")
+)
+"""Where the last ones are kept."""
+THRUST_LEFT = 0.8
+"""Of its thrust that a rotor gives, at first."""
 WIDTHS = (50, 94, 102, 82)
 """Of the fields at least [px]."""
 KEY = "Ctrl+E"
@@ -45,6 +58,208 @@ TABS = "QTabBar::tab { padding: 4px 6px; margin-right: 0; }"
 WIND, FAULT = len(KINDS), len(KINDS) + 1
 """Tabs behind those of the kinds of excitation."""
 BUSY = (FlightMode.TAKING_OFF, FlightMode.LANDING)
+
+
+class WindForm(QWidget):
+    """Lets a wind blow over a flight, or stills the air.
+
+    Args:
+        workspace: whose flight is blown at, and whose preferences keep the choice.
+
+    Attributes:
+        buttons: set the wind, and still the air; who shows the form places them.
+    """
+
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
+        self._flight, self._preferences = workspace.flight, workspace.preferences
+        self.speed = NumberField("Wind", 1, 1.0)
+        self.direction = NumberField("To, from east on to north", 0, 15.0)
+        self.direction.set_range(Unit("°", 180.0 / math.pi), -TURN, TURN)
+        self.direction.setToolTip("Where the wind blows to: 0° is east, 90° is north")
+        self.turbulence = QComboBox()
+        self.turbulence.setAccessibleName("Turbulence")
+        self.turbulence.addItems([row.name for row in TURBULENCES])
+        self.turbulence.setToolTip("Dryden's, by the wind speed at 20 ft that makes it")
+        self.button = dressed(QPushButton("Set wind"), "primary")
+        self.still = QPushButton("Still air")
+        self.still.setToolTip("No wind and no turbulence")
+        self.buttons = (self.still, self.button)
+        store = self._preferences.store
+        self._take_kept(store.value(SPEED_KEY, 4.0), store.value(DIRECTION_KEY, 0.0))
+        kept = str(store.value(TURBULENCE_KEY, TURBULENCES[0].name))
+        self.turbulence.setCurrentIndex(max(0, self.turbulence.findText(kept)))
+        self._lay_out()
+        self.button.clicked.connect(self.blow)
+        self.still.clicked.connect(lambda: self._set(0.0, 0.0, TURBULENCES[0].speed))
+        self._preferences.changed.connect(lambda _: self._show_unit())
+
+    def blow(self) -> None:
+        """Let the wind blow from now on."""
+        store, name = self._preferences.store, self.turbulence.currentText()
+        for key, value in ((SPEED_KEY, self.speed.si), (DIRECTION_KEY, self.direction.si)):
+            store.setValue(key, value)
+        store.setValue(TURBULENCE_KEY, name)
+        speed = find_row("turbulence", name, TURBULENCES).speed
+        self._set(self.speed.si, self.direction.si, speed)
+
+    def set_enabled(self, flies: bool) -> None:
+        """Let it be pressed while there is a flight."""
+        self.button.setEnabled(flies and not self.speed.fault and not self.direction.fault)
+        self.still.setEnabled(flies)
+
+    def _set(self, speed: float, direction: float, turbulence: float) -> None:
+        values = {
+            "wind_x": speed * math.cos(direction),
+            "wind_y": speed * math.sin(direction),
+            "wind_z": 0.0,
+            "turbulence": turbulence,
+        }
+        self._flight.order(lambda live: live.set_all(values))
+
+    def _take_kept(self, speed: object, direction: object) -> None:
+        self._show_unit()
+        for field, value, most in (
+            (self.speed, speed, MOST_WIND),
+            (self.direction, direction, TURN),
+        ):
+            try:
+                number = float(str(value))
+            except ValueError:  # another version wrote it, or an editor
+                number = 0.0
+            field.show_si(number if abs(number) <= most else 0.0)
+
+    def _show_unit(self) -> None:
+        speed = self.speed.si if self.speed.text() else 0.0
+        self.speed.set_range(unit_for("m/s", self._preferences), 0.0, MOST_WIND)
+        self.speed.show_si(speed)
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(SPACING)
+        grid.setVerticalSpacing(4)
+        for column, (text, field) in enumerate(
+            (("&Wind", self.speed), ("T&o", self.direction), ("&Turbulence", self.turbulence))
+        ):
+            grid.addWidget(buddy(text, field), 0, column)
+            grid.addWidget(field, 1, column)
+            grid.setColumnStretch(column, 1)
+            field.setMinimumWidth(NARROWEST_WIND)
+        self.turbulence.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
+
+
+class FaultForm(QWidget):
+    """Lets a part of the drone fail, and repairs it.
+
+    Args:
+        workspace: whose flight it is.
+
+    Attributes:
+        faults: values of the parameters of parts that have failed.
+        buttons: repair, and let fail; who shows the form places them.
+    """
+
+    changed = pyqtSignal()
+    """Something else has failed, or was repaired."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
+        self._flight = workspace.flight
+        self._parts: tuple[Part, ...] = ()
+        self.faults: dict[str, float] = {}
+        self.part = QComboBox()
+        self.part.setAccessibleName("Part that fails")
+        self.mode = QComboBox()
+        self.mode.setAccessibleName("How it fails")
+        self.mode.addItems([mode.name for mode in SENSOR_MODES])
+        self.share = NumberField("Thrust that the rotor still gives", 0, 5.0)
+        self.share.set_range(Unit("%", 100.0), 0.0, 1.0)
+        self.share.show_si(THRUST_LEFT)
+        self.how = QStackedWidget()
+        self.how.addWidget(self.mode)
+        self.how.addWidget(self.share)
+        self.button = dressed(QPushButton("Fail now"), "danger")
+        self.repair = QPushButton("Repair")
+        self.repair.setToolTip("Let this part work as before")
+        self.buttons = (self.repair, self.button)
+        self._lay_out()
+        self.part.currentIndexChanged.connect(self._show)
+        self.button.clicked.connect(self.fail)
+        self.repair.clicked.connect(self._repair)
+
+    def begin(self, values: Mapping[str, float]) -> None:
+        """Take the parts of another flight.
+
+        Args:
+            values: of its parameters at its start, by name.
+        """
+        parts = tuple(part for part in PARTS if part.parameter in values)
+        self.faults = {
+            part.parameter: values[part.parameter]
+            for part in parts
+            if values[part.parameter] != part.whole
+        }
+        if parts != self._parts:
+            self._parts = parts
+            with QSignalBlocker(self.part):
+                self.part.clear()
+                self.part.addItems([part.name for part in parts])
+        self._show()
+
+    def fail(self) -> None:
+        """Let the chosen part fail now."""
+        part = self._part
+        if part is None:
+            return
+        value = SENSOR_MODES[self.mode.currentIndex()].value if part.modes else self.share.si
+        self._set(part, value)
+
+    @property
+    def said(self) -> str:
+        """What has failed, in words; "" if nothing has."""
+        parts = (part for part in self._parts if part.parameter in self.faults)
+        return ", ".join(part.fault(self.faults[part.parameter]) for part in parts)
+
+    @property
+    def _part(self) -> Part | None:
+        place = self.part.currentIndex()
+        return self._parts[place] if 0 <= place < len(self._parts) else None
+
+    def _repair(self) -> None:
+        part = self._part
+        if part is not None:
+            self._set(part, part.whole)
+
+    def _set(self, part: Part, value: float) -> None:
+        def done(_: object) -> None:
+            self.faults.pop(part.parameter, None)
+            if value != part.whole:
+                self.faults[part.parameter] = value
+            self._show()
+
+        self._flight.order(lambda live: live.set_all({part.parameter: value}), done)
+
+    def _show(self) -> None:
+        part = self._part
+        self.how.setCurrentWidget(self.mode if part is not None and part.modes else self.share)
+        self.button.setEnabled(part is not None)
+        self.repair.setEnabled(part is not None and part.parameter in self.faults)
+        self.changed.emit()
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(SPACING)
+        grid.setVerticalSpacing(4)
+        grid.addWidget(buddy("&Part", self.part), 0, 0)
+        grid.addWidget(self.part, 1, 0)
+        grid.addWidget(buddy("&Fault", self.how), 0, 1)
+        grid.addWidget(self.how, 1, 1)
+        for column in range(2):
+            grid.setColumnStretch(column, 1)
 
 
 class ExcitationCard(Card):

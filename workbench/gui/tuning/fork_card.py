@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QPushButton, QWidget
+from PyQt6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QPushButton, QWidget
 
 from workbench.analysis.questions import Fork, Question, Step
 from workbench.analysis.replies import Forked, StepNumbers
@@ -15,14 +15,12 @@ from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_rows import controller_gains
-from workbench.gui.number_field import NumberField, buddy
+from workbench.gui.number_field import NumberField
 from workbench.gui.style import dressed
-from workbench.gui.tuning.card import SPACING, Card
-from workbench.gui.tuning.gains_text import gains_text
-from workbench.gui.tuning.limit_table import STEP_LIMITS
-from workbench.gui.tuning.number_table import NumberTable
-from workbench.gui.tuning.other_controllers import OtherControllers, controller_label
-from workbench.gui.tuning.table_rows import Cell, Row
+from workbench.gui.tuning.card import Card, fields_beside, offer
+from workbench.gui.tuning.designs import OtherControllers, controller_label, gains_text
+from workbench.gui.tuning.limits import STEP_LIMITS
+from workbench.gui.tuning.number_table import Cell, NumberTable, Row
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
@@ -228,26 +226,20 @@ class ForkCard(Card):
             self._trial.gains.discard()
             self.said.say("What flies now is kept.")
         else:
-            self._trial.adopt(branch.gains, "a branch of a fork")
+            self._trial.gains.adopt(branch.gains, "a branch of a fork")
 
     def _offer(self) -> None:
         """Let both branches be chosen among all that there is."""
-        gains = [NOW, PROPOSED, *self._trial.gains.slots]
-        laws = self._others.names
-        for box in (self.one, self.other):
-            if [*gains, *laws] == [box.itemData(index) for index in range(box.count())]:
+        gains = {NOW: NOW, PROPOSED: PROPOSED}
+        gains |= {each: f"slot {each}" for each in self._trial.gains.slots}
+        laws = {each: controller_label(each) for each in self._others.names}
+        for box, first in ((self.one, NOW), (self.other, PROPOSED)):
+            if not offer(box, gains | laws, first):
                 continue
-            chosen = box.currentData()
-            box.clear()
-            for each in gains:
-                box.addItem(f"slot {each}" if each in self._trial.gains.slots else each, each)
             for each in laws:
-                box.addItem(controller_label(each), each)
                 said = f"The controller {each} takes over, with its own gains"
-                box.setItemData(box.count() - 1, said, Qt.ItemDataRole.ToolTipRole)
-            if box.findData(chosen) < 0:
-                chosen = NOW if box is self.one else PROPOSED
-            box.setCurrentIndex(box.findData(chosen))
+                box.setItemData(box.findData(each), said, Qt.ItemDataRole.ToolTipRole)
+            box.setToolTip(box.currentText())  # where it is narrow, a name is cut
 
     def _branch(self, chosen: str) -> Branch:
         """Return what is chosen as a branch."""
@@ -283,23 +275,16 @@ class ForkCard(Card):
             button.setToolTip("Fly this from now on")
 
     def _lay_out(self) -> None:
-        grid = QGridLayout()
-        grid.setSpacing(SPACING)
         fields = (
             ("Fl&y", self.one),
             ("A&gainst", self.other),
             ("Ti&me", self.duration),
             ("S&how", self.quantity),
         )
-        for column, (text, field) in enumerate(fields):
-            grid.addWidget(buddy(text, field), 0, column)
-            grid.addWidget(field, 1, column)
-            grid.setColumnStretch(column, 1)
-            field.setMinimumWidth(78)
         for box in (self.one, self.other, self.quantity):
-            box.currentTextChanged.connect(box.setToolTip)  # where it is narrow, a name is cut
+            box.currentTextChanged.connect(box.setToolTip)
             box.setToolTip(box.currentText())
-        self.body.addLayout(grid)
+        self.body.addLayout(fields_beside(fields))
         line = QHBoxLayout()
         self.head.addWidget(self.with_step)
         line.addStretch(1)

@@ -1,16 +1,28 @@
 """The card of frequency: one loop as Bode, Nyquist, gang of four, and where the phase went."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
-from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PyQt6.QtCore import QObject, pyqtSignal
+from PyQt6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QPushButton,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
+from workbench.analysis.questions import DrawFrequency, PlanMeasurement, Question
+from workbench.analysis.replies import FrequencyCurves, MeasurementPlanned
 from workbench.control.controller import CUTS
+from workbench.control.mode import FlightMode
+from workbench.design.judge.measured_loop import measured_loop
+from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.layout import scrolled
-from workbench.gui.tuning.bode_plots import FOUR, BodePlots, GangPlots
-from workbench.gui.tuning.card import SPACING, Card, Sentence
+from workbench.gui.tuning.card import SPACING, Card, Sentence, offer
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
 from workbench.gui.tuning.drawn_loop import (
     MEASURED,
@@ -19,20 +31,29 @@ from workbench.gui.tuning.drawn_loop import (
     counting,
     drawn_curves,
     drawn_measurement,
+    peak,
 )
+from workbench.gui.tuning.excitation_card import BUSY, GROUNDED
 from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limit_table import find_limit, written
-from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.loop_curves import LoopCurves
-from workbench.gui.tuning.loop_marks import peak
-from workbench.gui.tuning.loop_measuring import LoopMeasuring
+from workbench.gui.tuning.limits import Limits, find_limit, written
+from workbench.gui.tuning.loop_plots import FOUR, BodePlots, GangPlots, NyquistPlot, PhaseView
 from workbench.gui.tuning.loop_shaping import LoopShaping
 from workbench.gui.tuning.margins_card import loop_label, weakest_loop
-from workbench.gui.tuning.nyquist_plot import NyquistPlot
-from workbench.gui.tuning.phase_view import PhaseView
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
+from workbench.live.view import LiveView
+from workbench.session.injected import Injected
 
+REMEMBERED = 32
+"""Curves that are remembered."""
+MEASURE_HELP = (
+    "Add a multisine to this loop of the flight, and draw what it measures beside the model: with "
+    "the gains that fly, in some {seconds:.0f} s of flight"
+)
+USUAL = 100.0
+"""How long a measurement takes [s]: eight periods of 0.5 rad/s."""
+Gains = Mapping[str, float]
+Key = tuple[str, str, tuple[tuple[str, float], ...]]
 VIEWS = ("Bode", "Nyquist", "Gang of four", "Phase")
 WEAKEST = "weakest"
 """In place of a loop's name: the one that has least to spare."""
@@ -47,6 +68,233 @@ HELP = {
     "the loop asks for per noise on its error. GS: what a load at its actuator does to it.",
     "Phase": "What turned the phase of every loop at its crossover: the law, and what lies behind.",
 }
+
+
+class LoopCurves(QObject):
+    """Asks for the curves of a loop, one question at a time; proposed gains come first.
+
+    Args:
+        analysis: who answers.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        loop: name of the loop, "" before one is chosen.
+        cut: where it is opened: actuator or error.
+        said: why there is no answer, "" where nothing is wrong.
+    """
+
+    changed = pyqtSignal()
+    """Something else is known now."""
+
+    def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._follower = Follower(analysis, DrawFrequency, self)
+        self._follower.answered.connect(self._hear)
+        self._follower.refused.connect(self._hear_refusal)
+        self.loop, self.cut = "", "actuator"
+        self._sets: dict[str, Gains] = {}
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all: another flight begins."""
+        self._known: dict[Key, FrequencyCurves] = {}
+        self._newest: FrequencyCurves | None = None
+        self.said = ""
+        self._follower.forget()
+
+    def set_seen(self, seen: bool) -> None:
+        """Ask only while it is visible."""
+        self._follower.set_seen(seen)
+
+    def choose(self, loop: str, cut: str) -> None:
+        """Ask about another loop, or about another cut."""
+        if (loop, cut) != (self.loop, self.cut):
+            self.loop, self.cut = loop, cut
+            self._newest, self.said = None, ""
+            self._ask()
+            self.changed.emit()
+
+    def follow(self, sets: Mapping[str, Gains]) -> None:
+        """Ask about these gains from now on: proposed, flown and kept ones, by these names."""
+        changed = dict(sets) != self._sets
+        self._sets = dict(sets)
+        self._ask()
+        if changed:
+            self.changed.emit()
+
+    @property
+    def shown(self) -> dict[str, FrequencyCurves]:
+        """What is known of each set, by its name; a set that is like another one is left out.
+
+        While gains move faster than answers come, the newest answer stands for the proposed ones.
+        """
+        found: dict[str, FrequencyCurves] = {}
+        keys: list[Key] = []
+        for name in (FLOWN, PROPOSED, KEPT):
+            key = self._key(self._sets.get(name, {}))
+            known = self._known.get(key)
+            if known is None and name == PROPOSED:
+                known = self._newest
+            if known is not None and key not in keys:
+                found[name] = known
+                keys.append(key)
+        return found
+
+    def _ask(self) -> None:
+        for name in (PROPOSED, FLOWN, KEPT):
+            gains = self._sets.get(name, {})
+            if self.loop and gains and self._key(gains) not in self._known:
+                self._follower.ask(DrawFrequency(gains, self.loop, self.cut))
+                return
+
+    def _key(self, gains: Gains) -> Key:
+        return _key(self.loop, self.cut, gains)
+
+    def _hear(self, drawn: FrequencyCurves) -> None:
+        asked = drawn.asked
+        if (asked.loop, asked.cut) == (self.loop, self.cut):
+            self._known[self._key(asked.gains)] = drawn
+            while len(self._known) > REMEMBERED:
+                del self._known[next(iter(self._known))]
+            if self._key(asked.gains) not in map(self._key, self._settled):
+                self._newest = drawn
+        self.said = ""
+        self.changed.emit()
+        self._ask()
+
+    @property
+    def _settled(self) -> list[Gains]:
+        """The sets that do not move with a slider."""
+        return [self._sets.get(name, {}) for name in (FLOWN, KEPT)]
+
+    def _hear_refusal(self, said: str) -> None:
+        self.said = said
+        self.changed.emit()
+
+
+class LoopMeasuring(QObject):
+    """Asks for an injection, flies it, and keeps what it measures, with the gains that flew.
+
+    Args:
+        workspace: whose flight is measured, and whose analyst plans it.
+        parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        button: begins and ends a measurement.
+        said: how it goes, "" where none is flown.
+    """
+
+    changed = pyqtSignal()
+    """Something was measured, or it goes on."""
+
+    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._flight, self._analysis = workspace.flight, workspace.analysis
+        self._notices = workspace.notices
+        self.button = QPushButton("Measure")
+        self.button.setToolTip(MEASURE_HELP.format(seconds=USUAL))
+        self.button.clicked.connect(self._press)
+        self.said = ""
+        self._analysis.measurement_planned.connect(self._fly)
+        self._analysis.refused.connect(self._hear_refusal)
+        self._wanted: tuple[str, str, Gains] = ("", "", {})
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget another flight."""
+        self._measured: dict[Key, DrawnLoop] = {}
+        self._asked: PlanMeasurement | None = None
+        self._flown: tuple[str, str, Gains] | None = None
+        self._seen: Injected | None = None
+        self._share: float | None = None
+        self._say("")
+
+    def choose(self, loop: str, cut: str, gains: Gains) -> None:
+        """Measure this loop next, with the gains that fly."""
+        self._wanted = loop, cut, gains
+        self._show_button()
+
+    def known(self, loop: str, cut: str, gains: Gains) -> DrawnLoop | None:
+        """Return what was measured of a loop with these gains, None where nothing was."""
+        return self._measured.get(_key(loop, cut, gains))
+
+    def keep(self, loop: str, cut: str, gains: Gains, drawn: DrawnLoop) -> None:
+        """Keep what was measured."""
+        self._measured[_key(loop, cut, gains)] = drawn
+        self.changed.emit()
+
+    def show_view(self, view: LiveView) -> None:
+        """Show how a measurement goes, and what it has measured by now."""
+        before, self._share = self._share, view.measuring
+        measured = view.measured
+        if measured is not None and measured is not self._seen and self._flown is not None:
+            self._seen = measured
+            found = measured_loop(measured)
+            drawn = drawn_measurement(
+                found.frequency, found.response, found.coherence, found.deviation
+            )
+            self.keep(*self._flown, drawn)
+        if self._share is not None and self._flown is not None:
+            # what is told in whole percents changes a hundred times, not sixty a second
+            name = loop_label(self._flown[0])
+            self._say(f"Measuring {name}: {100.0 * self._share:.0f} %")
+        elif before is not None:
+            self._say("")
+        self._show_button()
+
+    @property
+    def _busy(self) -> bool:
+        return self._share is not None or self._asked is not None
+
+    def _press(self) -> None:
+        if self._share is not None:
+            self._flight.order(lambda live: live.stop_exciting())
+            return
+        loop, cut, gains = self._wanted
+        self._asked = PlanMeasurement(gains, loop, cut)
+        self._say("Finding what the loop bears …")
+        self._analysis.ask(self._asked)
+
+    def _fly(self, planned: MeasurementPlanned) -> None:
+        if planned.asked != self._asked:
+            return
+        self._asked = None
+        self._flown = planned.asked.loop, planned.asked.cut, planned.asked.gains
+        self._seen = self._flight.view.measured  # of the measurement before
+        self._say("")
+        self._flight.order(
+            lambda live: live.measure(planned.injection, hold=planned.hold),
+            refused=lambda said: self._refuse(said),
+        )
+
+    def _hear_refusal(self, question: Question, said: str) -> None:
+        if isinstance(question, PlanMeasurement) and question == self._asked:
+            self._asked = None
+            self._say("")
+
+    def _refuse(self, said: str) -> None:
+        self._notices.warn(said)
+        self._say("")
+
+    def _say(self, said: str) -> None:
+        if said != self.said:
+            self.said = said
+            self.changed.emit()
+        self._show_button()
+
+    def _show_button(self) -> None:
+        view = self._flight.view
+        mode = view.snapshot.mode if view.snapshot is not None else FlightMode.OFF
+        flies = mode not in (*GROUNDED, *BUSY)
+        stops = self._share is not None
+        text = "Stop" if stops else "Measure"
+        if self.button.text() != text:
+            self.button.setText(text)
+        self.button.setEnabled(stops or (flies and bool(self._wanted[0]) and not self._busy))
+
+
+def _key(loop: str, cut: str, gains: Gains) -> Key:
+    return loop, cut, tuple(sorted(gains.items()))
 
 
 class FrequencyCard(Card):
@@ -153,7 +401,7 @@ class FrequencyCard(Card):
         )
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while somebody looks."""
+        """Ask only while it is visible."""
         self._seen = seen
         self.curves.set_seen(seen and self._view != "Phase")
         self.shaping.set_seen(seen and self._view != "Phase")
@@ -178,30 +426,6 @@ class FrequencyCard(Card):
             view.set_cursor(frequency)
         self._read()
 
-    def show_measured(
-        self,
-        loop: str,
-        cut: str,
-        frequency: np.ndarray,
-        response: np.ndarray,
-        coherence: np.ndarray,
-        deviation: np.ndarray,
-    ) -> None:
-        """Draw a measured loop beside the model's, with its spread, where it is coherent.
-
-        It is of the gains that fly now: with others it is not drawn.
-
-        Args:
-            loop: name of the loop that was measured.
-            cut: where it was opened: actuator or error.
-            frequency: (F), rising [rad/s].
-            response: (F) complex L.
-            coherence: (F), 0 .. 1.
-            deviation: (F) one-sigma relative error of abs(L).
-        """
-        drawn = drawn_measurement(frequency, response, coherence, deviation)
-        self.measuring.keep(loop, cut, self._trial.judged_flown, drawn)
-
     @property
     def _view(self) -> str:
         return self.views.currentText()
@@ -223,15 +447,12 @@ class FrequencyCard(Card):
     def _hear_judgement(self) -> None:
         """Offer the loops there are; the weakest one is shown until one is chosen."""
         judged = self._judgement.proposed
-        names = [each.name for each in judged.loops] if judged is not None else []
-        offered = [self.loops.itemData(row) for row in range(1, self.loops.count())]
-        if names and names != offered:
-            self.loops.clear()
-            for name in (WEAKEST, *names):
-                self.loops.addItem(loop_label(name), name)
+        if judged is None or not judged.loops:
+            self._say()  # why there is none
+            return
+        names = (WEAKEST, *(each.name for each in judged.loops))
+        if offer(self.loops, {name: loop_label(name) for name in names}):
             self.choose_loop(WEAKEST)
-        if not names:  # why there is none
-            self._say()
 
     def _turn_to_view(self) -> None:
         name = self._view

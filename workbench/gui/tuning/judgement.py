@@ -6,10 +6,9 @@ from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.questions import Judge, JudgePlantInput
 from workbench.analysis.replies import Judged, JudgedPlantInput
-from workbench.gui.analysis import Analysis
+from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_rows import controller_gains
-from workbench.gui.tuning.follower import Follower
 
 LATE = 500
 """From then on it is said that a judgement is of earlier gains [ms]."""
@@ -104,7 +103,7 @@ class Judgement(QObject):
             self._wait.start()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while somebody looks."""
+        """Ask only while it is visible."""
         self._follower.set_seen(seen)
         self._input_follower.set_seen(seen)
 

@@ -1,13 +1,205 @@
-"""The limits that the user has set, kept between starts."""
+"""The limits of the numbers of a step and of a loop: their table, their values, and a form."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
+from PyQt6.QtWidgets import QGridLayout, QToolButton, QWidget
 
-from workbench.common.errors import WorkbenchError
-from workbench.gui.tuning.limit_table import find_limit
+from workbench.common.errors import WorkbenchError, find_row
+from workbench.gui.number_field import NumberField, buddy
+from workbench.gui.units import Unit
 
 GROUP = "tuning/limits"
+BARE = "QAbstractSpinBox { padding-right: 5px; } QAbstractSpinBox:focus { padding-right: 4px; }"
+"""A field without arrows needs no room for them; arrow keys step it."""
+NARROWEST = 72
+"""Of a field [px]."""
+
+
+def written(value: float, decimals: int) -> str:
+    """Return a number with so many decimals and a minus as it is printed; 0 has none."""
+    text = f"{value:.{decimals}f}"
+    return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One number that should be kept.
+
+    Attributes:
+        name: of the number, as in `StepNumbers` and `JudgedLoop`.
+        label: in words.
+        short: at the head of a column.
+        unit: as shown; dB and ms are shown so everywhere.
+        factor: from the number to what is shown; -1 for decibels downwards.
+        at_least: whether the limit is the smallest value that will do, else the largest.
+        default: as shown.
+        minimum: as shown.
+        maximum: as shown.
+        decimals: as shown.
+        help: what the number is.
+        number: its name in what was measured, where that is another one.
+    """
+
+    name: str
+    label: str
+    short: str
+    unit: str
+    factor: float
+    at_least: bool
+    default: float
+    minimum: float
+    maximum: float
+    decimals: int
+    help: str
+    number: str = ""
+
+    def of(self, numbers: object) -> float:
+        """Return the number among those that were measured."""
+        return float(getattr(numbers, self.number or self.name))
+
+    def shown(self, value: float) -> float:
+        """Return a number as it is shown."""
+        if math.isnan(value):
+            return value
+        if self.unit == "dB":
+            return self.factor * (20.0 * math.log10(value) if value > 0.0 else -math.inf)
+        return value * self.factor
+
+    def text(self, value: float) -> str:
+        """Return a number with its digits and without its unit; a dash where there is none."""
+        return self.digits(self.shown(value))
+
+    def digits(self, shown: float) -> str:
+        """Return what is shown, with its digits."""
+        if math.isnan(shown):
+            return "–"
+        if math.isinf(shown):
+            return "∞" if shown > 0.0 else "−∞"
+        # A large margin needs no digits behind the point, and the column no more room.
+        decimals = 0 if abs(shown) >= 99.95 and self.decimals == 1 else self.decimals
+        return written(shown, decimals)
+
+    def keeps(self, value: float, limit: float) -> bool:
+        """Return whether a number keeps a limit, given as shown; what is no number does not."""
+        shown = self.shown(value)
+        return shown >= limit if self.at_least else shown <= limit
+
+    @property
+    def sign(self) -> str:
+        """Of the limit, in front of it."""
+        return "≥" if self.at_least else "≤"
+
+
+def _step(
+    name: str,
+    label: str,
+    unit: str,
+    shown: tuple[float, float, float, float],
+    decimals: int,
+    help: str,
+) -> Limit:
+    """Return the row of a number of a step; `shown` is its factor, default and range."""
+    factor, default, minimum, maximum = shown
+    return Limit(name, label, label, unit, factor, False, default, minimum, maximum, decimals, help)
+
+
+def _margin(
+    name: str,
+    short: str,
+    unit: str,
+    shown: tuple[float, float, float, float],
+    decimals: int,
+    help: str,
+) -> Limit:
+    """Return the row of a margin; `shown` is its factor, default and range."""
+    factor, default, minimum, maximum = shown
+    label = name.replace("_", " ").capitalize()
+    return Limit(name, label, short, unit, factor, True, default, minimum, maximum, decimals, help)
+
+
+STEP_LIMITS = (
+    _step("rise_time", "Rise time", "s", (1.0, 0.5, 0.01, 60.0), 3, "from 10 % to 90 %"),
+    _step("overshoot", "Overshoot", "%", (1.0, 10.0, 0.0, 1e3), 1, "above the steady state"),
+    _step("settling_time", "Settling time", "s", (1.0, 1.5, 0.01, 60.0), 3, "until within 2 %"),
+    _step("steady_state_error", "Steady error", "%", (1.0, 5.0, 0.0, 1e3), 1, "off the command"),
+    _step("peak_rotor_use", "Rotor use", "%", (100.0, 95.0, 1.0, 100.0), 1, "of the speed limit"),
+)
+DEGREES = 180.0 / math.pi
+
+
+def _peak(response: str, unit: str, shown: tuple[float, float, float, float], help: str) -> Limit:
+    """Return the row of how far a load moves the drone."""
+    row = _step(f"peak_{response}", "Peak", unit, shown, 3, help)
+    return replace(row, number="peak")
+
+
+LOAD_PEAKS = {
+    "m": _peak("position", "m", (1.0, 0.5, 0.001, 100.0), "farthest from where it was"),
+    "rad": _peak("angle", "°", (DEGREES, 5.0, 0.01, 180.0), "farthest from where it was"),
+    "rad/s": _peak("rate", "°/s", (DEGREES, 20.0, 0.01, 1e3), "fastest turn"),
+}
+"""By the SI unit of what a load moves."""
+LOAD_LIMITS = (
+    replace(
+        _step(
+            "load_settling_time",
+            "Settling time",
+            "s",
+            (1.0, 4.0, 0.01, 60.0),
+            3,
+            "until within 5 % of the peak of its steady state",
+        ),
+        number="settling_time",
+    ),
+    replace(
+        _step(
+            "load_steady_state_error",
+            "Steady error",
+            "%",
+            (1.0, 100.0, 0.0, 100.0),
+            1,
+            "of the peak, what is left; a law with integral action leaves nothing",
+        ),
+        number="steady_state_error",
+    ),
+    STEP_LIMITS[-1],
+)
+MARGIN_LIMITS = (
+    _margin(
+        "gain_margin",
+        "gain\N{NO-BREAK SPACE}+",
+        "dB",
+        (1.0, 6.0, 0.0, 60.0),
+        1,
+        "how far the gain may rise",
+    ),
+    _margin(
+        "gain_reduction_margin",
+        "gain\N{NO-BREAK SPACE}−",
+        "dB",
+        (-1.0, 6.0, 0.0, 60.0),
+        1,
+        "how far the gain may fall",
+    ),
+    _margin("phase_margin", "phase", "°", (DEGREES, 45.0, 0.0, 180.0), 1, "phase that is borne"),
+    _margin("delay_margin", "delay", "ms", (1e3, 10.0, 0.0, 1e4), 0, "delay that is borne"),
+    _margin(
+        "disk_margin", "disk", "", (1.0, 0.6, 0.0, 2.0), 2, "gain and phase together: α, at most 2"
+    ),
+)
+LIMITS = (*STEP_LIMITS, *LOAD_PEAKS.values(), *LOAD_LIMITS[:-1], *MARGIN_LIMITS)
+
+
+def find_limit(name: str) -> Limit:
+    """Return the row of a name.
+
+    Raises:
+        WorkbenchError: if there is none.
+    """
+    return find_row("limit", name, LIMITS)
 
 
 class Limits(QObject):
@@ -49,3 +241,53 @@ class Limits(QObject):
         if value != self.value(name):
             self._store.setValue(f"{GROUP}/{name}", value)
             self.changed.emit(name)
+
+
+class LimitsForm(QWidget):
+    """A field for each of some limits.
+
+    Args:
+        rows: of the table of limits.
+        limits: their values.
+        columns: of fields.
+
+    Attributes:
+        fields: by the limit's name.
+        button: shows and hides the form.
+    """
+
+    def __init__(self, rows: Sequence[Limit], limits: Limits, columns: int = 2) -> None:
+        super().__init__()
+        self.fields: dict[str, NumberField] = {}
+        self._limits = limits
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        for index, row in enumerate(rows):
+            field = NumberField(f"Limit of {row.label.lower()}", row.decimals, 10.0**-row.decimals)
+            field.set_range(Unit(row.unit), row.minimum, row.maximum)
+            field.show_si(limits.value(row.name))
+            field.edited.connect(lambda value, name=row.name: limits.set(name, value))
+            field.setMinimumWidth(NARROWEST)
+            field.setButtonSymbols(NumberField.ButtonSymbols.NoButtons)
+            field.setProperty("class", "bare")
+            field.setStyleSheet(BARE)
+            label = buddy(f"{row.short.capitalize()} {row.sign}", field)
+            label.setToolTip(f"{row.label}: {row.help}")
+            line, column = divmod(index, columns)
+            grid.addWidget(label, line, 2 * column)
+            grid.addWidget(field, line, 2 * column + 1)
+            self.fields[row.name] = field
+        for column in range(columns):
+            grid.setColumnStretch(2 * column + 1, 1)
+        self.setVisible(False)
+        self.button = QToolButton()
+        self.button.setText("Limits")
+        self.button.setCheckable(True)
+        self.button.setProperty("class", "quiet compact")
+        self.button.setAccessibleName("Show the limits, to set others")
+        self.button.toggled.connect(self.setVisible)
+        limits.changed.connect(self._show)
+
+    def _show(self, name: str) -> None:
+        if name in self.fields:
+            self.fields[name].show_si(self._limits.value(name))

@@ -11,11 +11,11 @@ from workbench.analysis.questions import ShapeLoop
 from workbench.analysis.replies import JudgedLoop, LoopShaped
 from workbench.common.parameter import Parameter
 from workbench.design.judge.margins import Robustness
+from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_row import GainScale, GainSlider, StepSize
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
-from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.margins_card import loop_label
 from workbench.gui.tuning.trial import Trial
@@ -168,7 +168,7 @@ class LoopShaping(QWidget):
         self._show()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while somebody looks."""
+        """Ask only while it is visible."""
         self._follower.set_seen(seen)
         if seen:
             self._rest.start()

@@ -19,17 +19,17 @@ from PyQt6.QtGui import (
     QPixmap,
     QResizeEvent,
 )
-from PyQt6.QtWidgets import QComboBox, QGridLayout, QSizePolicy, QWidget
+from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
 
 from workbench.analysis.questions import DrawMap
 from workbench.analysis.replies import Mapped
+from workbench.gui.analysis import Follower
 from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of
+from workbench.gui.charts.ticks import round_step
 from workbench.gui.errands import single_shot
-from workbench.gui.number_field import buddy
 from workbench.gui.theme import Look
-from workbench.gui.tuning.card import SPACING, Card, Sentence
-from workbench.gui.tuning.follower import Follower
-from workbench.gui.tuning.limit_table import STEP_LIMITS
+from workbench.gui.tuning.card import Card, Sentence, fields_beside
+from workbench.gui.tuning.limits import STEP_LIMITS
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
@@ -137,9 +137,7 @@ def contour_levels(low: float, high: float, count: int) -> tuple[float, ...]:
     """Return about so many round values between two."""
     if high <= low:
         return ()
-    rough = (high - low) / count
-    power = 10.0 ** np.floor(np.log10(rough))
-    step = float(next(f * power for f in (1.0, 2.0, 5.0, 10.0) if f * power >= 0.999 * rough))
+    step = round_step(high - low, count)
     first = np.floor(low / step) + 1.0
     return tuple(float(each) for each in np.arange(first * step, high, step))
 
@@ -241,14 +239,6 @@ class MapPicture:
             painter.drawText(tall, Qt.AlignmentFlag.AlignRight, f"{y:.3g}")
 
 
-@dataclass(frozen=True)
-class Spot:
-    """A place on the map: values of the gains along x and y."""
-
-    x: float
-    y: float
-
-
 class MapView(QWidget):
     """Paints a map; a click, or arrow keys and Enter, choose a place on it.
 
@@ -265,7 +255,7 @@ class MapView(QWidget):
         super().__init__()
         self._look = look
         self._mapped: Mapped | None = None
-        self._spot = Spot(math.nan, math.nan)
+        self._spot: tuple[float, float] | None = None
         self._cursor: tuple[int, int] | None = None
         self._picture: QPixmap | None = None
         self.setMinimumHeight(120)
@@ -293,7 +283,7 @@ class MapView(QWidget):
 
     def show_spot(self, x: float, y: float) -> None:
         """Mark the gains that are proposed."""
-        self._spot = Spot(x, y)
+        self._spot = x, y
         self.update()
 
     def point_at(self, place: QPointF) -> tuple[float, float] | None:
@@ -336,8 +326,8 @@ class MapView(QWidget):
             self._picture = self._draw()
         painter.drawPixmap(0, 0, self._picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if math.isfinite(self._spot.x):
-            self._ring(painter, self.place_of(self._spot.x, self._spot.y), 6.0)
+        if self._spot is not None:
+            self._ring(painter, self.place_of(*self._spot), 6.0)
         if self._cursor is not None and self._grid is not None and self.hasFocus():
             at = self._grid.cell(*map(float, self._cursor))
             painter.setPen(QPen(QColor("white"), 1.5))
@@ -440,19 +430,13 @@ class MapCard(Card):
         self.number.setCurrentIndex(1)
         self.view = MapView(workspace.look)
         self.reading = Sentence()
-        grid = QGridLayout()
-        grid.setSpacing(SPACING)
         fields = (("&Metric", self.number), ("A&cross", self.across), ("&Up", self.upwards))
-        for column, (text, box) in enumerate(fields):
-            grid.addWidget(buddy(text, box), 0, column)
-            grid.addWidget(box, 1, column)
-            grid.setColumnStretch(column, 1)
+        self.body.addLayout(fields_beside(fields))
+        for _, box in fields:
             box.setSizeAdjustPolicy(
                 QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
             )
-            box.setMinimumWidth(78)
             box.activated.connect(self._ask)
-        self.body.addLayout(grid)
         self.body.addWidget(self.view, 1)
         self.body.addWidget(self.reading)
         self._rest = single_shot(self._ask, self, REST)
@@ -477,7 +461,7 @@ class MapCard(Card):
         self._follow()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while the map is seen."""
+        """Ask only while it is visible."""
         self._follower.set_seen(seen)
         self._say_waiting()
 
@@ -524,7 +508,7 @@ class MapCard(Card):
         mapped = self.view.mapped
         if mapped is not None:
             values = {mapped.asked.x: _rounded(x), mapped.asked.y: _rounded(y)}
-            self._trial.adopt(values, "a place on the map")
+            self._trial.gains.adopt(values, "a place on the map")
 
     def _read(self, said: str) -> None:
         self.reading.say(said or "Click to propose; hatched: lost")

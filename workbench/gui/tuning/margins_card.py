@@ -10,11 +10,8 @@ from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput
 from workbench.gui.style import dressed
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limit_table import MARGIN_LIMITS, Limit, find_limit
-from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.limits_form import LimitsForm
-from workbench.gui.tuning.number_table import NumberTable
-from workbench.gui.tuning.table_rows import Cell, Row, State
+from workbench.gui.tuning.limits import MARGIN_LIMITS, Limit, Limits, LimitsForm, find_limit
+from workbench.gui.tuning.number_table import Cell, NumberTable, Row, State
 from workbench.gui.workspace import Workspace
 
 LimitOf = Callable[[str], float]

@@ -1,9 +1,11 @@
-"""A table of numbers in aligned columns, painted at once: cheap enough to follow a slider."""
+"""A table of numbers with the state of each row, by a word and a shape."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
 
-from PyQt6.QtCore import QEvent, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import (
     QColor,
     QFont,
@@ -13,15 +15,17 @@ from PyQt6.QtGui import (
     QMouseEvent,
     QPainter,
     QPaintEvent,
+    QPen,
+    QPolygonF,
     QRegion,
     QResizeEvent,
 )
 from PyQt6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from workbench.gui.theme import Look
-from workbench.gui.tuning.marks import TONES, draw_mark
-from workbench.gui.tuning.table_rows import BEST, Cell, Row, State
 
+BEST = "best"
+"""What marks a cell that is better than all others of its row."""
 GAP = 8.0
 MARK = 13.0
 """Room of the shape before a word [px]."""
@@ -38,6 +42,117 @@ LOWEST = 1.5
 """Height of a row in which one number stands below another, of a line's."""
 ROOMIEST = 24.0
 """Height of a row [px]."""
+
+
+class State(Enum):
+    """What a row says besides its numbers: a word, and a shape that stands for it."""
+
+    NONE = ""
+    GOOD = "ok"
+    OVER = "over"
+    LOW = "low"
+    MISSED = "missed"
+    BROKEN = "unstable"
+    WAITING = "…"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A number in a table.
+
+    Attributes:
+        text: the number that counts.
+        was: what it is to be compared with, "" for nothing.
+        over: whether it is beyond its limit.
+        help: about it, for a tool tip.
+        marked: what it is among those of its row, in a word; it is shown strong.
+    """
+
+    text: str
+    was: str = ""
+    over: bool = False
+    help: str = ""
+    marked: str = ""
+
+    @property
+    def spoken(self) -> str:
+        """The number in words, for who hears it."""
+        return f"{self.text} {self.marked}".rstrip()
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table: a name, numbers and a word.
+
+    Attributes:
+        label: its name.
+        cells: its numbers.
+        state: what they come to.
+        strong: whether it is named above the table.
+    """
+
+    label: str
+    cells: tuple[Cell, ...]
+    state: State = State.NONE
+    strong: bool = False
+
+    @property
+    def blank(self) -> int:
+        """How many cells are empty before the first number: its name may go on there."""
+        texts = [cell.text for cell in self.cells]
+        return next((index for index, text in enumerate(texts) if text), 0)
+
+    @property
+    def spoken(self) -> str:
+        """The row in words, for who hears it."""
+        numbers = ", ".join(cell.spoken for cell in self.cells[self.blank :])
+        return f"{self.label}: {numbers} {self.state.value}"
+
+
+TONES = {
+    State.GOOD: "good",
+    State.OVER: "warning",
+    State.LOW: "warning",
+    State.MISSED: "warning",
+    State.BROKEN: "bad",
+    State.WAITING: "muted",
+    State.NONE: "muted",
+}
+
+
+def draw_mark(painter: QPainter, box: QRectF, state: State, colour: QColor) -> None:
+    """Draw a tick for what is well, a triangle for what is over or low, a cross for what breaks."""
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    pen = QPen(colour, 1.8, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
+    painter.setPen(pen)
+    x, y, size = box.center().x(), box.center().y(), min(box.width(), box.height()) / 2.0
+    if state is State.GOOD:
+        painter.drawPolyline(
+            QPolygonF(
+                [
+                    QPointF(x - size, y),
+                    QPointF(x - 0.3 * size, y + 0.7 * size),
+                    QPointF(x + size, y - 0.7 * size),
+                ]
+            )
+        )
+    elif state in (State.OVER, State.LOW):
+        way = -1.0 if state is State.OVER else 1.0
+        painter.setBrush(colour)
+        painter.drawPolygon(
+            QPolygonF(
+                [
+                    QPointF(x, y + 0.8 * way * size),
+                    QPointF(x - 0.9 * size, y - 0.7 * way * size),
+                    QPointF(x + 0.9 * size, y - 0.7 * way * size),
+                ]
+            )
+        )
+    elif state in (State.BROKEN, State.MISSED):
+        painter.drawLine(QPointF(x - size, y - size), QPointF(x + size, y + size))
+        painter.drawLine(QPointF(x - size, y + size), QPointF(x + size, y - size))
+    painter.restore()
 
 
 class NumberTable(QWidget):

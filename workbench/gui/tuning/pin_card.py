@@ -1,6 +1,7 @@
 """The card that pins what flies now as a regression."""
 
 import re
+import shlex
 from pathlib import Path
 
 from PyQt6.QtGui import QGuiApplication
@@ -50,14 +51,7 @@ def name_fault(name: str) -> str:
 
 def regress_command(path: Path) -> str:
     """Return the command that flies a pinned regression, for a shell."""
-    text = str(path)
-    return f"workbench regress {_quoted(text)}"
-
-
-def _quoted(text: str) -> str:
-    if re.fullmatch(r"[\w./+-]+", text):
-        return text
-    return "'" + text.replace("'", "'\\''") + "'"
+    return f"workbench regress {shlex.quote(str(path))}"
 
 
 class PinCard(Card):

@@ -1,7 +1,7 @@
 """The card of poles: those that fly, and those of the proposed gains, which can be dragged."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,12 +18,14 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
 
+from workbench.analysis.questions import MovePole
+from workbench.analysis.replies import PoleMoved
+from workbench.gui.analysis import Follower
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.theme import Look
-from workbench.gui.tuning.card import Card, Sentence
+from workbench.gui.tuning.card import Card, Sentence, offer
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.margins_card import loop_label
-from workbench.gui.tuning.pole_drag import PoleDrag
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
@@ -485,23 +487,30 @@ class PolesCard(Card):
         self.loops.setAccessibleName("Loop whose gains move a pole")
         self.loops.setToolTip("A dragged pole is moved by the gains of this loop")
         self.reading = Sentence()
-        self._drag = PoleDrag(workspace.analysis, trial, self)
+        self._trial = trial
+        self._follower = Follower(workspace.analysis, MovePole, self)
+        self._follower.answered.connect(self._hear)
+        self._follower.refused.connect(self._hear_refusal)
+        self._follower.set_seen(True)
         self.head.addWidget(self.loops)
         self.body.addWidget(self.plane, 1)
         self.body.addWidget(self.reading)
         self.plane.read.connect(self._hear_read)
-        self.plane.taken.connect(lambda pole: self._drag.take(self.loop, pole.value))
-        self.plane.wanted.connect(self._drag.want)
-        self.plane.released.connect(self._drag.release)
-        self.plane.given_up.connect(self._drag.give_up)
-        self._drag.moved.connect(self._follow)
+        self.plane.taken.connect(self._take)
+        self.plane.wanted.connect(self._want)
+        self.plane.released.connect(self._release)
+        self.plane.given_up.connect(self._give_up)
         judgement.changed.connect(self._show)
         self.begin()
 
     def begin(self) -> None:
         """Forget another flight."""
         self.loops.clear()
-        self._drag.begin()
+        self._follower.forget()
+        self._moved, self._pole = "", 0j
+        self._base: dict[str, float] | None = None
+        self._is_released = False
+        self._obstacle = ""
         self._at: complex | None = None
         self._following = False
         self._read("")
@@ -518,6 +527,57 @@ class PolesCard(Card):
         if place >= 0:
             self.loops.setCurrentIndex(place)
 
+    def _take(self, pole: Pole) -> None:
+        """Take a pole of the proposed gains; all until its release is one step of undo."""
+        if self._base is None:
+            self._trial.gains.begin_edit()
+            self._base = dict(self._trial.judged)
+            self._moved, self._pole = self.loop, pole.value
+        self._obstacle, self._is_released = "", False
+
+    def _want(self, place: complex) -> None:
+        """Bring it to a place [1/s]."""
+        if self._base is not None:
+            linked = self._trial.linked_with(self._moved)
+            self._follower.ask(MovePole(self._base, self._moved, self._pole, place, linked))
+
+    def _release(self) -> None:
+        """End the drag, once the last answer is there."""
+        self._is_released = True
+        if self._base is not None and not self._follower.is_waiting:
+            self._end()
+
+    def _give_up(self) -> None:
+        """Propose what was proposed before the pole was taken."""
+        if self._base is not None:
+            names = self._trial.gains_of(self._moved)
+            names += self._trial.linked_with(self._moved).values()
+            self._propose({name: self._base[name] for name in names if name in self._base})
+            self._follower.forget()
+            self._end()
+
+    def _hear(self, moved: PoleMoved) -> None:
+        if self._base is None:
+            return
+        self._propose(moved.gains)
+        self._obstacle = moved.said
+        self._follow(moved.pole)
+        if self._is_released and not self._follower.is_waiting:
+            self._end()
+
+    def _hear_refusal(self, said: str) -> None:
+        self._obstacle = said
+        self._follow(self._pole)
+        if self._is_released:
+            self._end()
+
+    def _propose(self, gains: Mapping[str, float]) -> None:
+        self._trial.gains.propose_all(gains, f"Pole of {loop_label(self._moved)}")
+
+    def _end(self) -> None:
+        self._base, self._is_released = None, False
+        self._trial.gains.end_edit()
+
     def _follow(self, value: complex) -> None:
         """Read the pole that is moved, once the judgement of its gains is there as well."""
         self._at = value
@@ -531,8 +591,8 @@ class PolesCard(Card):
 
     def _hear_read(self, said: str) -> None:
         """Read a pole; once another one is looked at, what was in the way is of no interest."""
-        if not self._following and not self._drag.is_held:
-            self._drag.said, self._at = "", None
+        if not self._following and self._base is None:
+            self._obstacle, self._at = "", None
         self._read(said)
 
     def _show(self) -> None:
@@ -541,11 +601,8 @@ class PolesCard(Card):
         self.plane.show_poles(shown_poles(before, now.poles if now is not None else None))
         if self._at is not None:
             self._follow_pole(self._at)
-        names = [each.name for each in now.loops] if now is not None else []
-        if names and names != [self.loops.itemData(row) for row in range(self.loops.count())]:
-            self.loops.clear()
-            for name in names:
-                self.loops.addItem(loop_label(name), name)
+        if now is not None and now.loops:
+            offer(self.loops, {each.name: loop_label(each.name) for each in now.loops})
         if caveat := self._judgement.caveat:
             self.said.say(caveat, "warning")
         elif now is not None:
@@ -555,7 +612,7 @@ class PolesCard(Card):
 
     def _read(self, said: str) -> None:
         """Say what is in the way of a pole that is moved, else which one is read."""
-        if self._drag.said:
-            self.reading.say(self._drag.said, "warning")
+        if self._obstacle:
+            self.reading.say(self._obstacle, "warning")
         else:
             self.reading.say(said or HINT)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent, QPen, QPolygonF
-from PyQt6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QSizePolicy, QWidget
 from pyqtgraph.functions import arrayToQPolygonF
 
 from workbench.analysis.questions import Step
@@ -18,29 +18,33 @@ from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.excitation_form import ExcitationChoice
-from workbench.gui.tuning.limit_table import LOAD_LIMITS, LOAD_PEAKS, STEP_LIMITS, Limit
-from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.limits_form import LimitsForm
-from workbench.gui.tuning.marks import TONES, draw_mark
-from workbench.gui.tuning.number_table import NumberTable
-from workbench.gui.tuning.rounds import StepPart, step_parts
-from workbench.gui.tuning.step_measure import SAME, measure_load, measure_step
-from workbench.gui.tuning.table_rows import Cell, Row, State
-from workbench.gui.tuning.trace import Trace, take_trace
+from workbench.gui.tuning.limits import (
+    LOAD_LIMITS,
+    LOAD_PEAKS,
+    STEP_LIMITS,
+    Limit,
+    Limits,
+    LimitsForm,
+)
+from workbench.gui.tuning.number_table import TONES, Cell, NumberTable, Row, State, draw_mark
+from workbench.gui.tuning.responses import (
+    SAME,
+    Response,
+    ResponseHistory,
+    Round,
+    StepPart,
+    Trace,
+    step_parts,
+    take_trace,
+)
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 from workbench.scenario.axes import Axis
-from workbench.scenario.excitation import LATE, Excitation, Exciting, Shape
+from workbench.scenario.excitation import Excitation, Shape
 from workbench.scenario.loads import EXCITED, Load, find_excited
 from workbench.scenario.parameters import parameter_table
 
-GHOSTS = 5
-"""Responses that are kept besides the present one."""
-SHORTEST = 0.1
-"""Of a response that is kept [s]."""
-Take = Callable[[Excitation, float, float], Trace]
-"""Takes a trace of an excitation, from one simulated time to another [s]."""
 STRIP_ROOM = 1.15
 """Share of a limit at the upper edge."""
 NEAR = 0.999
@@ -51,7 +55,6 @@ HEAD = ("flown", "predicted", "limit")
 CHIRP_POINTS = 400
 """Of a chirp."""
 FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"
-_NOTHING = np.empty(0)
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
 """Between two pictures of what is being flown [s]."""
@@ -59,138 +62,6 @@ LONGEST_STEP = 30.0
 """That is predicted [s]."""
 TURNED = math.radians(1.0)
 """A prediction does not follow smaller changes of the heading [rad]."""
-
-
-@dataclass(frozen=True)
-class Round:
-    """One round of an excitation that is flown.
-
-    Attributes:
-        excitation: what is flown.
-        begun: simulated time of its edge [s].
-        gains: that fly it.
-        again: whether a round of the same went before it without a gap.
-    """
-
-    excitation: Excitation
-    begun: float
-    gains: Mapping[str, float]
-    again: bool = False
-
-    @property
-    def end(self) -> float:
-        """Simulated time at which it is over [s]."""
-        return self.begun + self.excitation.round_time
-
-    def next_edge(self, time: float) -> float:
-        """Return when the command jumps next after a simulated time, or the round ends [s]."""
-        edges = (self.begun + edge for edge in self.excitation.edges)
-        return min((edge for edge in edges if edge > time + LATE), default=self.end)
-
-    @property
-    def parts(self) -> tuple[StepPart, ...]:
-        """The steps in it."""
-        return step_parts(self.excitation, again=self.again)
-
-
-@dataclass(frozen=True)
-class Response:
-    """A flown round.
-
-    Attributes:
-        round: what was asked.
-        trace: what came of it.
-        numbers: of its first step; None where it has none, or was ended before.
-    """
-
-    round: Round
-    trace: Trace
-    numbers: StepNumbers | None
-
-
-class ResponseHistory:
-    """Cuts a flight into responses.
-
-    Args:
-        take: takes a trace from the flight.
-
-    Attributes:
-        round: that is flown, or was flown last; None before the first.
-        numbers: of the newest round whose first step is over, None before it.
-        ghosts: the last responses before that, the newest first.
-    """
-
-    def __init__(self, take: Take) -> None:
-        self._take = take
-        self.clear()
-
-    @property
-    def is_running(self) -> bool:
-        """Whether the newest round is being flown."""
-        return self._running
-
-    def clear(self) -> None:
-        """Forget all: another flight begins."""
-        self.round: Round | None = None
-        self.numbers: StepNumbers | None = None
-        self.ghosts: tuple[Response, ...] = ()
-        self._running = False
-        self._ended = 0.0
-        self._measured = False
-        self._changed = False
-
-    def begin(self, exciting: Exciting, gains: Mapping[str, float]) -> None:
-        """Take note of a round; the same one again changes nothing, unless gains have changed.
-
-        Args:
-            exciting: what is flown since when.
-            gains: that fly it now.
-        """
-        before = self.round
-        excitation, begun = exciting.excitation, exciting.began
-        if before is not None and before.begun == begun and before.excitation == excitation:
-            self._changed = self._changed or gains != before.gains
-            return
-        self._keep(min(begun, before.end) if before is not None else begun)
-        self.round = Round(excitation, begun, dict(gains), exciting.again)
-        self._running, self._measured, self._changed = True, False, False
-
-    def end(self, now: float) -> None:
-        """Take note that nothing excites the flight any more, at a simulated time [s]."""
-        if self._running:
-            self._running, self._ended = False, now
-
-    def present(self, now: float) -> Trace | None:
-        """Return what was flown of the newest round by now [s], and measure what is over."""
-        if self.round is None:
-            return None
-        until = min(now, self.round.end) if self._running else min(self._ended, self.round.end)
-        trace = self._take(self.round.excitation, self.round.begun, until)
-        if not self._measured:
-            numbers = self._measure(self.round, trace)
-            if numbers is not None:
-                self.numbers, self._measured = numbers, True
-        return trace
-
-    def _keep(self, end: float) -> None:
-        """Make the newest round a ghost."""
-        if self.round is None:
-            return
-        until = end if self._running else min(self._ended, self.round.end)
-        trace = self._take(self.round.excitation, self.round.begun, until)
-        if not len(trace) or trace.time[-1] < SHORTEST:
-            return
-        numbers = self.numbers if self._measured else self._measure(self.round, trace)
-        kept = Response(self.round, trace, numbers)
-        self.ghosts = (kept, *self.ghosts)[:GHOSTS]
-
-    def _measure(self, flown: Round, trace: Trace) -> StepNumbers | None:
-        """Return the numbers of a round's first step; those of the others are alike."""
-        if not flown.parts:
-            return None
-        if isinstance(flown.excitation.row, Load):
-            return measure_load(trace, flown.parts[0], changed=self._changed)
-        return measure_step(trace, flown.parts[0], changed=self._changed)
 
 
 @dataclass(frozen=True)
@@ -402,87 +273,6 @@ def command_line(excitation: Excitation, *, again: bool = False) -> tuple[np.nda
     return np.array(times), np.array(values)
 
 
-class ResponsePlot(QWidget):
-    """Curves over the time from the edge of a round on.
-
-    Args:
-        workspace: colours and units.
-
-    Attributes:
-        plot: where they are drawn.
-    """
-
-    def __init__(self, workspace: Workspace) -> None:
-        super().__init__()
-        self.plot = StaticPlot(workspace)
-        self.plot.set_hint("Press Start: the response appears here")
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 0, 0, 0)
-        box.addWidget(self.plot)
-        self._length = 0.0
-        self._ghosts: tuple[Response, ...] = ()
-
-    def show_plan(self, excitation: Excitation, history: ResponseHistory) -> None:
-        """Show what is asked for: of the round that was flown last, else of the next one."""
-        flown = history.round
-        shown = excitation if flown is None else flown.excitation
-        axis = shown.row
-        self._length = shown.round_time
-        self.plot.set_axes("time after the step", axis.response, axis.response_unit)
-        self.plot.set_window(0.0, self._length)
-        again = flown.again if flown is not None else False
-        if isinstance(axis, Load):  # the drone is asked to stay
-            asked = np.array([0.0, self._length]), np.zeros(2)
-        else:
-            asked = command_line(shown, again=again)
-        self.plot.set_curve(ASKED, *asked, CurveStyle.SOLID, COMMAND)
-
-    def show_flown(self, trace: Trace | None) -> None:
-        """Show what was flown so far."""
-        if trace is None:
-            self.plot.remove_curve(FLOWN)
-        else:
-            self.plot.set_curve(FLOWN, trace.time, trace.response, CurveStyle.SOLID, 0)
-
-    def show_predicted(self, predicted: Predicted | None, part: StepPart | None) -> None:
-        """Show what the proposed gains would make of a step in the round."""
-        if predicted is None or part is None or predicted.lost:
-            self.plot.remove_curve(PREDICTED)
-            return
-        time = predicted.time + part.begin
-        before = 0.0 if predicted.asked.step.is_load else part.before
-        self.plot.set_curve(PREDICTED, time, predicted.response + before, CurveStyle.DASHED, 1)
-
-    def show_future(self, time: np.ndarray = _NOTHING, values: np.ndarray = _NOTHING) -> None:
-        """Show how the flight would go on with the proposed gains; nothing takes it away."""
-        if len(time):
-            self.plot.set_curve(FUTURE, time, values, CurveStyle.FAINT, 1)
-        else:
-            self.plot.remove_curve(FUTURE)
-
-    def show_ghosts(self, ghosts: tuple[Response, ...], names: Sequence[str], said: str) -> None:
-        """Show the last responses.
-
-        Args:
-            ghosts: the newest first.
-            names: of each, in the legend.
-            said: which gains made them, for the legend's tool tip.
-        """
-        if len(ghosts) > len(self._ghosts):  # they lie below what is flown now
-            for name in (FLOWN, PREDICTED, FUTURE):
-                self.plot.remove_curve(name)
-        for name in self.plot.names:
-            if name not in (*names, ASKED, FLOWN, PREDICTED, FUTURE):
-                self.plot.remove_curve(name)
-        shown = self.plot.names
-        for name, ghost in zip(names, ghosts, strict=True):
-            if name not in shown:
-                trace = ghost.trace
-                self.plot.set_curve(name, trace.time, trace.response, CurveStyle.FAINT, COMMAND)
-        self._ghosts = ghosts
-        self.plot.legend.setToolTip(said)
-
-
 class ResponseCard(Card):
     """Shows the newest response along the chosen axis, and its numbers.
 
@@ -526,7 +316,9 @@ class ResponseCard(Card):
         self._drawn: tuple[object, ...] = ()
         self._still = False
         self._shown_at = -1.0
-        self.plot = ResponsePlot(workspace)
+        self.plot = StaticPlot(workspace)
+        self.plot.set_hint("Press Start: the response appears here")
+        self._ghosts_shown = 0
         self.strip = LimitStrip(workspace.look)
         self.form = LimitsForm(STEP_LIMITS, limits)
         self.load_form = LimitsForm((*LOAD_PEAKS.values(), *LOAD_LIMITS), limits)
@@ -637,12 +429,14 @@ class ResponseCard(Card):
     def _show_ahead(self) -> None:
         flown = self.history.round
         time, values = self._ahead
-        if flown is None or not self.history.is_running or not len(time):
-            self.plot.show_future()
-        else:
+        if flown is not None and self.history.is_running and len(time):
             seen = (time >= flown.begun) & (time <= flown.next_edge(float(time[0])))
             seen &= time[0] >= flown.begun - SAME  # else it knows nothing of this round's command
-            self.plot.show_future(time[seen] - flown.begun, values[seen])
+            time, values = time[seen] - flown.begun, values[seen]
+            if len(time):
+                self.plot.set_curve(FUTURE, time, values, CurveStyle.FAINT, 1)
+                return
+        self.plot.remove_curve(FUTURE)
 
     def _take_heading(self, view: LiveView) -> None:
         """Predict with the heading at which a round began, or with the present one before it."""
@@ -672,8 +466,8 @@ class ResponseCard(Card):
         rounds = (history.round, history.ghosts, names)
         if rounds != self._drawn or not self._drawn:
             self._drawn, self._still, self._shown_at = rounds, False, -1.0
-            self.plot.show_plan(self._choice.excitation, history)
-            self.plot.show_ghosts(history.ghosts, names, self._ghosts_said(history.ghosts, names))
+            self._show_plan(history.round)
+            self._show_ghosts(history.ghosts, names)
             self._show_ahead()
             self._show_prediction()
         if self._still or (history.is_running and 0.0 <= now - self._shown_at < FRAME):
@@ -681,7 +475,10 @@ class ResponseCard(Card):
         self._shown_at = now
         before = history.numbers
         trace = history.present(now)
-        self.plot.show_flown(trace)
+        if trace is None:
+            self.plot.remove_curve(FLOWN)
+        else:
+            self.plot.set_curve(FLOWN, trace.time, trace.response, CurveStyle.SOLID, 0)
         self._show_uses(trace)
         self._still = not history.is_running
         if history.numbers is not before or self._still:
@@ -693,19 +490,51 @@ class ResponseCard(Card):
             self._designs.flight_name(each.round.begun, each.round.gains) for each in ghosts
         )
 
-    def _ghosts_said(self, ghosts: Sequence[Response], names: Sequence[str]) -> str:
-        """Return which gains made the last responses, beside those that are kept."""
-        said = []
-        for name, each in zip(names, ghosts, strict=True):
-            withheld = each.numbers.withheld if each.numbers is not None else ""
-            lines = (name, *self._designs.gains_list(each.round.gains), withheld)
+    def _show_plan(self, flown: Round | None) -> None:
+        """Show what is asked for: of the round that was flown last, else of the next one."""
+        shown = self._choice.excitation if flown is None else flown.excitation
+        axis, length = shown.row, shown.round_time
+        self.plot.set_axes("time after the step", axis.response, axis.response_unit)
+        self.plot.set_window(0.0, length)
+        if isinstance(axis, Load):  # the drone is asked to stay
+            asked = np.array([0.0, length]), np.zeros(2)
+        else:
+            asked = command_line(shown, again=flown is not None and flown.again)
+        self.plot.set_curve(ASKED, *asked, CurveStyle.SOLID, COMMAND)
+
+    def _show_ghosts(self, ghosts: Sequence[Response], names: Sequence[str]) -> None:
+        """Show the last responses, the newest first, and in a tool tip which gains made them."""
+        if len(ghosts) > self._ghosts_shown:  # they lie below what is flown now
+            for name in (FLOWN, PREDICTED, FUTURE):
+                self.plot.remove_curve(name)
+        self._ghosts_shown = len(ghosts)
+        for name in self.plot.names:
+            if name not in (*names, ASKED, FLOWN, PREDICTED, FUTURE):
+                self.plot.remove_curve(name)
+        shown, said = self.plot.names, []
+        for name, ghost in zip(names, ghosts, strict=True):
+            if name not in shown:
+                trace = ghost.trace
+                self.plot.set_curve(name, trace.time, trace.response, CurveStyle.FAINT, COMMAND)
+            withheld = ghost.numbers.withheld if ghost.numbers is not None else ""
+            lines = (name, *self._designs.gains_list(ghost.round.gains), withheld)
             said.append("\n    ".join(filter(None, lines)))
-        return "\n".join(said)
+        self.plot.legend.setToolTip("\n".join(said))
+
+    @property
+    def _fitting(self) -> Predicted | None:
+        """The prediction, where it is of the step that is shown."""
+        found = self._predicted
+        return found if found is not None and found.asked.step == self.step else None
 
     def _show_prediction(self) -> None:
-        step, found = self.step, self._predicted
-        fits = found is not None and step is not None and found.asked.step == step
-        self.plot.show_predicted(found if fits else None, self.part)
+        found, part = self._fitting, self.part
+        if found is None or part is None or found.lost:
+            self.plot.remove_curve(PREDICTED)
+            return
+        time = found.time + part.begin
+        before = 0.0 if found.asked.step.is_load else part.before
+        self.plot.set_curve(PREDICTED, time, found.response + before, CurveStyle.DASHED, 1)
 
     def _show_uses(self, trace: Trace | None) -> None:
         if trace is None:
@@ -727,9 +556,7 @@ class ResponseCard(Card):
         self.strip.show_uses(uses, flown.excitation.round_time if flown else 1.0)
 
     def _show_numbers(self) -> None:
-        step, found = self.step, self._predicted
-        fits = found is not None and step is not None and found.asked.step == step
-        predicted: StepNumbers | None = found.numbers if fits and found is not None else None
+        predicted = self._fitting.numbers if self._fitting is not None else None
         limits = limits_of(find_excited(self._choice.axis))
         rows = metric_rows(self.history.numbers, predicted, self._limits.value, limits)
         self.table.set_rows(rows)

@@ -1,7 +1,5 @@
 """What is being tried: the proposed gains, and the step by which they are judged."""
 
-from collections.abc import Mapping
-
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.questions import Step
@@ -86,11 +84,3 @@ class Trial(QObject):
         if step != self._excited:
             self._excited = step
             self.changed.emit()
-
-    def begin(self) -> None:
-        """Tell of another flight."""
-        self.changed.emit()
-
-    def adopt(self, values: Mapping[str, float], what: str) -> None:
-        """Fly gains that somebody has chosen, as one step of undo."""
-        self.gains.adopt(values, what)

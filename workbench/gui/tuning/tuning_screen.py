@@ -11,7 +11,7 @@ from PyQt6.QtWidgets import QHBoxLayout, QLayout, QSplitter, QTabWidget, QVBoxLa
 from workbench.analysis.questions import Fork, Predict, Question
 from workbench.analysis.replies import Forked
 from workbench.design.branches import Branch
-from workbench.gui.analysis import Analysis
+from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import GainEditor
@@ -26,7 +26,6 @@ from workbench.gui.tuning.compare_card import CompareCard
 from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import ExcitationChoice
-from workbench.gui.tuning.follower import Follower
 from workbench.gui.tuning.fork_card import ForkCard
 from workbench.gui.tuning.frequency_card import FrequencyCard
 from workbench.gui.tuning.judgement import Judgement
@@ -98,8 +97,8 @@ class Arrangement(QWidget):
         tabs.setDocumentMode(True)
         tabs.setUsesScrollButtons(True)
         tabs.setElideMode(Qt.TextElideMode.ElideNone)
-        self._middle = _column()
-        self._right = _column()
+        self._middle = _stacked()
+        self._right = _stacked()
         self.splitter = QSplitter(Qt.Orientation.Horizontal)
         self.splitter.setHandleWidth(GAP)
         self.splitter.setChildrenCollapsible(False)
@@ -172,19 +171,11 @@ class Arrangement(QWidget):
             self._tabs.setCurrentWidget(chosen)
 
 
-def _column() -> QWidget:
-    column = QWidget()
-    box = QVBoxLayout(column)
-    box.setContentsMargins(0, 0, 0, 0)
-    box.setSpacing(GAP)
-    return column
-
-
 class Ghost(QObject):
     """Flies ahead of the flight with gains that are proposed and do not fly yet.
 
     One question at a time; the newest gains are flown next. It asks for nothing while they fly
-    already, while nobody looks, and while something longer is worked on.
+    already, while the screen is hidden, and while something longer is worked on.
 
     Args:
         flight: from whose present it goes on.
@@ -219,7 +210,7 @@ class Ghost(QObject):
         analysis.refused.connect(self._hear_refusal)
 
     def set_seen(self, seen: bool) -> None:
-        """Fly ahead only while somebody looks."""
+        """Fly ahead only while it is visible."""
         self._seen = seen
 
     def begin(self) -> None:
@@ -380,7 +371,7 @@ class TuningScreen(Screen):
         self.trial.set_step(self.response.step)
         for card in self._begun:
             card.begin()
-        self.trial.begin()
+        self.trial.changed.emit()
         self.designs.begin()
         self.compare.begin()
 
@@ -391,7 +382,7 @@ class TuningScreen(Screen):
         self._predictor.forget()
         for card in self._begun:
             card.begin()
-        self.trial.begin()
+        self.trial.changed.emit()
         self.designs.take_over()
         self.compare.begin()
 
@@ -418,13 +409,13 @@ class TuningScreen(Screen):
         self.profiles.close()
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Ask again: somebody looks."""
+        """Ask again: the screen is visible."""
         super().showEvent(event)
         self.workspace.analysis.warm_up()
         self._set_seen()
 
     def hideEvent(self, event: QHideEvent | None) -> None:
-        """Ask nothing more: nobody looks."""
+        """Ask nothing more: the screen is hidden."""
         super().hideEvent(event)
         self._set_seen()
 
@@ -473,11 +464,8 @@ class TuningScreen(Screen):
         self._predictor.set_seen(seen)
         self.ghost.set_seen(seen)
         shown = self.tabs.currentWidget()
-        self.frequency.set_seen(seen and shown is self.frequency)
-        self.map.set_seen(seen and shown is self.map)
-        self.weights.set_seen(seen and shown is self.weights)
-        self.compare.set_seen(seen and shown is self.compare)
-        self.what_if.set_seen(seen and shown is self.what_if)
+        for card in (self.frequency, self.map, self.weights, self.compare, self.what_if):
+            card.set_seen(seen and shown is card)
 
 
 def _stacked(*parts: QWidget) -> QWidget:

@@ -1,20 +1,20 @@
 """The card of sensitivities: which gain moves the metric on show most."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 
 from PyQt6.QtCore import QRectF, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent
 from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QWidget
 
 from workbench.analysis.questions import Weigh
-from workbench.analysis.replies import Weighed, Weight
+from workbench.analysis.replies import Weighed
+from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.number_field import buddy
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, wrapped
-from workbench.gui.tuning.follower import Follower
-from workbench.gui.tuning.limit_table import STEP_LIMITS, Limit, find_limit
+from workbench.gui.tuning.limits import STEP_LIMITS, Limit, find_limit
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
@@ -27,23 +27,21 @@ REST = 600
 """Gains have settled when they have not moved for so long [ms]."""
 
 
-def weight_text(weight: Weight, limit: Limit) -> str:
+def weight_text(gain: str, slope: float, limit: Limit) -> str:
     """Return what a gain does, in words."""
-    change = limit.factor * PERCENT * weight.slope
+    change = limit.factor * PERCENT * slope
     decimals = limit.decimals + 1
     sign = "+" if change >= 0.0 else "−"
     number = f"{sign}{abs(change):.{decimals}f} {limit.unit}".rstrip()
-    return f"{PERCENT:g} % more {weight.gain}: {limit.label.lower()} {number}"
+    return f"{PERCENT:g} % more {gain}: {limit.label.lower()} {number}"
 
 
-def strongest(weights: Sequence[Weight]) -> tuple[Weight, ...]:
+def strongest(slopes: Mapping[str, float]) -> dict[str, float]:
     """Return the gains that do something, the strongest first."""
-    known = [weight for weight in weights if math.isfinite(weight.slope)]
-    known.sort(key=lambda weight: -abs(weight.slope))
-    if not known or known[0].slope == 0.0:
-        return ()
-    most = abs(known[0].slope)
-    return tuple(weight for weight in known if abs(weight.slope) >= LEAST * most)[:MOST]
+    known = [(name, slope) for name, slope in slopes.items() if math.isfinite(slope) and slope]
+    known.sort(key=lambda each: -abs(each[1]))
+    most = abs(known[0][1]) if known else 0.0
+    return dict([each for each in known if abs(each[1]) >= LEAST * most][:MOST])
 
 
 class WeightBars(QWidget):
@@ -57,7 +55,7 @@ class WeightBars(QWidget):
     def __init__(self, look: Look, words: Callable[[str], str]) -> None:
         super().__init__()
         self._look, self._words = look, words
-        self._weights: tuple[Weight, ...] = ()
+        self._slopes: dict[str, float] = {}
         self._limit: Limit | None = None
         self.setMinimumHeight(120)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -69,11 +67,11 @@ class WeightBars(QWidget):
         """What is shown, in words."""
         if self._limit is None:
             return ()
-        return tuple(weight_text(weight, self._limit) for weight in self._weights)
+        return tuple(weight_text(*each, self._limit) for each in self._slopes.items())
 
-    def show_weights(self, weights: Sequence[Weight], limit: Limit) -> None:
+    def show_slopes(self, slopes: Mapping[str, float], limit: Limit) -> None:
         """Show what gains do to a number."""
-        self._weights, self._limit = strongest(weights), limit
+        self._slopes, self._limit = strongest(slopes), limit
         self.setAccessibleDescription("; ".join(self.texts))
         self.setToolTip("\n".join(self.texts))
         self.update()
@@ -86,31 +84,31 @@ class WeightBars(QWidget):
         """Paint the bars, their names and their numbers."""
         painter = QPainter(self)
         colour = self._look.colour
-        if not self._weights or self._limit is None:
+        if not self._slopes or self._limit is None:
             painter.setPen(colour("muted"))
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, "Not known yet")
             return
-        height = min(self.height() / len(self._weights), self.fontMetrics().height() + 12.0)
-        names = [self._words(weight.gain) for weight in self._weights]
+        height = min(self.height() / len(self._slopes), self.fontMetrics().height() + 12.0)
+        names = [*map(self._words, self._slopes)]
         label = max(self.fontMetrics().horizontalAdvance(name) for name in names) + 10.0
         numbers = [text.rsplit(" ", 2 if self._limit.unit else 1) for text in self.texts]
         shown = [" ".join(parts[1:]) for parts in numbers]
         number = max(self.fontMetrics().horizontalAdvance(text) for text in shown) + 10.0
         room = (self.width() - label - number) / 2.0
-        most = abs(self._weights[0].slope)
+        most = max(map(abs, self._slopes.values()))
         middle = label + room
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        for index, weight in enumerate(self._weights):
+        for index, slope in enumerate(self._slopes.values()):
             top = index * height
             painter.setPen(colour("ink"))
             painter.drawText(QRectF(0.0, top, label, height), left, names[index])
             painter.drawText(QRectF(0.0, top, self.width(), height), right, shown[index])
-            width = room * weight.slope / most
+            width = room * slope / most
             bar = QRectF(middle, top + 0.28 * height, width, 0.44 * height).normalized()
-            painter.fillRect(bar, self._look.curve(0 if weight.slope < 0.0 else 1))
+            painter.fillRect(bar, self._look.curve(0 if slope < 0.0 else 1))
         painter.setPen(colour("muted"))
-        painter.drawLine(round(middle), 0, round(middle), round(len(self._weights) * height))
+        painter.drawLine(round(middle), 0, round(middle), round(len(self._slopes) * height))
 
 
 class WeightsCard(Card):
@@ -153,7 +151,7 @@ class WeightsCard(Card):
         self._follow()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while the bars are seen."""
+        """Ask only while it is visible."""
         self._follower.set_seen(seen)
         self._say_waiting()
 
@@ -181,8 +179,8 @@ class WeightsCard(Card):
 
     def _show(self) -> None:
         limit = find_limit(self.number.currentData())
-        weights = self._weighed.weights.get(limit.name, ()) if self._weighed is not None else ()
-        self.bars.show_weights(weights, limit)
+        slopes = self._weighed.slopes.get(limit.name, {}) if self._weighed is not None else {}
+        self.bars.show_slopes(slopes, limit)
         texts = self.bars.texts
         none = "No gain moves it." if self._weighed is not None else ""
         self.words.setText(f"{texts[0]}." if texts else none)

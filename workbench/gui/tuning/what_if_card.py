@@ -3,20 +3,18 @@
 from dataclasses import replace
 from pathlib import Path
 
-from PyQt6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QPushButton, QWidget
+from PyQt6.QtWidgets import QComboBox, QFileDialog, QPushButton, QWidget
 
 from workbench.analysis.questions import FlyAgain
 from workbench.analysis.replies import FlownAgain
+from workbench.gui.analysis import Follower
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
-from workbench.gui.number_field import buddy
 from workbench.gui.preferences import log_folder
-from workbench.gui.tuning.card import SPACING, Card, Sentence
-from workbench.gui.tuning.follower import Follower
-from workbench.gui.tuning.gains_text import gains_text
-from workbench.gui.tuning.other_controllers import OtherControllers, controller_label
+from workbench.gui.tuning.card import Card, Sentence, fields_beside, offer
+from workbench.gui.tuning.designs import OtherControllers, controller_label, gains_text
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
@@ -96,7 +94,7 @@ class WhatIfCard(Card):
         self._forget()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while somebody looks."""
+        """Ask only while it is visible."""
         self._follower.set_seen(seen)
         self._show_state()
 
@@ -207,7 +205,7 @@ class WhatIfCard(Card):
 
     def _adopt(self) -> None:
         if self._answer is not None:
-            self._trial.adopt(self._answer.flown_gains, "the gains of a log")
+            self._trial.gains.adopt(self._answer.flown_gains, "the gains of a log")
 
     def _choose(self) -> None:
         folder = str(log_folder(self._workspace.preferences))
@@ -221,29 +219,13 @@ class WhatIfCard(Card):
             (self.flown, AS_LOGGED, self._others.all),
             (self.law, SLIDERS, self._others.names),
         ):
-            if ["", *names] == [box.itemData(index) for index in range(box.count())]:
-                continue
-            chosen = box.currentData() or ""
-            box.blockSignals(True)
-            box.clear()
-            box.addItem(first, "")
-            for name in names:
-                box.addItem(controller_label(name), name)
-            box.setCurrentIndex(max(0, box.findData(chosen)))
-            box.blockSignals(False)
+            offer(box, {"": first} | {name: controller_label(name) for name in names})
 
     def _lay_out(self) -> None:
         self.head.addWidget(self.own)
         self.head.addWidget(self.open)
-        grid = QGridLayout()
-        grid.setSpacing(SPACING)
         fields = (("Flo&wn by", self.flown), ("Fl&y with", self.law), ("S&how", self.signal))
-        for column, (text, field) in enumerate(fields):
-            grid.addWidget(buddy(text, field), 0, column)
-            grid.addWidget(field, 1, column)
-            grid.setColumnStretch(column, 1)
-            field.setMinimumWidth(78)
-        self.body.addLayout(grid)
+        self.body.addLayout(fields_beside(fields))
         self.body.addWidget(self.plot, 1)
         self.body.addWidget(self.numbers)
 
