@@ -4,13 +4,12 @@
 
 VENV ?= .venv
 BIN := $(VENV)/bin
-CHECK = $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
 # a worker that has crashed, or was ended because a test hung, is not started anew: xdist would have it
 # run the same test again, up to eight times
 PYTEST = $(BIN)/pytest -n 2 --dist loadfile --max-worker-restart 0
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-slow test-all format notebooks docs bench clean
+.PHONY: help setup run test types quick test-slow test-all format notebooks docs bench clean
 
 help: ## show this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
@@ -29,8 +28,14 @@ run: setup ## open the app; without a screen, fly the published steps and write 
 test test-slow: export QT_QPA_PLATFORM = offscreen
 # the many processes that tests start load compiled modules, also where the shell asks for none
 test test-slow: export PYTHONDONTWRITEBYTECODE =
-test: setup ## lint, types, and the tests but the slow ones; some 10 minutes on two cores
-	$(CHECK)
+test: setup ## lint, types, and the tests but the slow ones; some 5 minutes on two cores
+	$(BIN)/ruff check . && $(BIN)/ruff format --check .
+	@$(MAKE) --no-print-directory --jobs 2 types quick
+
+# the tests begin while the types are still being checked; if either fails, the other ends and `test` fails
+types:
+	$(BIN)/mypy
+quick:
 	$(PYTEST) -m "not slow"
 
 test-slow: setup ## the slow tests: soaks, wheels, clusters, browsers, documents that fly

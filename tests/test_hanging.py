@@ -67,9 +67,17 @@ def test_a_test_skips_where_no_time_is_left(tmp_path):
 def test_only_make_test_all_runs_slow_tests():
     root = Path(__file__).parent.parent
     quick, slow = '-m "not slow"', "-m slow"
+    outer = {"MAKEFLAGS", "MAKELEVEL"}  # of the make that runs this test
+    env = {name: value for name, value in os.environ.items() if name not in outer}
     for target, runs in (("test", [quick]), ("test-slow", [slow]), ("test-all", [quick, slow])):
         done = subprocess.run(
-            ["make", "--dry-run", target], cwd=root, capture_output=True, text=True, check=True
+            ["make", "--dry-run", target],
+            cwd=root,
+            env=env,
+            capture_output=True,
+            text=True,
+            check=True,
         )
+        assert (".venv/bin/mypy\n" in done.stdout) == (target != "test-slow")
         lines = [line for line in done.stdout.splitlines() if "bin/pytest" in line]
         assert [line.partition("--max-worker-restart 0 ")[2] for line in lines] == runs, target
