@@ -1,6 +1,7 @@
 """Commands are run through the real `main`."""
 
 import contextlib
+import importlib
 import io
 import json
 from dataclasses import dataclass
@@ -8,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from workbench.commands import drawer
 from workbench.commands.cli import main
+from workbench.design.plots import write_png
 from workbench.logs.flight_log import FlightLog
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
@@ -76,6 +79,31 @@ def write(tmp_path):
 def out(tmp_path):
     """Return a folder that is not there yet; what a refused command leaves would show in it."""
     return tmp_path / "out" / "deep"
+
+
+class _DrawerHere:
+    """A `Drawer` without a process of its own, which would load matplotlib for every command."""
+
+    def __init__(self, *modules: str) -> None:
+        """Load nothing: it is there."""
+
+    def begin(self, to: Path, module: str, function: str, *args, **options) -> None:
+        write_png(getattr(importlib.import_module(module), function)(*args, **options), to)
+
+    def finish(self) -> None:
+        """Wait for nothing: all is written."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_) -> None:
+        """End nothing."""
+
+
+@pytest.fixture
+def pictures_here(monkeypatch):
+    """Draw in this process; tests/commands/test_drawer.py has the process that commands start."""
+    monkeypatch.setattr(drawer, "Drawer", _DrawerHere)
 
 
 @pytest.fixture(scope="session")

@@ -14,6 +14,7 @@ from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.scenario.scenario import Scenario
 
+pytestmark = pytest.mark.usefixtures("pictures_here")
 LOOPS = load_controller().loops
 PNG = b"\x89PNG"
 

@@ -11,6 +11,7 @@ from workbench.design.response_metrics import LOAD_NUMBERS, NUMBERS
 from workbench.design.step_response import fly_step
 from workbench.scenario.loads import LOADS
 
+pytestmark = pytest.mark.usefixtures("pictures_here")
 PNG = b"\x89PNG"
 
 
@@ -28,7 +29,8 @@ def test_json_is_the_response_of_the_python_call(run, out):
     assert (found["axis"], found["amplitude"]) == ("x", 1.0)
 
 
-def test_plot_and_log_are_written_and_nothing_else(run, out):
+def test_plot_and_log_are_written_and_nothing_else(run, out, monkeypatch):
+    monkeypatch.undo()  # the picture is drawn by a process, as users have it
     said = run("step", "--axis", "yaw", "--duration", "0.5", "--output", out)
     assert said.code == 0
     assert {path.name for path in out.iterdir()} == {"step-yaw.csv", "step-yaw.png"}

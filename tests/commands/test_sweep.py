@@ -10,6 +10,7 @@ from workbench.commands import sweep as command
 from workbench.design.step_response import fly_step
 from workbench.design.sweep.sweep import sweep
 
+pytestmark = pytest.mark.usefixtures("pictures_here")
 PNG = b"\x89PNG"
 SHORT = ("sweep", "kp_velocity_z=2..6:3", "--duration", "3")
 
