@@ -29,7 +29,7 @@ from workbench.gateways.mavlink_messages import (
 from workbench.link import Client
 from workbench.link.address import Address
 
-LIMIT = 120.0
+LIMIT = 300.0
 """For anything to happen [s]."""
 NED_ENU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 FLU_FRD = np.diag([1.0, -1.0, -1.0])

@@ -275,7 +275,7 @@ def test_every_control_has_a_name(window, qapp):
             assert named or text, f"{row.name}: {type(control).__name__} in {control.parent()}"
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("theme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
 def test_all_screens_are_laid_out_well(window, workspace, qapp, theme):
     """In every size, alone and beside the 3-D view."""
     workspace.preferences.set("theme", theme)

@@ -71,8 +71,16 @@ def truth(vehicle, name, gains):
     return between, float(np.min(np.abs(margins))), float(disk)
 
 
-@pytest.mark.parametrize("vehicle", VEHICLES)
-@pytest.mark.parametrize("name", LOOPS)
+def shaped(names):
+    """Return vehicles and loops; those of other drones are slow tests, but for one."""
+    pairs = [(vehicle, name) for name in names for vehicle in VEHICLES]
+    quick = [pair for pair in pairs if pair[0] == "dh_drone" or pair == ("palm", "pitch")]
+    return [
+        pair if pair in quick else pytest.param(*pair, marks=pytest.mark.slow) for pair in pairs
+    ]
+
+
+@pytest.mark.parametrize(("vehicle", "name"), shaped(LOOPS))
 def test_what_is_reached_is_what_was_asked_by_python_control(vehicle, name):
     shapes = shaper(vehicle, name)[1]
     assert shapes.is_affine
@@ -92,8 +100,7 @@ def test_what_is_reached_is_what_was_asked_by_python_control(vehicle, name):
     assert reached >= 4
 
 
-@pytest.mark.parametrize("vehicle", VEHICLES)
-@pytest.mark.parametrize("name", ("pitch", "velocity_z", "position_x"))
+@pytest.mark.parametrize(("vehicle", "name"), shaped(("pitch", "velocity_z", "position_x")))
 def test_a_disk_margin_that_is_reached_is_the_asked_one_by_python_control(vehicle, name):
     shapes = shaper(vehicle, name)[1]
     own, reached = shapes.margins({}), 0

@@ -8,8 +8,10 @@ import pytest
 from workbench.analysis.judging import judge as answer
 from workbench.analysis.questions import Judge
 from workbench.analysis.subject import Subject
-from workbench.design.judge.phase_budget import PARTS
-from workbench.design.judge.report import judge as judge_all
+from workbench.design.judge.loop_judgement import judge_loops
+from workbench.design.judge.phase_budget import PARTS, phase_budgets
+from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.study import LinearStudy
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits
 from workbench.gui.tuning.loop_plots import PhaseView
@@ -67,7 +69,7 @@ def turned(**other):
 def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, qtbot, estimator):
     """Each cut-off is asked about once, and the answer of the margins fills both cards."""
     analysis, scenario = offline.analysis, Scenario(estimator=estimator)
-    subject, filters = Subject(scenario, {}), {}
+    subject, study, filters = Subject(scenario, {}), LinearStudy(scenario), {}
     qtbot.waitUntil(lambda: bool(analysis.of(Judge)))
     for cutoff in (80.0, 25.0):
         asked = len(analysis.of(Judge))
@@ -76,9 +78,11 @@ def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, q
             (judged,) = answer(subject, analysis.of(Judge)[-1], None)
             analysis.judged.emit(judged)
             qtbot.waitUntil(partial(is_asked, analysis, asked + 1))
-        found = judge_all(scenario, settings={"gyro_lowpass": cutoff})
-        assert len(found.phase) == len(screen.frequency.phase.table.rows) == 9
-        for budget in found.phase:
+        gains = {"gyro_lowpass": cutoff}
+        models = study.sampled(gains=gains), study.sampled(OperatingPoint(hold=True), gains)
+        found = phase_budgets(study, *models, judge_loops(*models), gains)
+        assert len(found) == len(screen.frequency.phase.table.rows) == 9
+        for budget in found:
             *parts, at = row(screen.frequency.phase, budget.loop).cells
             for name, cell in zip(PARTS, parts, strict=True):
                 # half of the last digit, and what both linearisations differ by
