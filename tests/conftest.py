@@ -118,6 +118,36 @@ def compiled():
     Session().tick(0.01)
 
 
+@pytest.fixture
+def interpreted_laws(monkeypatch):
+    """Let laws run as Python in the diagram: to make a law's machine code takes ten seconds."""
+    from workbench.systems import flight_computer
+
+    monkeypatch.setattr(flight_computer, "compiled_update", flight_computer.interpreted_update)
+
+
+@pytest.fixture
+def interpreted_blocks(monkeypatch):
+    """Let flights by the thousand run as Python: to make their machine code takes up to a minute.
+
+    A tenth of a second of some flights is done in half a second.
+    """
+    import numpy as np
+
+    from workbench.design.rollout import engine
+
+    def block(controller, estimator):
+        fly = engine.make_fly_block(controller, estimator)
+
+        def run(*args):
+            with np.errstate(all="ignore"):  # as machine code has it
+                return fly(*args)
+
+        return run
+
+    monkeypatch.setattr(engine, "compiled_block", block)
+
+
 @pytest.fixture(scope="module")
 def served():
     """Return a function from a scenario's name to the address where `workbench serve` flies it."""

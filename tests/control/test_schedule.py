@@ -126,17 +126,29 @@ def test_equal_sets_fly_as_the_law_without_a_schedule_to_the_bit(quantity):
     assert flown[0] == flown[1]
 
 
-@pytest.mark.parametrize(
-    ("name", "vehicle"),
-    [
-        ("pd@speed=0,2", VehicleConfig()),
-        pytest.param("pd@height=9,11", VehicleConfig(), marks=pytest.mark.slow),
-        pytest.param("pd@payload=0,0.3", VehicleConfig(), marks=pytest.mark.slow),
-        pytest.param("pd@voltage=0.9,1", EFFECTS, marks=pytest.mark.slow),
-    ],
-    ids=lambda each: each if isinstance(each, str) else "",
+SCHEDULED = (
+    ("pd@speed=0,2", VehicleConfig()),
+    ("pd@height=9,11", VehicleConfig()),
+    ("pd@payload=0,0.3", VehicleConfig()),
+    ("pd@voltage=0.9,1", EFFECTS),
 )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "vehicle"), SCHEDULED, ids=[name for name, _ in SCHEDULED])
 def test_compiled_flights_agree_with_the_diagram(name, vehicle):
+    assert_agrees(name, vehicle, 2.0, 1e-3)
+
+
+@pytest.mark.usefixtures("interpreted_blocks", "interpreted_laws")
+def test_a_tenth_of_a_second_of_the_same_agrees_as_python(case):
+    for name, vehicle in SCHEDULED:
+        with case(name):
+            assert_agrees(name, vehicle, 0.1, 1e-6)
+
+
+def assert_agrees(name, vehicle, duration, least) -> None:
+    """Compare flights with those of the diagram; the sets of gains move them by so much [m/s]."""
     scenario = Scenario(vehicle=vehicle, controller=name)
     law = load_controller(name)
     session = Session(scenario)
@@ -150,19 +162,19 @@ def test_compiled_flights_agree_with_the_diagram(name, vehicle):
         )
         for k in range(4)
     ]
-    found = agreement(scenario, trials, duration=2.0)
+    found = agreement(scenario, trials, duration=duration)
     assert not found.lost.any()
     assert found.velocity.max() < 1e-9 and found.angular_velocity.max() < 1e-9
     same = [Trial({**each.gains, **equal(law, own)}, each.start, each.command) for each in trials]
-    moved = agreement_difference(scenario, trials, same)
-    assert moved > 1e-3, "the sets that differ make no difference"
+    moved = agreement_difference(scenario, trials, same, duration)
+    assert moved > least, "the sets that differ make no difference"
 
 
 def equal(law, own):
     return {row.name: own[row.name] for row in law.parameters}
 
 
-def agreement_difference(scenario, trials, others) -> float:
+def agreement_difference(scenario, trials, others, duration) -> float:
     """Return by how much two series of compiled flights differ [m/s]."""
     session = Session(scenario)
     engine = RolloutEngine(session.vehicle, controller=session.controller)
@@ -171,7 +183,7 @@ def agreement_difference(scenario, trials, others) -> float:
             [each.gains for each in some],
             np.array([start_state(session.vehicle, each.start) for each in some]),
             np.array([each.command for each in some]),
-            duration=2.0,
+            duration=duration,
         ).states
         for some in (trials, others)
     ]
@@ -253,6 +265,7 @@ def test_a_set_that_does_not_fly_changes_no_bit():
     assert flown[0] == flown[1]
 
 
+@pytest.mark.usefixtures("interpreted_laws")
 def test_a_log_with_a_schedule_is_flown_again_to_the_bit(tmp_path):
     own = tmp_path / "mine.py"
     own.write_text((ORACLES.parent / "controllers/cascade.py").read_text(), encoding="utf-8")

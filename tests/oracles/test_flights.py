@@ -150,7 +150,9 @@ def test_a_square_of_way_points_is_reached():
         assert there.p_WB[0] == pytest.approx(corner, abs=0.02)
 
 
-@pytest.mark.parametrize("compensation", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize(
+    "compensation", [0.6, *(pytest.param(share, marks=pytest.mark.slow) for share in (0.0, 1.0))]
+)
 def test_hover_commands_follow_the_battery_over_a_whole_discharge(tmp_path, compensation):
     """Hover takes the same thrust from each rotor to the end, so the charge falls evenly.
 

@@ -82,8 +82,9 @@ def test_variations_rotors_and_air_act():
         assert abs(np.diff(table.column("peak"))[0]) > 1e-3, text
 
 
+@pytest.mark.slow
 def test_on_an_estimate_filters_delays_noise_and_the_filter_itself_act(caplog):
-    """Compiled; what is not compiled flies on the full diagram, and that is said."""
+    """Compiled, which takes minutes; test_agreement.py flies on estimates uncompiled."""
     scenario = Scenario(estimator="ekf")
     for text in (
         "gyro_lowpass=15..100:2",
@@ -96,10 +97,14 @@ def test_on_an_estimate_filters_delays_noise_and_the_filter_itself_act(caplog):
     flown = fly_step("x", 2.0, duration=1.0, scenario=scenario)
     assert table.present_values[0] == pytest.approx(flown.metrics.rise_time, abs=1e-9)
     assert "full diagram" not in caplog.text
+
+
+def test_what_is_not_compiled_of_a_flight_on_an_estimate_flies_on_the_full_diagram(caplog):
+    scenario = Scenario(estimator="ekf")
     with pytest.raises(WorkbenchError, match=r"nothing goes by it, as .* truth: add --estimator"):
         sweep(["ekf_gate=2..4:2"], duration=0.2)
     iron = {"magnetometer_disturbance_x": 1e-5}
-    table = sweep(
+    sweep(
         ["kp_roll=200..300:2"],
         axis="y",
         amplitude=2.0,
