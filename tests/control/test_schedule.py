@@ -300,19 +300,30 @@ def system(vehicle, g, dt):
         load_controller(f"{file}@speed=0,4")
 
 
+@pytest.mark.slow
 def test_a_step_from_a_steady_flight_is_the_same_compiled_and_on_the_diagram():
+    assert_steps_agree(1.5)
+
+
+@pytest.mark.usefixtures("interpreted_blocks")
+def test_the_begin_of_such_a_step_is_the_same_as_python():
+    assert_steps_agree(0.25)
+
+
+def assert_steps_agree(duration) -> None:
+    """Compare a step from 3 m/s with that of the diagram [s]."""
     velocity, law = (3.0, 0.0, 0.5), load_controller("pd@speed=0,2")
     sets = uneven(law, Session(Scenario(controller=law.name)).parameters(), (1.0, 0.6))
     flown = fly_step(
         "y",
         1.0,
-        duration=1.5,
+        duration=duration,
         scenario=Scenario(controller=law.name),
         settings=sets,
         velocity=velocity,
     )
     engine = RolloutEngine(flown.recording.vehicle, controller=law)
-    compiled = engine.fly([sets], "y", 1.0, duration=1.5, velocity=velocity)
+    compiled = engine.fly([sets], "y", 1.0, duration=duration, velocity=velocity)
     response = compiled.response[0]
     assert flown.response == pytest.approx(response - response[0], abs=1e-9)
     assert flown.recording.between(1.0, 1.1).v_WB[0] == pytest.approx(velocity, abs=0.05)

@@ -10,7 +10,9 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
+from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
+from workbench.design.rollout import engine
 from workbench.design.step_response import fly_step
 from workbench.design.tune import tuner
 from workbench.design.tune.case import NOMINAL, Robustness
@@ -113,6 +115,26 @@ def of_law(name, asked, **more):
     return Tuner(flown, dataclasses.replace(asked, defaults=False), **more).run()
 
 
+@pytest.mark.parametrize(
+    ("law", "searched"),
+    [("pid", ["kp_yaw_rate", "ki_yaw_rate"]), ("lqi", ["q_yaw_integral", "q_yaw_rate"])],
+)
+def test_another_law_is_tuned_for_a_margin_of_its_own_loops(law, searched, monkeypatch):
+    """No step is wished for, so nothing flies by the thousand, for which laws are compiled."""
+    monkeypatch.setattr(engine, "compiled_block", None)
+    study = LinearStudy(Scenario(vehicle=VehicleConfig(model=PALM), controller=law))
+    point = study.controller.loop("yaw_rate").point("actuator")
+    own = loop_margins(study.sampled(), point).phase_margin
+    asked = wishes_for(f"yaw_rate.phase_margin>={math.degrees(own) + 2.0}deg", controller=law)
+    found = of_law(law, dataclasses.replace(asked, robustness=SURE))
+    assert found.met
+    assert set(found.gains) == set(searched)
+    assert found.profile.controller == law
+    after = loop_margins(study.sampled(gains=found.gains), point).phase_margin
+    assert after > own + math.radians(1.9)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "start", "searched"),
     [
