@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.commands import params
+from workbench.commands import controllers
 from workbench.commands.cli import _parser, _remarks_as_sentences, main
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -114,7 +114,7 @@ def test_an_interrupt_is_a_sentence_and_130(monkeypatch, capsys):
     def interrupted(args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(params, "run", interrupted)
+    monkeypatch.setattr(controllers, "run_params", interrupted)
     assert main(["params"]) == 130
     assert "interrupted" in capsys.readouterr().err
 
@@ -182,7 +182,7 @@ def test_an_interrupt_that_a_loading_module_made_its_own_is_still_one(monkeypatc
         except KeyboardInterrupt as error:
             raise ImportError("initialization failed") from error
 
-    monkeypatch.setattr("workbench.commands.params.run", run)
+    monkeypatch.setattr("workbench.commands.controllers.run_params", run)
     assert main(["params"]) == 130
     assert "interrupted" in capsys.readouterr().err
 
@@ -191,7 +191,7 @@ def test_another_import_error_is_not_hidden(monkeypatch):
     def run(args):
         raise ImportError("no such module")
 
-    monkeypatch.setattr("workbench.commands.params.run", run)
+    monkeypatch.setattr("workbench.commands.controllers.run_params", run)
     with pytest.raises(ImportError, match="no such module"):
         main(["params"])
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from workbench.commands.cli import main
-from workbench.commands.display import answers, check_display, check_libraries
+from workbench.commands.gui import answers, check_display, check_libraries
 from workbench.common import system_libraries
 from workbench.common.errors import WorkbenchError
 

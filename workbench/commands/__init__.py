@@ -1,7 +1,7 @@
-"""The commands of the console script, one a file.
+"""The commands of the console script: those of one subject are in one file.
 
-Each has `add_parser(commands)`, which loads nothing heavy, and `run(args)`, which imports what it
-needs and returns an exit code.
+Each has a function that adds it to the parser and loads nothing heavy, `add_parser(commands)` or
+`add_NAME(commands)`, and one that runs it, imports what it needs and returns an exit code.
 """
 
 from enum import IntEnum

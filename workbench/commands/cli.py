@@ -31,46 +31,47 @@ COMPLETION = "completion"
 """The command that looks at others."""
 AGAIN = 2.0
 """How far something is, is said anew after this long, though it stands still [s]."""
-COMMANDS = (
-    "new",
-    "inspect",
-    "frames",
-    "hover",
-    "reproduce",
-    "lidar_trial",
-    "step",
-    "linearize",
-    "judge",
-    "frequency_response",
-    "compare",
-    "pin",
-    "regress",
-    "sweep",
-    "tune",
-    "fly",
-    "serve",
-    "sitl",
-    "monitor",
-    "gateway",
-    "tokens",
-    "log",
-    "identify",
-    "import_log",
-    "replay",
-    "plot",
-    "export",
-    "estimate",
-    "excite",
-    "predict",
-    "what_if",
-    "params",
-    "gains",
-    "controllers",
-    "graph",
-    "gui",
-    COMPLETION,
-)
-"""Modules of the commands, in the order of the help."""
+COMMANDS = {
+    "new": "new",
+    "inspect": "inspect",
+    "frames": "frames",
+    "hover": "hover",
+    "reproduce": "paper",
+    "lidar-trial": "paper.add_trial",
+    "step": "step",
+    "linearize": "linearize",
+    "judge": "judge",
+    "frequency-response": "frequency_response",
+    "compare": "compare",
+    "pin": "regress.add_pin",
+    "regress": "regress",
+    "sweep": "sweep",
+    "tune": "tune",
+    "fly": "fly",
+    "serve": "serve",
+    "sitl": "sitl",
+    "monitor": "gateway.add_monitor",
+    "gateway": "gateway",
+    "tokens": "serve.add_tokens",
+    "log": "log",
+    "identify": "identify",
+    "import": "log.add_import",
+    "replay": "log.add_replay",
+    "plot": "plot",
+    "export": "log.add_export",
+    "estimate": "estimate",
+    "excite": "identify.add_excite",
+    "predict": "predict",
+    "what-if": "predict.add_what_if",
+    "params": "controllers.add_params",
+    "gains": "gains",
+    "controllers": "controllers",
+    "graph": "graph",
+    "gui": "gui",
+    COMPLETION: COMPLETION,
+}
+"""Where each command is, in the order of the help: a module, and its function that adds the
+command where that is not `add_parser`."""
 ENDING = (signal.SIGTERM, signal.SIGHUP)
 """What else asks a program to end: a system that shuts down, a terminal that is closed."""
 
@@ -209,9 +210,9 @@ def _parser(*only: str) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, help="print the version and stop")
     commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
-    alone = [each for each in COMMANDS if each.replace("_", "-") in only]
-    for name in alone or COMMANDS:
-        import_module(f"workbench.commands.{name}").add_parser(commands)
+    for name in [name for name in COMMANDS if name in only] or COMMANDS:
+        module, _, add = COMMANDS[name].partition(".")
+        getattr(import_module(f"workbench.commands.{module}"), add or "add_parser")(commands)
     return parser
 
 

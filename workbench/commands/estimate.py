@@ -1,27 +1,33 @@
 """`workbench estimate`: an estimator run over a logged flight, and how far it was off."""
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.estimate_text import print_estimate
 from workbench.commands.options import add_command, add_json_option, add_output_options
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, say, say_written
+from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.estimation.settings import EKF, ESTIMATORS, HEARD, TRUTH
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
-    from workbench.design.estimation_errors import EstimateOverTruth
+    from workbench.design.estimation_errors import EstimateOverTruth, EstimateReport
     from workbench.estimation.estimators import Estimator
     from workbench.estimation.run import Gap, SensorSamples
     from workbench.logs.record import LogRecord
 
 
 _NAMES = [name for name in ESTIMATORS if name != TRUTH]
+_SHOWN = {
+    "rad": ("deg", math.degrees(1.0)),
+    "rad/s": ("deg/s", math.degrees(1.0)),
+    "1": ("%", 100.0),
+}
+"""Unit on screens of a unit, and what its numbers are multiplied with."""
 
 
 def add_parser(commands: Any) -> None:
@@ -199,3 +205,29 @@ def _write(found: "EstimateOverTruth", path: Path) -> None:
             columns[f"estimate.{name}.{axis} [{unit}]"] = values[:, index]
     # the names have their units already
     write_table({name: Series(name, "", found.time, each) for name, each in columns.items()}, path)
+
+
+def print_estimate(report: "EstimateReport") -> None:
+    """Print RMS and worst of every state, NEES, and what each channel told."""
+    rows = [("estimate", "RMS error", "worst", "")]
+    for state in report.states:
+        unit, factor = _SHOWN.get(state.unit, (state.unit, 1.0))
+        rows.append((state.name, f"{factor * state.rms:.3f}", f"{factor * state.worst:.3f}", unit))
+    print_table(rows, left=(0, 3))
+    nees = report.nees
+    if nees is None:
+        return
+    print(
+        f"NEES of attitude, position and velocity: mean {nees.mean:.2f} of {nees.states} states, "
+        f"{100.0 * nees.within:.1f} % of the time within {nees.lower:.2f} .. {nees.upper:.2f} "
+        "(95 %)"
+    )
+    if not report.innovations:
+        return
+    print()
+    told = [("innovations", "number", "in 95 % bounds")]
+    told += [
+        (each.channel, f"{each.count}", f"{100.0 * each.within:.1f} %")
+        for each in report.innovations
+    ]
+    print_table(told, left=(0,))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.estimate_text import print_estimate
+from workbench.commands.estimate import print_estimate
 from workbench.commands.options import (
     add_command,
     add_json_option,

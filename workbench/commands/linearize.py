@@ -5,7 +5,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.judge_text import print_modes
+from workbench.commands.judge import print_modes
 from workbench.commands.options import (
     add_command,
     add_json_option,

@@ -2,7 +2,8 @@
 
 import argparse
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,9 @@ from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
+    from workbench.design.executor.executor import Executor
     from workbench.scenario.scenario import Scenario
+
 
 MODEL_HELP = (
     "shipped model, or a .xacro, .urdf, .sdf or MuJoCo .xml file, or a Gazebo model's folder"
@@ -335,3 +338,21 @@ def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     if logged and scenario.estimator != TRUTH and not {"imu", "all"} & {*scenario.sensors.use}:
         scenario.sensors.use = [*scenario.sensors.use, "imu"]
     return scenario
+
+
+@contextmanager
+def chosen_executor(scheduler: str, here: "Executor") -> Iterator["Executor"]:
+    """Yield what flies: the cluster of a scheduler, whose size is said, or else what flies here.
+
+    Raises:
+        WorkbenchError: if the scheduler cannot be reached, or its workers cannot fly as is flown
+            here.
+    """
+    if not scheduler:
+        yield here
+        return
+    from workbench.design.executor.cluster import DaskCluster
+
+    with DaskCluster(scheduler) as cluster:
+        say(f"flying on {cluster.workers} workers of {scheduler}")
+        yield cluster

@@ -1,4 +1,4 @@
-"""`workbench serve`: a flight in real time that others watch and fly over the network."""
+"""A flight that others watch and fly: `workbench serve`, and `tokens`, which lets them."""
 
 import argparse
 import sys
@@ -16,7 +16,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import make_folder_of
-from workbench.commands.printing import print_json_line, say
+from workbench.commands.printing import print_json, print_json_line, say
 from workbench.commands.stopping import told_to_stop
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import DEFAULT_PORT, LOOPBACK
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from workbench.live.flight import LiveFlight
     from workbench.live.view import LiveView
     from workbench.scenario.scenario import Scenario
+
 
 DEFAULT_SCENARIO = "network"
 STARTING = 30.0
@@ -247,3 +248,27 @@ def _positive(text: str) -> float:
     if not number > 0.0:
         raise argparse.ArgumentTypeError(f"{text} is no positive number")
     return number
+
+
+def add_tokens(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "tokens",
+        "Make a file of two tokens, to watch and to command; only its owner can read it.",
+        "workbench tokens tokens.txt",
+        run_tokens,
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="to be made; none is overwritten")
+    add_json_option(parser)
+
+
+def run_tokens(args: argparse.Namespace) -> int:
+    """Write the file."""
+    from workbench.link.authentication import write_tokens
+
+    write_tokens(args.file)
+    if args.json:
+        print_json({"files": [args.file]})
+    say(f"wrote {args.file}: give others its second word of a line, and keep the file yourself")
+    return ExitCode.DONE

@@ -186,13 +186,13 @@ def test_once_as_json_is_one_object(flight, capsys):
 
 
 def test_a_flight_that_stands_is_said(server, monkeypatch, capsys):
-    monkeypatch.setattr("workbench.commands.monitor.PATIENCE", 0.05)
+    monkeypatch.setattr("workbench.commands.gateway.PATIENCE", 0.05)
     assert main(["monitor", server.address, "--once"]) == 0
     assert "is the flight paused?" in capsys.readouterr().err
 
 
 def test_whoever_watches_shows_the_token_to_view(fakes, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("workbench.commands.monitor.PATIENCE", 0.05)
+    monkeypatch.setattr("workbench.commands.gateway.PATIENCE", 0.05)
     server = fakes.FakeServer(Tokens("v" * 16, "c" * 16))
     file = tmp_path / "tokens"
     file.write_text(f"view: {'v' * 16}\n")  # whoever only watches has no more
