@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
 from workbench.commands.options import (
-    MODEL_HELP,
     add_command,
-    add_description_options,
     add_json_option,
+    add_model_options,
     add_output_options,
-    add_rotors_option,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say_written
+from workbench.commands.printing import print_result, print_table
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -72,9 +70,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--html", type=Path, metavar="FILE", help="table and picture as one page")
     add_output_options(parser)
     group = parser.add_argument_group("vehicle")
-    group.add_argument("--model", metavar="NAME|PATH", help=f"{MODEL_HELP} (default: dh_drone)")
-    add_description_options(group)
-    add_rotors_option(group)
+    add_model_options(group)
     add_json_option(parser)
 
 
@@ -92,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
         wishes_of(args.tune or (), law)
     scenario = _scenario(args)
     with Outputs() as outputs:
-        picture = None if args.no_plots else outputs.add(args.output / "compare.png")
+        picture = outputs.picture(args, "compare.png")
         page = outputs.add(args.html) if args.html else None
         with progress_bar("comparing controllers") as progress:
             found = compare(
@@ -107,12 +103,9 @@ def run(args: argparse.Namespace) -> int:
                 write_png(figure, picture)
             if page:
                 page.write_text(_page(found, figure), encoding="utf-8")
-    if args.json:
-        print_json(_result(found) | {"files": outputs.files})
-    else:
-        _print(found)
-    if outputs.files:
-        say_written(outputs.files)
+    print_result(
+        args, _result(found) | {"files": outputs.files}, _print, found, files=outputs.files
+    )
     return ExitCode.DONE
 
 

@@ -12,7 +12,7 @@ from workbench.commands.options import (
     add_vehicle_options,
     with_vehicle,
 )
-from workbench.commands.printing import print_json, print_table
+from workbench.commands.printing import print_json, print_result, print_table
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
@@ -42,10 +42,12 @@ def run(args: argparse.Namespace) -> int:
 
     if args.controller:
         law = load_controller(args.controller)
-        if args.json:
-            print_json(_stated(law))
-        else:
-            _show(law)
+        print_result(
+            args,
+            _stated(law),
+            _show,
+            law,
+        )
         return ExitCode.DONE
     laws = [load_controller(name) for name in (*SHIPPED, *PROGRAMS)]
     if args.json:

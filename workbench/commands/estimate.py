@@ -6,7 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_json_option, add_output_options
+from workbench.commands.options import (
+    add_command,
+    add_json_option,
+    add_output_options,
+    add_repeated,
+)
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, print_table, say, say_written
 from workbench.commands.progress import progress_bar
@@ -47,13 +52,12 @@ def add_parser(commands: Any) -> None:
         help=f"{', '.join(_NAMES)}, or a .py file of your own, which runs; see docs/estimation.md "
         f"(default: the flight's, or {EKF})",
     )
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--set",
-        action="append",
-        type=split_setting,
-        default=[],
-        metavar="NAME=VALUE",
-        help="setting of the estimator, as ekf_gps_position=0.3; `workbench params` lists them; "
+        "NAME=VALUE",
+        split_setting,
+        "setting of the estimator, as ekf_gps_position=0.3; `workbench params` lists them; "
         "may be repeated (default: those that the flight began with)",
     )
     add_output_options(parser)
@@ -74,9 +78,7 @@ def run(args: argparse.Namespace) -> int:
         say(f"{args.log}: {record.remark}")
     with Outputs() as outputs:
         table = outputs.add(args.output / f"{args.log.stem}-estimate.csv")
-        picture = None
-        if not args.no_plots:
-            picture = outputs.add(args.output / f"{args.log.stem}-estimate.png")
+        picture = outputs.picture(args, f"{args.log.stem}-estimate.png")
         flown_on = args.estimator or logged_estimator(record)
         if not args.estimator and flown_on == TRUTH:
             flown_on = EKF

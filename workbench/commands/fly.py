@@ -160,7 +160,7 @@ def run(args: argparse.Namespace) -> int:
         scenario.duration = args.duration
     with Outputs() as outputs:
         log = outputs.add(args.csv or args.output / f"{path.stem}.csv")
-        plot = None if args.no_plots else outputs.add(args.output / f"{path.stem}.png")
+        plot = outputs.picture(args, f"{path.stem}.png")
         page = outputs.add(args.html) if args.html else None
         flown = _fly(scenario, path.stem, args, page)
         flown.recording.write_csv(log)

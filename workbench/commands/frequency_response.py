@@ -13,7 +13,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say_written
+from workbench.commands.printing import print_result, print_table
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -77,9 +77,7 @@ def run(args: argparse.Namespace) -> int:
     scenario = with_vehicle(Scenario(), args)
     with Outputs() as outputs:
         table = outputs.add(args.output / f"frequency-response-{args.loop}.csv")
-        plot = None
-        if not args.no_plots:
-            plot = outputs.add(args.output / f"frequency-response-{args.loop}.png")
+        plot = outputs.picture(args, f"frequency-response-{args.loop}.png")
         with progress_bar(f"measuring {args.loop}") as progress:
             found = fly_measurement(
                 args.loop,
@@ -98,11 +96,9 @@ def run(args: argparse.Namespace) -> int:
             from workbench.design.plots import write_png
 
             write_png(plot_measurement(found), plot)
-    if args.json:
-        print_json(_result(found) | {"files": outputs.files})
-    else:
-        _print(found)
-    say_written(outputs.files)
+    print_result(
+        args, _result(found) | {"files": outputs.files}, _print, found, files=outputs.files
+    )
     return ExitCode.DONE
 
 

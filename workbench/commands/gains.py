@@ -10,9 +10,8 @@ from workbench.commands import ExitCode, gains_exchange
 from workbench.commands.options import (
     add_command,
     add_controller_option,
-    add_description_options,
     add_json_option,
-    add_rotors_option,
+    add_model_options,
     add_vehicle_options,
     flown_with,
     with_vehicle,
@@ -203,11 +202,7 @@ def _restore(args: argparse.Namespace) -> int:
 def _add_model_options(parser: argparse.ArgumentParser) -> None:
     """Add what names a model, and no values of its parameters."""
     group = parser.add_argument_group("vehicle")
-    group.add_argument(
-        "--model", metavar="NAME|PATH", help="shipped model or description (default: dh_drone)"
-    )
-    add_description_options(group)
-    add_rotors_option(group)
+    add_model_options(group, "shipped model or description (default: dh_drone)")
     add_controller_option(group, "gain file")
     parser.set_defaults(world="", gains="", estimator="", set=[], vary=[])
 

@@ -12,7 +12,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_result, print_table, say
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
@@ -61,11 +61,14 @@ def run(args: argparse.Namespace) -> int:
         draw_blocks(graph, file)
     if args.output is None and not has_graphviz():
         say(f"{drawn} is text, since Graphviz is not installed: for a picture, {INSTALL}")
-    if args.json:
-        print_json(graph)
-    else:
-        print_table([_line(net) for net in graph.nets], left=(0, 2, 3))
-    say_written(outputs.files)
+    print_result(
+        args,
+        graph,
+        print_table,
+        [_line(net) for net in graph.nets],
+        left=(0, 2, 3),
+        files=outputs.files,
+    )
     return ExitCode.DONE
 
 

@@ -16,10 +16,10 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import (
     lost_replies,
-    print_json,
+    not_as_demanded,
+    print_result,
     print_table,
     say,
-    say_written,
     told_of_autopilot,
 )
 from workbench.commands.progress import progress_bar
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     scenario = with_vehicle(Scenario(), args)
     with Outputs() as outputs:
         log = outputs.add(args.output / "hover-check.csv")
-        plot = None if args.no_plots else outputs.add(args.output / "hover-check.png")
+        plot = outputs.picture(args, "hover-check.png")
         with progress_bar("flying hover and four steps") as progress:
             report = check_hover(scenario, dict(args.set), progress)
         report.hover.write_csv(log)
@@ -71,18 +71,14 @@ def run(args: argparse.Namespace) -> int:
     law = flown_controller(scenario)
     gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set), law)
     unlikely = doubts(report.hover.vehicle)
-    if args.json:
-        found = _result(report, gains, outputs.files) | {"warnings": unlikely}
-        print_json(found | told_of_autopilot(report.exchange, report.ended))
-    else:
-        _print(report, law, gains, unlikely)
-    say_written(outputs.files)
+    result = _result(report, gains, outputs.files) | {"warnings": unlikely}
+    result |= told_of_autopilot(report.exchange, report.ended)
+    print_result(args, result, _print, report, law, gains, unlikely, files=outputs.files)
     if report.ended:
         say(report.ended)
     missed = [_sentence(demand) for demand in report.demands if not demand.met]
-    if missed:
-        say(f"not as demanded: {'; '.join(missed)}")
-    return ExitCode.NOT_AS_DEMANDED if missed or report.ended else ExitCode.DONE
+    code = not_as_demanded(missed)
+    return ExitCode.NOT_AS_DEMANDED if report.ended else code
 
 
 def _result(report: "HoverReport", gains: "dict[str, Gain]", files: "list[Path]") -> dict[str, Any]:

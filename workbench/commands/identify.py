@@ -10,15 +10,14 @@ from workbench.commands.options import (
     MODEL_HELP,
     add_command,
     add_controller_option,
-    add_description_options,
     add_json_option,
     add_mapping_option,
+    add_model_options,
     add_order_option,
-    add_rotors_option,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.predict import found_logs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_json, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
@@ -43,14 +42,8 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "logs", nargs="+", type=Path, metavar="LOG", help=f"{LOG_HELP}; or a folder of these"
     )
-    parser.add_argument(
-        "--model",
-        required=True,
-        metavar="NAME|PATH",
-        help=f"{MODEL_HELP}: geometry and mass are taken from it",
-    )
-    add_description_options(parser)
-    add_rotors_option(parser)
+    model_help = f"{MODEL_HELP}: geometry and mass are taken from it"
+    add_model_options(parser, model_help, required=True)
     parser.add_argument(
         "--mass", type=float, metavar="KG", help="as weighed (default: the description's)"
     )
@@ -105,12 +98,8 @@ def run(args: argparse.Namespace) -> int:
 
             say("drawing")
             draw_identified(report, outputs.add(args.output / f"{vehicle.name}-identified.png"))
-    if args.json:
-        print_json(report.as_dictionary() | {"trim": trims, "files": outputs.files})
-    else:
-        _print(report)
-        _print_findings(trims)
-    say_written(outputs.files)
+    result = report.as_dictionary() | {"trim": trims, "files": outputs.files}
+    print_result(args, result, _print, report, trims, files=outputs.files)
     return ExitCode.DONE
 
 
@@ -221,7 +210,7 @@ def _print_findings(rows: "list[RotorTrim]") -> None:
         print("  no rotor stands out")
 
 
-def _print(report: "Report") -> None:
+def _print(report: "Report", trims: "list[RotorTrim]") -> None:
     """Print the table, and what is to be known of it."""
     print(f"{report.vehicle.name}, {report.seconds:.0f} s of free flight, intervals of 95 %")
     print_table(
@@ -244,6 +233,7 @@ def _print(report: "Report") -> None:
     )
     for sentence in report.sentences:
         print(sentence)
+    _print_findings(trims)
 
 
 def add_excite(commands: Any) -> None:
@@ -256,11 +246,7 @@ def add_excite(commands: Any) -> None:
         "workbench excite --model dh_drone --output excite.yaml",
         run_excite,
     )
-    parser.add_argument(
-        "--model", default="dh_drone", metavar="NAME|PATH", help=f"{MODEL_HELP} (default: dh_drone)"
-    )
-    add_description_options(parser)
-    add_rotors_option(parser)
+    add_model_options(parser, default="dh_drone")
     add_controller_option(parser)
     parser.add_argument(
         "--duration",
@@ -303,12 +289,10 @@ def run_excite(args: argparse.Namespace) -> int:
     scenario.vehicle.rotors = args.rotors
     with Outputs() as outputs:
         save_scenario(scenario, outputs.add(args.output))
-    if args.json:
-        print_json({"duration": scenario.duration, "limits": limits, "file": args.output})
-    else:
-        print(
-            f"{scenario.duration:g} s within {limits.speed:g} m/s, climb {limits.climb:.2g} m/s, "
-            f"yaw {limits.yaw_rate:g} rad/s; fly it: workbench fly {args.output} --csv flight.csv"
-        )
-    say_written(outputs.files)
+    text = (
+        f"{scenario.duration:g} s within {limits.speed:g} m/s, climb {limits.climb:.2g} m/s, "
+        f"yaw {limits.yaw_rate:g} rad/s; fly it: workbench fly {args.output} --csv flight.csv"
+    )
+    result = {"duration": scenario.duration, "limits": limits, "file": args.output}
+    print_result(args, result, print, text, files=outputs.files)
     return ExitCode.DONE

@@ -14,7 +14,7 @@ from workbench.commands.options import (
     add_rotors_option,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say_written
+from workbench.commands.printing import print_result, print_table
 from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import HEADINGS, Remark
 
@@ -249,12 +249,15 @@ def run(args: argparse.Namespace) -> int:
         raise
     files = _write(description, args.write) if args.write else []
     unlikely = doubts(vehicle)
-    if args.json:
-        print_json(_json(description, vehicle, unlikely) | ({"files": files} if files else {}))
-    else:
-        print_description(description, vehicle, unlikely)
-    if files:
-        say_written(files)
+    print_result(
+        args,
+        _json(description, vehicle, unlikely) | ({"files": files} if files else {}),
+        print_description,
+        description,
+        vehicle,
+        unlikely,
+        files=files,
+    )
     return ExitCode.DONE
 
 

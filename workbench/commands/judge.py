@@ -15,7 +15,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import find_loop
@@ -161,12 +161,14 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
             title = f"{found.vehicle}: where the phase went"
             drawer.begin(phase, _LOOPS, "plot_phase", found.phase, title)
             drawer.finish()
-    if args.json:
-        print_json(judgement_result(found) | {"files": outputs.files})
-    else:
-        print_judgement(found, args.cut)
-    if outputs.files:
-        say_written(outputs.files)
+    print_result(
+        args,
+        judgement_result(found) | {"files": outputs.files},
+        print_judgement,
+        found,
+        args.cut,
+        files=outputs.files,
+    )
     if found.unstable:
         say(f"unstable: a mode grows through {' and '.join(found.unstable)}")
         return ExitCode.NOT_AS_DEMANDED
@@ -184,7 +186,7 @@ def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
     title = f"step of {amplitude:g} {find_axis(axis).unit} along {axis}"
     with Outputs() as outputs:
         name = f"judge-sensitivity-{axis}.png"
-        plot = None if args.no_plots else outputs.add(args.output / name)
+        plot = outputs.picture(args, name)
         with progress_bar("flying a step with its derivatives") as progress:
             found = step_sensitivity(
                 axis,
@@ -198,12 +200,14 @@ def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
             from workbench.design.plots import write_png
 
             write_png(plot_sensitivity(found, title), plot)
-    if args.json:
-        print_json(sensitivity_result(axis, amplitude, found) | {"files": outputs.files})
-    else:
-        print_sensitivities(title, found)
-    if outputs.files:
-        say_written(outputs.files)
+    print_result(
+        args,
+        sensitivity_result(axis, amplitude, found) | {"files": outputs.files},
+        print_sensitivities,
+        title,
+        found,
+        files=outputs.files,
+    )
     return ExitCode.DONE
 
 
@@ -221,9 +225,7 @@ def _map(args: argparse.Namespace, scenario: "Scenario") -> int:
         raise WorkbenchError(f"a map goes along two directions: name another one beside {first}")
     with Outputs() as outputs:
         table = outputs.add(args.output / f"judge-map-{first}-{second}.csv")
-        plot = None
-        if not args.no_plots:
-            plot = outputs.add(args.output / f"judge-map-{first}-{second}.png")
+        plot = outputs.picture(args, f"judge-map-{first}-{second}.png")
         with progress_bar("judging over the map") as progress:
             found = operating_map(
                 first, second, scenario=scenario, settings=dict(args.set), progress=progress
@@ -234,11 +236,9 @@ def _map(args: argparse.Namespace, scenario: "Scenario") -> int:
             from workbench.design.plots import write_png
 
             write_png(plot_map(found), plot)
-    if args.json:
-        print_json(map_result(found) | {"files": outputs.files})
-    else:
-        print_map(found)
-    say_written(outputs.files)
+    print_result(
+        args, map_result(found) | {"files": outputs.files}, print_map, found, files=outputs.files
+    )
     return ExitCode.DONE
 
 

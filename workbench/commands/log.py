@@ -16,7 +16,7 @@ from workbench.commands.options import (
     add_mapping_option,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_json, print_result, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
@@ -69,12 +69,15 @@ def run(args: argparse.Namespace) -> int:
     files: list[Path] = []
     if args.html:
         files = _film(args, flight)
-    if args.json:
-        print_json(_said(flight, contents) | {"files": files})
-    else:
-        _print(flight, contents, args.all)
-    if files:
-        say_written(files)
+    print_result(
+        args,
+        _said(flight, contents) | {"files": files},
+        _print,
+        flight,
+        contents,
+        args.all,
+        files=files,
+    )
     return ExitCode.DONE
 
 

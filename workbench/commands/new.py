@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from workbench.commands import ExitCode
 from workbench.commands.options import add_command, add_json_option
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_result, print_table, say
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 
 if TYPE_CHECKING:
@@ -230,11 +230,16 @@ def run(args: argparse.Namespace) -> int:
         draft = outputs.add(target)
         draft.write_text(write_xacro(sheet, found), encoding="utf-8")
         vehicle = load_vehicle(draft)  # what is written is what flies
-    if args.json:
-        print_json(_result(target, sheet, found, vehicle))
-    else:
-        _print(target, sheet, found, vehicle)
-    say_written([target])
+    print_result(
+        args,
+        _result(target, sheet, found, vehicle),
+        _print,
+        target,
+        sheet,
+        found,
+        vehicle,
+        files=[target],
+    )
     if vehicle.thrust_to_weight < _WEAK:
         say(
             f"a thrust-to-weight of {vehicle.thrust_to_weight:.2g} leaves little for a climb or a "

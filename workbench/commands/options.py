@@ -44,16 +44,35 @@ def add_command(
     return parser
 
 
+def add_repeated(
+    parser: "argparse._ActionsContainer",
+    option: str,
+    metavar: str,
+    parse: Callable[[str], Any],
+    help: str,
+) -> None:
+    """Add an option that may be given several times, whose values are a list."""
+    parser.add_argument(option, action="append", type=parse, default=[], metavar=metavar, help=help)
+
+
+def add_model_options(parser: "argparse._ActionsContainer", help: str = "", **more: Any) -> None:
+    """Add what chooses a model, and what its description needs to be read.
+
+    Args:
+        parser: or a group of it.
+        help: of --model.
+        more: of --model, as argparse takes it.
+    """
+    help = help or f"{MODEL_HELP} (default: dh_drone)"
+    parser.add_argument("--model", metavar="NAME|PATH", help=help, **more)
+    add_description_options(parser)
+    add_rotors_option(parser)
+
+
 def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
     """Add what chooses a vehicle, its world, and the values of its live parameters."""
     group = parser.add_argument_group("vehicle")
-    group.add_argument(
-        "--model",
-        metavar="NAME|PATH",
-        help=f"{MODEL_HELP} (default: dh_drone)",
-    )
-    add_description_options(group)
-    add_rotors_option(group)
+    add_model_options(group)
     group.add_argument(
         "--world",
         metavar="NAME|PATH",
@@ -63,22 +82,20 @@ def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
     add_controller_option(group)
     add_estimator_option(group)
     group.add_argument("--gains", metavar="FILE", help="gain file (YAML) on top of the model's own")
-    group.add_argument(
+    add_repeated(
+        group,
         "--set",
-        action="append",
-        type=split_setting,
-        default=[],
-        metavar="NAME=VALUE",
-        help="value of a live parameter, as kp_velocity_z=6; `workbench params` lists them; may be "
+        "NAME=VALUE",
+        split_setting,
+        "value of a live parameter, as kp_velocity_z=6; `workbench params` lists them; may be "
         "repeated",
     )
-    group.add_argument(
+    add_repeated(
+        group,
         "--vary",
-        action="append",
-        type=parse_variation,
-        default=[],
-        metavar="NAME=VALUE",
-        help="let what flies differ from what the controller knows: factors on mass, inertia, "
+        "NAME=VALUE",
+        parse_variation,
+        "let what flies differ from what the controller knows: factors on mass, inertia, "
         "rotor_lag, control_delay in control periods, and sensing_delay and command_delay in "
         "seconds, as mass=1.05; may be repeated",
     )
@@ -114,21 +131,19 @@ def add_estimator_option(parser: "argparse._ActionsContainer", instead: str = "s
 
 def add_description_options(parser: "argparse._ActionsContainer") -> None:
     """Add what a description needs to be read."""
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--arg",
-        action="append",
-        type=parse_argument,
-        default=[],
-        metavar="NAME:=VALUE",
-        help="argument of the xacro file, as mass:=2.1; may be repeated",
+        "NAME:=VALUE",
+        parse_argument,
+        "argument of the xacro file, as mass:=2.1; may be repeated",
     )
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--package",
-        action="append",
-        type=parse_package,
-        default=[],
-        metavar="NAME=DIR",
-        help="folder of a ROS package or Gazebo model, where it is not found above or beside the "
+        "NAME=DIR",
+        parse_package,
+        "folder of a ROS package or Gazebo model, where it is not found above or beside the "
         "file or through the environment; may be repeated",
     )
 

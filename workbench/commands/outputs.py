@@ -1,5 +1,6 @@
 """Files that a command writes: all of them at its end, or none."""
 
+import argparse
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -49,6 +50,14 @@ class Outputs:
         os.close(handle)
         self._partial[target] = Path(name)
         return self._partial[target]
+
+    def picture(self, args: argparse.Namespace, name: str) -> Path | None:
+        """Return where to write a picture in the folder of --output; None with --no-plots.
+
+        Raises:
+            WorkbenchError: if nothing can be written there.
+        """
+        return None if args.no_plots else self.add(args.output / name)
 
     @property
     def files(self) -> list[Path]:

@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
     add_json_option,
@@ -15,7 +14,12 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written, to_json
+from workbench.commands.printing import (
+    not_as_demanded,
+    print_result,
+    print_table,
+    to_json,
+)
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
@@ -65,16 +69,8 @@ def run(args: argparse.Namespace) -> int:
         _write(rows, logs, plots)
         result = _result(rows, outputs.files)
         summary.write_text(to_json(result) + "\n", encoding="utf-8")
-    if args.json:
-        print_json(result)
-    else:
-        _print(rows)
-    say_written(outputs.files)
-    missed = violations(rows)
-    if missed:
-        say(f"not as demanded: {'; '.join(missed)}")
-        return ExitCode.NOT_AS_DEMANDED
-    return ExitCode.DONE
+    print_result(args, result, _print, rows, files=outputs.files)
+    return not_as_demanded(violations(rows))
 
 
 def _write(rows: "list[Row]", logs: list[Path], plots: list[Path]) -> None:
@@ -370,7 +366,7 @@ def run_trial(args: argparse.Namespace) -> int:
     scenario = _scenario(args)
     with Outputs() as outputs:
         log = outputs.add(args.output / "lidar-trial.csv")
-        plot = None if args.no_plots else outputs.add(args.output / "lidar-trial.png")
+        plot = outputs.picture(args, "lidar-trial.png")
         page = outputs.add(args.html) if args.html else None
         with progress_bar("flying the trial twice") as progress:
             report = _fly(scenario, args, page, progress)
@@ -382,16 +378,14 @@ def run_trial(args: argparse.Namespace) -> int:
             name = report.flight.recording.vehicle.name
             title = f"{name}: {scenario.title or args.scenario}"
             write_png(plot_trial(report, title), plot)
-    if args.json:
-        print_json(trial_result(report, scenario, outputs.files))
-    else:
-        print_trial(report)
-    say_written(outputs.files)
-    missed = missed_demands(report)
-    if missed:
-        say(f"not as demanded: {'; '.join(missed)}")
-        return ExitCode.NOT_AS_DEMANDED
-    return ExitCode.DONE
+    print_result(
+        args,
+        trial_result(report, scenario, outputs.files),
+        print_trial,
+        report,
+        files=outputs.files,
+    )
+    return not_as_demanded(missed_demands(report))
 
 
 def _scenario(args: argparse.Namespace) -> "Scenario":

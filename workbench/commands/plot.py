@@ -11,6 +11,7 @@ from workbench.commands.options import (
     add_command,
     add_json_option,
     add_mapping_option,
+    add_repeated,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json, print_table, say, say_written
@@ -40,13 +41,12 @@ def add_parser(commands: Any) -> None:
         help="what to draw, as velocity_data.v_x; TOPIC alone means all its fields; or an "
         'expression of fields with its unit, as "deg(roll) [deg]" (default: an overview)',
     )
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--over",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="LOG",
-        help="draw the same fields of another log over them; may be given several times",
+        "LOG",
+        Path,
+        "draw the same fields of another log over them; may be given several times",
     )
     parser.add_argument(
         "--spectrum",

@@ -11,14 +11,14 @@ from workbench.commands.options import (
     LOG_HELP,
     MODEL_HELP,
     add_command,
-    add_description_options,
     add_json_option,
     add_mapping_option,
+    add_model_options,
     add_output_options,
-    add_rotors_option,
+    add_repeated,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_json, print_result, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
@@ -53,11 +53,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "logs", nargs="+", type=Path, metavar="LOG", help=f"{LOG_HELP}; or a folder of these"
     )
-    parser.add_argument(
-        "--model", required=True, metavar="NAME|PATH", help=f"the drone: {MODEL_HELP}"
-    )
-    add_description_options(parser)
-    add_rotors_option(parser)
+    add_model_options(parser, f"the drone: {MODEL_HELP}", required=True)
     parser.add_argument(
         "--controller",
         metavar="NAME|FILE",
@@ -66,13 +62,12 @@ def add_parser(commands: Any) -> None:
         f"(default: what the log says, or {DEFAULT})",
     )
     parser.add_argument("--gains", metavar="FILE", default="", help="gain file (YAML) of the law")
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--set",
-        action="append",
-        type=split_setting,
-        default=[],
-        metavar="NAME=VALUE",
-        help="value of one of the law's gains; may be repeated",
+        "NAME=VALUE",
+        split_setting,
+        "value of one of the law's gains; may be repeated",
     )
     parser.add_argument(
         "--horizon", type=float, default=0.5, metavar="S", help="how far ahead (default: 0.5 s)"
@@ -80,12 +75,12 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--every", type=float, default=0.1, metavar="S", help="between two starts (default: 0.1 s)"
     )
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--without",
-        action="append",
-        default=[],
-        metavar="EFFECT",
-        help="what of the past is left out, to see what it is worth: thrust (its scale and level "
+        "EFFECT",
+        str,
+        "what of the past is left out, to see what it is worth: thrust (its scale and level "
         "force), memory (of the law), moment (of the air, held by the law), estimate (its error at "
         "the start), tilt (that it goes on to take drag for tilt); may be repeated",
     )
@@ -109,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
     paths = found_logs(args.logs)
     with Outputs() as outputs:
         table = outputs.add(args.output / "predict.csv")
-        picture = None if args.no_plots else outputs.add(args.output / "predict.png")
+        picture = outputs.picture(args, "predict.png")
         vehicle = read_vehicle(args)
         motions = _motions(paths, args, vehicle)
         predictors = {law: predictor(vehicle, law, args) for law, _ in motions}
@@ -124,11 +119,13 @@ def run(args: argparse.Namespace) -> int:
 
             title = f"{vehicle.name}: {summary.flights} flights, {summary.windows} predictions"
             write_png(plot_predictions(predictions, title), picture)
-    if args.json:
-        print_json(_said(args, predictions, summary) | {"files": outputs.files})
-    else:
-        print_summary(summary)
-    say_written(outputs.files)
+    print_result(
+        args,
+        _said(args, predictions, summary) | {"files": outputs.files},
+        print_summary,
+        summary,
+        files=outputs.files,
+    )
     return ExitCode.DONE
 
 
@@ -328,11 +325,7 @@ def add_what_if(commands: Any) -> None:
         run_what_if,
     )
     parser.add_argument("log", type=Path, metavar="LOG", help=LOG_HELP)
-    parser.add_argument(
-        "--model", required=True, metavar="NAME|PATH", help=f"the drone: {MODEL_HELP}"
-    )
-    add_description_options(parser)
-    add_rotors_option(parser)
+    add_model_options(parser, f"the drone: {MODEL_HELP}", required=True)
     parser.add_argument(
         "--flown",
         metavar="NAME|FILE",
@@ -349,13 +342,8 @@ def add_what_if(commands: Any) -> None:
     parser.add_argument(
         "--gains", metavar="FILE", default="", help="gain file (YAML) that is flown instead"
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        type=split_setting,
-        default=[],
-        metavar="NAME=VALUE",
-        help="gain that is flown instead; may be repeated",
+    add_repeated(
+        parser, "--set", "NAME=VALUE", split_setting, "gain that is flown instead; may be repeated"
     )
     parser.add_argument(
         "--draws",
@@ -386,9 +374,7 @@ def run_what_if(args: argparse.Namespace) -> int:
         flight = read_flight(args.log, args.mapping, progress)
     with Outputs() as outputs:
         table = outputs.add(args.output / f"{flight.name}-what-if.csv")
-        picture = None
-        if not args.no_plots:
-            picture = outputs.add(args.output / f"{flight.name}-what-if.png")
+        picture = outputs.picture(args, f"{flight.name}-what-if.png")
         vehicle = read_vehicle(args)
         flown, other = _laws(args, flight, vehicle)
         flights = []

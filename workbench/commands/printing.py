@@ -1,11 +1,14 @@
 """What a command says: results on stdout, everything else on stderr."""
 
+import argparse
 import dataclasses
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from workbench.commands import ExitCode
 
 
 def say(sentence: str) -> None:
@@ -35,6 +38,38 @@ def told_of_autopilot(exchange: Mapping[str, float], ended: str) -> dict[str, An
         ended: why it ended in flight, "" else.
     """
     return {"exchange": exchange, "autopilot_ended": ended} if exchange else {}
+
+
+def print_result(
+    args: argparse.Namespace,
+    result: Any,
+    show: Callable[..., None],
+    *shown: Any,
+    files: Sequence[Path] = (),
+) -> None:
+    """Print a result, as JSON where --json asks for it, and say which files are there now.
+
+    Args:
+        args: of the command line.
+        result: as JSON has it.
+        show: prints it for people.
+        shown: what `show` takes.
+        files: that were written, if any.
+    """
+    if args.json:
+        print_json(result)
+    else:
+        show(*shown)
+    if files:
+        say_written(files)
+
+
+def not_as_demanded(missed: Sequence[str]) -> ExitCode:
+    """Say what is not as demanded, if anything is, and return the exit code."""
+    if not missed:
+        return ExitCode.DONE
+    say(f"not as demanded: {'; '.join(missed)}")
+    return ExitCode.NOT_AS_DEMANDED
 
 
 def print_json(data: Any) -> None:

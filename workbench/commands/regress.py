@@ -14,6 +14,7 @@ from workbench.commands.options import (
     add_json_option,
     add_mapping_option,
     add_order_option,
+    add_repeated,
     add_scheduler_option,
     add_vehicle_options,
     chosen_executor,
@@ -22,7 +23,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, say_written
+from workbench.commands.printing import print_result
 from workbench.commands.progress import progress_bar
 from workbench.commands.step import LOADS
 from workbench.common.errors import WorkbenchError
@@ -52,30 +53,23 @@ def add_parser(commands: Any) -> None:
         help="spec file, folder of *.spec.yaml, or name of a shipped spec (default: all shipped)",
     )
     change = parser.add_argument_group("what is otherwise than in the specs")
-    change.add_argument(
-        "--set",
-        type=split_setting,
-        metavar="NAME=VALUE",
-        help="value of a live parameter; may be repeated",
-        action="append",
-        default=[],
+    add_repeated(
+        change, "--set", "NAME=VALUE", split_setting, "value of a live parameter; may be repeated"
     )
-    change.add_argument(
+    add_repeated(
+        change,
         "--vary",
-        type=parse_variation,
-        metavar="NAME=VALUE",
-        help="let what flies differ from what the controller knows, as mass=1.05, or rotor_lag, "
+        "NAME=VALUE",
+        parse_variation,
+        "let what flies differ from what the controller knows, as mass=1.05, or rotor_lag, "
         "inertia, control_delay, sensing_delay, command_delay; may be repeated",
-        action="append",
-        default=[],
     )
-    change.add_argument(
+    add_repeated(
+        change,
         "--arg",
-        type=parse_argument,
-        metavar="NAME:=VALUE",
-        help="argument of the xacro file, as mass:=2.1; may be repeated",
-        action="append",
-        default=[],
+        "NAME:=VALUE",
+        parse_argument,
+        "argument of the xacro file, as mass:=2.1; may be repeated",
     )
     add_controller_option(change, "spec")
     change.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
@@ -126,12 +120,8 @@ def run(args: argparse.Namespace) -> int:
                     specs, changes, executor=executor, progress=progress, read_log=read_case
                 )
         _write(results, junit, html, _title(args.specs))
-    if args.json:
-        print_json(_result(results, changes, outputs.files))
-    else:
-        _print(results)
-    if outputs.files:
-        say_written(outputs.files)
+    result = _result(results, changes, outputs.files)
+    print_result(args, result, _print, results, files=outputs.files)
     return ExitCode.DONE if all(result.passed for result in results) else ExitCode.NOT_AS_DEMANDED
 
 
@@ -300,19 +290,21 @@ def run_pin(args: argparse.Namespace) -> int:
             overwrite=args.force,
             progress=progress,
         )
-    if args.json:
-        print_json(pinned)
-    else:
-        loops = f", margins of {pinned.loops} loops" if pinned.loops else ""
-        print(
-            f"held to what they are now: {pinned.limits} numbers and {pinned.curves} curves of a "
-            f"step {args.load or f'along {axis}'}{loops}"
-        )
-        if args.gains:
-            print(f"it flies {pinned.gains.name}: pin again where {args.gains} has changed")
-        print(f"\nnext: workbench regress {args.spec}, or pytest {args.spec}")
-    say_written([pinned.spec, pinned.gains, pinned.baseline])
+    loops = f", margins of {pinned.loops} loops" if pinned.loops else ""
+    said = [
+        f"held to what they are now: {pinned.limits} numbers and {pinned.curves} curves of a "
+        f"step {args.load or f'along {axis}'}{loops}"
+    ]
+    if args.gains:
+        said.append(f"it flies {pinned.gains.name}: pin again where {args.gains} has changed")
+    files = [pinned.spec, pinned.gains, pinned.baseline]
+    print_result(args, pinned, _print_pinned, args.spec, said, files=files)
     return ExitCode.DONE
+
+
+def _print_pinned(spec: Path, said: Sequence[str]) -> None:
+    """Print what is held, and what to do next."""
+    print("\n".join([*said, "", f"next: workbench regress {spec}, or pytest {spec}"]))
 
 
 def _pin_log(args: argparse.Namespace) -> int:
@@ -342,14 +334,9 @@ def _pin_log(args: argparse.Namespace) -> int:
     failures = [said for each in results for said in each.failures]
     if failures:
         raise WorkbenchError(f"{pinned.spec}: what was pinned is not green: {failures[0]}")
-    if args.json:
-        print_json(pinned)
-    else:
-        print(f"held to what they are now: {pinned.limits} numbers of {args.log}")
-        if not args.model:
-            print(f"taken for a {vehicle.model}: give --model where another drone flew")
-        for name, reason in pinned.left_out.items():
-            print(f"left out: {name}: {reason}")
-        print(f"\nnext: workbench regress {args.spec}, or pytest {args.spec}")
-    say_written([pinned.spec])
+    said = [f"held to what they are now: {pinned.limits} numbers of {args.log}"]
+    if not args.model:
+        said.append(f"taken for a {vehicle.model}: give --model where another drone flew")
+    said += [f"left out: {name}: {reason}" for name, reason in pinned.left_out.items()]
+    print_result(args, pinned, _print_pinned, args.spec, said, files=[pinned.spec])
     return ExitCode.DONE

@@ -17,20 +17,20 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import (
     lost_replies,
-    print_json,
+    print_result,
     print_table,
     say,
-    say_written,
     told_of_autopilot,
 )
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from workbench.design.load_step import LoadResponse
     from workbench.design.step_response import StepResponse
+    from workbench.scenario.scenario import Scenario
 
 AXIS = "z"
 """Of a step that nobody has chosen."""
@@ -91,66 +91,101 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly the step, print its metrics, write plot and log; 1 if the flight is lost."""
-    return _run_load(args) if args.load else _run_command(args)
-
-
-def _run_load(args: argparse.Namespace) -> int:
-    """Fly a step of a load."""
     from workbench.commands.drawer import Drawer
     from workbench.design.linear.operating_point import steady_velocity
-    from workbench.design.load_step import fly_load_step
     from workbench.scenario.scenario import Scenario
 
-    if any(steady_velocity(args.at)):
+    velocity = steady_velocity(args.at)
+    if args.load and any(velocity):
         raise WorkbenchError("a load acts on a drone that hovers: leave --at out")
+    if args.acts is not None and not args.load:
+        raise WorkbenchError("a command is asked for to the end: give --acts to a --load")
+    name = args.load or args.axis or AXIS
+    what, plots = (f"of {name}", "load") if args.load else (f"along {name}", "step")
+    module = f"workbench.design.plots_{plots}"
     scenario = with_vehicle(Scenario(), args)
     with ExitStack() as stack:
         outputs = stack.enter_context(Outputs())
-        log = outputs.add(args.output / f"step-{args.load}.csv")
-        drawer = None
-        if not args.no_plots:
-            picture = outputs.add(args.output / f"step-{args.load}.png")
-            drawer = stack.enter_context(Drawer("workbench.design.plots_step"))
-        with progress_bar(f"flying a step of {args.load}") as progress:
-            flown = fly_load_step(
-                args.load,
-                args.amplitude,
-                duration=args.duration,
-                acts=args.acts,
-                scenario=scenario,
-                settings=dict(args.set),
-                progress=progress,
-            )
-        if drawer:
-            drawer.begin(picture, "workbench.design.plots_step", "plot_load", flown)
+        log = outputs.add(args.output / f"step-{name}.csv")
+        picture = outputs.picture(args, f"step-{name}.png")
+        drawer = stack.enter_context(Drawer(module)) if picture else None
+        with progress_bar(f"flying a step {what}") as progress:
+            if args.load:
+                flown: LoadResponse | StepResponse = _fly_load(args, scenario, progress)
+            else:
+                flown = _fly_command(args, name, scenario, velocity, progress)
+        if drawer and picture:
+            drawer.begin(picture, module, f"plot_{plots}", flown)
         flown.recording.write_csv(log)
         if drawer:
             drawer.finish()
     trouble = flown.ended or (flown.loss.sentence if flown.loss else "")
-    if args.json:
-        print_json(
-            {
-                "vehicle": flown.recording.vehicle.name,
-                "gains": args.gains or "",
-                "set": dict(args.set),
-                "vary": dict(args.vary),
-                "load": flown.load,
-                "amplitude": flown.amplitude,
-                **dataclasses.asdict(flown.metrics),
-                "peak_rotor_use": flown.peak_rotor_use,
-                "trouble": trouble,
-                "files": outputs.files,
-            }
-            | told_of_autopilot(flown.exchange, flown.ended)
-        )
-    else:
-        _print_load(flown, args)
-        if trouble:
-            print(trouble)
-        elif flown.metrics.withheld:
-            say(f"numbers shown as — are withheld: {flown.metrics.withheld}")
-    say_written(outputs.files)
+    result = _result(flown, args) | {"trouble": trouble, "files": outputs.files}
+    result |= told_of_autopilot(flown.exchange, flown.ended)
+    print_result(args, result, _print, flown, args, trouble, files=outputs.files)
     return ExitCode.NOT_AS_DEMANDED if trouble else ExitCode.DONE
+
+
+def _fly_load(args: argparse.Namespace, scenario: "Scenario", progress: Any) -> "LoadResponse":
+    from workbench.design.load_step import fly_load_step
+
+    return fly_load_step(
+        args.load,
+        args.amplitude,
+        duration=args.duration,
+        acts=args.acts,
+        scenario=scenario,
+        settings=dict(args.set),
+        progress=progress,
+    )
+
+
+def _fly_command(
+    args: argparse.Namespace,
+    axis: str,
+    scenario: "Scenario",
+    velocity: "Sequence[float]",
+    progress: Any,
+) -> "StepResponse":
+    from workbench.design.reproduce import PAPER
+    from workbench.design.step_response import fly_step
+
+    paper = {figure.axis: figure.command for figure in PAPER}
+    return fly_step(
+        axis,
+        paper.get(axis, 1.0) if args.amplitude is None else args.amplitude,
+        duration=args.duration,
+        scenario=scenario,
+        settings=dict(args.set),
+        velocity=velocity,
+        progress=progress,
+    )
+
+
+def _result(flown: "LoadResponse | StepResponse", args: argparse.Namespace) -> dict[str, Any]:
+    """Return the response as JSON has it."""
+    is_load = args.load is not None
+    named = ("load",) if is_load else ("axis",)
+    rest = () if is_load else ("coupling", "diverged_at")
+    return {
+        "vehicle": flown.recording.vehicle.name,
+        "gains": args.gains or "",
+        "set": dict(args.set),
+        "vary": dict(args.vary),
+        **{key: getattr(flown, key) for key in (*named, "amplitude")},
+        **dataclasses.asdict(flown.metrics),
+        **{key: getattr(flown, key) for key in ("peak_rotor_use", *rest)},
+    }
+
+
+def _print(flown: "LoadResponse | StepResponse", args: argparse.Namespace, trouble: str) -> None:
+    """Print the metrics, and what is the matter with them."""
+    print_metrics: Any = _print_load if args.load else _print_command
+    print_metrics(flown, args)
+    if trouble:
+        print(trouble)
+    elif flown.metrics.withheld:
+        say(f"numbers shown as — are withheld: {flown.metrics.withheld}")
 
 
 def _print_load(flown: "LoadResponse", args: argparse.Namespace) -> None:
@@ -175,72 +210,7 @@ def _print_load(flown: "LoadResponse", args: argparse.Namespace) -> None:
     print_table(rows, left=(0, 2, 3))
 
 
-def _run_command(args: argparse.Namespace) -> int:
-    """Fly a step of a command."""
-    if args.acts is not None:
-        raise WorkbenchError("a command is asked for to the end: give --acts to a --load")
-    axis = args.axis or AXIS
-    from workbench.commands.drawer import Drawer
-    from workbench.design.linear.operating_point import steady_velocity
-    from workbench.design.reproduce import PAPER
-    from workbench.design.step_response import fly_step
-    from workbench.scenario.scenario import Scenario
-
-    paper = {figure.axis: figure.command for figure in PAPER}
-    amplitude = paper.get(axis, 1.0) if args.amplitude is None else args.amplitude
-    scenario = with_vehicle(Scenario(), args)
-    with ExitStack() as stack:
-        outputs = stack.enter_context(Outputs())
-        log = outputs.add(args.output / f"step-{axis}.csv")
-        drawer = None
-        if not args.no_plots:
-            picture = outputs.add(args.output / f"step-{axis}.png")
-            drawer = stack.enter_context(Drawer("workbench.design.plots_step"))
-        with progress_bar(f"flying a step along {axis}") as progress:
-            response = fly_step(
-                axis,
-                amplitude,
-                duration=args.duration,
-                scenario=scenario,
-                settings=dict(args.set),
-                velocity=steady_velocity(args.at),
-                progress=progress,
-            )
-        if drawer:
-            drawer.begin(picture, "workbench.design.plots_step", "plot_step", response)
-        response.recording.write_csv(log)
-        if drawer:
-            drawer.finish()
-    trouble = response.ended or (response.loss.sentence if response.loss else "")
-    if args.json:
-        print_json(
-            {
-                "vehicle": response.recording.vehicle.name,
-                "gains": args.gains or "",
-                "set": dict(args.set),
-                "vary": dict(args.vary),
-                "axis": response.axis,
-                "amplitude": response.amplitude,
-                **dataclasses.asdict(response.metrics),
-                "peak_rotor_use": response.peak_rotor_use,
-                "coupling": response.coupling,
-                "diverged_at": response.diverged_at,
-                "trouble": trouble,
-                "files": outputs.files,
-            }
-            | told_of_autopilot(response.exchange, response.ended)
-        )
-    else:
-        _print(response, args)
-        if trouble:
-            print(trouble)
-        elif response.metrics.withheld:
-            say(f"numbers shown as — are withheld: {response.metrics.withheld}")
-    say_written(outputs.files)
-    return ExitCode.NOT_AS_DEMANDED if trouble else ExitCode.DONE
-
-
-def _print(response: "StepResponse", args: argparse.Namespace) -> None:
+def _print_command(response: "StepResponse", args: argparse.Namespace) -> None:
     """Print the metrics with their units."""
     from workbench.design.response_metrics import number
     from workbench.scenario.axes import find_axis

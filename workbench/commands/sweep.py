@@ -19,7 +19,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
@@ -156,11 +156,16 @@ def run(args: argparse.Namespace) -> int:
         write_table(table, log)
         if drawer:
             drawer.finish()
-    if args.json:
-        print_json(sweep_result(table, best, args.metric) | {"files": outputs.files})
-    else:
-        print_sweep(table, best, args.metric, flown_with(args))
-    say_written(outputs.files)
+    print_result(
+        args,
+        sweep_result(table, best, args.metric) | {"files": outputs.files},
+        print_sweep,
+        table,
+        best,
+        args.metric,
+        flown_with(args),
+        files=outputs.files,
+    )
     if len(table) < table.planned:
         say(f"interrupted after {len(table)} of {table.planned} candidates; those are in the table")
         return ExitCode.INTERRUPTED

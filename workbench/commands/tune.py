@@ -12,11 +12,12 @@ from workbench.commands.options import (
     add_command,
     add_json_option,
     add_output_options,
+    add_repeated,
     add_vehicle_options,
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs, check_writable, make_folder_of
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_result, print_table, say
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
 
@@ -39,12 +40,12 @@ def add_parser(commands: Any) -> None:
         run,
     )
     group = parser.add_argument_group("wishes")
-    group.add_argument(
+    add_repeated(
+        group,
         "--wish",
-        action="append",
-        default=[],
-        metavar="WISH",
-        help="SUBJECT.METRIC<=VALUE or >=; may be repeated. Steps of x, y, z, yaw: rise_time, "
+        "WISH",
+        str,
+        "SUBJECT.METRIC<=VALUE or >=; may be repeated. Steps of x, y, z, yaw: rise_time, "
         "settling_time, overshoot, steady_state_error, peak_rotor_use; of the angles roll, pitch: "
         "the first three; loops, as roll, yaw_rate, velocity_x, position_z, or loop points, as "
         "pitch_error: phase_margin, gain_margin, delay_margin, disk_margin, peak_sensitivity, "
@@ -119,18 +120,14 @@ def run(args: argparse.Namespace) -> int:
     _check_profile(profile, tuner.vehicle, law)
     with Outputs() as outputs:
         report = outputs.add(args.output / "tuning.html")
-        picture = None if args.no_plots else outputs.add(args.output / "tuning.png")
+        picture = outputs.picture(args, "tuning.png")
         found = _tuned(tuner)
         _write(found, report, picture)
     files = outputs.files
     if found.met:
         _save(found, profile)
         files = [profile, *files]
-    if args.json:
-        print_json(tuning_json(found, files))
-    else:
-        print_tuning(found)
-    say_written(files)
+    print_result(args, tuning_json(found, files), print_tuning, found, files=files)
     if found.met:
         return ExitCode.DONE
     for sentence in conclusion(found):
