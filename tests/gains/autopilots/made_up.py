@@ -6,7 +6,7 @@ import random
 from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller
 from workbench.gains.autopilots.firmware import Firmware
-from workbench.gains.autopilots.px4_files import WHOLE
+from workbench.gains.autopilots.parameter_file import WHOLE
 
 OTHERS = {
     "px4": ("BAT1_CAPACITY", "COM_RC_LOSS_T", "SYS_AUTOSTART", "CAL_GYRO0_ID"),

@@ -15,8 +15,7 @@ from workbench.gains.autopilots.firmware import (
     same,
     unsafe,
 )
-from workbench.gains.autopilots.numbers import tidy
-from workbench.gains.autopilots.parameter_file import ParameterFile, joined
+from workbench.gains.autopilots.parameter_file import ParameterFile, joined, tidy
 from workbench.gains.autopilots.ranges import beyond
 from workbench.scenario.parameters import parameter_table
 

@@ -13,17 +13,16 @@ from pathlib import Path
 from workbench.common.errors import WorkbenchError, find_row
 from workbench.common.parameter import Parameter
 from workbench.control.controller import COMMON, Controller
-from workbench.gains.autopilots import (
-    ardupilot_files,
-    betaflight_files,
-    crazyflie_files,
-    px4_files,
-    ranges,
-    versions,
+from workbench.gains.autopilots import parameter_file as formats
+from workbench.gains.autopilots import ranges, versions
+from workbench.gains.autopilots.parameter_file import (
+    Entry,
+    ParameterFile,
+    joined,
+    lines_of,
+    read_text,
+    single,
 )
-from workbench.gains.autopilots.numbers import single
-from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, joined, lines_of
-from workbench.gains.autopilots.parameter_file import read_text as read_file_text
 
 _BENCH = re.compile(r"thrust_max|vbat|SIM_GZ_EC_(MIN|MAX)|motor_speed|outer_.*|acro|airmode")
 """Parameters of laws that are the bench's own, its motors and outer loops: no vehicle has them."""
@@ -105,8 +104,8 @@ PX4 = Firmware(
     "1.16",
     ("px4",),
     ".params",
-    px4_files.written_value,
-    px4_files.new_file,
+    formats.px4_value,
+    formats.new_px4_file,
     versions.PX4,
     re.compile(r"MC_|MPC_|THR_MDL|IMU_D?GYRO_"),
     ranges.PX4,
@@ -116,8 +115,8 @@ ARDUPILOT = Firmware(
     "4.7",
     ("ardupilot",),
     ".param",
-    ardupilot_files.written_value,
-    ardupilot_files.new_file,
+    formats.ardupilot_value,
+    formats.new_ardupilot_file,
     versions.ARDUPILOT,
     re.compile(r"ATC_|PSC_|MOT_|INS_GYRO_FILTER|ANGLE_MAX"),
     ranges.ARDUPILOT,
@@ -127,8 +126,8 @@ BETAFLIGHT = Firmware(
     "4.6.0",
     ("betaflight", "betaflight-sitl"),
     ".txt",
-    betaflight_files.written_value,
-    betaflight_files.new_file,
+    formats.betaflight_value,
+    formats.new_betaflight_file,
     (),
     re.compile(
         r"[pidfs]_(max_|min_)?(roll|pitch|yaw)|.*(dterm|gyro_lpf|tpa_|iterm|anti_gravity).*"
@@ -140,8 +139,8 @@ CRAZYFLIE = Firmware(
     "2025.12",
     ("crazyflie", "mellinger"),
     ".yaml",
-    crazyflie_files.written_value,
-    crazyflie_files.new_file,
+    formats.crazyflie_value,
+    formats.new_crazyflie_file,
     (),
     re.compile(r"(pid_rate|pid_attitude|velCtlPid|posCtlPid|ctrlMel)\."),
 )
@@ -178,7 +177,7 @@ def read_parameter_file(
     Raises:
         WorkbenchError: if it is none, naming the line.
     """
-    text = read_file_text(path)
+    text = read_text(path)
     counts = _matching_lines(text)
     chosen = find_firmware(firmware) if firmware else max(FIRMWARES, key=lambda f: counts[f.name])
     if profile is not None and chosen is not BETAFLIGHT:
@@ -190,13 +189,13 @@ def read_parameter_file(
             "'pid_rate.roll_kp: 250'"
         )
     if chosen is ARDUPILOT:
-        return chosen, ardupilot_files.read_param(path, text)
+        return chosen, formats.read_ardupilot_param(path, text)
     if chosen is BETAFLIGHT:
-        return chosen, betaflight_files.read_cli(path, text, profile)
+        return chosen, formats.read_betaflight_cli(path, text, profile)
     if chosen is CRAZYFLIE:
-        return chosen, crazyflie_files.read_parameters(path, text)
+        return chosen, formats.read_crazyflie_parameters(path, text)
     scripted = counts["script"] and not counts["params"]
-    read = px4_files.read_script if scripted else px4_files.read_params
+    read = formats.read_px4_script if scripted else formats.read_px4_params
     return chosen, read(path, text)
 
 
@@ -206,10 +205,10 @@ def _matching_lines(text: str) -> dict[str, int]:
     for number, _, line in lines_of(text):
         if number > _MOST_LINES:
             break
-        counts["params"] += px4_files.PARAMS.fullmatch(line) is not None
-        counts["script"] += px4_files.SCRIPT.match(line) is not None
-        counts["betaflight"] += betaflight_files.SET.fullmatch(line) is not None
-        counts["ardupilot"] += ardupilot_files.LINE.fullmatch(line.lstrip("\ufeff")) is not None
+        counts["params"] += formats.PX4_LINE.fullmatch(line) is not None
+        counts["script"] += formats.PX4_SCRIPT_LINE.match(line) is not None
+        counts["betaflight"] += formats.BETAFLIGHT_LINE.fullmatch(line) is not None
+        counts["ardupilot"] += formats.ARDUPILOT_LINE.fullmatch(line.lstrip("\ufeff")) is not None
         counts["crazyflie"] += _CRAZYFLIE_LINE.match(line) is not None
     counts["px4"] = counts["params"] + counts["script"]
     return counts

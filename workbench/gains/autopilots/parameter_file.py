@@ -1,16 +1,82 @@
-"""A file of parameters of an autopilot, as text in which single values can be replaced."""
+"""Files of parameters of autopilots, as text in which single values can be replaced.
 
+- PX4: QGroundControl's .params files, and `param set-default` of airframe scripts. A line of
+  .params has vehicle, component, name, value and type, between tabs; reals have single precision,
+  written with all their digits. Of several components the autopilot's own counts, 1.
+- ArduPilot: .param and .parm files, a name and a value a line, between them a comma or space;
+  comments begin with #, at a line's end, too; numbers may be hexadecimal. Lines that begin with @
+  tell the program that reads the file something, as @include, and are kept. The file has neither
+  types nor a version: names tell which one it is.
+- Betaflight: what `diff` and `dump` print, and what is typed there. `set NAME = VALUE` is for the
+  profile that a line `profile N` above it chose, or for all; a dump ends by choosing again the
+  profile that was in use, and that one counts. A `diff` has what differs from the defaults of its
+  own version, in whole numbers.
+- Crazyflie: YAML or JSON, `group.name: value`, and the firmware's version, as the firmware has no
+  text file of its own. Read are names with a dot at the top, below `params`, or as groups, and of
+  a mapping its `stored_value` or `value`, as the client writes them.
+"""
+
+import json
+import math
 import re
+import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
+import yaml
+
+from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
+from workbench.common.yaml_files import fast_loader, refuse_bombs
+from workbench.gains.autopilots.versions import ARDUPILOT
 
 MOST_BYTES = 1_000_000
 ENCODING, ERRORS = "utf-8", "surrogateescape"
 """Bytes that are no UTF-8 come through as they are."""
 _LINE_END = re.compile(r"\r\n|\r|\n")
+_DECIMAL = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.I)
+_HEX = re.compile(r"0[xX][0-9a-fA-F]+")
+_LONGEST = 60
+"""Characters of a number; a longer text is none."""
+_LEAST, _MOST = 1e-6, 1e9
+"""Between these, numbers are written without an exponent."""
+_SINGLE_DIGITS = 9
+"""So many tell every number of single precision from its neighbours."""
+INT32, REAL32 = "6", "9"
+"""MAV_PARAM_TYPE of the two types that PX4 has."""
+PX4_LINE = re.compile(r"[ \t]*(\d+)[ \t]+(\d+)[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\d+)[ \t]*")
+PX4_SCRIPT_LINE = re.compile(
+    r"[ \t]*param[ \t]+set(?:-default)?(?:[ \t]+-[a-z])*[ \t]+(\w+)[ \t]+([^\s#;]+)"
+)
+_PX4_VERSION = re.compile(r"#[ \t]*(?:Version|PX4 Version)[ \t]*:[ \t]*v?(\S+)")
+AUTOPILOT = "1"
+WHOLE = ("MC_AIRMODE", "MPC_ACC_DECOUPLE")
+"""Of the law's parameters, those that PX4 keeps as whole numbers."""
+_PX4_HEAD = """# Onboard parameters for Vehicle 1
+#
+# Stack: PX4 Pro
+# Vehicle: Multi-Rotor
+# Version: {version}
+#
+# Vehicle-Id Component-Id Name Value Type
+"""
+ARDUPILOT_LINE = re.compile(
+    r"[ \t]*([A-Z]\w{0,31})(?:[ \t]*,[ \t]*|[ \t]+)([^\s,#@]+)[ \t]*(?:[#@].*)?"
+)
+_SI = {each.new for each in ARDUPILOT}
+"""Names since 4.7."""
+_OLD = {each.old for each in ARDUPILOT}
+"""Names up to 4.6."""
+BETAFLIGHT_LINE = re.compile(r"[ \t]*set[ \t]+(\w+)[ \t]*=[ \t]*([^\r\n#]*[^\s#])[ \t]*(?:#.*)?")
+_PROFILE = re.compile(r"[ \t]*profile[ \t]+(\d{1,3})[ \t]*(?:#.*)?")
+_OTHER = re.compile(r"[ \t]*(rateprofile[ \t]+\d+|#[ \t]*(master|rateprofile)\b.*)[ \t]*")
+_BETAFLIGHT_VERSION = re.compile(r"#[ \t]*(?:Betaflight|BTFL)\b.*?[ \t](\d+\.\d+\.\d+\S*)")
+_SLIDERS = "simplified_pids_mode"
+_VERSION_KEYS = ("firmware", "firmware_version")
+_VALUE_KEYS = ("stored_value", "value")
 
 
 @dataclass(frozen=True)
@@ -109,3 +175,265 @@ def joined(names: Sequence[str], most: int = 8) -> str:
     """Return some names, and how many more there are."""
     more = f" and {len(names) - most} others" if len(names) > most else ""
     return ", ".join(names[:most]) + more
+
+
+def number_in(text: str) -> float | None:
+    """Return the number that a text is, decimal or hexadecimal; None where it is none."""
+    if len(text) > _LONGEST:
+        return None
+    if _HEX.fullmatch(text):
+        return float(int(text, 16))
+    return float(text) if _DECIMAL.fullmatch(text) else None
+
+
+def single(value: float) -> float:
+    """Return a number in single precision; one that is too large is infinite."""
+    try:
+        return float(struct.unpack("<f", struct.pack("<f", value))[0])
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
+def shortest(value: float) -> str:
+    """Return the shortest text that single precision reads as the same number."""
+    for digits in range(1, _SINGLE_DIGITS):
+        text = f"{value:.{digits}g}"
+        if single(float(text)) == single(value):
+            return _plain(text)
+    return _plain(f"{single(value):.{_SINGLE_DIGITS}g}")
+
+
+def _plain(text: str) -> str:
+    """Return a number without an exponent, where that is no longer than people read."""
+    return f"{Decimal(text):f}" if _LEAST <= abs(float(text)) < _MOST else text
+
+
+def long_single(value: float) -> str:
+    """Return a number in single precision as QGroundControl writes it, with all its digits."""
+    return f"{single(value):.18g}"
+
+
+def tidy(value: float) -> float:
+    """Return a number of single precision as it was typed: 0.15 for 0.150000005960464478."""
+    return float(shortest(value)) if math.isfinite(value) and single(value) == value else value
+
+
+def read_px4_params(path: Path, text: str) -> ParameterFile:
+    """Read a .params file.
+
+    Raises:
+        WorkbenchError: naming the line that is none.
+    """
+    entries, version = [], ""
+    for number, start, line in lines_of(text):
+        bare = line.lstrip("\ufeff \t")
+        if not bare or bare.startswith("#"):
+            found = _PX4_VERSION.match(bare)
+            version = found[1] if found and not version else version
+            continue
+        match = PX4_LINE.fullmatch(line)
+        if not match:
+            raise WorkbenchError(
+                f"{path}:{number}: is no line of parameters: expected vehicle, component, name, "
+                "value and type, between tabs"
+            )
+        vehicle, component, name, value, kind = match.groups()
+        scope = f"{vehicle} {component}"
+        at = start + match.start(4)
+        entries.append(Entry(name, number_in(value), value, at, number, scope, kind != REAL32))
+    scopes = list(dict.fromkeys(each.scope for each in entries))
+    own = [scope for scope in scopes if scope.split()[1] == AUTOPILOT] or scopes
+    remarks = []
+    if len(scopes) > 1:
+        remarks.append(
+            f"has parameters of {len(scopes)} components: those of component "
+            f"{own[0].split()[1]} of vehicle {own[0].split()[0]} count"
+        )
+    return ParameterFile(path, text, tuple(entries), version, own[0] if own else "", tuple(remarks))
+
+
+def read_px4_script(path: Path, text: str) -> ParameterFile:
+    """Read what an airframe script sets; all else in it is left alone."""
+    entries = []
+    for number, start, line in lines_of(text):
+        match = PX4_SCRIPT_LINE.match(line)
+        if match:
+            name, value = match.groups()
+            whole = name in WHOLE
+            at = start + match.start(2)
+            entries.append(Entry(name, number_in(value), value, at, number, whole=whole))
+    return ParameterFile(path, text, tuple(entries))
+
+
+def px4_value(entry: Entry, value: float) -> str:
+    """Return a value as its line has it."""
+    if entry.whole:
+        return str(round(value))
+    return long_single(value) if entry.scope else f"{value:.9g}"
+
+
+def new_px4_file(values: Mapping[str, float], version: str) -> str:
+    """Return the text of a .params file."""
+    lines = [_PX4_HEAD.format(version=version)]
+    for name in sorted(values):
+        whole = name in WHOLE
+        text = str(round(values[name])) if whole else long_single(values[name])
+        lines.append(f"1\t{AUTOPILOT}\t{name}\t{text}\t{INT32 if whole else REAL32}\n")
+    return "".join(lines)
+
+
+def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
+    """Read a .param file.
+
+    Raises:
+        WorkbenchError: naming the line that is none.
+    """
+    entries = []
+    remarks = []
+    for number, start, line in lines_of(text):
+        bare = line.lstrip("\ufeff \t")
+        if not bare or bare.startswith("#"):
+            continue
+        if bare.startswith("@"):
+            if bare.startswith("@include"):
+                remarks.append(f"line {number} includes another file, which is not read: {bare}")
+            continue
+        match = ARDUPILOT_LINE.fullmatch(line, len(line) - len(bare))
+        if not match:
+            raise WorkbenchError(
+                f"{path}:{number}: is no line of parameters: expected NAME,VALUE or NAME VALUE"
+            )
+        name, value = match.groups()
+        entries.append(Entry(name, number_in(value), value, start + match.start(2), number))
+    names = {each.name for each in entries}
+    new, old = not names.isdisjoint(_SI), not names.isdisjoint(_OLD)
+    if new and old:
+        remarks.append("has names of 4.6 and of 4.7: each is read as its own version has it")
+    version = "4.7" if new else "4.6" if old else ""
+    return ParameterFile(path, text, tuple(entries), version, remarks=tuple(remarks))
+
+
+def ardupilot_value(entry: Entry, value: float) -> str:
+    """Return a value as its line has it."""
+    return shortest(value)
+
+
+def new_ardupilot_file(values: Mapping[str, float], version: str) -> str:
+    """Return the text of a .param file."""
+    lines = [f"# ArduCopter {version}\n"]
+    return "".join([*lines, *(f"{name},{shortest(values[name])}\n" for name in sorted(values))])
+
+
+def read_betaflight_cli(path: Path, text: str, profile: int | None = None) -> ParameterFile:
+    """Read what a command line printed.
+
+    Args:
+        path: the file.
+        text: of it.
+        profile: whose gains count; without it those of the profile that is chosen last.
+    """
+    entries = []
+    version, scope, chosen, resets = "", "", "", False
+    for number, start, line in lines_of(text):
+        found = _BETAFLIGHT_VERSION.match(line)
+        if found and not version:
+            version = found[1]
+        resets = resets or line.strip() == "defaults nosave"
+        if match := _PROFILE.fullmatch(line):
+            scope = chosen = f"profile {int(match[1])}"
+        elif _OTHER.fullmatch(line):
+            scope = "others"
+        elif match := BETAFLIGHT_LINE.fullmatch(line):
+            name, value = match.groups()
+            at = start + match.start(2)
+            of_profile = scope if scope.startswith("profile") else ""
+            entries.append(Entry(name, number_in(value), value, at, number, of_profile, True))
+    profiles = list(dict.fromkeys(each.scope for each in entries if each.scope))
+    counted = chosen if profile is None else f"profile {profile}"
+    remarks = []
+    if len(profiles) > 1:
+        remarks.append(f"has {', '.join(profiles)}: {counted} counts, --profile takes another")
+    if counted and profiles and counted not in profiles:
+        remarks.append(f"sets nothing in {counted}; it does in {', '.join(profiles)}")
+    if resets:
+        remarks.append("begins at the defaults of its version: what it does not set has those")
+    sliders = [each for each in entries if each.name == _SLIDERS and each.text != "OFF"]
+    if sliders:
+        remarks.append(
+            f"has {_SLIDERS} = {sliders[-1].text}: sliders rewrite gains when it is loaded, set "
+            "it to OFF"
+        )
+    return ParameterFile(path, text, tuple(entries), version, counted, tuple(remarks))
+
+
+def betaflight_value(entry: Entry, value: float) -> str:
+    """Return a value as its line has it."""
+    return str(round(value))
+
+
+def new_betaflight_file(values: Mapping[str, float], version: str) -> str:
+    """Return lines to paste into the command line."""
+    lines = [f"# Betaflight {version}\n", "\n", "batch start\n", "\n", "profile 0\n", "\n"]
+    lines += [f"set {name} = {round(values[name])}\n" for name in sorted(values)]
+    return "".join([*lines, "\n", "save\n"])
+
+
+def read_crazyflie_parameters(path: Path, text: str) -> ParameterFile:
+    """Read a YAML or JSON file of parameters.
+
+    Raises:
+        WorkbenchError: if it is neither.
+    """
+    try:
+        refuse_bombs(path, text)
+        root = yaml.compose(text, Loader=fast_loader())
+    except (yaml.YAMLError, ValueError, UnicodeError) as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f":{mark.line + 1}" if mark else ""
+        said = getattr(error, "problem", None) or "it has characters that cannot be"
+        raise WorkbenchError(f"{path}{where}: is neither YAML nor JSON: {said}") from error
+    if not isinstance(root, yaml.MappingNode):
+        raise WorkbenchError(f"{path}: expected lines as 'pid_rate.roll_kp: 250'")
+    version = ""
+    entries = []
+    for name, node in _values(root, ""):
+        if name in _VERSION_KEYS:
+            version = node.value
+            continue
+        quoted = 1 if node.style in ("'", '"') else 0
+        start = node.start_mark.index + quoted
+        end = node.end_mark.index - quoted
+        written, line = text[start:end], node.start_mark.line + 1
+        entries.append(Entry(name, number_in(written), written, start, line))
+    return ParameterFile(path, text, tuple(entries), version)
+
+
+def _values(node: Any, group: str) -> Iterator[tuple[str, Any]]:
+    """Yield name and node of every value; groups stand before their names, with a dot."""
+    for key, value in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            continue
+        name = f"{group}.{key.value}" if group else key.value
+        if isinstance(value, yaml.ScalarNode):
+            yield name, value
+        elif isinstance(value, yaml.MappingNode):
+            inner = {k.value: v for k, v in value.value if isinstance(k, yaml.ScalarNode)}
+            stored = [inner[each] for each in _VALUE_KEYS if each in inner]
+            if "." in name and stored and isinstance(stored[0], yaml.ScalarNode):
+                yield name, stored[0]
+            elif "." not in name:
+                yield from _values(value, "" if name in ("params", "parameters") else name)
+
+
+def crazyflie_value(entry: Entry, value: float) -> str:
+    """Return a value as its line has it."""
+    if "." not in entry.text and "e" not in entry.text.lower() and value.is_integer():
+        return str(int(value))
+    text = shortest(value)
+    return text if "." in text or "e" in text else f"{text}.0"
+
+
+def new_crazyflie_file(values: Mapping[str, float], version: str) -> str:
+    """Return the text of a YAML file."""
+    lines = [f"firmware: {json.dumps(version)}\n", "params:\n"]
+    return "".join([*lines, *(f"  {name}: {shortest(values[name])}\n" for name in values)])
