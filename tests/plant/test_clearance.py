@@ -7,7 +7,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.plant.loading import ground_clearance
-from workbench.plant.model import Collision, Link, Model
+from workbench.plant.model import Link, LinkShape, Model
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
 
 S = math.sqrt(0.5)
@@ -16,8 +16,8 @@ HULL = "v 0 0 0.1\nv 1 0 0.5\nv 0 1 0.5\nf 1 2 3\n"
 
 
 def clearance(shape, roll=0.0, height=0.0, X_ML=None):
-    X_LC = RigidTransform(RollPitchYaw(roll, 0.0, 0.0), [0.3, 0.2, height])
-    link = Link("base", X_ML or RigidTransform(), None, (), (Collision("c", X_LC, shape),))
+    X_LS = RigidTransform(RollPitchYaw(roll, 0.0, 0.0), [0.3, 0.2, height])
+    link = Link("base", X_ML or RigidTransform(), None, (), (LinkShape("c", X_LS, shape),))
     return ground_clearance(Model(Path("m"), "m", (link,), (), (), (), ()), "base")
 
 

@@ -10,7 +10,7 @@ from workbench.plant.drawable import (
     with_bumper,
     without_missing_meshes,
 )
-from workbench.plant.model import Collision, Inertial, Link, Visual
+from workbench.plant.model import Inertial, Link, LinkShape
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Cylinder, Mesh, Sphere
 
@@ -50,7 +50,7 @@ def test_discs_of_neighbours_keep_apart():
 
 
 def test_a_link_is_drawn_by_what_touches_else_a_disc_else_its_inertia():
-    touching = (Collision("c", HERE, Sphere(0.1)), Collision("m", HERE, Mesh("a.stl", None)))
+    touching = (LinkShape("c", HERE, Sphere(0.1)), LinkShape("m", HERE, Mesh("a.stl", None)))
     inertial = Inertial(1.0, HERE, (0.01, 0.01, 0.01), (0.0, 0.0, 0.0))
     square = rotors((0.2, 0.0), (-0.2, 0.0))
     assert [shape for _, shape in stand_ins(link(inertial, touching), square)] == [Sphere(0.1)]
@@ -62,8 +62,8 @@ def test_a_link_is_drawn_by_what_touches_else_a_disc_else_its_inertia():
 
 
 def test_only_missing_meshes_are_replaced():
-    kept = Visual("kept", HERE, Sphere(1.0), None)
-    missing = [Visual(name, HERE, Mesh("a.stl", None), None) for name in "ab"]
+    kept = LinkShape("kept", HERE, Sphere(1.0), None)
+    missing = [LinkShape(name, HERE, Mesh("a.stl", None), None) for name in "ab"]
     visuals = without_missing_meshes([kept, *missing], [(HERE, Sphere(0.1))])
     assert [visual.shape for visual in visuals] == [Sphere(1.0), Sphere(0.1)]
 

@@ -19,7 +19,7 @@ from workbench.plant.description import read_description
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.gathered import gathered, link_of
 from workbench.plant.loading import make_vehicle
-from workbench.plant.model import Collision, Inertial, Link, Model
+from workbench.plant.model import Inertial, Link, LinkShape, Model
 from workbench.plant.multibody import add_plant
 from workbench.plant.shapes import Sphere
 
@@ -163,7 +163,7 @@ def test_every_shape_is_where_its_link_has_it(pair):
 
 
 def a_link(name: str, X_ML: RigidTransform, *shapes: str, inertial=None) -> Link:
-    collisions = (Collision(shape, RigidTransform([0, 0, 1.0]), Sphere(0.1)) for shape in shapes)
+    collisions = (LinkShape(shape, RigidTransform([0, 0, 1.0]), Sphere(0.1)) for shape in shapes)
     return Link(name, X_ML, inertial, (), tuple(collisions))
 
 

@@ -12,7 +12,7 @@ from workbench.plant.description import read_description
 from workbench.plant.loading import load_vehicle
 from workbench.plant.meshes.gltf import write_gltf
 from workbench.plant.meshes.parts import Part
-from workbench.plant.model import Collision, Link, Model, Visual
+from workbench.plant.model import Link, LinkShape, Model
 from workbench.plant.reach import Reach, reach
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
@@ -25,9 +25,9 @@ def model_of(*links: Link) -> Model:
     return Model("here", "m", tuple(links), (), (), (), ())
 
 
-def body(shape, X_LC=X_ODD, X_ML=None) -> Link:
+def body(shape, X_LS=X_ODD, X_ML=None) -> Link:
     pose = X_ML or RigidTransform()
-    return Link("base", pose, None, (), (Collision("c", X_LC, shape),))
+    return Link("base", pose, None, (), (LinkShape("c", X_LS, shape),))
 
 
 def rotor(link: str, hub=HUB, axis=(0.0, 0.0, 1.0)) -> Rotor:
@@ -53,9 +53,9 @@ def test_a_shape_alone_is_held_about_its_own_middle(shape, radius):
 
 def test_all_that_touches_and_all_that_is_drawn_counts():
     far = RigidTransform([2.0, 0.0, 0.0])
-    drawn = Visual("v", far, Sphere(0.1), None)
+    drawn = LinkShape("v", far, Sphere(0.1), None)
     link = Link(
-        "base", RigidTransform(), None, (drawn,), (Collision("c", RigidTransform(), Sphere(0.3)),)
+        "base", RigidTransform(), None, (drawn,), (LinkShape("c", RigidTransform(), Sphere(0.3)),)
     )
     assert reach(model_of(link), "base", ()) == Reach(
         (pytest.approx(0.9), 0.0, 0.0), pytest.approx(1.2)
@@ -73,7 +73,7 @@ def test_places_are_those_in_the_body_frame():
 @pytest.mark.parametrize("angle", [0.0, 0.7, 1.5, 3.0])
 def test_a_blade_counts_with_all_places_it_comes_to(angle):
     """A tip comes as far from the middle as the hub is, and the blade's length beyond."""
-    blade = Visual("b", RigidTransform([0.05, 0.0, 0.0]), Box((0.1, 1e-6, 1e-6)), None)
+    blade = LinkShape("b", RigidTransform([0.05, 0.0, 0.0]), Box((0.1, 1e-6, 1e-6)), None)
     turned = RotationMatrix.MakeZRotation(angle)
     links = [Link("base", RigidTransform(), None, (), ())]
     links += [
@@ -93,7 +93,7 @@ def test_a_sphere_holds_every_place_of_a_leaning_blade():
     X_BL = RigidTransform(RollPitchYaw(0.2, 0.1, 0.3), np.array(HUB))
     links = (
         body(Box((0.3, 0.3, 0.1))),
-        Link("prop", X_BL, None, (Visual("b", RigidTransform([0.2, 0, 0]), shape, None),), ()),
+        Link("prop", X_BL, None, (LinkShape("b", RigidTransform([0.2, 0, 0]), shape, None),), ()),
     )
     found = reach(model_of(*links), "base", [rotor("prop", axis=tuple(axis))])
     corners = [
@@ -126,8 +126,8 @@ def test_a_drawn_mesh_counts_as_drake_places_it(tmp_path):
         "base",
         RigidTransform(),
         None,
-        (Visual("v", RigidTransform([0, 0, 0.5]), Mesh("m", path), None),),
-        (Collision("c", RigidTransform(), Sphere(0.1)),),
+        (LinkShape("v", RigidTransform([0, 0, 0.5]), Mesh("m", path), None),),
+        (LinkShape("c", RigidTransform(), Sphere(0.1)),),
     )
     found = reach(model_of(link), "base", ())
     assert found.p_BC == pytest.approx((0.0, 0.0, 0.45), abs=1e-6)
@@ -139,8 +139,8 @@ def test_a_mesh_that_is_not_there_does_not_count():
         "base",
         RigidTransform(),
         None,
-        (Visual("v", X_ODD, Mesh("gone", None), None),),
-        (Collision("c", RigidTransform(), Sphere(0.1)),),
+        (LinkShape("v", X_ODD, Mesh("gone", None), None),),
+        (LinkShape("c", RigidTransform(), Sphere(0.1)),),
     )
     assert reach(model_of(link), "base", ()).radius == pytest.approx(0.1)
 

@@ -1,6 +1,7 @@
 """`workbench graph`: the block diagram as a picture, or as the DOT text that Graphviz draws."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,14 +62,8 @@ def run(args: argparse.Namespace) -> int:
         draw_blocks(graph, file)
     if args.output is None and not has_graphviz():
         say(f"{drawn} is text, since Graphviz is not installed: for a picture, {INSTALL}")
-    print_result(
-        args,
-        graph,
-        print_table,
-        [_line(net) for net in graph.nets],
-        left=(0, 2, 3),
-        files=outputs.files,
-    )
+    show = partial(print_table, left=(0, 2, 3))
+    print_result(args, graph, show, [_line(net) for net in graph.nets], files=outputs.files)
     return ExitCode.DONE
 
 

@@ -4,7 +4,7 @@ import contextlib
 import dataclasses
 import math
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -17,7 +17,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError, run_limited
 from workbench.plant.formats.values import shortened
 from workbench.plant.meshes.job import MeshJob, Rgba, is_sealed, write_whole
-from workbench.plant.model import Collision, Inertial, Link, Model, Visual
+from workbench.plant.model import Inertial, Link, LinkShape, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Cylinder, Mesh, Shape
@@ -37,6 +37,11 @@ _DISC_SHARE = 0.45
 """A propeller's radius over the distance to the nearest other rotor, so that discs keep apart."""
 
 
+Use = Literal["visual", "collision"]
+_Task = tuple[MeshJob, Path]
+"""A conversion and where it goes."""
+
+
 @dataclass(frozen=True)
 class MeshUse:
     """A mesh and what it is for.
@@ -53,7 +58,7 @@ class MeshUse:
     """
 
     mesh: Mesh
-    use: Literal["visual", "collision"]
+    use: Use
     rgba: Rgba | None = None
 
 
@@ -80,16 +85,8 @@ def convert(uses: Iterable[MeshUse]) -> dict[MeshUse, Path | WorkbenchError]:
     reasons = _run([task for task, reason in known.items() if reason is None])
     for use, task in tasks.items():
         reason = known[task] or reasons.get(task, "")
-        found[use] = WorkbenchError(f"{use.mesh.path}: {reason}") if reason else task.target
+        found[use] = WorkbenchError(f"{use.mesh.path}: {reason}") if reason else task[1]
     return found
-
-
-@dataclass(frozen=True)
-class _Task:
-    """A conversion and where it goes."""
-
-    job: MeshJob
-    target: Path
 
 
 def _task(use: MeshUse) -> _Task:
@@ -107,14 +104,14 @@ def _task(use: MeshUse) -> _Task:
             raise WorkbenchError(f"{mesh.path}: it is larger than {MOST_BYTES // 1_000_000} MB")
         rgba = use.rgba if use.use == "visual" else None
         job = MeshJob(str(file), use.use, mesh.scale, mesh.submesh, mesh.center, rgba)
-        return _Task(job, job.target(folder, file.read_bytes()))
+        return job, job.target(folder, file.read_bytes())
     except (OSError, ValueError, RuntimeError) as error:
         raise WorkbenchError(f"{mesh.path}: it cannot be read: {error}") from error
 
 
 def _outcome(task: _Task) -> str | None:
     """Return why a conversion failed a short while ago, "" if it is done, None if it is to do."""
-    if is_sealed(task.target):
+    if is_sealed(task[1]):
         return ""
     note = _note(task)
     try:
@@ -126,7 +123,7 @@ def _outcome(task: _Task) -> str | None:
 
 
 def _note(task: _Task) -> Path:
-    return task.target.with_suffix(f"{task.target.suffix}.refused")
+    return task[1].with_suffix(f"{task[1].suffix}.refused")
 
 
 def _run(tasks: Sequence[_Task]) -> dict[_Task, str]:
@@ -143,7 +140,7 @@ def _run(tasks: Sequence[_Task]) -> dict[_Task, str]:
     except LimitedError as error:
         reasons = dict.fromkeys(tasks, str(error))
         for task in tasks if len(tasks) > 1 else ():
-            reasons[task] = "" if is_sealed(task.target) else _ask_alone(task, until)
+            reasons[task] = "" if is_sealed(task[1]) else _ask_alone(task, until)
     for task, reason in reasons.items():
         if reason:
             with contextlib.suppress(OSError):  # then it is tried again, that is all
@@ -161,7 +158,7 @@ def _ask_alone(task: _Task, until: float) -> str:
 
 
 def _ask(tasks: Sequence[_Task]) -> list[str]:
-    request = [(dataclasses.asdict(task.job), str(task.target)) for task in tasks]
+    request = [(dataclasses.asdict(task[0]), str(task[1])) for task in tasks]
     answer = run_limited(_CHILD, request, seconds=_SECONDS, megabytes=_MEGABYTES)
     return [str(reason) for reason in answer]
 
@@ -173,7 +170,7 @@ def stand_ins(link: Link, rotors: Sequence[Rotor]) -> list[tuple[RigidTransform,
     link's mass and moments of inertia.
     """
     collisions = [
-        (each.X_LC, each.shape) for each in link.collisions if not isinstance(each.shape, Mesh)
+        (each.X_LS, each.shape) for each in link.collisions if not isinstance(each.shape, Mesh)
     ]
     if collisions:
         return [*collisions]
@@ -186,13 +183,13 @@ def stand_ins(link: Link, rotors: Sequence[Rotor]) -> list[tuple[RigidTransform,
 
 
 def without_missing_meshes(
-    visuals: Sequence[Visual], shapes: Sequence[tuple[RigidTransform, Shape]]
-) -> tuple[Visual, ...]:
+    visuals: Sequence[LinkShape], shapes: Sequence[tuple[RigidTransform, Shape]]
+) -> tuple[LinkShape, ...]:
     """Return visuals with those of missing meshes replaced, all of them together, by shapes."""
-    kept = [v for v in visuals if not (isinstance(v.shape, Mesh) and v.shape.path is None)]
+    kept = [visual for visual in visuals if not visual.is_missing]
     drawn = [
-        Visual(f"stand_in_{index}", X_LV, shape, _GREY)
-        for index, (X_LV, shape) in enumerate(shapes)
+        LinkShape(f"stand_in_{index}", X_LS, shape, _GREY)
+        for index, (X_LS, shape) in enumerate(shapes)
     ]
     return (*kept, *drawn)
 
@@ -234,7 +231,7 @@ def with_bumper(link: Link, rotors: Sequence[Rotor]) -> Link:
     """Return a base link with a box to stand on, as wide as the rotors are apart."""
     reach = [max((abs(rotor.p_BR[axis]) for rotor in rotors), default=0.1) for axis in (0, 1)]
     x, y = (float(np.clip(2.0 * half, _SMALLEST, 10.0)) for half in reach)
-    bumper = Collision("stand_in", RigidTransform(), Box((x, y, 0.1 * max(x, y))))
+    bumper = LinkShape("stand_in", RigidTransform(), Box((x, y, 0.1 * max(x, y))))
     return dataclasses.replace(link, collisions=(*link.collisions, bumper))
 
 
@@ -279,72 +276,45 @@ def with_converted_meshes(model: Model, remarks: Remarks, fate: str) -> tuple[Li
 
 def _with_stand_ins(link: Link, rotors: Sequence[Rotor]) -> Link:
     """Return a link with something simple in the place of meshes that it is drawn by and lacks."""
-    if not any(isinstance(each.shape, Mesh) and each.shape.path is None for each in link.visuals):
+    if not any(each.is_missing for each in link.visuals):
         return link
     visuals = without_missing_meshes(link.visuals, stand_ins(link, rotors))
     return dataclasses.replace(link, visuals=visuals)
 
 
-def _uses(link: Link) -> list[MeshUse]:
-    """Return every use that a link makes of a mesh that was found."""
-    visuals = [
-        MeshUse(visual.shape, "visual", visual.rgba)
-        for visual in link.visuals
-        if isinstance(visual.shape, Mesh) and visual.shape.path
-    ]
-    collisions = [
-        MeshUse(collision.shape, "collision")
-        for collision in link.collisions
-        if isinstance(collision.shape, Mesh) and collision.shape.path
-    ]
-    return visuals + collisions
+def _uses(link: Link) -> Iterator[MeshUse]:
+    """Yield every use that a link makes of a mesh that was found."""
+    parts: tuple[tuple[Use, tuple[LinkShape, ...]], ...] = (
+        ("visual", link.visuals),
+        ("collision", link.collisions),
+    )
+    for use, shapes in parts:
+        for each in shapes:
+            if isinstance(each.shape, Mesh) and each.shape.path:
+                yield MeshUse(each.shape, use, each.rgba)
 
 
 def _drawable(model: Model, link: Link, files: Files, remarks: Remarks, fate: str) -> Link:
     """Return a link with its meshes converted, and hulls for those that touch."""
-    visuals = [_converted(model, link, visual, files, remarks, fate) for visual in link.visuals]
-    collisions = [_hull(model, link, collision, files, remarks) for collision in link.collisions]
-    return dataclasses.replace(
-        link,
-        visuals=tuple(visuals),
-        collisions=tuple(collision for collision in collisions if collision),
-    )
 
+    def converted(use: Use, shape: LinkShape, fate: str) -> LinkShape:
+        """Return a shape with its mesh as Drake takes it, or without a file where it has none."""
+        mesh = shape.shape
+        if not isinstance(mesh, Mesh):
+            return shape
+        element = f"{use} '{shortened(shape.name)}' of link '{shortened(link.name)}'"
+        if mesh.path is None:
+            uri = shortened(mesh.uri) or "without a name"
+            text = f"the mesh {uri} is not found; {fate}"
+            remarks.add("missing", model.source, element, text)
+            return shape
+        file = files[MeshUse(mesh, use, shape.rgba)]
+        if isinstance(file, WorkbenchError):
+            remarks.add("ignored", model.source, element, f"{file}; {fate}")
+            return dataclasses.replace(shape, shape=dataclasses.replace(mesh, path=None))
+        return dataclasses.replace(shape, shape=Mesh(mesh.uri, file), rgba=None)
 
-def _converted(
-    model: Model, link: Link, visual: Visual, files: Files, remarks: Remarks, fate: str
-) -> Visual:
-    """Return a visual with its mesh as Drake draws it, or with none where that cannot be."""
-    mesh = visual.shape
-    if not isinstance(mesh, Mesh):
-        return visual
-    element = f"visual '{shortened(visual.name)}' of link '{shortened(link.name)}'"
-    if mesh.path is None:
-        uri = shortened(mesh.uri) or "without a name"
-        text = f"the mesh {uri} is not found; {fate}"
-        remarks.add("missing", model.source, element, text)
-        return visual
-    file = files[MeshUse(mesh, "visual", visual.rgba)]
-    if isinstance(file, WorkbenchError):
-        remarks.add("ignored", model.source, element, f"{file}; {fate}")
-        return dataclasses.replace(visual, shape=dataclasses.replace(mesh, path=None))
-    return dataclasses.replace(visual, shape=Mesh(mesh.uri, file), rgba=None)
-
-
-def _hull(
-    model: Model, link: Link, collision: Collision, files: Files, remarks: Remarks
-) -> Collision | None:
-    """Return a collision with its mesh's convex hull, None where there is no mesh to be had."""
-    mesh = collision.shape
-    if not isinstance(mesh, Mesh):
-        return collision
-    element = f"collision '{shortened(collision.name)}' of link '{shortened(link.name)}'"
-    if mesh.path is None:
-        text = f"the mesh {shortened(mesh.uri) or 'without a name'} is not found; left out"
-        remarks.add("missing", model.source, element, text)
-        return None
-    file = files[MeshUse(mesh, "collision")]
-    if isinstance(file, WorkbenchError):
-        remarks.add("ignored", model.source, element, f"{file}; left out")
-        return None
-    return dataclasses.replace(collision, shape=Mesh(mesh.uri, file))
+    visuals = tuple(converted("visual", each, fate) for each in link.visuals)
+    touching = [converted("collision", each, "left out") for each in link.collisions]
+    collisions = tuple(each for each in touching if not each.is_missing)
+    return dataclasses.replace(link, visuals=visuals, collisions=collisions)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.math import RigidTransform
 
-from workbench.plant.model import Inertial, Link, Model, NamedFrame
+from workbench.plant.model import Inertial, Link, LinkShape, Model, NamedFrame
 
 _BETWEEN = "::"
 """Stands between a link's name and its shape's; Meshcat makes a folder of what is before it."""
@@ -29,24 +29,17 @@ def gathered(model: Model, base_link: str) -> Model:
     base = model.link(base_link)
     assert base
     X_BL = {link.name: base.X_ML.InvertAndCompose(link.X_ML) for link in model.links}
+
+    def moved(link: Link, shape: LinkShape) -> LinkShape:
+        X_BS = X_BL[link.name] @ shape.X_LS
+        return dataclasses.replace(shape, name=_named(link, shape.name), X_LS=X_BS)
+
     body = Link(
         name=base_link,
         X_ML=base.X_ML,
         inertial=whole_inertial([(X_BL[link.name], link.inertial) for link in model.links]),
-        visuals=tuple(
-            dataclasses.replace(
-                visual, name=_named(link, visual.name), X_LV=X_BL[link.name] @ visual.X_LV
-            )
-            for link in model.links
-            for visual in link.visuals
-        ),
-        collisions=tuple(
-            dataclasses.replace(
-                collision, name=_named(link, collision.name), X_LC=X_BL[link.name] @ collision.X_LC
-            )
-            for link in model.links
-            for collision in link.collisions
-        ),
+        visuals=tuple(moved(link, each) for link in model.links for each in link.visuals),
+        collisions=tuple(moved(link, each) for link in model.links for each in link.collisions),
     )
     frames = tuple(
         NamedFrame(link.name, base_link, X_BL[link.name])

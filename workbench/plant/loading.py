@@ -139,7 +139,7 @@ def ground_clearance(model: Model, base_link: str) -> float:
     assert base
     X_BM = base.X_ML.inverse()
     depths = [
-        _depth(X_BM @ link.X_ML @ collision.X_LC, collision.shape)
+        _depth(X_BM @ link.X_ML @ collision.X_LS, collision.shape)
         for link in model.links
         for collision in link.collisions
     ]

@@ -1,7 +1,7 @@
 """A description as records, whatever format it came in: links, joints, shapes, poses.
 
-Frames: M is the model's own frame, L a link's, J a joint's, V a visual's, C a collision's,
-I that of an inertia, S a sensor's. Poses of links and joints are given in M and hold while all
+Frames: M is the model's own frame, L a link's, J a joint's, S that of a shape or a sensor,
+I that of an inertia. Poses of links and joints are given in M and hold while all
 joints are at zero.
 """
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from pydrake.math import RigidTransform
 
 from workbench.plant.formats.xml import Element
-from workbench.plant.shapes import Shape
+from workbench.plant.shapes import Mesh, Shape
 
 
 @dataclass(frozen=True)
@@ -32,22 +32,25 @@ class Inertial:
 
 
 @dataclass(frozen=True)
-class Visual:
-    """A drawn shape; `rgba` 0 .. 1, or None where the description gives no colour."""
+class LinkShape:
+    """A shape that is drawn, or that touches, on its link.
+
+    Attributes:
+        name: of the visual or collision.
+        X_LS: where it is.
+        shape: in its own frame.
+        rgba: 0 .. 1, of what is drawn; None where the description gives no colour.
+    """
 
     name: str
-    X_LV: RigidTransform
+    X_LS: RigidTransform
     shape: Shape
-    rgba: tuple[float, float, float, float] | None
+    rgba: tuple[float, float, float, float] | None = None
 
-
-@dataclass(frozen=True)
-class Collision:
-    """A shape that touches."""
-
-    name: str
-    X_LC: RigidTransform
-    shape: Shape
+    @property
+    def is_missing(self) -> bool:
+        """Whether it is a mesh whose file was not found."""
+        return isinstance(self.shape, Mesh) and self.shape.path is None
 
 
 @dataclass(frozen=True)
@@ -57,8 +60,13 @@ class Link:
     name: str
     X_ML: RigidTransform
     inertial: Inertial | None
-    visuals: tuple[Visual, ...]
-    collisions: tuple[Collision, ...]
+    visuals: tuple[LinkShape, ...]
+    collisions: tuple[LinkShape, ...]
+
+    @property
+    def shapes(self) -> tuple[LinkShape, ...]:
+        """All of them, those that are drawn first."""
+        return (*self.visuals, *self.collisions)
 
 
 @dataclass(frozen=True)

@@ -84,12 +84,10 @@ def _split(points: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 def _balls(X_BL: RigidTransform, link: Link) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (n, 3) in B and radii (n) of balls whose hull holds a link's shapes [m]."""
-    placed = [(visual.X_LV, visual.shape) for visual in link.visuals]
-    placed += [(collision.X_LC, collision.shape) for collision in link.collisions]
     centres, radii = [np.zeros((0, 3))], [np.zeros(0)]  # a link may have none
-    for X_LG, shape in placed:
-        points, radius = _hull(shape)
-        X_BG = X_BL @ X_LG
+    for each in link.shapes:
+        points, radius = _hull(each.shape)
+        X_BG = X_BL @ each.X_LS
         centres.append(points @ X_BG.rotation().matrix().T + X_BG.translation())
         radii.append(np.full(len(points), radius))
     return np.concatenate(centres), np.concatenate(radii)

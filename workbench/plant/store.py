@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path, PurePosixPath
-from typing import TypeVar
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -14,12 +13,11 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from workbench.plant.description import Description
 from workbench.plant.formats.urdf_writer import write_urdf
-from workbench.plant.model import Collision, DeclaredSensor, Link, Model, Visual
+from workbench.plant.model import DeclaredSensor, Link, LinkShape, Model
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Mesh
 from workbench.plant.vehicle import BatteryPack
 
-T = TypeVar("T", Visual, Collision)
 _TURNING = ("continuous", "revolute")
 
 
@@ -56,7 +54,7 @@ def safe_name(name: str) -> str:
 def _with_own_meshes(link: Link, meshes: dict[Path, PurePosixPath]) -> Link:
     """Return a link whose meshes lie beside the URDF, and note which those are."""
 
-    def moved(shape: T) -> T:
+    def moved(shape: LinkShape) -> LinkShape:
         mesh = shape.shape
         if not isinstance(mesh, Mesh) or mesh.path is None:
             return shape

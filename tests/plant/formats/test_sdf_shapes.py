@@ -69,15 +69,15 @@ def test_a_pose_places_a_shape_on_the_link(tmp_path):
     pose = "<pose>1 2 3 0.1 0.2 0.3</pose>"
     link, _ = read(tmp_path, visual("<box/>", pose) + collision("<box/>", pose))
     expected = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), [1.0, 2.0, 3.0])
-    assert link.visuals[0].X_LV.IsNearlyEqualTo(expected, 1e-12)
-    assert link.collisions[0].X_LC.IsNearlyEqualTo(expected, 1e-12)
+    assert link.visuals[0].X_LS.IsNearlyEqualTo(expected, 1e-12)
+    assert link.collisions[0].X_LS.IsNearlyEqualTo(expected, 1e-12)
 
 
 def test_a_pose_may_be_relative_to_any_frame(tmp_path):
     pose = '<pose relative_to="f">0 0 1 0 0 0</pose>'
     link, _ = read(tmp_path, visual("<box/>", pose) + collision("<box/>", pose))
-    np.testing.assert_allclose(link.visuals[0].X_LV.translation(), [0.0, 0.0, 5.0])
-    np.testing.assert_allclose(link.collisions[0].X_LC.translation(), [0.0, 0.0, 5.0])
+    np.testing.assert_allclose(link.visuals[0].X_LS.translation(), [0.0, 0.0, 5.0])
+    np.testing.assert_allclose(link.collisions[0].X_LS.translation(), [0.0, 0.0, 5.0])
 
 
 def test_parts_without_a_name_get_one(tmp_path):
@@ -105,14 +105,14 @@ def test_a_plane_is_drawn_as_a_thin_box_across_its_normal(tmp_path, normal):
     assert part.shape == Box((2.0, 3.0, 0.001))
     assert remarks == []
     np.testing.assert_allclose(
-        part.X_LV.rotation().matrix()[:, 2], np.array(normal) / np.linalg.norm(normal), atol=1e-12
+        part.X_LS.rotation().matrix()[:, 2], np.array(normal) / np.linalg.norm(normal), atol=1e-12
     )
-    assert part.X_LV.translation().tolist() == [0.0, 0.0, 1.0]
+    assert part.X_LS.translation().tolist() == [0.0, 0.0, 1.0]
 
 
 def test_a_plane_that_looks_up_is_not_turned(tmp_path):
     link, _ = read(tmp_path, visual("<plane/>"))
-    assert link.visuals[0].X_LV.IsNearlyEqualTo(RigidTransform(), 1e-15)
+    assert link.visuals[0].X_LS.IsNearlyEqualTo(RigidTransform(), 1e-15)
     assert link.visuals[0].shape == Box((1.0, 1.0, 0.001))
 
 
@@ -233,4 +233,4 @@ def test_a_colour_that_cannot_be_is_refused(tmp_path, colour):
 
 def test_half_a_turn_is_half_a_turn(tmp_path):
     link, _ = read(tmp_path, visual("<box/>", '<pose degrees="1">0 0 0 0 0 180</pose>'))
-    assert link.visuals[0].X_LV.rotation().ToRollPitchYaw().yaw_angle() == pytest.approx(math.pi)
+    assert link.visuals[0].X_LS.rotation().ToRollPitchYaw().yaw_angle() == pytest.approx(math.pi)

@@ -15,7 +15,7 @@ from workbench.plant.formats.colours import Colour
 from workbench.plant.formats.solids import Solid, together, volume
 from workbench.plant.formats.values import listed, number, numbers, shortened, triple
 from workbench.plant.formats.xml import MOST_ELEMENTS, Element, place, read_xml
-from workbench.plant.model import Collision, DeclaredActuator, Inertial, Joint, Link, Model, Visual
+from workbench.plant.model import DeclaredActuator, Inertial, Joint, Link, LinkShape, Model
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
@@ -329,7 +329,9 @@ class GeomReader:
             if "rgba" in asset.attrib:
                 self._colours[asset.get("name", "")] = _rgba(path, asset)
 
-    def shapes(self, link: str, placed: Placed) -> tuple[tuple[Visual, ...], tuple[Collision, ...]]:
+    def shapes(
+        self, link: str, placed: Placed
+    ) -> tuple[tuple[LinkShape, ...], tuple[LinkShape, ...]]:
         """Return what is drawn of a link's geoms, and what touches.
 
         Raises:
@@ -339,9 +341,9 @@ class GeomReader:
         for name, element, X_LG, shape in self._geoms(link, placed):
             rgba = self._colour(element)
             if number(self._path, element, "group", "0") < _DRAWN and (not rgba or rgba[3] > 0.0):
-                visuals.append(Visual(name, X_LG, shape, rgba))
+                visuals.append(LinkShape(name, X_LG, shape, rgba))
             if any(number(self._path, element, word, "1") for word in ("contype", "conaffinity")):
-                collisions.append(Collision(name, X_LG, shape))
+                collisions.append(LinkShape(name, X_LG, shape))
         return tuple(visuals), tuple(collisions)
 
     def solids(self, link: str, placed: Placed) -> list[Solid]:

@@ -156,9 +156,9 @@ def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks)
             text += "capsule or ellipsoid"
             remarks.add("assumed", link.file, link.title, text)
             continue
-        X_LC = poses.X_LF(node, link.full_name)
+        X_LS = poses.X_LF(node, link.full_name)
         mass = number(node, "density", density) * volume(shape)
-        bodies.append(Solid(mass, X_LC, shape))
+        bodies.append(Solid(mass, X_LS, shape))
     total = sum(body.mass for body in bodies)
     if not bodies or min(body.mass for body in bodies) <= 0.0:
         text = "automatic inertia has no collision with a mass; SDF's defaults of 1 kg and 1 kg·m² "
@@ -341,8 +341,8 @@ def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -
                 name=link.full_name,
                 X_ML=poses.X_MF(link.full_name),
                 inertial=read_inertial(link, poses, remarks),
-                visuals=tuple(shapes.visuals(link)),
-                collisions=tuple(shapes.collisions(link)),
+                visuals=tuple(shapes.shapes(link, "visual")),
+                collisions=tuple(shapes.shapes(link, "collision")),
             )
             for link in tree.links
         ),

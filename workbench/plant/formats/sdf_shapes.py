@@ -1,7 +1,6 @@
 """Visuals and collisions of a link in SDF."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -11,7 +10,7 @@ from workbench.plant.formats.colours import GAZEBO_COLOURS, Colour
 from workbench.plant.formats.sdf_node import Node, flag, number, numbers, triple
 from workbench.plant.formats.sdf_poses import Poses
 from workbench.plant.formats.values import shortened
-from workbench.plant.model import Collision, Visual
+from workbench.plant.model import LinkShape
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
@@ -21,12 +20,8 @@ _UNCOLOURED: Colour = (0.7, 0.7, 0.7, 1.0)
 """What Gazebo gives to a shape without a material, about."""
 
 
-@dataclass(frozen=True)
-class _Placed:
-    """A shape S in the frame F of its visual or collision."""
-
-    shape: Shape
-    X_FS: RigidTransform
+_Placed = tuple[Shape, RigidTransform]
+"""A shape S, and its pose in the frame F of its visual or collision."""
 
 
 class ShapeReader:
@@ -37,51 +32,40 @@ class ShapeReader:
         self._finder = finder
         self._remarks = remarks
 
-    def visuals(self, link: Node) -> Iterator[Visual]:
-        """Yield the drawn shapes of a link."""
-        for index, node in enumerate(link.children("visual")):
-            title = _title(node, index, link)
-            placed = self._placed(node, title)
-            if placed:
-                yield Visual(
-                    name=node.attribute("name") or f"visual_{index}",
-                    X_LV=self._poses.X_LF(node, link.full_name) @ placed.X_FS,
-                    shape=placed.shape,
-                    rgba=_colour(node),
-                )
-
-    def collisions(self, link: Node) -> Iterator[Collision]:
-        """Yield the shapes of a link that touch."""
-        for index, node in enumerate(link.children("collision")):
+    def shapes(self, link: Node, tag: str) -> Iterator[LinkShape]:
+        """Yield the shapes of a link that are drawn (tag `visual`), or touch (`collision`)."""
+        for index, node in enumerate(link.children(tag)):
             title = _title(node, index, link)
             geometry = node.child("geometry")
-            if geometry and geometry.child("plane"):
+            if tag == "collision" and geometry and geometry.child("plane"):
                 text = "an endless plane is no part of a drone; left out"
                 self._remarks.add("ignored", node.file, title, text)
                 continue
             placed = self._placed(node, title)
             if placed:
-                yield Collision(
-                    name=node.attribute("name") or f"collision_{index}",
-                    X_LC=self._poses.X_LF(node, link.full_name) @ placed.X_FS,
-                    shape=placed.shape,
+                shape, X_FS = placed
+                yield LinkShape(
+                    name=node.attribute("name") or f"{tag}_{index}",
+                    X_LS=self._poses.X_LF(node, link.full_name) @ X_FS,
+                    shape=shape,
+                    rgba=_colour(node) if tag == "visual" else None,
                 )
 
     def _placed(self, part: Node, title: str) -> _Placed | None:
         """Return the shape of a visual or collision; None, with a remark, where there is none."""
         shape = solid(part)
         if shape:
-            return _Placed(shape, RigidTransform())
+            return (shape, RigidTransform())
         geometry = part.child("geometry")
         tags = [node.element.tag for node in geometry.children()] if geometry else []
         for node in geometry.children("mesh", "cone", "plane") if geometry else []:
             match node.element.tag:
                 case "mesh":
-                    return _Placed(self._mesh(node), RigidTransform())
+                    return (self._mesh(node), RigidTransform())
                 case "cone":
                     text = "a cone is taken as the cylinder around it"
                     self._remarks.add("repaired", part.file, title, text)
-                    return _Placed(_cylinder(node), RigidTransform())
+                    return (_cylinder(node), RigidTransform())
                 case "plane":
                     return _plane(node)
         what = f"a <{shortened(tags[0])}> is no shape that is used here" if tags else "no geometry"
@@ -148,7 +132,7 @@ def _plane(node: Node) -> _Placed:
         np.array([1.0 + nz, -ny, nx, 0.0]) if nz > -1.0 + 1e-9 else np.array([0.0, 1.0, 0.0, 0.0])
     )
     R_FS = RotationMatrix(Quaternion(turn / np.linalg.norm(turn)))
-    return _Placed(Box((x, y, _PLANE_THICKNESS)), RigidTransform(R_FS, np.zeros(3)))
+    return (Box((x, y, _PLANE_THICKNESS)), RigidTransform(R_FS, np.zeros(3)))
 
 
 def _positive(parent: Node, tag: str, default: float) -> float:

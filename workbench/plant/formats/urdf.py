@@ -22,14 +22,13 @@ from workbench.plant.formats.values import (
 )
 from workbench.plant.formats.xml import Element, place
 from workbench.plant.model import (
-    Collision,
     DeclaredPlugin,
     DeclaredSensor,
     Inertial,
     Joint,
     Link,
+    LinkShape,
     Model,
-    Visual,
 )
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
@@ -77,46 +76,26 @@ def read_colours(path: Path, robot: Element) -> dict[str, Colour]:
     return colours
 
 
-def read_visuals(
+def read_shapes(
     path: Path,
     link: Element,
-    name: str,
+    tag: str,
     colours: Mapping[str, Colour],
     finder: PackageFinder,
     remarks: Remarks,
-) -> tuple[Visual, ...]:
-    """Return the drawn shapes of a link."""
-    return tuple(
-        Visual(
-            name=label,
-            X_LV=origin(path, element),
-            shape=shape,
-            rgba=_colour(path, element, colours) or colours.get(f"link {name}"),
-        )
-        for label, element, shape in _shapes(path, link, "visual", name, finder, remarks)
-    )
-
-
-def read_collisions(
-    path: Path, link: Element, name: str, finder: PackageFinder, remarks: Remarks
-) -> tuple[Collision, ...]:
-    """Return the shapes of a link that touch."""
-    return tuple(
-        Collision(label, origin(path, element), shape)
-        for label, element, shape in _shapes(path, link, "collision", name, finder, remarks)
-    )
-
-
-def _shapes(
-    path: Path, link: Element, tag: str, name: str, finder: PackageFinder, remarks: Remarks
-) -> Iterator[tuple[str, Element, Shape]]:
-    """Yield name, element and shape of a link's visuals or collisions that have a shape."""
+) -> Iterator[LinkShape]:
+    """Yield the shapes of a link that are drawn (tag `visual`), or touch (`collision`)."""
+    name = link.get("name", "")
     for index, element in enumerate(link.findall(tag)):
         assert isinstance(element, Element)
         what = f"{tag} {index + 1} of link '{shortened(name)}'"
         shape = _shape(path, element, what, finder, remarks)
-        if shape is not None:
-            yield element.get("name") or f"{tag}_{index}", element, shape
+        if shape is None:
+            continue
+        X_LS, rgba = origin(path, element), None
+        if tag == "visual":
+            rgba = _colour(path, element, colours) or colours.get(f"link {name}")
+        yield LinkShape(element.get("name") or f"{tag}_{index}", X_LS, shape, rgba)
 
 
 def _shape(
@@ -295,8 +274,8 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
                 name=name,
                 X_ML=X_ML[name],
                 inertial=_inertial(path, element),
-                visuals=read_visuals(path, element, name, colours, finder, remarks),
-                collisions=read_collisions(path, element, name, finder, remarks),
+                visuals=tuple(read_shapes(path, element, "visual", colours, finder, remarks)),
+                collisions=tuple(read_shapes(path, element, "collision", colours, finder, remarks)),
             )
             for name, element in zip(links, elements, strict=True)
         ),

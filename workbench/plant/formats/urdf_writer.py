@@ -6,7 +6,7 @@ from xml.etree import ElementTree as ET
 
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.plant.model import Collision, Inertial, Joint, Link, Model, Visual
+from workbench.plant.model import Inertial, Joint, Link, LinkShape, Model
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 
 
@@ -39,10 +39,9 @@ def _add_link(robot: ET.Element, link: Link, X_FL: RigidTransform) -> None:
     element = ET.SubElement(robot, "link", name=link.name)
     if link.inertial:
         _add_inertial(element, link.inertial, X_FL)
-    for name, visual in zip(_different(link.visuals), link.visuals, strict=True):
-        _add_shape(element, name, visual, X_FL)
-    for name, collision in zip(_different(link.collisions), link.collisions, strict=True):
-        _add_shape(element, name, collision, X_FL)
+    for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
+        for name, shape in zip(_different(shapes), shapes, strict=True):
+            _add_shape(element, tag, name, shape, X_FL)
 
 
 def _add_inertial(link: ET.Element, inertial: Inertial, X_FL: RigidTransform) -> None:
@@ -54,7 +53,7 @@ def _add_inertial(link: ET.Element, inertial: Inertial, X_FL: RigidTransform) ->
     ET.SubElement(element, "inertia", dict(zip(names, map(repr, values), strict=True)))
 
 
-def _different(shapes: Sequence[Visual | Collision]) -> list[str]:
+def _different(shapes: Sequence[LinkShape]) -> list[str]:
     """Return names of shapes, with numbers behind if one came twice; Drake wants each once."""
     names = [shape.name for shape in shapes]
     if len(set(names)) == len(names):
@@ -63,18 +62,17 @@ def _different(shapes: Sequence[Visual | Collision]) -> list[str]:
 
 
 def _add_shape(
-    link: ET.Element, name: str, shape: Visual | Collision, X_FL: RigidTransform
+    link: ET.Element, tag: str, name: str, shape: LinkShape, X_FL: RigidTransform
 ) -> None:
-    is_visual = isinstance(shape, Visual)
-    element = ET.SubElement(link, "visual" if is_visual else "collision", name=name)
-    _add_origin(element, X_FL @ (shape.X_LV if isinstance(shape, Visual) else shape.X_LC))
+    element = ET.SubElement(link, tag, name=name)
+    _add_origin(element, X_FL @ shape.X_LS)
     geometry = ET.SubElement(element, "geometry")
     geometry.append(_geometry(shape.shape))
-    if isinstance(shape, Visual) and shape.rgba:
+    if shape.rgba:
         name = "rgba_" + "_".join(f"{round(255 * value):02x}" for value in shape.rgba)
         material = ET.SubElement(element, "material", name=name)
         ET.SubElement(material, "color", rgba=_text(shape.rgba))
-    if isinstance(shape, Collision) and isinstance(shape.shape, Mesh):
+    if tag == "collision" and isinstance(shape.shape, Mesh):
         ET.SubElement(geometry[0], "drake:declare_convex")
 
 

@@ -25,7 +25,7 @@ from workbench.plant.formats.sdf_world import (
 )
 from workbench.plant.formats.xml import Element
 from workbench.plant.home import DEFAULT_HOME, STRONGEST_FIELD, Home, Triple
-from workbench.plant.model import Collision, Link, Model, Visual
+from workbench.plant.model import Link, LinkShape, Model
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
 from workbench.plant.shapes import Mesh
@@ -150,8 +150,8 @@ def _links(tree: SdfTree, poses: Poses, finder: PackageFinder, remarks: Remarks)
                 name=node.full_name,
                 X_ML=poses.X_MF(node.full_name),
                 inertial=None,
-                visuals=tuple(reader.visuals(solid)),
-                collisions=tuple(reader.collisions(solid)),
+                visuals=tuple(reader.shapes(solid, "visual")),
+                collisions=tuple(reader.shapes(solid, "collision")),
             )
         )
     return links
@@ -242,18 +242,18 @@ def obstacles_of(source: Path, links: Sequence[Link], remarks: Remarks) -> tuple
 
 def _obstacle(link: Link) -> Obstacle:
     collisions = [
-        collision(name, each.X_LC, each.shape)
+        collision(name, each.X_LS, each.shape)
         for name, each in zip(_names(link, link.collisions), link.collisions, strict=True)
     ]
     visuals: list[GeometryInstance] = [
-        visual(name, each.X_LV, each.shape, each.rgba)
+        visual(name, each.X_LS, each.shape, each.rgba)
         for name, each in zip(_names(link, link.visuals), link.visuals, strict=True)
-        if not (isinstance(each.shape, Mesh) and each.shape.path is None)
+        if not each.is_missing
     ]
     return Obstacle(link.name, link.X_ML, tuple(collisions), drawn_if_none(visuals, collisions))
 
 
-def _names(link: Link, shapes: Sequence[Visual | Collision]) -> list[str]:
+def _names(link: Link, shapes: Sequence[LinkShape]) -> list[str]:
     """Return names of a link's shapes, with numbers behind if one came twice."""
     names = [shape.name.replace("::", "_") for shape in shapes]
     if len(set(names)) < len(names):
