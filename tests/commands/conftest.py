@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.commands import drawer
+from workbench.commands import drawer, progress
 from workbench.commands.cli import main
 from workbench.design.plots import write_png
 from workbench.logs.flight_log import FlightLog
@@ -40,6 +40,12 @@ def _run(*command) -> Said:
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main([str(part) for part in command])
     return Said(code, out.getvalue(), err.getvalue())
+
+
+@pytest.fixture(autouse=True)
+def _no_progress(monkeypatch):
+    """A slow machine says how far it is: here only where a test asks for it."""
+    monkeypatch.setattr(progress, "SOON", 3600.0)
 
 
 @pytest.fixture(scope="session")

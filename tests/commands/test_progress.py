@@ -38,9 +38,10 @@ def test_what_takes_long_is_said_in_lines(capsys, monkeypatch):
     assert capsys.readouterr().err == "workbench: flying: 25 %\n"
 
 
-def test_what_takes_long_is_said_though_no_share_is_known(capsys):
+def test_what_takes_long_is_said_though_no_share_is_known(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "SOON", 0.3)
     with progress_bar("reading"):
-        time.sleep(1.8)
+        time.sleep(0.5)
     assert capsys.readouterr().err == "workbench: reading: 0 %\n"
 
 

@@ -8,11 +8,9 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.frame_tree import (
-    BaseFrame,
-    FixedFrame,
     FrameTree,
-    MovingFrame,
     Transform,
+    TreeFrame,
     roll_pitch_yaw,
 )
 
@@ -33,12 +31,12 @@ def drifting(time: float) -> RigidTransform:
 
 TREE = FrameTree(
     (
-        BaseFrame("base"),
-        FixedFrame("arm", "base", ARM),
-        FixedFrame("tip", "arm", TIP),
-        FixedFrame("eye", "base", EYE),
-        FixedFrame("post", "world", POST),
-        MovingFrame("cart", drifting),
+        TreeFrame("base", "world", None),
+        TreeFrame("arm", "base", ARM),
+        TreeFrame("tip", "arm", TIP),
+        TreeFrame("eye", "base", EYE),
+        TreeFrame("post", "world", POST),
+        TreeFrame("cart", "world", drifting),
     )
 )
 TIME = 2.5
@@ -103,20 +101,20 @@ def test_an_unknown_frame_is_answered_with_the_nearest(a, b):
 
 def test_a_tree_has_every_name_once_and_parents_first():
     with pytest.raises(WorkbenchError, match="two frames are named 'arm'"):
-        FrameTree((FixedFrame("arm", "world", ARM), FixedFrame("arm", "world", ARM)))
+        FrameTree((TreeFrame("arm", "world", ARM), TreeFrame("arm", "world", ARM)))
     with pytest.raises(WorkbenchError, match="unknown parent of frame 'tip', 'arn'"):
-        FrameTree((FixedFrame("arm", "world", ARM), FixedFrame("tip", "arn", TIP)))
+        FrameTree((TreeFrame("arm", "world", ARM), TreeFrame("tip", "arn", TIP)))
 
 
 def test_lines_show_what_hangs_where():
     eighth = RotationMatrix.MakeZRotation(math.pi / 4)
     tree = FrameTree(
         (
-            BaseFrame("base"),
-            FixedFrame("arm", "base", RigidTransform(eighth, [0.1, 0.0, -0.25])),
-            FixedFrame("tip", "arm", RigidTransform([1.0, 0.0, 0.0])),
-            FixedFrame("eye", "base", RigidTransform()),
-            MovingFrame("cart", drifting),
+            TreeFrame("base", "world", None),
+            TreeFrame("arm", "base", RigidTransform(eighth, [0.1, 0.0, -0.25])),
+            TreeFrame("tip", "arm", RigidTransform([1.0, 0.0, 0.0])),
+            TreeFrame("eye", "base", RigidTransform()),
+            TreeFrame("cart", "world", drifting),
         )
     )
     assert list(tree.lines(RigidTransform([0.0, 0.0, 1.5]))) == [

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.plant.frame_tree import BaseFrame, FixedFrame, FrameTree, MovingFrame
+from workbench.plant.frame_tree import FrameTree, TreeFrame
 from workbench.systems.frame_poses import TOPIC, FramePoses, FrameTransforms
 
 X_BF = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), [0.1, 0.0, 0.0])
 TREE = FrameTree(
     (
-        BaseFrame("base"),
-        FixedFrame("arm", "base", X_BF),
-        MovingFrame("cart", lambda time: RigidTransform([time, 0.0, 0.0])),
+        TreeFrame("base", "world", None),
+        TreeFrame("arm", "base", X_BF),
+        TreeFrame("cart", "world", lambda time: RigidTransform([time, 0.0, 0.0])),
     )
 )
 Q_WB = RollPitchYaw(0.4, -0.2, 2.0).ToQuaternion()

@@ -13,6 +13,7 @@ from workbench.common.resources import find_world
 from workbench.plant.multibody import add_plant
 from workbench.plant.shapes import Box, Sphere
 from workbench.plant.worlds.geometry import solid
+from workbench.plant.worlds.outline import Course
 from workbench.plant.worlds.reading import read_world
 from workbench.plant.worlds.world import EMPTY, MovingObstacle, World
 from workbench.systems.moving_obstacles import HORIZON, add_moving_obstacles
@@ -27,7 +28,7 @@ def moving(name, rows, *, repeat=False, shape=BALL_SHAPE) -> MovingObstacle:
     times, *columns = np.transpose(np.array(rows, dtype=float))
     corners = tuple(tuple(corner) for corner in np.transpose(columns).tolist())
     geometry = solid(f"{name}::shape", shape, None)
-    return MovingObstacle(name, geometry, tuple(times.tolist()), corners, repeat)
+    return MovingObstacle(name, geometry, Course(tuple(times.tolist()), corners, repeat))
 
 
 BALL = moving("ball", [[0, 1, 2, 3, 0], [0.7, 2, 2, 3, 1], [1.9, 1, 2, 3, 0]], repeat=True)

@@ -13,8 +13,9 @@ import sys
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from types import FrameType
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
+from workbench.commands import ExitCode
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
@@ -130,6 +131,9 @@ def _run(argv: Sequence[str] | None) -> int:
         _refuse_empty(words)
         parser = _parser(*words[:1])
     args = parser.parse_args(argv)
+    if args.version:
+        print(f"workbench {_version()}")
+        return ExitCode.DONE
     if args.command is None:
         parser.print_help(sys.stderr)
         return BAD_INPUT
@@ -208,7 +212,7 @@ def _parser(*only: str) -> argparse.ArgumentParser:
         "exit codes: 0 done, 1 the result is not as demanded, 2 bad input",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action=_Version, help="print the version and stop")
+    parser.add_argument("--version", action="store_true", help="print the version and stop")
     commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
     for name in [name for name in COMMANDS if name in only] or COMMANDS:
         module, _, add = COMMANDS[name].partition(".")
@@ -266,18 +270,11 @@ def _is_new(record: "logging.LogRecord", said: dict[str, float], progress: bool)
     return True
 
 
-class _Version(argparse.Action):
-    """Look the version up only when it is asked for."""
+def _version() -> str:
+    """Return the version; where it is kept takes a while to load."""
+    from importlib import metadata
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(nargs=0, **options)
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
-        from importlib import metadata
-
-        try:
-            version = metadata.version("drake-drone-workbench")
-        except metadata.PackageNotFoundError:
-            version = "(not installed: run from its sources)"
-        print(f"workbench {version}")
-        parser.exit()
+    try:
+        return metadata.version("drake-drone-workbench")
+    except metadata.PackageNotFoundError:
+        return "(not installed: run from its sources)"

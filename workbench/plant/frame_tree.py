@@ -18,59 +18,32 @@ Motion = Callable[[float], RigidTransform]
 
 
 @dataclass(frozen=True)
-class FixedFrame:
-    """A frame F that does not move in its parent P."""
+class TreeFrame:
+    """A frame F in its parent P.
+
+    Attributes:
+        name: of the frame.
+        parent: name of the frame that it is given in.
+        X_PF: its pose, over time [s] of a part of the world that moves; None of the drone's base
+            link, which flies.
+    """
 
     name: str
     parent: str
-    X_PF: RigidTransform
+    X_PF: RigidTransform | Motion | None
 
     @property
     def motion(self) -> str:
         """How it moves, in words."""
-        return ""
+        if self.X_PF is None:
+            return ", flies"
+        return "" if isinstance(self.X_PF, RigidTransform) else ", moves"
 
     def pose(self, X_WB: RigidTransform, time: float) -> RigidTransform:
-        """Return X_PF."""
-        return self.X_PF
-
-
-@dataclass(frozen=True)
-class BaseFrame:
-    """The drone's base link B, where the flight has it in the world."""
-
-    name: str
-    parent: str = WORLD
-
-    @property
-    def motion(self) -> str:
-        """How it moves, in words."""
-        return ", flies"
-
-    def pose(self, X_WB: RigidTransform, time: float) -> RigidTransform:
-        """Return X_WB."""
-        return X_WB
-
-
-@dataclass(frozen=True)
-class MovingFrame:
-    """A part of the world with a motion of its own."""
-
-    name: str
-    X_WF: Motion
-    parent: str = WORLD
-
-    @property
-    def motion(self) -> str:
-        """How it moves, in words."""
-        return ", moves"
-
-    def pose(self, X_WB: RigidTransform, time: float) -> RigidTransform:
-        """Return X_WF at a time [s]."""
-        return self.X_WF(time)
-
-
-TreeFrame = FixedFrame | BaseFrame | MovingFrame
+        """Return X_PF at a time [s], where the base link is at a pose."""
+        if self.X_PF is None:
+            return X_WB
+        return self.X_PF if isinstance(self.X_PF, RigidTransform) else self.X_PF(time)
 
 
 @dataclass(frozen=True)
@@ -147,7 +120,7 @@ class FrameTree:
         """Transforms of the frames that are fixed to their parents, None for the others."""
         return tuple(
             transform(frame.parent, frame.name, frame.X_PF)
-            if isinstance(frame, FixedFrame)
+            if isinstance(frame.X_PF, RigidTransform)
             else None
             for frame in self.frames
         )

@@ -7,15 +7,12 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from workbench.plant.frame_tree import (
     WORLD,
-    BaseFrame,
-    FixedFrame,
     FrameTree,
     Motion,
-    MovingFrame,
     TreeFrame,
 )
 from workbench.plant.model import Model
-from workbench.plant.sensors import Sensor, SensorFrames, free_name, sensor_frames
+from workbench.plant.sensors import free_name, sensor_frames
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 
@@ -42,23 +39,32 @@ def frame_tree(
         fixed: parts F of the world that stay, by name, with X_WF.
         moving: parts of the world that move, by name, with X_WF over time.
     """
-    frames = _Frames(vehicle.base_link)
+    frames = [TreeFrame(vehicle.base_link, WORLD, None)]
     poses = {
         frame.name: RigidTransform(RotationMatrix(np.array(frame.R_BF)), np.array(frame.p_BF))
         for frame in vehicle.frames
     }
     _add_links(frames, model, poses, vehicle.base_link)
+    taken = {WORLD, *(frame.name for frame in frames)}
+
+    def add(name: str, parent: str, X_PF: RigidTransform | Motion) -> None:
+        frames.append(TreeFrame(name, parent, X_PF))
+        taken.add(name)
+
     for named in model.frames:
-        if named.link in poses and named.name not in frames.taken:
-            frames.add(FixedFrame(named.name, named.link, named.X_LF))
-    names = sensor_frames(vehicle.sensors, frames.taken)
-    for sensor, named_so in zip(vehicle.sensors, names, strict=True):
-        _add_sensor(frames, sensor, named_so, poses[sensor.link])
-    for name, X_WF in fixed:
-        frames.add(FixedFrame(free_name(frames.taken, name), WORLD, X_WF))
-    for name, motion in moving:
-        frames.add(MovingFrame(free_name(frames.taken, name), motion))
-    return FrameTree(tuple(frames.found))
+        if named.link in poses and named.name not in taken:
+            add(named.name, named.link, named.X_LF)
+    names = sensor_frames(vehicle.sensors, taken)
+    for sensor, (own, optical, alias) in zip(vehicle.sensors, names, strict=True):
+        X_BS = RigidTransform(RotationMatrix(np.array(sensor.R_BS)), np.array(sensor.p_BS))
+        add(own, sensor.link, poses[sensor.link].InvertAndCompose(X_BS))
+        if optical:
+            add(optical, own, X_SO)
+        if alias:
+            add(alias, own, RigidTransform())
+    for name, X_WF in (*fixed, *moving):
+        add(free_name(taken, name), WORLD, X_WF)
+    return FrameTree(tuple(frames))
 
 
 def frames_in_world(vehicle: Vehicle, model: Model, world: World) -> FrameTree:
@@ -71,21 +77,8 @@ def frames_in_world(vehicle: Vehicle, model: Model, world: World) -> FrameTree:
     )
 
 
-class _Frames:
-    """Frames found so far, and the names they have taken."""
-
-    def __init__(self, base_link: str) -> None:
-        self.found: list[TreeFrame] = []
-        self.taken = {WORLD}
-        self.add(BaseFrame(base_link))
-
-    def add(self, frame: TreeFrame) -> None:
-        self.found.append(frame)
-        self.taken.add(frame.name)
-
-
 def _add_links(
-    frames: _Frames, model: Model, poses: dict[str, RigidTransform], base_link: str
+    frames: list[TreeFrame], model: Model, poses: dict[str, RigidTransform], base_link: str
 ) -> None:
     """Add the links, each after the one that it hangs on; the model is a tree below its base."""
     todo = [base_link]
@@ -94,15 +87,5 @@ def _add_links(
         children = [joint.child for joint in model.joints if joint.parent == parent]
         for child in children:
             X_PC = poses[parent].InvertAndCompose(poses[child])
-            frames.add(FixedFrame(child, parent, X_PC))
+            frames.append(TreeFrame(child, parent, X_PC))
         todo += children
-
-
-def _add_sensor(frames: _Frames, sensor: Sensor, names: SensorFrames, X_BL: RigidTransform) -> None:
-    """Add a sensor's frame S on its link L, and those that go with it."""
-    X_BS = RigidTransform(RotationMatrix(np.array(sensor.R_BS)), np.array(sensor.p_BS))
-    frames.add(FixedFrame(names.own, sensor.link, X_BL.InvertAndCompose(X_BS)))
-    if names.optical:
-        frames.add(FixedFrame(names.optical, names.own, X_SO))
-    if names.alias:
-        frames.add(FixedFrame(names.alias, names.own, RigidTransform()))

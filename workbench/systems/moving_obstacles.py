@@ -102,11 +102,12 @@ def _touch_nothing(scene_graph: SceneGraph, geometries: list[GeometryId]) -> Non
 
 def _path(moving: MovingObstacle) -> Trajectory:
     """Return roll, pitch, yaw, x, y, z (6) over `HORIZON`, in the order of the joint."""
-    rows = np.zeros((6, len(moving.times)))
-    x, y, z, yaw = np.transpose(moving.corners)
+    course = moving.course
+    rows = np.zeros((6, len(course.times)))
+    x, y, z, yaw = np.transpose(course.corners)
     rows[2:] = yaw, x, y, z
-    path: Trajectory = PiecewisePolynomial.FirstOrderHold(moving.times, rows)
-    while moving.repeat and path.end_time() < HORIZON:
+    path: Trajectory = PiecewisePolynomial.FirstOrderHold(course.times, rows)
+    while course.repeat and path.end_time() < HORIZON:
         path = _repeated(path)
     return PathParameterizedTrajectory(path, _time([0.0, HORIZON]))
 

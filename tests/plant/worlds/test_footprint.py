@@ -21,6 +21,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RollPitchYaw
 
+from workbench.plant.worlds.outline import Course
 from workbench.plant.worlds.world import MovingObstacle, Obstacle, World, outlines
 
 MESH = """v 0 0 0
@@ -106,7 +107,9 @@ def test_what_has_no_end_and_no_area_has_no_outline():
 def test_what_moves_is_where_its_course_has_it():
     """A cart of 2 by 1 m goes 4 m east in 4 s while it turns to the north, and begins again."""
     corners = ((0.0, 0.0, 0.5, 0.0), (4.0, 0.0, 0.5, 0.5 * math.pi))
-    cart = MovingObstacle("cart", geometry(Box(2.0, 1.0, 0.6)), (0.0, 4.0), corners, repeat=False)
+    cart = MovingObstacle(
+        "cart", geometry(Box(2.0, 1.0, 0.6)), Course((0.0, 4.0), corners, repeat=False)
+    )
     (found,) = outlines(world(moving=[cart]))
     begun, over = found.at(0.0), found.at(9.0)
     assert (begun.low, begun.high) == pytest.approx((0.2, 0.8))

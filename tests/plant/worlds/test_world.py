@@ -9,6 +9,7 @@ from pydrake.math import RigidTransform
 from workbench.common.errors import WorkbenchError
 from workbench.plant.shapes import Sphere
 from workbench.plant.worlds.geometry import solid
+from workbench.plant.worlds.outline import Course
 from workbench.plant.worlds.world import (
     EMPTY,
     MovingObstacle,
@@ -22,7 +23,7 @@ from workbench.plant.worlds.world import (
 def ball(repeat: bool) -> MovingObstacle:
     corners = ((0.0, 0.0, 1.0, 0.0), (4.0, 0.0, 1.0, math.pi), (0.0, 0.0, 1.0, 0.0))
     geometry = solid("ball::shape", Sphere(0.5), None)
-    return MovingObstacle("ball", geometry, (0.0, 2.0, 10.0), corners, repeat)
+    return MovingObstacle("ball", geometry, Course((0.0, 2.0, 10.0), corners, repeat))
 
 
 @pytest.mark.parametrize(

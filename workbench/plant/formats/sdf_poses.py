@@ -1,40 +1,16 @@
 """Find where the frames of a model are, and on which link each is."""
 
-from dataclasses import dataclass
-
 from pydrake.math import RigidTransform
 
 from workbench.plant.formats import sdf_node
 from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node, known_names
-from workbench.plant.formats.sdf_tree import DEEPEST, SdfTree
+from workbench.plant.formats.sdf_tree import DEEPEST, ROOT, Frame, SdfTree
 from workbench.plant.formats.values import shortened
 from workbench.plant.remarks import Remarks
 
-ROOT = "__model__"
 WORLD = "world"
 _JOINT = "\njoint"
 """Ends the key of a joint's frame: in old files a joint may be called as a link is."""
-
-
-@dataclass(frozen=True)
-class _Frame:
-    """A frame F: of a link, joint or model, or a `<frame>`.
-
-    Attributes:
-        owner: the element, in the words in which its pose is given.
-        pose: its `<pose>`, if it has one.
-        base: the name of the frame that the pose is given in, unless it says otherwise.
-        inside: the element, in the words in which the next two are given.
-        carrier: the name of the frame that it moves with; "" for a link.
-        placement: the name of the frame that the pose places; "" for itself.
-    """
-
-    owner: Node
-    pose: Node | None
-    base: str
-    inside: Node
-    carrier: str
-    placement: str = ""
 
 
 class Poses:
@@ -51,35 +27,27 @@ class Poses:
             WorkbenchError: naming the second of two of one name.
         """
         self._remarks = remarks
-        self._frames: dict[str, _Frame] = {}
+        self._frames: dict[str, Frame] = {}
         self._X_MF = {ROOT: RigidTransform()}
         self._links = {link.full_name: link.full_name for link in tree.links} | {WORLD: WORLD}
         self._placing: list[str] = []
         for model in tree.models:
-            self._add(
-                model.name,
-                _Frame(
-                    owner=model.outside,
-                    pose=model.pose,
-                    base=ROOT,
-                    inside=model.inside,
-                    carrier=model.canonical,
-                    placement=model.placement,
-                ),
-            )
+            self._add(model)
         for link in tree.links:
             if link.full_name == WORLD:
                 raise link.fault("a link cannot be called 'world': rename it")
-            self._add(link.full_name, _Frame(link, link.child("pose"), ROOT, link, ""))
+            self._add(Frame(link.full_name, link, link.child("pose"), ROOT, link, ""))
         for frame in tree.frames:
             carrier = frame.attribute("attached_to") or ROOT
-            self._add(frame.full_name, _Frame(frame, frame.child("pose"), carrier, frame, carrier))
+            pose = frame.child("pose")
+            self._add(Frame(frame.full_name, frame, pose, carrier, frame, carrier))
         for joint in tree.joints:
             child = joint_end(joint, "child")
-            self._add(joint_key(joint), _Frame(joint, joint.child("pose"), child, joint, child))
+            self._add(Frame(joint_key(joint), joint, joint.child("pose"), child, joint, child))
 
-    def _add(self, name: str, frame: _Frame) -> None:
+    def _add(self, frame: Frame) -> None:
         """Take up a frame, whose name no other may have."""
+        name = frame.name
         twin = self._frames.get(name) or self._frames.get(f"{name}::{ROOT}")
         plain, mark, _ = name.partition(_JOINT)
         if mark and frame.owner.version >= FRAME_SEMANTICS:

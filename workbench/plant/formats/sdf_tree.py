@@ -10,6 +10,8 @@ from workbench.plant.formats.sdf_include import MissingIncludeError, SdfFile, Sd
 from workbench.plant.formats.sdf_node import Node, checked_name, flag
 from workbench.plant.formats.xml import MOST_ELEMENTS, Element
 
+ROOT = "__model__"
+"""The frame of the model that words belong to."""
 DEEPEST = 20
 """Models in models, whether included or written out."""
 MOST_INCLUDES = 200
@@ -18,24 +20,27 @@ MOST_PARTS = 5000
 
 
 @dataclass(frozen=True)
-class ModelFrame:
-    """The frame of a model: the root's, a nested one's, or that of one merged into another.
+class Frame:
+    """A frame F: of a model, a link or a joint, or a `<frame>`.
 
     Attributes:
         name: in the whole: `__model__`, `child::__model__`.
-        inside: the model, where its own words hold.
-        outside: the model, where the words of what is around it hold.
-        pose: what places it there, if anything does.
-        placement: the name, inside, of the frame that is placed; "" for the model's own.
-        canonical: the name, inside, of the link that it is attached to; "" where it has no link.
+        owner: the element, in the words in which its pose is given: of a model those of what is
+            around it.
+        pose: its `<pose>`, if it has one.
+        base: the name of the frame that the pose is given in, unless it says otherwise.
+        inside: the element, in the words in which the next two are given.
+        carrier: the name of the frame that it moves with; "" for a link, or a model without one.
+        placement: the name of the frame that the pose places; "" for itself.
     """
 
     name: str
-    inside: Node
-    outside: Node
+    owner: Node
     pose: Node | None
-    placement: str
-    canonical: str
+    base: str
+    inside: Node
+    carrier: str
+    placement: str = ""
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ class SdfTree:
     name: str
     static: bool
     sources: tuple[Node, ...]
-    models: tuple[ModelFrame, ...]
+    models: tuple[Frame, ...]
     links: tuple[Node, ...]
     joints: tuple[Node, ...]
     frames: tuple[Node, ...]
@@ -166,7 +171,7 @@ class _Grower:
         self._includes = 0
         self._parts = 0
         self.sources = [top]
-        self.models: list[ModelFrame] = []
+        self.models: list[Frame] = []
         self.links: list[Node] = []
         self.joints: list[Node] = []
         self.frames: list[Node] = []
@@ -228,16 +233,17 @@ class _Grower:
         nested = [
             model.name.removeprefix(inside.scope)
             for model in self.models[models:]
-            if model.outside.scope == inside.scope
+            if model.owner.scope == inside.scope
         ]
         self.models.append(
-            ModelFrame(
+            Frame(
                 name=inside.model,
-                inside=inside,
-                outside=found.model,
+                owner=found.model,
                 pose=found.first("pose"),
+                base=ROOT,
+                inside=inside,
+                carrier=inside.attribute("canonical_link") or next(iter(own + nested), ""),
                 placement=found.placement,
-                canonical=inside.attribute("canonical_link") or next(iter(own + nested), ""),
             )
         )
 

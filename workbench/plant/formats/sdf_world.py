@@ -5,8 +5,7 @@ from collections.abc import Iterable
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles, model_name
 from workbench.plant.formats.sdf_node import Node, flag
-from workbench.plant.formats.sdf_poses import ROOT
-from workbench.plant.formats.sdf_tree import ModelFrame, SdfTree, grow_tree
+from workbench.plant.formats.sdf_tree import ROOT, Frame, SdfTree, grow_tree
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import Element
 from workbench.plant.remarks import Remarks
@@ -56,9 +55,7 @@ def world_of(file: SdfFile, world: Node, trees: Iterable[SdfTree]) -> SdfTree:
         trees: of the models, see `grow_in_world`.
     """
     trees = tuple(trees)
-    root = ModelFrame(
-        world.model, inside=world, outside=world, pose=None, placement="", canonical=""
-    )
+    root = Frame(world.model, owner=world, pose=None, base=ROOT, inside=world, carrier="")
     return SdfTree(
         name=world.attribute("name") or file.path.stem,
         static=True,

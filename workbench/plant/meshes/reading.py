@@ -3,7 +3,7 @@
 import io
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 from xml.parsers import expat
@@ -107,15 +107,6 @@ def _refuse_entities(data: bytes) -> None:
         raise WorkbenchError(f"not XML: {expat.ErrorString(error.code)}") from error
 
 
-@dataclass(frozen=True)
-class _Node:
-    """A node of the scene on its way: what is above it says where it is and what it is called."""
-
-    node: Any
-    T: Array
-    name: str
-
-
 class _Reader:
     """Walks a scene, each instance on its own, within bounds of nodes and faces."""
 
@@ -128,25 +119,26 @@ class _Reader:
         self._materials: dict[int, PBRMaterial | None] = {}
 
     def read(self, scene: Any) -> None:
-        todo = [_Node(node, np.eye(4), "") for node in reversed(scene.nodes)]
+        todo: list[tuple[Any, Array, str]] = [
+            (node, np.eye(4), "") for node in reversed(scene.nodes)
+        ]
         while todo:
             self._nodes += 1
             if self._nodes > _MOST_NODES:
                 raise WorkbenchError(f"it has more than {_MOST_NODES} nodes")
-            here = todo.pop()
-            if isinstance(here.node, collada.scene.GeometryNode):
-                self._read_geometry(here)
-            elif isinstance(here.node, collada.scene.Node):
-                T = here.T @ here.node.matrix
-                name = here.node.xmlnode.get("name") or here.name
-                if isinstance(here.node, collada.scene.NodeNode):
-                    name = here.node.node.xmlnode.get("name") or here.name
-                todo += [_Node(child, T, name) for child in reversed(here.node.children)]
+            node, T_above, name = todo.pop()
+            if isinstance(node, collada.scene.GeometryNode):
+                self._read_geometry(node, T_above, name)
+            elif isinstance(node, collada.scene.Node):
+                T = T_above @ node.matrix
+                named = node.node if isinstance(node, collada.scene.NodeNode) else node
+                name = named.xmlnode.get("name") or name
+                todo += [(child, T, name) for child in reversed(node.children)]
 
-    def _read_geometry(self, here: _Node) -> None:
-        geometry = here.node.geometry
-        effects = {each.symbol: each.target.effect for each in here.node.materials}
-        names = tuple(str(name) for name in (here.name, geometry.name, geometry.id) if name)
+    def _read_geometry(self, node: Any, T: Array, name: str) -> None:
+        geometry = node.geometry
+        effects = {each.symbol: each.target.effect for each in node.materials}
+        names = tuple(str(each) for each in (name, geometry.name, geometry.id) if each)
         for primitive in geometry.primitives:
             part = self._part(primitive, effects.get(primitive.material))
             if part is None:
@@ -154,7 +146,7 @@ class _Reader:
             self._faces += len(part.faces)
             if self._faces > MOST_FACES:
                 raise WorkbenchError(f"it has more than {MOST_FACES} faces")
-            self.found.append((replace(part, names=names), here.T))
+            self.found.append((replace(part, names=names), T))
 
     def _part(self, primitive: Any, effect: Any) -> Part | None:
         """Return the triangles of a primitive in an effect's looks, made once."""

@@ -63,7 +63,7 @@ def _rotor(model: Model, base_link: str, actuator: DeclaredActuator, remarks: Re
         text = "its moment is not along its thrust; the part across is not used"
         remarks.add("ignored", model.source, element, text)
     assumed = []
-    speed = ASSUMED.max_rot_velocity
+    speed = ASSUMED["max_rot_velocity"]
     if actuator.most is None:
         thrust = THRUST_TO_WEIGHT * total_mass(model) * GRAVITY / len(model.actuators)
         assumed.append(f"largest thrust {thrust:.3g} N, of all {THRUST_TO_WEIGHT:g} times weight")
@@ -75,7 +75,7 @@ def _rotor(model: Model, base_link: str, actuator: DeclaredActuator, remarks: Re
             "positive end, and a gear that makes it a thrust in N"
         )
     assumed.append(f"{speed:g} rad/s at the largest thrust")
-    up, down = GAZEBO.time_constant_up, GAZEBO.time_constant_down
+    up, down = GAZEBO["time_constant_up"], GAZEBO["time_constant_down"]
     if actuator.time_constant is None:
         assumed.append(f"time constants {up:g} s up and {down:g} s down, Gazebo's")
     else:

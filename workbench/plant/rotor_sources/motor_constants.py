@@ -1,7 +1,7 @@
 """The constants of Gazebo's motor model, and what holds where a description leaves them out."""
 
 import math
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,21 +14,25 @@ from workbench.plant.rotor_sources.tags import Tags
 from workbench.plant.rotors import Rotor, propeller_diameter
 from workbench.plant.tree import links_below
 
-CONSTANTS = (
-    "motorConstant",
-    "momentConstant",
-    "timeConstantUp",
-    "timeConstantDown",
-    "maxRotVelocity",
-    "rotorVelocitySlowdownSim",
-    "rotorDragCoefficient",
-    "rollingMomentCoefficient",
-    "rotorInertia",
-    "inflowCoefficient",
-    "groundEffectCoefficient",
-    "propellerRadius",
-    "linearMotorConstant",
-)
+_DEFAULTED = {
+    "moment_constant": "momentConstant",
+    "time_constant_up": "timeConstantUp",
+    "time_constant_down": "timeConstantDown",
+    "max_rot_velocity": "maxRotVelocity",
+    "velocity_slowdown": "rotorVelocitySlowdownSim",
+}
+"""Tags of constants that Gazebo has a default for, by the fields of `Rotor`."""
+_OPTIONAL = {
+    "rotor_drag_coefficient": "rotorDragCoefficient",
+    "rolling_moment_coefficient": "rollingMomentCoefficient",
+    "inertia": "rotorInertia",
+    "inflow_coefficient": "inflowCoefficient",
+    "ground_effect_coefficient": "groundEffectCoefficient",
+    "propeller_radius": "propellerRadius",
+    "linear_motor_constant": "linearMotorConstant",
+}
+"""Likewise of those that count as 0; of the inertia that of the rotor's link counts."""
+CONSTANTS = ("motorConstant", *_DEFAULTED.values(), *_OPTIONAL.values())
 """Tags that are used."""
 _TURNING = ("continuous", "revolute")
 _WIDEST = 0.75
@@ -38,40 +42,24 @@ _NARROWEST = 0.04
 """Likewise: of a motor's bell alone it is 0.1."""
 
 
-@dataclass(frozen=True)
-class MotorConstants:
-    """What Gazebo has a default for; units as in `Rotor`."""
-
-    moment_constant: float
-    time_constant_up: float
-    time_constant_down: float
-    max_rot_velocity: float
-    velocity_slowdown: float
-    rotor_drag_coefficient: float = 0.0
-    rolling_moment_coefficient: float = 0.0
-    inertia: float | None = None
-    """None where it is not stated, and that of the rotor's link counts."""
-    inflow_coefficient: float = 0.0
-    ground_effect_coefficient: float = 0.0
-    propeller_radius: float = 0.0
-    linear_motor_constant: float = 0.0
-
-
 # kDefault... in rotors_gazebo_plugins' gazebo_motor_model.h and common.h (the slowdown), the same
 # in PX4's gazebo_motor_model.h and as members in gz-sim's MulticopterMotorModel.cc.
-GAZEBO = MotorConstants(
-    moment_constant=0.016,
-    time_constant_up=1.0 / 80.0,
-    time_constant_down=1.0 / 40.0,
-    max_rot_velocity=838.0,
-    velocity_slowdown=10.0,
-)
+GAZEBO = {
+    "moment_constant": 0.016,
+    "time_constant_up": 1.0 / 80.0,
+    "time_constant_down": 1.0 / 40.0,
+    "max_rot_velocity": 838.0,
+    "velocity_slowdown": 10.0,
+}
+"""Defaults by the fields of `Rotor`."""
 
 
 def read_constants(
-    tags: Tags, otherwise: MotorConstants, source: str, element: str, remarks: Remarks
-) -> MotorConstants:
+    tags: Tags, otherwise: Mapping[str, float], source: str, element: str, remarks: Remarks
+) -> dict[str, float]:
     """Return the constants that a plugin gives, with others for those that it leaves out.
+
+    They are by the fields of `Rotor`; the inertia is there where it is stated.
 
     Args:
         tags: of the plugin.
@@ -83,37 +71,18 @@ def read_constants(
     Raises:
         WorkbenchError: for a constant that is no positive number, or a negative coefficient.
     """
-    missing: list[str] = []
-
-    def constant(tag: str, default: float) -> float:
+    found, missing = dict(otherwise), []
+    for name, tag in _DEFAULTED.items():
         if tags.has(tag):
-            return tags.positive(tag)
-        missing.append(f"{tag} {default:g}")
-        return default
-
-    found = MotorConstants(
-        moment_constant=constant("momentConstant", otherwise.moment_constant),
-        time_constant_up=constant("timeConstantUp", otherwise.time_constant_up),
-        time_constant_down=constant("timeConstantDown", otherwise.time_constant_down),
-        max_rot_velocity=constant("maxRotVelocity", otherwise.max_rot_velocity),
-        velocity_slowdown=tags.positive("rotorVelocitySlowdownSim")
-        if tags.has("rotorVelocitySlowdownSim")
-        else otherwise.velocity_slowdown,  # without a remark: it is for the picture only
-        rotor_drag_coefficient=_or_none(tags, "rotorDragCoefficient"),
-        rolling_moment_coefficient=_or_none(tags, "rollingMomentCoefficient"),
-        inertia=tags.not_negative("rotorInertia") if tags.has("rotorInertia") else None,
-        inflow_coefficient=_or_none(tags, "inflowCoefficient"),
-        ground_effect_coefficient=_or_none(tags, "groundEffectCoefficient"),
-        propeller_radius=_or_none(tags, "propellerRadius"),
-        linear_motor_constant=_or_none(tags, "linearMotorConstant"),
-    )
+            found[name] = tags.positive(tag)
+        elif name != "velocity_slowdown":  # which is for the picture only
+            missing.append(f"{tag} {otherwise[name]:g}")
+    for name, tag in _OPTIONAL.items():
+        # left out it is 0: Gazebo's drag of 1e-4 would hold a small drone fast
+        if tags.has(tag):
+            found[name] = tags.not_negative(tag)
     note_assumed(missing, source, tags.file, element, remarks)
     return found
-
-
-def _or_none(tags: Tags, tag: str) -> float:
-    """Return a coefficient, 0 where it is left out: Gazebo's 1e-4 would hold a small drone fast."""
-    return tags.not_negative(tag) if tags.has(tag) else 0.0
 
 
 def note_assumed(
@@ -131,7 +100,7 @@ def make_rotor(
     mount: Mount,
     direction: int,
     motor_constant: float,
-    constants: MotorConstants,
+    constants: Mapping[str, float],
     tags: Tags,
     remarks: Remarks,
 ) -> Rotor:
@@ -148,16 +117,16 @@ def make_rotor(
         tags: of the plugin.
         remarks: where to note what was assumed.
     """
-    inertia = constants.inertia
-    if inertia is None:
+    if "inertia" not in constants:
         inertia = spin_inertia(
             model,
             joint,
             motor_constant=motor_constant,
-            slowdown=constants.velocity_slowdown,
+            slowdown=constants["velocity_slowdown"],
             file=tags.file,
             remarks=remarks,
         )
+        constants = {**constants, "inertia": inertia}
     return Rotor(
         name=joint.name,
         joint=joint.name,
@@ -166,7 +135,7 @@ def make_rotor(
         axis_B=mount.axis_B,
         direction=direction,
         motor_constant=motor_constant,
-        **asdict(replace(constants, inertia=inertia)),
+        **constants,
     )
 
 

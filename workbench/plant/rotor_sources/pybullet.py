@@ -78,7 +78,7 @@ def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor
     # The package has no lag at all, and the drone may be any. RotorS' figures come nearest, and
     # are what published Gazebo models of the Crazyflie fly with (CrazyS; Bitcraze's own leaves
     # Gazebo's defaults). A real one's motors are slower: 0.07 s (Eschmann et al. 2024, RotorPy).
-    up, down = GAZEBO.time_constant_up, GAZEBO.time_constant_down
+    up, down = GAZEBO["time_constant_up"], GAZEBO["time_constant_down"]
     missing = [f"time constants {up:g} s up and {down:g} s down"]
     note_assumed(missing, "Gazebo's defaults", model.source, "properties", remarks)
     inflow, ground, radius = (

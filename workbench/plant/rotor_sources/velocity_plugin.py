@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.gravity import GRAVITY
@@ -27,7 +27,7 @@ _NUMBERED = re.compile(r"(?:joint|link)([0-9]{1,4})")
 
 THRUST_TO_WEIGHT = 2.0
 # RotorS' figures, with a rounder speed: what the shipped drone has.
-ASSUMED = replace(GAZEBO, max_rot_velocity=1000.0)
+ASSUMED = GAZEBO | {"max_rot_velocity": 1000.0}
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,9 @@ def read_velocity_plugin(
     constants = read_constants(tags, ASSUMED, "figures of RotorS and its like", _KIND, remarks)
     numbered = [f"{tag}{n}" for n in numbers for tag in ("joint", "link", "turningDirection")]
     tags.note_unused(["link", *CONSTANTS, *numbered], _KIND, remarks)
-    motor_constant = _motor_constant(tags, model, len(named), constants.max_rot_velocity, remarks)
+    motor_constant = _motor_constant(
+        tags, model, len(named), constants["max_rot_velocity"], remarks
+    )
     turns = _turns(tags, named, remarks)
     return tuple(
         make_rotor(

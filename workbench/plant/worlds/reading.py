@@ -22,6 +22,7 @@ from workbench.plant.home import STRONGEST_FIELD, Home, Triple
 from workbench.plant.packages import PackageFinder
 from workbench.plant.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from workbench.plant.worlds.geometry import Colour, collision, solid, visual
+from workbench.plant.worlds.outline import Course
 from workbench.plant.worlds.world import MovingObstacle, Obstacle, World, first_twice
 
 MOST_SHAPES = 1000
@@ -315,9 +316,7 @@ def read_moving(file: YamlFile, keys: Keys, words: MovingWords) -> MovingObstacl
     return MovingObstacle(
         name=name,
         geometry=solid(f"{name}::shape", shape, colour),
-        times=tuple(row[0] for row in rows),
-        corners=corners,
-        repeat=words.repeat,
+        course=Course(tuple(row[0] for row in rows), corners, words.repeat),
     )
 
 

@@ -56,20 +56,16 @@ class MovingObstacle:
     Attributes:
         name: unique in its world.
         geometry: touchable for signed distances, drawn, and seen by sensors; centred on O.
-        times: of the corners of the path [s], from 0 on, growing.
-        corners: x, y, z [m] and yaw [rad] at these times; it moves straight and evenly between.
-        repeat: whether it begins again at the end, where it is as it began; else it stays there.
+        course: along which it moves.
     """
 
     name: str
     geometry: GeometryInstance
-    times: tuple[float, ...]
-    corners: tuple[tuple[float, float, float, float], ...]
-    repeat: bool
+    course: Course
 
     def pose(self, time: float) -> RigidTransform:
         """Return X_WO at a time of the flight [s]."""
-        x, y, z, yaw = Course(self.times, self.corners, self.repeat).at(time)
+        x, y, z, yaw = self.course.at(time)
         return RigidTransform(RollPitchYaw(0.0, 0.0, yaw), np.array([x, y, z]))
 
 
@@ -147,13 +143,7 @@ def outlines(world: World) -> tuple[Outline, ...]:
         for geometry in obstacle.collisions
     )
     moving = (
-        _outline(
-            each.name,
-            RigidTransform(),
-            each.geometry,
-            Course(each.times, each.corners, each.repeat),
-        )
-        for each in world.moving
+        _outline(each.name, RigidTransform(), each.geometry, each.course) for each in world.moving
     )
     return tuple(each for each in (*standing, *moving) if each is not None)
 
