@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from workbench.scenario.scenario import Scenario
 
 
-_LOOPS, _MAPS = "workbench.design.judge.plots_loop", "workbench.design.judge.plots_map"
+_PICTURES = "workbench.design.judge.plots"
 """What draws the pictures."""
 DESCRIPTION_OF_MAP = "speed, tilt, climb, yaw_rate, payload"
 _HEAD = (
@@ -137,11 +137,11 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
             plot = outputs.add(args.output / name)
             rates = outputs.add(args.output / "judge-rates.png")
             phase = outputs.add(args.output / "judge-phase.png")
-            drawer = stack.enter_context(Drawer(_LOOPS, _MAPS))
+            drawer = stack.enter_context(Drawer(_PICTURES))
 
         def draw_loops(steering: "LinearModel", holding: "LinearModel | None") -> None:
             if drawer and not args.loop:  # while the rest is judged
-                drawer.begin(plot, _LOOPS, "plot_loops", steering, holding, cut=args.cut)
+                drawer.begin(plot, _PICTURES, "plot_loops", steering, holding, cut=args.cut)
 
         with progress_bar("judging the loops") as progress:
             found = judge(
@@ -155,11 +155,11 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
             if args.loop:
                 loop = find_loop(args.loop, found.steering.controller)
                 model = (found.holding if loop.hold else None) or found.steering
-                drawer.begin(plot, _LOOPS, "plot_loop", model, loop, found.steps, cut=args.cut)
+                drawer.begin(plot, _PICTURES, "plot_loop", model, loop, found.steps, cut=args.cut)
             title = f"{found.vehicle}: how slow the law may run"
-            drawer.begin(rates, _MAPS, "plot_rates", found.slowest, title)
+            drawer.begin(rates, _PICTURES, "plot_rates", found.slowest, title)
             title = f"{found.vehicle}: where the phase went"
-            drawer.begin(phase, _LOOPS, "plot_phase", found.phase, title)
+            drawer.begin(phase, _PICTURES, "plot_phase", found.phase, title)
             drawer.finish()
     print_result(
         args,
@@ -196,7 +196,7 @@ def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
                 progress=progress,
             )
         if plot:
-            from workbench.design.judge.plots_map import plot_sensitivity
+            from workbench.design.judge.plots import plot_sensitivity
             from workbench.design.plots import write_png
 
             write_png(plot_sensitivity(found, title), plot)
@@ -232,7 +232,7 @@ def _map(args: argparse.Namespace, scenario: "Scenario") -> int:
             )
         found.write_csv(table)
         if plot:
-            from workbench.design.judge.plots_map import plot_map
+            from workbench.design.judge.plots import plot_map
             from workbench.design.plots import write_png
 
             write_png(plot_map(found), plot)

@@ -24,9 +24,7 @@ from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from workbench.design.lidar_trial import Demand, TrialReport
-    from workbench.design.lidar_trial_accuracy import Errors
-    from workbench.design.lidar_trial_detection import Detection
+    from workbench.design.lidar_trial import Demand, Detection, Errors, TrialReport
     from workbench.design.reproduce import Check, Row
     from workbench.scenario.scenario import Scenario
 
@@ -79,7 +77,7 @@ def _write(rows: "list[Row]", logs: list[Path], plots: list[Path]) -> None:
         row.flight.recording.write_csv(log)
     if plots:
         from workbench.design.plots import write_png
-        from workbench.design.plots_reproduce import plot_reproduced
+        from workbench.design.plots_step import plot_reproduced
 
         for row, plot in zip(rows, plots, strict=True):
             write_png(plot_reproduced(row), plot)
@@ -195,7 +193,7 @@ def _print_accuracy(report: "TrialReport") -> None:
 
 def _print_detection(report: "TrialReport") -> None:
     """Print how soon each obstacle was found."""
-    from workbench.design.lidar_trial_detection import slowest_detection
+    from workbench.design.lidar_trial import slowest_detection
 
     print("\nspeed of detection: from coming into view to the first return delivered")
     rows = [["", "in view", "at", "first return", "at", "after"]]
@@ -410,6 +408,6 @@ def _fly(
 
     if page is None:
         return fly_trial(scenario, dict(args.set), progress)
-    from workbench.design.lidar_trial_page import fly_and_film_trial
+    from workbench.design.plots_lidar import fly_and_film_trial
 
     return fly_and_film_trial(scenario, dict(args.set), page, progress)

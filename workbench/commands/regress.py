@@ -315,7 +315,7 @@ def _pin_log(args: argparse.Namespace) -> int:
             f"--{given[0]} belongs to a step that is flown: a log has flown already"
         )
     with progress_bar(f"pinning and proving {args.log.name}") as progress:
-        from workbench.design.pin_log import pin_log
+        from workbench.design.pin import pin_log
         from workbench.design.regress.running import regress
         from workbench.design.regress.spec import LogConfig
         from workbench.logs.judged_log import read_case

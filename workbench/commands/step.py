@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from workbench.design.step_response import StepResponse
     from workbench.scenario.scenario import Scenario
 
+_PICTURES = "workbench.design.plots_step"
+"""What draws the picture."""
 AXIS = "z"
 """Of a step that nobody has chosen."""
 LOADS = (
@@ -101,21 +103,20 @@ def run(args: argparse.Namespace) -> int:
     if args.acts is not None and not args.load:
         raise WorkbenchError("a command is asked for to the end: give --acts to a --load")
     name = args.load or args.axis or AXIS
-    what, plots = (f"of {name}", "load") if args.load else (f"along {name}", "step")
-    module = f"workbench.design.plots_{plots}"
+    what, kind = (f"of {name}", "load") if args.load else (f"along {name}", "step")
     scenario = with_vehicle(Scenario(), args)
     with ExitStack() as stack:
         outputs = stack.enter_context(Outputs())
         log = outputs.add(args.output / f"step-{name}.csv")
         picture = outputs.picture(args, f"step-{name}.png")
-        drawer = stack.enter_context(Drawer(module)) if picture else None
+        drawer = stack.enter_context(Drawer(_PICTURES)) if picture else None
         with progress_bar(f"flying a step {what}") as progress:
             if args.load:
                 flown: LoadResponse | StepResponse = _fly_load(args, scenario, progress)
             else:
                 flown = _fly_command(args, name, scenario, velocity, progress)
         if drawer and picture:
-            drawer.begin(picture, module, f"plot_{plots}", flown)
+            drawer.begin(picture, _PICTURES, f"plot_{kind}", flown)
         flown.recording.write_csv(log)
         if drawer:
             drawer.finish()

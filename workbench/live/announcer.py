@@ -117,7 +117,7 @@ def disturbed(action: Action) -> Iterator[str]:
         yield f"a wind of {_vector(wind)} m/s"
     if "turbulence" in action.set:
         speed = action.set["turbulence"]
-        named = (row.name for row in TURBULENCES if row.speed == speed)
+        named = (name for name, made_by in TURBULENCES.items() if made_by == speed)
         yield f"turbulence: {next(named, f'{speed:g} m/s at 20 ft')}"
     for part in PARTS:
         if part.parameter in action.set:
