@@ -16,7 +16,6 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.common.errors import find_row
 from workbench.control.mode import FlightMode
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.style import dressed, set_class
@@ -79,7 +78,7 @@ class WindForm(QWidget):
         self.direction.setToolTip("Where the wind blows to: 0° is east, 90° is north")
         self.turbulence = QComboBox()
         self.turbulence.setAccessibleName("Turbulence")
-        self.turbulence.addItems([row.name for row in TURBULENCES])
+        self.turbulence.addItems([*TURBULENCES])
         self.turbulence.setToolTip("Dryden's, by the wind speed at 20 ft that makes it")
         self.button = dressed(QPushButton("Set wind"), "primary")
         self.still = QPushButton("Still air")
@@ -87,11 +86,11 @@ class WindForm(QWidget):
         self.buttons = (self.still, self.button)
         store = self._preferences.store
         self._take_kept(store.value(SPEED_KEY, 4.0), store.value(DIRECTION_KEY, 0.0))
-        kept = str(store.value(TURBULENCE_KEY, TURBULENCES[0].name))
+        kept = str(store.value(TURBULENCE_KEY, "still"))
         self.turbulence.setCurrentIndex(max(0, self.turbulence.findText(kept)))
         self._lay_out()
         self.button.clicked.connect(self.blow)
-        self.still.clicked.connect(lambda: self._set(0.0, 0.0, TURBULENCES[0].speed))
+        self.still.clicked.connect(lambda: self._set(0.0, 0.0, TURBULENCES["still"]))
         self._preferences.changed.connect(lambda _: self._show_unit())
 
     def blow(self) -> None:
@@ -100,7 +99,7 @@ class WindForm(QWidget):
         for key, value in ((SPEED_KEY, self.speed.si), (DIRECTION_KEY, self.direction.si)):
             store.setValue(key, value)
         store.setValue(TURBULENCE_KEY, name)
-        speed = find_row("turbulence", name, TURBULENCES).speed
+        speed = TURBULENCES[name]
         self._set(self.speed.si, self.direction.si, speed)
 
     def set_enabled(self, flies: bool) -> None:
@@ -174,7 +173,7 @@ class FaultForm(QWidget):
         self.part.setAccessibleName("Part that fails")
         self.mode = QComboBox()
         self.mode.setAccessibleName("How it fails")
-        self.mode.addItems([mode.name for mode in SENSOR_MODES])
+        self.mode.addItems([*SENSOR_MODES])
         self.share = NumberField("Thrust that the rotor still gives", 0, 5.0)
         self.share.set_range(Unit("%", 100.0), 0.0, 1.0)
         self.share.show_si(THRUST_LEFT)
@@ -214,7 +213,7 @@ class FaultForm(QWidget):
         part = self._part
         if part is None:
             return
-        value = SENSOR_MODES[self.mode.currentIndex()].value if part.modes else self.share.si
+        value = SENSOR_MODES[self.mode.currentText()] if part.modes else self.share.si
         self._set(part, value)
 
     @property
