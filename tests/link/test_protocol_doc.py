@@ -101,7 +101,7 @@ def test_the_picture_and_the_ping_are_those_of_the_header():
 
 
 def test_every_operation_of_a_client_has_an_example():
-    said = section("What a client says")
+    said = section("What a client sends")
     shown = [read_operation(line.encode()) for line in blocks("json", said)[0].splitlines()]
     with pytest.raises(DeniedError) as unknown:
         read_operation(b'{"op":"dance"}')
@@ -112,7 +112,7 @@ def test_every_operation_of_a_client_has_an_example():
 
 
 def test_every_operation_of_the_server_has_an_example():
-    hello, others = blocks("json", section("What the server says"))
+    hello, others = blocks("json", section("What the server sends"))
     shown = [read_message(text.encode()) for text in (hello, *others.splitlines())]
     assert all(each is not None for each in shown)
     assert {each.op for each in shown} == {
@@ -127,7 +127,7 @@ def test_every_operation_of_the_server_has_an_example():
 
 
 def test_the_limits_that_hello_shows_are_the_usual_ones():
-    shown = read_message(blocks("json", section("What the server says"))[0].encode())
+    shown = read_message(blocks("json", section("What the server sends"))[0].encode())
     usual = Limits(8.0, 3.0, 0.4)
     for each in fields(Limits):
         assert getattr(shown.limits, each.name) == getattr(usual, each.name)
@@ -208,7 +208,7 @@ def test_the_worked_login_is_right():
     assert (frame.topic, frame.seq, frame.flags, frame.t_ns) == (8, 5, Flag.HMAC, 2 * 10**9)
     assert struct.unpack("<IIffff", frame.payload) == (7, 15, 0, 0, 0, 0)
     example = read_operation(
-        blocks("json", section("What a client says"))[0].splitlines()[0].encode()
+        blocks("json", section("What a client sends"))[0].splitlines()[0].encode()
     )
     assert (example.nonce, example.proof) == (told["client_nonce"], told["proof, role command"])
 

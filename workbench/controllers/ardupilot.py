@@ -1,8 +1,9 @@
 """ArduPilot Copter 4.7: position, thrust-vector attitude, rate PIDs, and its mixer.
 
-Parameters carry ArduPilot's names, units (SI, degrees where it has them) and defaults. It works in
-NED and FRD; here x, y, z are those of the world and the body, z up: N and E are level, D is height.
-All runs at 512 Hz, in ArduPilot at its main loop's 400. LPF_f is a low-pass of first order, and
+Parameters have ArduPilot's names, units (SI, degrees where it has them) and defaults. It uses NED
+and FRD; here x, y, z are those of the world and the body, z up: N and E are horizontal, D is
+height. All runs at 512 Hz, in ArduPilot at its main loop's 400. LPF_f is a first-order low-pass,
+and
 
     sqrtP(e; k, a) = k e                             where |e| <= a / k²,  else
                      sgn(e) (2 a (|e| - a / (2 k²)))^½              a = 0: k e
@@ -10,28 +11,28 @@ All runs at 512 Hz, in ArduPilot at its main loop's 400. LPF_f is a low-pass of 
 
     v_sp = sqrtP(p_sp - p; POS_P, WP_ACC) + v_ff     level along the error; within WP_SPD
     e_f  = LPF_FLTE(v_sp - v),   a_sp = VEL_P e_f + I + VEL_D LPF_FLTD(de_f/dt) + a_ff
-    |a_sp| level <= g tan(ATC_ANGLE_MAX); while it is cut, I may not grow towards it
+    |a_sp| level <= g tan(ATC_ANGLE_MAX); while this limit is active, I does not grow towards it
     thr  = PID_ACC(a_sp - a) + MOT_THST_HOVER,       of height; F = thr / cos(tilt), 2 Hz
 
-The attitude asked for has its thrust along (a_x, a_y, g). A target moves there as a shaped one
+The commanded attitude has its thrust along (a_x, a_y, g). A shaped target moves there by
 
     ω_d = sqrtP(e; κ, a_m) - ω_t,   dω_t/dt = κ (ω_d - ω_t) within a_m, its slope within κ a_m
 
-with κ = 1 / ATC_INPUT_TC and a_m = ATC_ACC_MAX; it turns as the yaw rate asks, shaped alike. With
-ATC_RATE_FF_ENAB 0 the target is what is asked for, and ω_t is 0. From body to target, e is the turn
-of the thrust vector, x and y, and what is left of the heading, z, which is cut where P_yaw would
-ask for more than all, and at 45°:
+with κ = 1 / ATC_INPUT_TC and a_m = ATC_ACC_MAX; the yaw rate turns it, shaped likewise. With
+ATC_RATE_FF_ENAB 0 the target is the commanded attitude, and ω_t is 0. From body to target, e is the
+rotation of the thrust vector, x and y, and the remaining heading error, z. The latter is limited to
+45°, and to the error at which P_yaw commands full scale:
 
     ω_sp = sqrtP(e; ATC_ANG_P, ATC_ACC_MAX / 2 within 40 .. 720 °/s², yaw 10 .. 120) + ω_t
-           ω_t and yaw's FF fade from 30° of thrust error; yaw is left alone from 60°
+           ω_t and yaw's FF fade out from 30° of thrust error; there is no yaw control from 60°
     e_f  = LPF_FLTE(LPF_FLTT(ω_sp) - ω),   τ = P e_f + I + D LPF_FLTD(de_f/dt) + FF LPF_FLTT(ω_sp)
-    dI/dt = I e_f, within IMAX; only towards 0 while the mixer cuts
+    dI/dt = I e_f, within IMAX; only towards 0 while the mixer saturates
 
-ω has passed INS_GYRO_FILTER. Motors follow from τ and F, see `control/ardupilot_mixer.py`; a speed
-controller turns a full signal into `motor_speed`.
+ω has passed INS_GYRO_FILTER. Motor signals follow from τ and F, see `control/ardupilot_mixer.py`; a
+speed controller converts a full signal to `motor_speed`.
 
 Source: ArduPilot, AC_PosControl.cpp, AC_AttitudeControl.cpp, AC_AttitudeControl_Multi.cpp,
-AC_PID.cpp, AP_Math/control.cpp. docs/autopilots.md has what is left out.
+AC_PID.cpp, AP_Math/control.cpp. docs/autopilots.md lists omissions.
 """
 
 import math
@@ -91,7 +92,7 @@ YAW_TC = 0.025
 UNLIMITED = 1800.0 * RADIANS
 """By which the target is shaped where ATC_ACC_MAX is 0 [rad/s²]."""
 FADING = 30.0 * RADIANS
-"""Thrust error from which yaw fades; at twice that it is left alone [rad]."""
+"""Thrust error from which yaw control fades; at twice that it is off [rad]."""
 MOST_HEADING = 45.0 * RADIANS
 """Largest error of heading [rad]."""
 
@@ -305,7 +306,7 @@ def design(vehicle: Any, g: Any, dt: float) -> list[float]:
 
 
 def heading_limit(rate_p: float, angle_p: float, slope: float) -> float:
-    """Return the error of heading at which the yaw rate's P would ask for all there is [rad].
+    """Return the heading error at which the yaw rate's P commands full scale [rad].
 
     Args:
         rate_p: ATC_RAT_YAW_P.
@@ -407,13 +408,13 @@ def within_rates(w: Any, most_x: Any, most_y: Any, most_z: Any) -> Any:
 
 
 def grown(integral: Any, e: Any, slope: Any, cut: Any, most: Any, dt: float) -> Any:
-    """Return an integral after an update: with an output that is cut it may only shrink.
+    """Return an integral after an update: while its output is limited it may only shrink.
 
     Args:
         integral: before.
         e: filtered error.
         slope: growth per error.
-        cut: above 0.5 if less came out than was asked for.
+        cut: above 0.5 if the output was limited.
         most: its limit.
         dt: since the update before [s].
     """

@@ -6,12 +6,12 @@ Betaflight has no position loop: `outer_` parameters are the workbench's. Every 
     a    = outer_p_velocity (v_sp - v) + I + a_ff,   dI/dt = outer_i_velocity (v_sp - v)
            outer_p_climb, outer_i_climb for z;  I of a direction stands while it is limited
 
-make angles θ_d (degrees, within angle_limit) whose thrust has (a_x, a_y, g) in it, and the throttle
-that gives (g + a_z) / cos(tilt) on a motor whose thrust goes with the square of its signal; hover
-is at outer_hover.
+give angles θ_d (degrees, within angle_limit) with thrust along (a_x, a_y, g), and the throttle for
+(g + a_z) / cos(tilt) on a motor whose thrust is proportional to the square of its signal; hover is
+at outer_hover.
 
-All else is Betaflight's, with its names, its whole-number gains and its scales. Rates are in deg/s
-about x forward, y left (nose down) and z up. t is the throttle, PT1, PT2, PT3 are its low-passes:
+Everything else is Betaflight's, with its names, its integer gains and its scales. Rates are in
+deg/s about x forward, y left (nose down) and z up. t is the throttle, PT1, PT2, PT3 are low-passes:
 
     ω_sp = PT3_50Hz(angle_p_gain / 10 (θ_d - θ) + its share of the yaw rate);  yaw: the rate itself
     e    = ω_sp - ω                                        ω through gyro_lpf2 and gyro_lpf1
@@ -24,17 +24,17 @@ about x forward, y left (nose down) and z up. t is the throttle, PT1, PT2, PT3 a
     F    = 0.013754 f / 100 dω_sp/dt                       roll and pitch: in rate mode alone
     A    = anti_gravity_gain PT2(|slope of t| (1 - t)²),   while t rises, times (1 - t) / 2
 
-A is anti-gravity: of roll and pitch it adds 0.34 A to 0.244381 i, and makes P larger by
+A is anti-gravity: for roll and pitch it adds 0.34 A to 0.244381 i, and increases P by
 0.0034 A anti_gravity_p_gain / 100 / max(1, |ω_sp| / 50). Sums of P, I, D and F are clipped at
 pidsum_limit, integrals at iterm_windup percent of it; they are thousandths of a motor's range.
-First low-passes have dynamic cut-offs: min + (max - min) (t + expo / 10 t (1 - t)). The throttle is
-boosted by throttle_boost / 10 of what of it is above throttle_boost_cutoff. In rate mode (`acro` 1)
-the outer loop asks for ω_sp = outer_p_angle (θ_d - θ), and 40 stands where above there is 8.
-Motors follow from sums and throttle, see `control/betaflight_mixer.py`; a speed controller turns a
-full signal into `motor_speed`. The update runs at 1024 Hz, Betaflight's at 8000.
+First low-passes have dynamic cut-offs: min + (max - min) (t + expo / 10 t (1 - t)). The part of the
+throttle above the frequency throttle_boost_cutoff is boosted by throttle_boost / 10. In rate mode
+(`acro` 1) the outer loop commands ω_sp = outer_p_angle (θ_d - θ), and the 8 above becomes 40.
+Motor signals follow from sums and throttle, see `control/betaflight_mixer.py`; a speed controller
+converts a full signal to `motor_speed`. The update runs at 1024 Hz, Betaflight's at 8000.
 
 Source: Betaflight 4.6.0 development snapshot (MSP API 1.47), pid.c, pid_init.c, filter.c, gyro.c.
-docs/autopilots.md has what is left out.
+docs/autopilots.md lists omissions.
 """
 
 import math
@@ -286,7 +286,7 @@ def size(x: Any) -> Any:
 
 
 def relaxed(e: Any, wanted: Any, slow: Any, most: Any) -> Any:
-    """Return the share of an error that its integral takes, while its setpoint moves quickly.
+    """Return the share of an error that its integral uses, while its setpoint moves quickly.
 
     Args:
         e: error.
@@ -462,7 +462,7 @@ def update(
 
 
 def steadied(wanted: Any) -> Any:
-    """Return by how much anti-gravity's P is less at a rate that is asked for."""
+    """Return the divisor of anti-gravity's P at a commanded rate."""
     share = size(wanted) / ANTI_GRAVITY_RATE
     return share if share > 1.0 else 1.0 + 0.0 * share
 
@@ -488,7 +488,7 @@ FIVE_INCH_RATE = 60.0
 ALIKE = 1.6
 """A vehicle whose own are within this factor of these flies with Betaflight's defaults."""
 LEAST_SPIN_UP = 0.1
-"""And rotors whose inertia leads in yaw by as much [s]: without, the default i_yaw swings."""
+"""Required spin-up lead in yaw [s]: without it, the default i_yaw makes yaw oscillate."""
 IDLE = 0.055
 """Share of the signal at default motor_idle."""
 PER_GAIN = P_SCALE * DEGREES / MIXER
@@ -496,11 +496,12 @@ PER_GAIN = P_SCALE * DEGREES / MIXER
 
 
 def rule(vehicle: Any) -> dict[str, float]:
-    """Return values for a vehicle: motors, throttle in hover, and gains where it is no 5-inch quad.
+    """Return values for a vehicle: motors, throttle in hover, and gains unless like a 5-inch quad.
 
-    Roll and pitch, or yaw, of one that turns as quickly as that keep Betaflight's. Other gains are
-    of the PD cascade in this form: rate P = kd, angle P = 0.3 kd, integrals and derivatives in the
-    proportions of Betaflight's defaults, integrals slower as the loop is.
+    Roll and pitch, or yaw, keep Betaflight's defaults if the vehicle turns as quickly as a 5-inch
+    quad. Other gains are those of the PD cascade in this form: rate P = kd, angle P = 0.3 kd,
+    integrals and derivatives in the proportions of Betaflight's defaults, integrals slower for a
+    slower loop.
     """
     pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
     fastest = vehicle.rotors[0].max_rot_velocity

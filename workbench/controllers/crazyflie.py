@@ -1,8 +1,8 @@
 """PID cascade of the Crazyflie firmware 2025.12: position, velocity, attitude and rate.
 
-Parameters carry the firmware's names, with _ for its dot, its units, degrees, and its defaults.
-Angles are those of roll, pitch and yaw; pitch has the firmware's legacy sign, nose up. x and y are
-ahead and left of the yaw. A PID with gains kp, ki, kd, kff is
+Parameters have the firmware's names, with _ for its dot, its units, degrees, and its defaults.
+Angles are roll, pitch and yaw; pitch has the firmware's legacy sign, nose up. x and y are forward
+and left at the present yaw. A PID with gains kp, ki, kd, kff is
 
     i   <- clip(i + e dt, ±limit),   u = kp e + ki i - kd d(measured)/dt + kff desired
 
@@ -12,19 +12,19 @@ With e of each loop, at 102 Hz the position and velocity loops run
     pitch_d = -clip(PID_vx(v_d - v), ±PLimit),   roll_d = -clip(PID_vy(v_d - v), ±RLimit)
     thrust  = clip(1000 PID_vz(v_d - v) + thrustBase, thrustMin .. 65535)
 
-where the derivative of a velocity passes a low-pass of second order at 20 Hz. An axis whose place
-is neither held nor gone to takes the velocity asked for in place of PID_pos; one whose place is
-takes no other velocity, that of a path neither. At 512 Hz (500 and
-100 Hz in the firmware) follow attitude and rate loops, whose outputs are clipped at ±32767:
+where the derivative of a velocity passes a second-order low-pass at 20 Hz. An axis without a
+position command uses the commanded velocity instead of PID_pos; an axis with one ignores the
+commanded velocity, also that of a path. Attitude and rate loops run at 512 Hz (500 Hz in the
+firmware, and 100 Hz for the others); their outputs are clipped at ±32767:
 
     (p, q, r)_d = PID_att((roll, pitch, yaw)_d - (roll, pitch, yaw))
     (roll, pitch, yaw) = PID_rate((p, q, r)_d - (p, q, r))
 
-What the law returns is the wrench of the thrusts that the power distribution makes of these, see
-`control/crazyflie_power.py`: capped motors and the battery's compensation.
+The power distribution converts these to motor thrusts, with capped motors and battery
+compensation, see `control/crazyflie_power.py`. The law returns their wrench.
 
 Source: bitcraze/crazyflie-firmware, position_controller_pid.c, attitude_pid_controller.c, pid.c,
-power_distribution_quadrotor.c, platform_defaults_cf2.h. docs/autopilots.md has what is left out.
+power_distribution_quadrotor.c, platform_defaults_cf2.h. docs/autopilots.md lists omissions.
 """
 
 import math
@@ -61,9 +61,9 @@ MOST_TORQUE = 32767.0
 MOST_CLIMB = 32.767
 """Largest output of the PID of climbing [1000 / 65535 of a motor's thrust]."""
 OVERHEAD = 1.1
-"""Share of a limit that a PID may put out."""
+"""Largest output of a PID, over its limit."""
 LEAST_CLIMB_LIMIT = 0.5
-"""No limit of the vertical velocity is smaller [m/s]."""
+"""Smallest limit of the vertical velocity [m/s]."""
 CUTOFF = 20.0
 """Of the low-pass behind the derivative of a velocity [Hz]."""
 
@@ -257,12 +257,12 @@ def wrapped(angle: Any) -> Any:
 
 
 def pid(e: Any, i: Any, rate: Any, wanted: Any, gains: Any) -> Any:
-    """Return what a PID puts out.
+    """Return the output of a PID.
 
     Args:
         e: its error.
         i: its integral.
-        rate: of change of what is measured.
+        rate: of change of the measurement.
         wanted: its setpoint.
         gains: kp, ki, kd and kff.
     """

@@ -10,11 +10,10 @@ and inertia, and e_p = p_sp - p, e_v = v_sp - v:
     m    = I (-k_attitude e_R - k_rate e_ω) + ω x I ω            moment [N·m]
     F    = mass f · z                                           force along the rotors' axis [N]
 
-h is the heading that is asked for, a level unit vector, which turns with the reference's yaw rate;
-ω_sp is that rate about world z, and the level part of b3 x (da_path/dt) / |f|, at which b3 turns
-along the path: a heading that stays leaves next to no turn about world z. The limits of speed and
-tilt hold as for every law, d is what drag of still air takes. Left out is the derivative of ω_sp,
-which needs a path's snap.
+h is the commanded heading, a horizontal unit vector that turns at the reference's yaw rate. ω_sp is
+that rate about world z plus the horizontal part of b3 x (da_path/dt) / |f|, the rate at which b3
+turns along the path. The limits of speed and tilt apply as for every law; d is the drag of still
+air. The derivative of ω_sp is left out, because it needs the path's snap.
 """
 
 from typing import Any
@@ -44,7 +43,7 @@ from workbench.controllers import (
 from workbench.controllers.pd_rule import rule as pd_rule
 
 NO_HEADING = 0.25
-"""Squared length of a heading that is none yet: the law begins with the vehicle's."""
+"""Squared length below which there is no heading yet: the law starts with the vehicle's."""
 
 PARAMETERS = (
     gain("k_position_xy", "1/s^2", (0.0, 100.0), 4.0, "acceleration per error, level", "Position"),
@@ -81,7 +80,7 @@ def update(
     a, d, m = setpoint.a_WBcm, measured.drag, memory
     e = probe3(position_error(measured, setpoint), POSITION, loops)
     share_xy, share_z = g.k_position_xy / g.k_velocity_xy, g.k_position_z / g.k_velocity_z
-    e = share_xy * e[0], share_xy * e[1], share_z * e[2]  # so that the limits of speed hold
+    e = share_xy * e[0], share_xy * e[1], share_z * e[2]  # as a velocity, so that limits apply
     v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
     e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
     f_x, f_y, f_z = probe3(
@@ -124,10 +123,10 @@ def update(
 
 
 def turned(h_x: Any, h_y: Any, R: Any, angle: Any) -> tuple[Any, Any]:
-    """Return the heading that is asked for, turned by a small angle [rad], of unit length.
+    """Return the commanded heading, turned by a small angle [rad], of unit length.
 
-    Where there is none yet, it is that of x and y of T, added with z upright: a vehicle that lies
-    on its side or its back has one, too.
+    Without one, it is the sum of x and y of T, each after turning z upright, so that a vehicle on
+    its side or its back has a heading, too.
     """
     if h_x * h_x + h_y * h_y < NO_HEADING:
         h_x, h_y = R[0] + R[4], R[3] - R[1]
@@ -137,7 +136,7 @@ def turned(h_x: Any, h_y: Any, R: Any, angle: Any) -> tuple[Any, Any]:
 
 
 def wanted_attitude(f: Any, h_x: Any, h_y: Any) -> tuple[Any, ...]:
-    """Return R_sp row by row (9): z along f, x ahead as far as that lets it."""
+    """Return R_sp in row order (9): z along f, x as near to the heading as possible."""
     length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) ** 0.5
     x, y, z = f[0] / length, f[1] / length, f[2] / length
     s_x, s_y, s_z = -z * h_y, z * h_x, x * h_y - y * h_x  # b3 x h
@@ -157,7 +156,7 @@ def wanted_attitude(f: Any, h_x: Any, h_y: Any) -> tuple[Any, ...]:
 
 
 def attitude_error_so3(R: Any, S: Any) -> tuple[Any, Any, Any]:
-    """Return ½ (Sᵀ R - Rᵀ S)^∨ of two matrices row by row."""
+    """Return ½ (Sᵀ R - Rᵀ S)^∨ of two matrices in row order."""
     return (
         0.5 * (S[2] * R[1] + S[5] * R[4] + S[8] * R[7] - R[2] * S[1] - R[5] * S[4] - R[8] * S[7]),
         0.5 * (S[0] * R[2] + S[3] * R[5] + S[6] * R[8] - R[0] * S[2] - R[3] * S[5] - R[6] * S[8]),
@@ -166,7 +165,7 @@ def attitude_error_so3(R: Any, S: Any) -> tuple[Any, Any, Any]:
 
 
 def rule(vehicle: Any) -> dict[str, float]:
-    """Return gains for a vehicle: the PD cascade's bandwidths, and a place held as firmly."""
+    """Return gains for a vehicle, with the bandwidths of the PD cascade."""
     pd = pd_rule(vehicle)
     level, climb, yaw = pd["kp_velocity_x"], pd["kp_velocity_z"], pd["kp_yaw_rate"]
     return {

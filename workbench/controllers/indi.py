@@ -4,8 +4,8 @@ Incremental nonlinear dynamic inversion, after E. J. J. Smeur, Q. P. Chu, G. C. 
 Adaptive incremental nonlinear dynamic inversion for attitude control of micro air vehicles, Journal
 of Guidance, Control, and Dynamics 39 (3), 2016, and for the position E. J. J. Smeur, G. C. H. E. de
 Croon, Q. P. Chu, Cascaded incremental nonlinear dynamic inversion for MAV disturbance rejection,
-Control Engineering Practice 73, 2018. With the filter H = 1 / (1 + `FILTER` s) on what is measured
-and on what the rotors do, which lag their commands by τ (subscript f):
+Control Engineering Practice 73, 2018. Subscript f is the filter H = 1 / (1 + `FILTER` s), on
+measurements and on the output of the rotors, which lag their commands by τ:
 
     a_sp = kp_velocity (v_sp - v) + a_path                    wanted acceleration in W [m/s²]
     f    = f_f + a_sp - a_f                                   specific force in W [m/s²]
@@ -13,11 +13,11 @@ and on what the rotors do, which lag their commands by τ (subscript f):
     ν_z  = kp_yaw_rate (ω_sp - ω)                             of roll, pitch and yaw [rad/s²]
     m    = m_f + I (ν - dω_f/dt),   F = mass f · z            moment in T [N·m] and force [N]
 
-Wind, a wrong mass, a wrong inertia and weak rotors are in what is measured, so the law need not
-know them; it has no model of drag and no term ω x I ω. The rotors' spin-up torque is part of what
-they do in yaw, and with the rule's feed-forward of it also of what is asked of them: that is the
-second effectiveness matrix of the paper of 2016. Without it the increments in yaw are too large,
-and an inertia that is 30 % off makes it swing.
+The measurements contain wind, errors of mass and inertia, and weak rotors, so the law needs no
+model of these, nor of drag, nor the term ω x I ω. In yaw, the output of the rotors includes their
+spin-up torque, and with the rule's feed-forward so does the command. This is the second
+effectiveness matrix of the 2016 paper. Without it the increments in yaw are too large, and an
+inertia error of 30 % makes yaw oscillate.
 """
 
 from typing import Any
@@ -91,7 +91,7 @@ def update(
     R = attitude_matrix(measured.q_WT)
     w = into_body(R, measured.w_WB)
 
-    turning = dt / (vehicle.rotor_lag + dt)  # what the rotors do now, and that filtered
+    turning = dt / (vehicle.rotor_lag + dt)  # the present output of the rotors, and it filtered
     commanded = measured.wrench
     lift = m.lift_z + turning * (commanded[0] / vehicle.mass - m.lift_z)
     m_x = m.moment_x + turning * (commanded[1] - m.moment_x)
@@ -150,9 +150,9 @@ def update(
 
 
 def rule(vehicle: Any) -> dict[str, float]:
-    """Return gains for a vehicle: the PD cascade's, slower in level flight.
+    """Return gains for a vehicle: the PD cascade's, with slower velocity loops.
 
-    Weak rotors answer as if attitude lagged more; beside a slower velocity that shows less.
+    Weak rotors act like additional attitude lag, which matters less for slower velocity loops.
     """
     pd = pd_rule(vehicle)
     return {

@@ -1,22 +1,22 @@
 """LQI: state feedback with integrals, whose gains follow from weights by a Riccati equation.
 
-Near hover three chains stand side by side, with the rotors' lag τ at the end of each:
+Near hover the vehicle is three independent chains, each with the rotors' lag τ at its end:
 
     level   dξ/dt = e_v,  de_v/dt = -g θ,  dθ/dt = ω,  dω/dt = α,  τ dα/dt = u - α     (x and y)
     climb   dξ/dt = e_v,  de_v/dt = -a,    τ da/dt = u - a
     yaw     dξ/dt = e_ω,  de_ω/dt = -α,    τ dα/dt = u - α
 
-Each is sampled with its input held for a control period, and `control.dlqr` gives the feedback
-u = -K x that makes the sum of x' Q x + u² smallest, with the weights q_* on the diagonal of Q
-(Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, section 9.3; integral states
-section 8.5). In flight the same feedback holds at any attitude, as a cascade:
+Each is discretised with a zero-order hold, and `control.dlqr` returns the feedback u = -K x that
+minimises the sum of x' Q x + u², with the weights q_* on the diagonal of Q (Franklin, Powell,
+Workman, Digital Control of Dynamic Systems, 1998, section 9.3; integral states section 8.5). In
+flight the same feedback is used at any attitude, as a cascade:
 
     f = g (K_v e_v + K_ξ ξ) / K_θ + a_path + d + g       specific force in W [m/s²], within tilt
     α = K_θ e_tilt + K_ω (ω_sp - ω) - K_α α_rotors       angular acceleration in T [rad/s²]
     m = I α + ω x I ω,   F = mass f · z
 
-α_rotors is what the lag makes of the wrench that was commanded. Integrals stand still while the
-vehicle cannot do more, as in `pid`.
+α_rotors is the commanded wrench after the rotor lag, d the drag of still air, a_path the
+acceleration of a path. Integrals stop in saturation, as in `pid`.
 """
 
 from collections.abc import Sequence
@@ -50,7 +50,7 @@ from workbench.controllers import (
 from workbench.controllers.pd_rule import rule as pd_rule
 
 SATURATED = 0.02
-"""What is missing of a force, over the weight."""
+"""Tolerance of saturation: missing force over weight."""
 MOST_TURN = 1.0
 """Square of the largest integral of a yaw rate [rad²]."""
 _WEIGHT = (1e-6, 1e8)
@@ -159,7 +159,7 @@ def update(
 
 
 def share(dt: float, vehicle: Any) -> Any:
-    """Return how much of the way to their command rotors go in an update."""
+    """Return the share of the distance to their command that rotors cover in an update."""
     return dt / (vehicle.rotor_lag + dt)
 
 
@@ -174,14 +174,15 @@ def design(vehicle: Any, g: Any, dt: float) -> Sequence[float]:
     ]
 
 
-@lru_cache(maxsize=4096)  # a sweep of one chain's weights asks for the others again and again
+@lru_cache(maxsize=4096)  # a sweep of one chain's weights does not change the others
 def feedback(
     slopes: tuple[float, ...], lag: float, weights: tuple[float, ...], dt: float
 ) -> list[float]:
     """Return the gains of a chain whose last state follows its input with a lag [s].
 
-    Each other state grows with the next one, at a slope. Errors come with the sign of the command
-    minus what is measured, the others as they are; so the gains are those of the cascade above.
+    The derivative of each other state is the next state times a slope. The first two states are
+    errors, command minus measurement, so their gains change sign; the gains are then those of the
+    cascade above.
     """
     import control
     import numpy as np
@@ -197,10 +198,10 @@ def feedback(
 def rule(vehicle: Any) -> dict[str, float]:
     """Return weights for a vehicle.
 
-    With only the integral weighted, the closed loop's poles would lie on a circle about 0 (a
-    Butterworth pattern) of radius p where q = p^(2 n) over the squared gain of the chain of n; the
-    weights of the states between damp that further. In climb the integral weighs less, so that a
-    take-off passes its speed by less than a tenth.
+    With a weight on the integral alone, the closed-loop poles would be on a circle about 0 (a
+    Butterworth pattern) of radius p, for q = p^(2 n) over the squared gain of a chain of n states.
+    The weights of the states in between add damping. In climb the weight of the integral is
+    smaller, so that a take-off overshoots its speed by less than a tenth.
     """
     pd = pd_rule(vehicle)
     level, climb, yaw = pd["kp_velocity_x"], pd["kp_velocity_z"], pd["kp_yaw_rate"]

@@ -8,15 +8,14 @@ thrust's direction, all loops at 512 Hz (500 Hz in the firmware):
     e_R = (R_dᵀ R - Rᵀ R_d)^v,   e_ω = ω_d - ω
     M = -kR e_R + kw e_ω + ki_m ∫ -e_R + kd_omega de_ω/dt          clipped at ±32000, in 65535ths
 
-Where thrust would be no more than 0, no torque is asked for, and the integrals begin anew.
+If thrust is not above 0, the torque is zero and the integrals are reset.
 
-ψ_d is the yaw, and what the yaw rate adds within an update: while nobody turns it, nothing pulls
-the drone back to a heading. M is torque as the power distribution takes it, with ω in rad/s. The
-firmware has no ½ in e_R, and no derivative of the yaw rate's error.
+ψ_d is the present yaw plus the commanded yaw rate times the update period, so the heading is not
+held. M is the torque for the power distribution, with ω in rad/s. The firmware has no ½ in e_R, and
+no derivative of the yaw-rate error.
 
 Source: bitcraze/crazyflie-firmware, controller_mellinger.c; Mellinger and Kumar, "Minimum Snap
-Trajectory Generation and Control for Quadrotors", ICRA 2011. docs/autopilots.md has what is left
-out.
+Trajectory Generation and Control for Quadrotors", ICRA 2011. docs/autopilots.md lists omissions.
 """
 
 from typing import Any
@@ -45,7 +44,7 @@ from workbench.controllers.pd_rule import rule as pd_rule
 PERIOD = 1 / 512
 MOST_TORQUE = 32000.0
 TINY = 1e-30
-"""Added to a length where the firmware would divide by none."""
+"""Added to a length, where the firmware would divide by zero."""
 
 PARAMETERS = (
     gain("ctrlMel_kp_xy", "N/m", (0.0, 20.0), 0.4, "force per error of place, level", "Position"),

@@ -1,7 +1,7 @@
-"""Gains that suit a vehicle, from its record alone.
+"""Gains of the PD cascade for any vehicle, from its record alone.
 
-The law's gains are normalised by mass and inertia, so what is left to decide is how fast each loop
-may be. That is bounded by how late the rotors answer and by what thrust they have to spare:
+Gains are normalised by mass and inertia, so the rule only has to choose the speed of each loop. The
+limits are the rotor lag and the spare thrust:
 
     lag = time constant of the slowest rotor at hover + CONTROL_DELAY
     spare = g (thrust_to_weight - 1)
@@ -18,19 +18,19 @@ may be. That is bounded by how late the rotors answer and by what thrust they ha
     limits   1 / cos(max_tilt) <= 1 + TILT_SHARE spare / g,
              kp_position_z max_climb_rate <= BRAKE_SHARE spare
 
-alpha is the angular acceleration that hovering rotors have to spare about an axis. A velocity
-step asks for the tilt kp STEP / g, and so for kp_tilt kp STEP / g = pace³ STEP / (LOOP_RATIO g) of
-it: hence the cube. At the tilt of max_tilt, half of the spare thrust is still there; and a drone
-that sinks towards a height can brake.
+alpha is the spare angular acceleration of hovering rotors about an axis. A velocity step commands
+the tilt kp STEP / g, and so the angular acceleration kp_tilt kp STEP / g =
+pace³ STEP / (LOOP_RATIO g), hence the cube. At max_tilt half of the spare thrust remains, and a
+drone that descends to a height can brake.
 
 lever is the distance of the centre of mass from the base link's origin. When the drone tilts, that
-origin swings: it answers a tilt with g / s² - lever, which has a zero at sqrt(g / lever), and a
-level step much faster than that would swing it past its speed. The law takes back a share of its
-acceleration, which must not come round through the tilt loop.
+origin swings: its response to a tilt is g / s² - lever, with a zero at sqrt(g / lever). A level
+step much faster than that would overshoot at the origin. The law feeds back a share of the
+acceleration, which must not destabilise the tilt loop.
 
-Rotors that speed up for more drag torque turn the vehicle at once by their inertia, which puts a
-zero into the yaw loop, see `plant.thrust_frame`; the law reckons with it, or a yaw loop of the same
-gain would be ten times as fast as its rotors let it be.
+A rotor that accelerates turns the vehicle at once by its inertia, which adds a zero to the yaw
+loop, see `plant.thrust_frame`. The law compensates it; otherwise a yaw loop of the same gain would
+be ten times faster than the rotors allow.
 
 LAG_MARGIN 0.5 leaves the tilt loop a phase margin of 44 to 47 degrees whatever the lag: at its
 crossover, near kd, the PD leads by 73 degrees, of which the lag takes atan(0.5).
@@ -48,29 +48,29 @@ from workbench.plant.vehicle import Vehicle
 CONTROL_DELAY = 0.5 / 128 + 1 / 1024
 """A command is held for a control period, and acts one physics step later [s]."""
 STEP = 1.0
-"""The velocity step that no rotor should saturate in [m/s]."""
+"""The velocity step in which no rotor should saturate [m/s]."""
 LAG_MARGIN = 0.5
 DAMPING = 0.9
 LOOP_RATIO = 4.0
-"""Each loop is so many times slower than the one inside it."""
+"""Each loop is this many times slower than the one inside it."""
 CLIMB_LAG_MARGIN = 0.25
 YAW_LAG_MARGIN = 0.1
 LEAST_CLIMB = 2.0
-"""No slower a climb, whatever thrust there is: take-offs are flown with it [1/s]."""
+"""Smallest kp of climbing, whatever the spare thrust, because take-offs need it [1/s]."""
 BRAKE_SHARE = 0.75
 YAW_SHARE = 0.5
 TILT_SHARE = 0.5
 SWING_SHARE = 0.6
 LEVER_SHARE = 0.2
 NO_LEVER = 1e-6
-"""What is less counts as this [m, 1/s² m]."""
+"""Smaller values are raised to this [m, 1/s² m]."""
 KD_VELOCITY = 0.1
 STIFFEST = 2500.0
 """Largest kp of roll and pitch that is allowed [1/s²]."""
 
 
 def rule(vehicle: Vehicle) -> dict[str, float]:
-    """Return the values of those parameters that depend on the vehicle, by name; see above."""
+    """Return the parameters that depend on the vehicle, by name; see above."""
     frame = thrust_frame(vehicle)
     lag = vehicle.rotor_lag + CONTROL_DELAY
     spare = GRAVITY * max(0.0, thrust_to_weight(frame) - 1.0)
@@ -117,9 +117,9 @@ def thrust_to_weight(frame: ThrustFrame) -> float:
 
 
 def spare_angular_acceleration(frame: ThrustFrame) -> list[float]:
-    """Return how fast hovering rotors can turn the vehicle faster about x, y and z [rad/s²].
+    """Return the spare angular acceleration of hovering rotors about x, y and z [rad/s²].
 
-    It is the angular acceleration, either way, at which the first rotor comes to a limit.
+    It is the angular acceleration, in either direction, at which the first rotor reaches a limit.
     """
     most = np.array([rotor.max_thrust for rotor in frame.rotors])
     hover = frame.hover_thrusts

@@ -11,11 +11,11 @@ name, and integrals i (all by component):
 
     di_v/dt = ki_velocity (v_sp - v),   di_ω/dt = ki_rate (ω_sp - ω)
 
-An integral is kept as what it adds, so a change of its gain is no jump. It stands still while its
-error would drive it further beyond what the vehicle can do (conditional integration: Åström and
-Hägglund, Advanced PID Control, 2006, section 3.5): level ones while the tilt is limited, the others
-while the rotors made less of their part of the wrench than was asked. dω/dt is
-s / (1 + `RATE_FILTER` s) of ω. a is the estimated acceleration, d what drag of still air takes.
+An integral is stored as its contribution to the output, so a change of its gain causes no jump. It
+stops while its error would increase saturation (conditional integration: Åström and Hägglund,
+Advanced PID Control, 2006, section 3.5): horizontal ones while the tilt limit is active, the others
+while the rotors saturate. dω/dt is s / (1 + `RATE_FILTER` s) of ω. a is the estimated acceleration,
+d the drag of still air over mass, with the sign that compensates it.
 """
 
 from typing import Any
@@ -41,7 +41,7 @@ from workbench.controllers.pd_rule import rule as pd_rule
 RATE_FILTER = 0.01
 """Time constant of the filter of dω/dt [s]."""
 SATURATED = 0.02
-"""What is missing of a force, over the weight, or of an angular acceleration over 1 rad/s²."""
+"""Tolerance of saturation: missing force over weight, or missing angular acceleration [rad/s²]."""
 MOST_TURN = 10.0
 """Largest integral of a rate [rad/s²]."""
 
@@ -171,9 +171,9 @@ def update(
 def rule(vehicle: Any) -> dict[str, float]:
     """Return gains for a vehicle: those of the PD cascade in this form, and slow integrals.
 
-    kp_tilt kp_rate and kp_rate + kp_tilt stand for its kp and kd, as far as real numbers do that;
-    an integral takes five times as long as its loop, that of climbing ten times, so that a take-off
-    passes its speed by less than a tenth.
+    kp_tilt kp_rate and kp_rate + kp_tilt correspond to its kp and kd, as far as real poles allow.
+    An integral is five times slower than its loop, that of climbing ten times, so that a take-off
+    overshoots its speed by less than a tenth.
     """
     pd = pd_rule(vehicle)
     kd = min(pd["kd_roll"], pd["kd_pitch"])

@@ -1,7 +1,7 @@
 """PX4's multicopter position, attitude and rate control, and its control allocation.
 
-Parameters carry PX4's names, units and defaults (v1.16). PX4 works in NED and FRD; here x, y, z are
-those of the world and the body, z up, in which the same equations hold. By component:
+Parameters have PX4's names, units and defaults (v1.16). PX4 uses NED and FRD; here x, y, z are
+those of the world and the body with z up, where the same equations hold. By component:
 
     v_sp = P_pos (p_sp - p) + v_ff          level: the first part has priority within XY_VEL_MAX
     a_sp = a_ff + P_vel (v_sp - v) + I_vel - D_vel dv/dt
@@ -10,20 +10,20 @@ those of the world and the body, z up, in which the same equations hold. By comp
     dI_vel/dt = I (v_sp - v), level: less 2 / P_vel (a_sp - what the limited thrust makes)
 
     q_d: z along f, y_C = (-sin ψ, cos ψ, 0), x = y_C x z;  q_red: the shortest turn to that z
-    q_d <- q_red with MC_YAW_WEIGHT w of what is left of yaw
+    q_d <- q_red with MC_YAW_WEIGHT w of the remaining yaw
     ω_sp = 2 P_att sgn(q_0) Im(q⁻¹ q_d) + (world's z) dψ_sp/dt,   P_yaw over w, within RATE_MAX
     τ    = K P (ω_sp - ω) + I_rate - K D dω/dt + FF ω_sp
-    dI_rate/dt = max(0, 1 - (e / 400°/s)²) K I e,  within INT_LIM; e does not drive it beyond what
-                 the allocation left over
+    dI_rate/dt = max(0, 1 - (e / 400°/s)²) K I e,  within INT_LIM; not towards torque that the
+                 allocation could not make
 
-ω has passed IMU_GYRO_CUTOFF, of second order, and dω/dt IMU_DGYRO_CUTOFF besides, of first order
-as MC_YAW_TQ_CUTOFF of the yaw torque.
-Motors follow from τ and F, see `control/px4_allocation.py`; with m of them, a signal x gives the
-thrust share THR_MDL_FAC x² + (1 - THR_MDL_FAC) x, and a speed controller turns x into a speed
-between SIM_GZ_EC_MIN and SIM_GZ_EC_MAX. Rates: 512, 256 and 102 Hz, for 400, 250 and 50 to 100.
+ω has passed the second-order low-pass IMU_GYRO_CUTOFF, and dω/dt also the first-order low-pass
+IMU_DGYRO_CUTOFF. The yaw torque passes the first-order low-pass MC_YAW_TQ_CUTOFF.
+Motor signals follow from τ and F, see `control/px4_allocation.py`. A signal x gives the thrust
+share THR_MDL_FAC x² + (1 - THR_MDL_FAC) x, and a speed controller converts x to a speed between
+SIM_GZ_EC_MIN and SIM_GZ_EC_MAX. Rates: 512, 256 and 102 Hz; in PX4 400, 250 and 50 to 100.
 
 Source: PX4-Autopilot, PositionControl.cpp, ControlMath.cpp, AttitudeControl.cpp, rate_control.cpp,
-module parameters. docs/autopilots.md has what is left out.
+module parameters. docs/autopilots.md lists omissions.
 """
 
 import math
@@ -70,11 +70,11 @@ PERIOD = 1 / 512
 DIVIDERS = (2, 5)
 RADIANS = math.pi / 180.0
 REDUCED = 400.0 * RADIANS
-"""Error of a rate at which its integral stops to grow [rad/s]."""
+"""Rate error at which its integral stops growing [rad/s]."""
 LEAST_WEIGHT = 1e-4
 TINY = 1e-12
 UNMADE = 1.2e-7
-"""FLT_EPSILON: of less torque left over an integral takes no notice."""
+"""FLT_EPSILON: integrals ignore a smaller unallocated torque."""
 
 _RP = (0.0, 10.0)
 PARAMETERS = (
@@ -253,7 +253,7 @@ def wanted_attitude(z: Any, yaw: Any) -> Any:
 
 
 def rate_setpoint(q: Any, q_d: Any, weight: Any) -> Any:
-    """Return twice the vector part of the error of attitude, with its share of yaw (3)."""
+    """Return twice the vector part of the attitude error, with the weight of yaw (3)."""
     turn = shortest(upright(q), upright(q_d))
     reduced = q_d
     if turn[0] >= 1e-5:
@@ -270,8 +270,7 @@ def grown(integral: Any, e: Any, left: Any, slope: Any, most: Any, dt: float) ->
     Args:
         integral: before.
         e: error of the rate [rad/s].
-        left: torque that the allocation left over: where it is above 0, only a negative error
-            counts, and the other way round.
+        left: unallocated torque: if it is positive, only a negative error counts, and vice versa.
         slope: growth per error.
         most: its limit.
         dt: since the update before [s].
