@@ -1,1 +1,1 @@
-"""A process that judges gains beside a flight: what a screen asks for, it computes."""
+"""Processes that judge gains beside a flight: they compute what a screen asks for."""

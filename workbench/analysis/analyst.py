@@ -16,13 +16,13 @@ from workbench.scenario.scenario import Scenario
 
 CLOSED = "the analyst is closed"
 MOST_DEATHS = 3
-"""So many processes in a row may end without an answer; then no further one is started."""
+"""After so many processes in a row that end without an answer, no other is started."""
 NICENESS = {QUICK: 3, SLOW: 10, LONG: 10}
 """A flight beside them must keep its time."""
 
 
 class AnalysisProcess:
-    """Answers questions in a process of its own; only its start and `close` take time.
+    """Answers questions in its own process; only its start and `close` take time.
 
     Args:
         begin: the first message to every process, see `worker.main`.
@@ -64,7 +64,7 @@ class AnalysisProcess:
             answer.set_exception(WorkbenchError(said))
 
     def warm_up(self) -> None:
-        """Start the process, so that the first question need not wait for that."""
+        """Start the process, so that the first question does not wait for it."""
         with suppress(WorkbenchError):  # which the first question will be told
             self._living()
 
@@ -82,7 +82,7 @@ class AnalysisProcess:
             worker.close()
 
     def _living(self) -> WorkerProcess:
-        """Return a process that lives, as far as is known.
+        """Return a process that is alive, as far as is known.
 
         Raises:
             WorkbenchError: if there is none.

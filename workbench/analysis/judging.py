@@ -36,13 +36,13 @@ from workbench.design.linear.operating_point import HOLDING, HOVER
 from workbench.scenario.parameters import Parameter
 
 COARSE = 8
-"""Values looked at between a gain's own and its limit, each way."""
+"""Values tried between a gain's own and each limit."""
 Turned = tuple[tuple[str, float], ...]
-"""What turned a phase, by its name [rad]."""
+"""Phase by the name of its cause [rad]."""
 LEAST = 1e-3
-"""The smallest of them, as share of the largest allowed; 0 has no logarithm."""
+"""The smallest value tried, as a share of the limit; 0 has no logarithm."""
 EXACT = 2e-3
-"""How exact the border is, as share of the value there."""
+"""Relative accuracy of the border."""
 Search = Iterator[tuple[float, float] | None]
 FORGOTTEN = 0.05
 """A sampled pole no larger than this leaves nothing after two samples: rounding moves it."""
@@ -69,7 +69,7 @@ def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
 
 
 def is_stable(holding: LinearModel) -> bool:
-    """Return whether a closed loop is, holding a place and steered."""
+    """Return whether a closed loop is stable while it holds a place, and while it is steered."""
     return all(
         growth_rate(closed_poles(model), model.period) < INTEGRATOR
         for model in (opened_to_steer(holding), holding)
@@ -77,12 +77,12 @@ def is_stable(holding: LinearModel) -> bool:
 
 
 def _test(subject: Subject, gains: Mapping[str, float], name: str) -> Callable[[float], bool]:
-    """Return what tells whether a gain may have a value."""
+    """Return a function that tells whether the loop is stable with a value of a gain."""
     return lambda value: is_stable(subject.model({**gains, name: value}))
 
 
 def _stable_span(row: Parameter, own: float, stable: Callable[[float], bool]) -> Search:
-    """Give None for every look, and the span of stable values in the end, if there is one."""
+    """Yield None for each value tried, then the span of stable values, if there is one."""
     values = [own, *_spread(row, own)]
     looked: dict[float, bool] = {}
     for value in values:
@@ -112,7 +112,7 @@ def _stable_span(row: Parameter, own: float, stable: Callable[[float], bool]) ->
 
 
 def _spread(row: Parameter, own: float) -> list[float]:
-    """Return values to look at first, from limit to limit, as dense as their logarithms are."""
+    """Return values to try first, from limit to limit, evenly spaced in their logarithm."""
     least = max(row.minimum, LEAST * row.maximum)
     middle = min(max(own, least), row.maximum)
     below = np.geomspace(least, middle, COARSE + 1)
@@ -157,7 +157,7 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
 
 
 def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> Working:
-    """Answer how much force and moments bear all at once, as `workbench judge` does."""
+    """Answer the disk margin of force and moments at once, as `workbench judge` does."""
     gains = subject.linear_gains(question.gains)
     found = []
     for point in (HOVER, HOLDING):
@@ -178,7 +178,7 @@ def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Workin
 
 
 def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Working:
-    """Answer which injection a loop bears, by the model that it is flown like."""
+    """Answer which injection a loop tolerates, by a model of the flight."""
     loop = subject.table.controller.loop(question.loop)
     gains, point = subject.linear_gains(question.gains), HOLDING if loop.hold else HOVER
     model = subject.study.sampled(point, gains)
@@ -225,7 +225,7 @@ def _turned(
 
 
 def _said(steered: tuple[str, ...], held: tuple[str, ...]) -> str:
-    """Return what is unstable, "" if nothing is."""
+    """Return a sentence on what is unstable, "" if nothing is."""
     if steered:
         return f"unstable: a swing grows through {_listed(steered)}"
     return f"holding a place is unstable: a swing grows through {_listed(held)}" if held else ""

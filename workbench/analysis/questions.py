@@ -1,4 +1,4 @@
-"""What a screen asks its analyst: frozen records of plain numbers.
+"""Questions of a screen to its analyst: frozen records of plain numbers.
 
 The newest of a kind counts: one that waits is dropped for it.
 """
@@ -59,14 +59,14 @@ class Judge(Question):
 
 @dataclass(frozen=True)
 class JudgePlantInput(Question):
-    """How much do force and moments bear all at once? Answered by `JudgedPlantInput`."""
+    """What is the disk margin of force and moments at once? Answered by `JudgedPlantInput`."""
 
     gains: Gains
 
 
 @dataclass(frozen=True)
 class DrawFrequency(Question):
-    """What is a loop over frequency with these gains? Answered by `FrequencyCurves`.
+    """What does a loop look like over frequency? Answered by `FrequencyCurves`.
 
     Attributes:
         gains: of the controller.
@@ -81,7 +81,7 @@ class DrawFrequency(Question):
 
 @dataclass(frozen=True)
 class PlanMeasurement(Question):
-    """Which injection measures a loop in flight with these gains? By `MeasurementPlanned`.
+    """Which injection measures a loop in flight? Answered by `MeasurementPlanned`.
 
     Attributes:
         gains: of the controller.
@@ -138,7 +138,7 @@ class MovePole(Question):
 
 @dataclass(frozen=True)
 class FindRanges(Question):
-    """Within which values of each single gain is the loop stable? Answered by `Ranges`."""
+    """In which range of each gain, alone, is the loop stable? Answered by `Ranges`."""
 
     gains: Gains
 
@@ -153,7 +153,7 @@ class Predict(Question):
 
 @dataclass(frozen=True)
 class DrawMap(Question):
-    """What is a metric over two gains around these? Answered by `Mapped`."""
+    """How does a metric depend on two gains? Answered by `Mapped`."""
 
     gains: Gains
     x: str
@@ -278,7 +278,7 @@ ANSWERED_BY: dict[type[Question], tuple[int, str]] = {
     Weigh: (SLOW, "predicting:weigh"),
     Tune: (LONG, "tuning:tune"),
     Pin: (SLOW, "tuning:pin"),
-    FlyAgain: (LONG, "flying_again:fly_again"),
+    FlyAgain: (LONG, "predicting:fly_again"),
     AskOther: (SLOW, ""),
 }
 """The process, file and function that answer each kind of question, the most urgent kind first.

@@ -1,4 +1,4 @@
-"""What an analyst answers: frozen records of plain numbers and arrays.
+"""Answers of an analyst: frozen records of plain numbers and arrays.
 
 None carries an object of Drake's, so that a screen does not load it.
 """
@@ -151,7 +151,7 @@ class MeasurementPlanned:
 
 @dataclass(frozen=True)
 class Ranges:
-    """Stable values of every gain by name, smallest and largest, the others as they were."""
+    """The stable range of each gain by name, smallest and largest, while the others stay."""
 
     asked: FindRanges
     stable: Mapping[str, tuple[float, float]]
@@ -282,7 +282,7 @@ class Wished:
 
 @dataclass(frozen=True)
 class TunedStep:
-    """A step before and after (N) each, for the picture that the user decides by."""
+    """A step before and after a search (N) each, for the plot."""
 
     axis: str
     time: np.ndarray

@@ -19,11 +19,11 @@ from workbench.design.linear.operating_point import HOVER
 from workbench.scenario.axes import find_axis
 
 UNSTABLE_MARGINS = {Robustness.PHASE: math.radians(45.0), Robustness.DISK: 0.7}
-"""What a loop is shown the reach for while it is unstable: a phase margin [rad], a disk margin."""
+"""Margins for which the reach of an unstable loop is shown: phase [rad], disk."""
 NEAR_SATURATION = 2.0
-"""A step that saturates is told of where it is smaller than the usual one times this."""
+"""A step that saturates is reported up to this multiple of the usual step."""
 NOISY = 0.002
-"""Noise that moves commands by less is not told of."""
+"""Noise that moves commands by less is not reported."""
 CAUSES = {
     "filters": "filters",
     "estimator": "the estimator",
@@ -39,11 +39,11 @@ HOLDERS = (
     (("imu_", "wdot_", "vdot_"), "the hold between updates"),
     (("estimated_",), "the estimator"),
 )
-"""How names of states begin, and what they belong to, in words."""
+"""Prefixes of state names, and the part of the system in words."""
 
 
 def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
-    """Answer which gains do, exact, or the nearest."""
+    """Answer which gains do it exactly, or as nearly as possible."""
     shaper = _shaper(subject, question)
     yield None
     bandwidth, margin, robustness = question.bandwidth, question.margin, question.robustness
@@ -74,7 +74,7 @@ def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
 
 
 def _shaper(subject: Subject, question: ShapeLoop) -> LoopShaper:
-    """Return what shapes the loop; while only what is asked for changes, it is the same."""
+    """Return the shaper of the loop; it is kept while only the wishes change."""
     gains = subject.gains(question.gains)
     linked = subject.linked(question.linked)
     loop = subject.table.controller.loop(question.loop)
@@ -146,7 +146,7 @@ def _inside(controller: Controller, loop: Loop) -> str:
 
 
 def move_pole(subject: Subject, question: MovePole, _: Work) -> Working:
-    """Answer which gains bring it there, or the nearest."""
+    """Answer which gains bring the pole there, or as near as possible."""
     placer = _placer(subject, question)
     yield None
     found = placer.place(question.place)
@@ -161,7 +161,7 @@ def move_pole(subject: Subject, question: MovePole, _: Work) -> Working:
 
 
 def _placer(subject: Subject, question: MovePole) -> PolePlacer:
-    """Return what moves the pole; while only its place changes, it is the same."""
+    """Return the placer of the pole; it is kept while only the wanted place changes."""
     gains = subject.gains(question.gains)
     linked = subject.linked(question.linked)
     loop = subject.table.controller.loop(question.loop)
@@ -174,7 +174,7 @@ def _placer(subject: Subject, question: MovePole) -> PolePlacer:
 
 
 def _pole_said(subject: Subject, question: MovePole, found: Placed) -> str:
-    """Return what is in the way of a pole."""
+    """Return why a pole cannot be brought to its place, in a sentence."""
     name = question.loop.replace("_", " ")
     law = subject.table.controller
     model = subject.model({**subject.gains(question.gains), **found.gains})
@@ -192,7 +192,7 @@ def _pole_said(subject: Subject, question: MovePole, found: Placed) -> str:
 
 
 def _holder(law: Controller, model: LinearModel, pole: complex) -> str:
-    """Return what takes most part in a pole, in words."""
+    """Return the part of the system with the largest share in a pole, in words."""
     remembered = {state.name for state in law.memory}
     shares: dict[str, float] = {}
     for name, share in zip(model.state_names, state_shares(model, pole), strict=True):

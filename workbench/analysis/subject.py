@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from workbench.logs.flight_record import FlightRecord
 
 OF_A_STEP = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
-"""Whose parameters act on a step from hover."""
+"""Systems whose parameters act on a step from hover."""
 FIRST_STEP = 0.1
 """Duration of the flight that loads the compiled code [s]."""
 
@@ -83,7 +83,7 @@ class Subject:
 
     @cached_property
     def own(self) -> dict[str, float]:
-        """Values of all parameters, before anything is asked."""
+        """Values of all parameters of the vehicle and its settings."""
         acting = {
             name: value
             for name, value in self.settings.items()
@@ -105,14 +105,14 @@ class Subject:
 
     @cached_property
     def phases(self) -> "PhaseStudy":
-        """What tells where the phase of each loop went."""
+        """The phase budgets of the loops."""
         from workbench.design.judge.phase_budget import PhaseStudy
 
         return PhaseStudy(self.study)
 
     @cached_property
     def forker(self) -> "Forker":
-        """What flies on from a checkpoint of the scenario's flight; built in half a second.
+        """Flies on from a checkpoint of the scenario's flight; it takes half a second to build.
 
         Raises:
             WorkbenchError: if the scenario cannot be built.
@@ -183,7 +183,7 @@ class Subject:
         return {**payload, **self.gains(asked)}
 
     def load_engine(self) -> "Future[RolloutEngine]":
-        """Return what will have the engine of compiled flights; it takes a second to load.
+        """Return a Future of the engine of compiled flights; it takes a second to load.
 
         It is loaded in a thread, so that margins are not held up by it.
         """

@@ -15,11 +15,11 @@ from workbench.ipc.worker_process import Request, Superseded
 
 STOPPED = "it was stopped before it was done"
 Working = Iterator[Any]
-"""Work on an answer: gives None as often as it can rest, and the reply in the end."""
+"""Work on an answer: yields None where it can pause, and the reply at the end."""
 
 
 class RequestQueue:
-    """Keeps what was asked and is not begun yet; a thread fills it.
+    """Keeps the questions that are not begun yet; a thread receives them.
 
     The process ends at once when the caller's end of the connection does, whatever it works on: a
     search may take minutes.
@@ -70,7 +70,7 @@ class RequestQueue:
                 act()
 
     def _listen(self) -> None:
-        """Hear the caller until it is gone."""
+        """Receive messages until the caller is gone."""
         try:
             while True:
                 self._hear(self._connection.recv())
@@ -125,5 +125,5 @@ class Work:
         self.requests.on_stop(self.number, act)
 
     def tell(self, searched: Searched) -> None:
-        """Tell how it goes."""
+        """Report progress."""
         self.send_queue.show(searched)

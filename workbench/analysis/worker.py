@@ -22,7 +22,7 @@ from workbench.ipc.send_queue import LogPoster, SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 
 SLICE = 0.005
-"""A kind gives way to the next one after this long, where it can rest [s]."""
+"""After this time a kind pauses, where it can, for the next one [s]."""
 Answerer = Callable[[Subject, Any, Work], Working]
 
 
@@ -66,13 +66,13 @@ class Scheduler:
                 self._go_on(kind)
 
     def _take_in(self, *, wait: bool) -> None:
-        """Begin what is asked, of kinds that are not being worked on."""
+        """Begin new questions, of kinds that are not in progress."""
         for request in self._requests.take(set(self._begun), wait):
             work = Work(request.number, self._requests, self._send_queue)
             self._begun[type(request.what)] = request, self._work(request, work)
 
     def _work(self, request: Request, work: Work) -> Working:
-        """Work on a question; who answers it is looked up now, as that may load a library."""
+        """Work on a question; its function is looked up here, as that may load a library."""
         work.check()
         yield from self._find(type(request.what))(self._subject, request.what, work)
 
@@ -118,7 +118,7 @@ def main(connection: Connection) -> int:
 
 
 def find_answerer(kind: type) -> Answerer:
-    """Return who answers a kind of question."""
+    """Return the function that answers a kind of question."""
     if kind is AskOther:
         return ask_other
     file, name = ANSWERED_BY[kind][1].split(":")

@@ -206,14 +206,14 @@ class Analysis(QObject):
             self.searched.emit(progress)
 
     def _refuse(self, question: Question, said: str) -> None:
-        """Tell why there is no answer."""
+        """Report why there is no answer."""
         self.refused.emit(question, said)
         if isinstance(question, ASKED_ONCE):
             self._notices.warn(said)
 
 
 class Follower(QObject):
-    """Keeps the answer to a question that changes often.
+    """Asks questions of one kind that change often, one at a time: the newest is next.
 
     Args:
         analysis: to be asked.
@@ -248,7 +248,7 @@ class Follower(QObject):
         return self._asked is not None
 
     def ask(self, question: Question) -> None:
-        """Want the answer to a question; what was wanted before is not any more."""
+        """Ask a question, in place of one that still waits."""
         self._wanted = question
         self._send()
 
@@ -258,7 +258,7 @@ class Follower(QObject):
         self._send()
 
     def forget(self) -> None:
-        """Want nothing, and take no answer for known: another flight begins."""
+        """Forget questions and answers: another flight begins."""
         self._wanted = self._asked = self._known = None
 
     def _send(self) -> None:

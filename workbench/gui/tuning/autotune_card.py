@@ -79,7 +79,7 @@ class WishLine(QWidget):
     """One wish, and below it what is wrong with it."""
 
     changed = pyqtSignal()
-    """Something else is typed."""
+    """The text changed."""
 
     def __init__(self, number: int, law: Controller) -> None:
         super().__init__()
@@ -141,7 +141,7 @@ class WishLines(QWidget):
     """
 
     changed = pyqtSignal()
-    """Something else is wished."""
+    """The wishes changed."""
 
     def __init__(self, wishes: Sequence[str]) -> None:
         super().__init__()

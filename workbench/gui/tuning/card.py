@@ -1,4 +1,4 @@
-"""A card: what belongs together, on its own ground, with a heading."""
+"""Cards of the tuning screen, and what their contents share."""
 
 from collections.abc import Mapping, Sequence
 
@@ -23,7 +23,7 @@ SPACING = 6
 
 
 class Card(QFrame):
-    """A framed part of a screen.
+    """A framed part of a screen, with a heading.
 
     Args:
         title: its heading and accessible name.
@@ -53,7 +53,7 @@ class Card(QFrame):
 
 
 class Sentence(ElidedLabel):
-    """A sentence that takes the room there is, in the colour of what it says."""
+    """A sentence in one line that is cut where there is no room, coloured by its tone."""
 
     def __init__(self, tone: str = "muted") -> None:
         super().__init__()
@@ -69,7 +69,7 @@ class Sentence(ElidedLabel):
 
 
 def wrapped(tone: str = "muted") -> QLabel:
-    """Return a label whose text goes on in the next line."""
+    """Return a label whose text wraps."""
     label = QLabel()
     label.setProperty("class", tone)
     label.setWordWrap(True)

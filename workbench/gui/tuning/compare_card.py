@@ -237,11 +237,11 @@ class Bode(QWidget):
         self._box.addWidget(phase, 1)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the room that is enough beside each other."""
+        """Return the size of both plots side by side."""
         return QSize(320, 120)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Stand as the height allows."""
+        """Arrange the plots as the height allows."""
         directions = QBoxLayout.Direction
         high = self.height() >= HIGH
         self._box.setDirection(directions.TopToBottom if high else directions.LeftToRight)

@@ -97,7 +97,7 @@ class OtherControllers:
         return tuple(name for name in self.all if name != present)
 
     def note_flight(self) -> None:
-        """Take note of what flies now."""
+        """Record what flies now."""
         if self.present not in self.all:
             self._files.append(self.present)
 
@@ -186,7 +186,7 @@ class Designs(QObject):
     """
 
     changed = pyqtSignal()
-    """One is other now, or there are more or fewer."""
+    """A design changed, or there are more or fewer."""
 
     def __init__(self, flight: FlightModel, trial: Trial, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -215,7 +215,7 @@ class Designs(QObject):
         self.take_over()
 
     def take_over(self) -> None:
-        """Take note of the controller that flies now."""
+        """Record the controller that flies now."""
         self._others.note_flight()
         self._follow()
 
@@ -291,7 +291,7 @@ class Designs(QObject):
         )
 
     def _follow(self) -> None:
-        """Take note of what flies now."""
+        """Record what flies now."""
         flown, view = self._trial.flown, self._flight.view
         present = self._others.present
         last = self._flown[-1] if self._flown else None
@@ -325,7 +325,7 @@ class DesignAnswers(QObject):
     """
 
     changed = pyqtSignal()
-    """Something else is known now."""
+    """The known answers changed."""
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)

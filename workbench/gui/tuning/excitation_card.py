@@ -60,7 +60,7 @@ BUSY = (FlightMode.TAKING_OFF, FlightMode.LANDING)
 
 
 class WindForm(QWidget):
-    """Lets a wind blow over a flight, or stills the air.
+    """Sets the wind of a flight, or still air.
 
     Args:
         workspace: whose flight is blown at, and whose preferences keep the choice.
@@ -94,7 +94,7 @@ class WindForm(QWidget):
         self._preferences.changed.connect(lambda _: self._show_unit())
 
     def blow(self) -> None:
-        """Let the wind blow from now on."""
+        """Set the wind from now on."""
         store, name = self._preferences.store, self.turbulence.currentText()
         for key, value in ((SPEED_KEY, self.speed.si), (DIRECTION_KEY, self.direction.si)):
             store.setValue(key, value)
@@ -103,7 +103,7 @@ class WindForm(QWidget):
         self._set(self.speed.si, self.direction.si, speed)
 
     def set_enabled(self, flies: bool) -> None:
-        """Let it be pressed while there is a flight."""
+        """Enable the buttons while there is a flight."""
         self.button.setEnabled(flies and not self.speed.fault and not self.direction.fault)
         self.still.setEnabled(flies)
 
@@ -162,7 +162,7 @@ class FaultForm(QWidget):
     """
 
     changed = pyqtSignal()
-    """Something else has failed, or was repaired."""
+    """A part failed or was repaired."""
 
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()

@@ -56,7 +56,7 @@ Gains = Mapping[str, float]
 Key = tuple[str, str, tuple[tuple[str, float], ...]]
 VIEWS = ("Bode", "Nyquist", "Gang of four", "Phase")
 WEAKEST = "weakest"
-"""In place of a loop's name: the one that has least to spare."""
+"""Stands for the loop with the smallest margins."""
 BELOW, ABOVE = 50.0, 30.0
 """Frequencies that are shown reach so far below and above the crossover, as a factor."""
 HELP = {
@@ -84,7 +84,7 @@ class LoopCurves(QObject):
     """
 
     changed = pyqtSignal()
-    """Something else is known now."""
+    """The known answers changed."""
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -185,7 +185,7 @@ class LoopMeasuring(QObject):
     """
 
     changed = pyqtSignal()
-    """Something was measured, or it goes on."""
+    """A measurement was made, or makes progress."""
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -420,7 +420,7 @@ class FrequencyCard(Card):
             self._choose()
 
     def set_cursor(self, frequency: float | None) -> None:
-        """Put the cursor of all views to a frequency [rad/s], or take it away."""
+        """Set the cursor of all views to a frequency [rad/s], or remove it."""
         self._cursor = frequency
         for view in self._drawing:
             view.set_cursor(frequency)

@@ -1,4 +1,4 @@
-"""What is known of the stability of the gains that fly, and of those that are proposed."""
+"""The known stability of the gains that fly, and of the proposed ones."""
 
 from collections.abc import Mapping
 
@@ -11,9 +11,9 @@ from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_rows import controller_gains
 
 LATE = 500
-"""From then on it is said that a judgement is of earlier gains [ms]."""
+"""After this time the screen says that a judgement is of earlier gains [ms]."""
 REST = 300
-"""Gains have settled when they have not moved for so long [ms]."""
+"""Gains have settled when they have not changed for this time [ms]."""
 KEPT = 32
 """Judgements that are remembered."""
 Gains = Mapping[str, float]
@@ -37,7 +37,7 @@ class Judgement(QObject):
     """
 
     changed = pyqtSignal()
-    """Something else is known now."""
+    """The known answers changed."""
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -133,7 +133,7 @@ class Judgement(QObject):
         self.changed.emit()
 
     def _hear(self, judged: Judged) -> None:
-        """Take any judgement: others ask, too."""
+        """Keep any judgement, whoever asked."""
         self._known[_key(judged.asked.gains)] = judged
         while len(self._known) > KEPT:
             del self._known[next(iter(self._known))]
@@ -156,7 +156,7 @@ class Judgement(QObject):
         return proposed is not None
 
     def _come_in_time(self) -> None:
-        """Take note that there is an answer; while gains still move, the next one is waited for."""
+        """Note that an answer has come; while gains still change, wait for the next one."""
         if self._is_fresh:
             self._wait.stop()
         else:

@@ -13,7 +13,7 @@ from workbench.gui.units import Unit
 
 GROUP = "tuning/limits"
 BARE = "QAbstractSpinBox { padding-right: 5px; } QAbstractSpinBox:focus { padding-right: 4px; }"
-"""A field without arrows needs no room for them; arrow keys step it."""
+"""A field without arrows needs no room for them; the arrow keys still step it."""
 NARROWEST = 72
 """Of a field [px]."""
 
@@ -26,7 +26,7 @@ def written(value: float, decimals: int) -> str:
 
 @dataclass(frozen=True)
 class Limit:
-    """One number that should be kept.
+    """One number with a limit.
 
     Attributes:
         name: of the number, as in `StepNumbers` and `JudgedLoop`.

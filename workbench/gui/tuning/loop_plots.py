@@ -48,7 +48,7 @@ MIDDLE, HALF = (-0.8, 0.0), 2.4
 SPANS = (0.02, 200.0)
 """Smallest and largest half height."""
 WIDEST = 60.0
-"""A disk that reaches farther is drawn as if it reached so far: a straight edge."""
+"""Largest reach of a disk that is drawn; its edge is then almost straight."""
 CROSS = 0.03
 """Half the size of the mark at -1, of the height."""
 NEAR = 0.08
@@ -64,18 +64,18 @@ PARTS = {
     "hold": "a command stands for a control period, half of one late on average",
     "rotors": "rotors take time to speed up and slow down",
 }
-"""What turns a phase, in plain words, by its name in `JudgedLoop.turned`."""
+"""The parts of a phase in plain words, by their names in `JudgedLoop.turned`."""
 ABSENT = {
     "filters": "No filter is on.",
     "estimator": "No estimator flies: the loops have the true motion.",
 }
 """What is said where a part turns no loop at all."""
 HEADS = {"estimator": "estim."}
-"""For which a narrow window has room."""
+"""Short headings for a narrow window."""
 LEAST = 1e-9
-"""An angle that counts as one [rad]."""
+"""Smaller angles count as zero [rad]."""
 ROWS = 9
-"""That are expected before they are known."""
+"""Rows to expect before they are known."""
 
 
 class FrequencyPlots(QWidget):
@@ -116,7 +116,7 @@ class FrequencyPlots(QWidget):
         self._arrange(2)
 
     def _arrange(self, columns: int) -> None:
-        """Stand in so many columns."""
+        """Arrange the plots in this many columns."""
         if columns == self._columns:
             return
         self._columns = columns
@@ -124,7 +124,7 @@ class FrequencyPlots(QWidget):
             self._box.addWidget(plot, place // columns, place % columns)
 
     def set_cursor(self, frequency: float | None) -> None:
-        """Put the cursor of all plots to a frequency [rad/s], or take it away."""
+        """Set the cursor of all plots to a frequency [rad/s], or remove it."""
         for plot in self.plots:
             if plot.cursor_time != frequency:
                 plot.set_cursor(frequency)
@@ -135,7 +135,7 @@ class FrequencyPlots(QWidget):
             plot.set_window(left, right)
 
     def _link(self, plot: StaticPlot) -> None:
-        """Show the frequencies in all plots that the user has zoomed to in one."""
+        """Zoom all plots to the frequencies of one."""
         if self._linking:
             return
         self._linking = True
@@ -157,12 +157,12 @@ class BodePlots(FrequencyPlots):
             plot.set_scales(Scale.LOGARITHMIC)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Stand below each other where there is the height for it, else beside each other."""
+        """Arrange the plots in one column where the height allows it, else in two."""
         super().resizeEvent(event)
         self._arrange(1 if self.height() >= 2 * LOW else 2)
 
     def show_loops(self, loops: Sequence[DrawnLoop]) -> None:
-        """Draw these, with the margins of the one that counts."""
+        """Draw loops, with the margins of the proposed gains, or else of those that fly."""
         magnitude, phase = self.plots
         now = counting(loops)
         names = []
@@ -269,7 +269,7 @@ class GangPlots(FrequencyPlots):
             plot.set_axes("Frequency", name, unit, "rad/s")
 
     def show_loops(self, loops: Sequence[DrawnLoop]) -> None:
-        """Draw these, with the peaks of the one that counts."""
+        """Draw loops, with the peaks of the proposed gains, or else of those that fly."""
         now = counting(loops)
         for plot, (_, what, response) in zip(self.plots, FOUR, strict=True):
             shown: Shown = ([], "")
@@ -298,7 +298,7 @@ def peak_guide(what: str, mark: Mark) -> Shown:
 
 
 class Plane(Canvas):
-    """A canvas that tells where the mouse is in the complex plane."""
+    """A canvas that reports the complex number under the mouse."""
 
     pointed = pyqtSignal(object)
     """A complex number, None where the mouse has left."""
@@ -583,7 +583,7 @@ class PhaseView(QWidget):
     """
 
     changed = pyqtSignal()
-    """Something else is shown."""
+    """The table changed."""
 
     def __init__(
         self,

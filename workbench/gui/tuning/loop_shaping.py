@@ -23,7 +23,7 @@ from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
 
 REST = 400
-"""Gains have settled when they have not moved for so long [ms]."""
+"""Gains have settled when they have not changed for this time [ms]."""
 BANDWIDTH = Parameter("bandwidth", "", "rad/s", 0.1, 300.0, 10.0, "")
 PHASE = Parameter("phase margin", "", "rad", math.radians(5.0), math.radians(110.0), 1.0, "")
 DISK = Parameter("disk margin", "", "1", 0.05, 1.95, 0.7, "")
@@ -92,7 +92,7 @@ class LoopShaping(QWidget):
     """
 
     told = pyqtSignal()
-    """What limits the loop is another sentence now."""
+    """The sentence on what limits the loop changed."""
 
     def __init__(
         self,
@@ -349,7 +349,7 @@ class LoopShaping(QWidget):
             self._follower.ask(question)
 
     def _show(self) -> None:
-        """Show what the loop is now; what is held shows what is wanted."""
+        """Show the loop as it is; a slider that is held shows the wanted value."""
         loop = self._judged
         usable = loop is not None and bool(self._trial.gains_of(self._loop))
         self.margin.setEnabled(usable)

@@ -36,11 +36,11 @@ from workbench.gui.workspace import Workspace
 Segment = tuple[float, float, float, float]
 """x and y of both ends, in columns and rows of the grid."""
 USUAL_SHARE = 0.8
-"""Share of a grid that is told apart where the rest is far away."""
+"""Share of the grid that sets the colour range where the rest is far off."""
 CONTOURS = 6
 """About so many lines of equal value."""
 NUMBERED_PIECES = 6
-"""Pieces of a line that has a number."""
+"""A line with at least this many pieces has a number."""
 PAIRS = {
     "x": ("kp_velocity_x", "kp_pitch"),
     "y": ("kp_velocity_y", "kp_roll"),
@@ -49,7 +49,7 @@ PAIRS = {
 }
 """Gains that a response along an axis depends on most."""
 REST = 120
-"""A map is asked for when gains have not moved for so long [ms]: it is a thousand flights."""
+"""Ask for a map when gains have not changed for this time [ms]: it takes a thousand flights."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class MapGrid:
         return self.cell(float(column), float(row))
 
     def gains(self, place: QPointF) -> tuple[float, float] | None:
-        """Return the gains at a place, None beside the map."""
+        """Return the gains at a place, None outside the map."""
         if not self.box.contains(place):
             return None
         column = (place.x() - self.box.left()) / self.box.width() * len(self.x) - 0.5
@@ -121,7 +121,7 @@ def _crossings(corners: list[float], level: float) -> Iterator[tuple[float, floa
 
 
 def value_range(values: np.ndarray) -> tuple[float, float]:
-    """Return the values between which a grid is worth telling apart.
+    """Return the range of values for the colours of a grid.
 
     A few flights that are nearly lost have numbers so large that all others would look alike: the
     upper end is where four fifths of the grid have passed.
@@ -143,7 +143,7 @@ def contour_levels(low: float, high: float, count: int) -> tuple[float, ...]:
 
 
 class MapPicture:
-    """Paints a map once; it is kept as a pixmap by who shows it.
+    """Paints a map, which the view keeps as a pixmap.
 
     Args:
         mapped: the map.
@@ -167,7 +167,7 @@ class MapPicture:
         self._paint_axes(painter, self._grid.box)
 
     def _hatch(self, painter: QPainter, box: QRectF) -> None:
-        """Cover what was lost, or never got there."""
+        """Hatch the flights that were lost, or never got there."""
         rows, columns = self._mapped.values.shape
         width, height = box.width() / columns, box.height() / rows
         lines = QBrush(self._look.colour("bad"), Qt.BrushStyle.BDiagPattern)
@@ -287,7 +287,7 @@ class MapView(QWidget):
         self.update()
 
     def point_at(self, place: QPointF) -> tuple[float, float] | None:
-        """Return the gains at a place of the widget, None beside the map."""
+        """Return the gains at a place of the widget, None outside the map."""
         return self._grid.gains(place) if self._grid is not None else None
 
     def place_of(self, x: float, y: float) -> QPointF:
@@ -515,5 +515,5 @@ class MapCard(Card):
 
 
 def _rounded(value: float) -> float:
-    """Return three significant digits: a map is no finer."""
+    """Return three significant digits, as fine as a map."""
     return float(f"{value:.3g}")

@@ -35,7 +35,7 @@ RIGHT = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter | Qt.Tex
 SMALLER = 0.8
 """Size of what a number was, of the number's."""
 WIDEST = 130.0
-"""Width of a cell [px]: the eye must not lose its row."""
+"""Largest width of a cell, so that rows stay readable [px]."""
 FIRST = 0.54
 """Share of a cell that the first of two numbers beside each other has."""
 LOWEST = 1.5
@@ -76,7 +76,7 @@ class Cell:
 
     @property
     def spoken(self) -> str:
-        """The number in words, for who hears it."""
+        """The number in words, for screen readers."""
         return f"{self.text} {self.marked}".rstrip()
 
 
@@ -104,7 +104,7 @@ class Row:
 
     @property
     def spoken(self) -> str:
-        """The row in words, for who hears it."""
+        """The row in words, for screen readers."""
         numbers = ", ".join(cell.spoken for cell in self.cells[self.blank :])
         return f"{self.label}: {numbers} {self.state.value}"
 
@@ -206,7 +206,7 @@ class NumberTable(QWidget):
         return self._rows
 
     def set_rows(self, rows: tuple[Row, ...]) -> None:
-        """Show rows; the same again paint nothing."""
+        """Show rows; equal rows are not painted again."""
         if rows == self._rows:
             return
         if len(rows) != len(self._rows):
@@ -227,7 +227,7 @@ class NumberTable(QWidget):
             self.update()
 
     def set_head(self, head: Sequence[str], head_help: Sequence[str] = ()) -> None:
-        """Have other columns."""
+        """Set other columns."""
         self._head_help = tuple(head_help)
         if self._head != tuple(head):
             self._head = tuple(head)
@@ -248,7 +248,7 @@ class NumberTable(QWidget):
         return column if 0 <= column < len(self._head) else -1
 
     def expect(self, rows: int) -> None:
-        """Take room for so many rows before they are known."""
+        """Reserve room for this many rows."""
         self._expected = rows
         self.updateGeometry()
 
@@ -258,7 +258,7 @@ class NumberTable(QWidget):
         return QSize(320, (line + 5) * self._lines())
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least room in which nothing is cut."""
+        """Return the smallest size in which nothing is cut."""
         line = self.fontMetrics().height()
         return QSize(240, (line + 1) * self._lines())
 
@@ -266,7 +266,7 @@ class NumberTable(QWidget):
         return 1 + max(len(self._rows), self._expected)
 
     def changeEvent(self, event: QEvent | None) -> None:
-        """Follow another font."""
+        """Measure again after a change of the font."""
         if event is not None and event.type() == QEvent.Type.FontChange:
             self._measure()
         super().changeEvent(event)
@@ -280,7 +280,7 @@ class NumberTable(QWidget):
         self._widths = None
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Divide another width."""
+        """Divide the new width."""
         self._widths = None
         super().resizeEvent(event)
 
@@ -445,7 +445,7 @@ class NumberTable(QWidget):
             self.update()
 
     def event(self, event: QEvent | None) -> bool:
-        """Say more of the number under the pointer."""
+        """Show a tool tip for the number under the pointer."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
             QToolTip.showText(event.globalPos(), self.help_at(event.pos().x(), event.pos().y()))
             return True

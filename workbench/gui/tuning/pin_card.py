@@ -103,7 +103,7 @@ class PinCard(Card):
         return spec_path(self.folder.text(), self.name.text()).absolute()
 
     def begin(self) -> None:
-        """Wait for no answer about another vehicle."""
+        """Forget the question about another vehicle."""
         self._asked = None
         self._show_state()
 

@@ -48,7 +48,7 @@ ARROWS = {
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 HINT = "● proposed, to be dragged   ○ flown   ✕ unstable"
 NEAR = 14.0
-"""A pole this near to the pointer is read [px]."""
+"""Within this distance of the pointer a pole is read [px]."""
 SPANS = (2.0, 2000.0)
 """Shortest and longest way to the left that can be shown [1/s]."""
 
@@ -104,7 +104,7 @@ def shown_poles(flown: np.ndarray | None, proposed: np.ndarray | None) -> tuple[
 
 
 def poles_headline(proposed: np.ndarray) -> str:
-    """Return what the poles come to, in a sentence."""
+    """Return a summary of the poles, in a sentence."""
     growing = int(np.count_nonzero(proposed.real >= 0.0))
     if growing:
         return f"{growing} unstable pole{'s' if growing > 1 else ''}."
@@ -129,11 +129,11 @@ class PolePlane(QWidget):
     taken = pyqtSignal(object)
     """A proposed `Pole` is about to be moved, where poles can be."""
     wanted = pyqtSignal(object)
-    """And where to [1/s]."""
+    """Where the pole is to go [1/s]."""
     released = pyqtSignal()
-    """And it is let go."""
+    """The pole is released."""
     given_up = pyqtSignal()
-    """Or it is to go back."""
+    """The pole goes back to where it was."""
 
     def __init__(self, look: Look) -> None:
         super().__init__()
@@ -190,7 +190,7 @@ class PolePlane(QWidget):
             self._choose(min(proposed, key=lambda pole: abs(pole.value - value)))
 
     def zoom(self, factor: float) -> None:
-        """Show so many times as much of the plane."""
+        """Zoom out by a factor, or in where it is below 1."""
         self._span = min(max(self._span * factor, SPANS[0]), SPANS[1])
         self.update()
 
@@ -239,7 +239,7 @@ class PolePlane(QWidget):
                 painter.drawLine(at - way, at + way)
 
     def _draw_grid(self, box: QRectF, ratio: float) -> QPixmap:
-        """Return what stands still behind the poles; it is painted once."""
+        """Return the background of the poles; it is painted once."""
         grid = QPixmap(self.size() * ratio)
         grid.setDevicePixelRatio(ratio)
         grid.fill(Qt.GlobalColor.transparent)
@@ -321,7 +321,7 @@ class PolePlane(QWidget):
             painter.drawEllipse(at, 2.2 * SIZE, 2.2 * SIZE)
 
     def _paint_arrow(self, painter: QPainter, at: QPointF, pole: Pole) -> None:
-        """Show that it lies farther out, and where."""
+        """Point to where a pole outside the picture lies."""
         right = self._exact(pole).x() > at.x()
         tip = at + (QPointF(EDGE - 1.0, 0.0) if right else QPointF(0.0, 1.0 - EDGE))
         for side in (-1.0, 1.0):
@@ -358,11 +358,11 @@ class PolePlane(QWidget):
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
-        """Let it go."""
+        """Release the pole."""
         self._let_go()
 
     def keyReleaseEvent(self, event: QKeyEvent | None) -> None:
-        """Let a pole go that keys have moved."""
+        """Release a pole that keys have moved."""
         assert event is not None
         if Qt.Key(event.key()) in ARROWS and not event.isAutoRepeat():
             self._let_go()
@@ -590,7 +590,7 @@ class PolesCard(Card):
         self._following = False
 
     def _hear_read(self, said: str) -> None:
-        """Read a pole; once another one is looked at, what was in the way is of no interest."""
+        """Read a pole; for another one, drop what was in the way of the last."""
         if not self._following and self._base is None:
             self._obstacle, self._at = "", None
         self._read(said)

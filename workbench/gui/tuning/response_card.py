@@ -57,9 +57,9 @@ CHIRP_POINTS = 400
 FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
-"""Between two pictures of what is being flown [s]."""
+"""Least time between two drawings of the flight [s]."""
 LONGEST_STEP = 30.0
-"""That is predicted [s]."""
+"""The longest predicted step [s]."""
 TURNED = math.radians(1.0)
 """A prediction does not follow smaller changes of the heading [rad]."""
 
@@ -134,7 +134,7 @@ class LimitStrip(QWidget):
         self.setAccessibleDescription("; ".join(f"{use.label} {use.text}" for use in self._uses))
 
     def sizeHint(self) -> QSize:
-        """Return room for a line of text and a chart."""
+        """Return the size of two lines of text and a chart."""
         return QSize(320, 2 * self.fontMetrics().height() + 22)
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
@@ -234,7 +234,7 @@ def _row(
 
 
 def headline(rows: tuple[Row, ...]) -> str:
-    """Return what the rows come to, in a sentence."""
+    """Return a summary of the rows, in a sentence."""
     if all(row.state is State.NONE for row in rows):
         return "No step was flown yet."
     over = [row.label.lower() for row in rows if row.state is State.OVER]

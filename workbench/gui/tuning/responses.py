@@ -1,4 +1,4 @@
-"""What was flown of an excitation: its rounds, their steps, and the numbers of a step."""
+"""Flown rounds of an excitation, their steps, and the numbers of a step."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ from workbench.scenario.excitation import LATE, Excitation, Exciting, Shape
 from workbench.scenario.loads import Load
 
 GHOSTS = 5
-"""Responses that are kept besides the present one."""
+"""Earlier responses that are kept."""
 SHORTEST = 0.1
 """Of a response that is kept [s]."""
 FEWEST = 8

@@ -116,7 +116,7 @@ class Arrangement(QWidget):
         return QSize(LEAST + 2 * GAP, SHORTEST)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Stand as the width allows."""
+        """Arrange the parts as the width allows."""
         super().resizeEvent(event)
         both = self._gains.minimumSizeHint().width() + LEAST + 3 * GAP
         columns = Columns.GAINS if self.width() >= both else Columns.NONE

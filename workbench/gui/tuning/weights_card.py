@@ -24,7 +24,7 @@ MOST = 8
 LEAST = 0.02
 """Share of the longest bar below which a gain does nothing to speak of."""
 REST = 600
-"""Gains have settled when they have not moved for so long [ms]."""
+"""Gains have settled when they have not changed for this time [ms]."""
 
 
 def weight_text(gain: str, slope: float, limit: Limit) -> str:
