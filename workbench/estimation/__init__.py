@@ -1,1 +1,1 @@
-"""What the flight computer makes of its sensors, as pure functions: filters and estimators."""
+"""State estimation of the flight computer as pure functions: filters and estimators."""

@@ -1,21 +1,21 @@
-"""Mahony's complementary filter for the attitude, and fixed gains for place and velocity.
+"""Mahony's complementary filter for the attitude, and fixed gains for position and velocity.
 
-The attitude follows the gyro, turned towards what accelerometer and magnetometer show: with u and m
-the unit vectors of the measured specific force and of the measured heading, u_hat and m_hat where
-the attitude expects them, all in B,
+The attitude follows the gyro, with a correction from accelerometer and magnetometer. With the unit
+vectors u and m of the measured specific force and heading, and u_hat and m_hat as the attitude
+predicts them, all in B,
 
     e = u x u_hat + (m x m_hat)         w = w_IMU - b_g + kp e         b_g+ = b_g - ki e dt
 
-The field counts by its heading alone: a wrong dip does not tilt it. Place and velocity follow the
-specific force, turned by that attitude, and are drawn to the GPS and the barometer with the
-gains of a filter of second order that settles within a time constant T:
+Only the heading of the field is used, so a wrong dip does not affect the tilt. Position and
+velocity integrate the specific force, rotated by that attitude. GPS and barometer correct them with
+the gains of a second-order filter with the time constant T:
 
     v+ = v + a dt + dt (p_y - p) / T²       p+ = p + v dt + 2 dt (p_y - p) / T
 
-and by the GPS's velocity with 1 / T_v. Between samples the last ones count: places moved on by the
-estimated velocity, the velocity by the specific force. One that stands would hold the estimate back
-in every acceleration. Those of the GPS count for a second: then barometer and specific force are
-all that is left.
+and the GPS's velocity with 1 / T_v. Between samples the last ones are used, propagated: positions
+by the estimated velocity, the velocity by the specific force. A constant sample would hold the
+estimate back in every acceleration. GPS samples are used for a second; after that only barometer
+and specific force remain.
 
 Source: R. Mahony, T. Hamel and J.-M. Pflimlin, Nonlinear complementary filters on the special
 orthogonal group, IEEE Transactions on Automatic Control 53(5), 2008: explicit filter with bias
@@ -44,14 +44,14 @@ accelerometer, as the EKF has them (16); whether there were samples of GPS, baro
 magnetometer, and the time since that of the GPS (4), place (3) and velocity (3) by the last ones of
 the GPS, height by the last one of the barometer (1); and its size."""
 GPS_HELD = 1.0
-"""So long the last sample of the GPS counts [s]."""
+"""The last GPS sample is used for this long [s]."""
 _LEAST_FORCE, _MOST_FORCE = 0.5, 1.5
-"""Times g: a specific force beyond these shows no direction of up."""
+"""Range of specific force over g in which it gives the direction of up."""
 
 
 @register_jitable
 def turning(x: Signal, imu: Signal, field: Signal, m_W: Signal) -> tuple[Any, Any, Any]:
-    """Return e (3), by which the attitude is off.
+    """Return the attitude error e (3).
 
     Args:
         x: attitude first (4).

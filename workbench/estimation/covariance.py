@@ -1,6 +1,6 @@
 """The covariance of an error-state filter in blocks of 3 x 3, and what changes it.
 
-With F of a period and the noise Q that comes in it,
+With F of a period and the noise Q of that period,
 
     P+ = F P F' + Q
 
@@ -9,8 +9,8 @@ K = P H' / s,
 
     dx = dx + K (y - h(x) - H dx)      P = P - K s K'
 
-In blocks the zeros and ones of F cost nothing, and all of it is sums of products: floats, AutoDiff
-and machine code take them, this of many filters side by side.
+In blocks the zeros and ones of F cost nothing. Everything is sums of products, which work with
+floats, AutoDiff and machine code, also for many filters side by side.
 
 Source: J. Solà, Quaternion kinematics for the error-state Kalman filter, arXiv:1711.02508, 2017:
 sections 5.3 and 6.1.
@@ -107,7 +107,7 @@ def transposed(A: Block) -> Block:
 
 @register_jitable(forceinline=True)
 def _even(A: Block) -> Block:
-    """Return the symmetric block with A's upper triangle: halves would differ more and more."""
+    """Return the symmetric block with A's upper triangle, so that rounding errors do not grow."""
     return A[0], A[1], A[2], A[1], A[4], A[5], A[2], A[5], A[8]
 
 
@@ -255,7 +255,7 @@ def carried(m: Measured, F: Transition, dt: Scalar) -> Measured:
 
 
 class Fused(NamedTuple):
-    """What is known once a number was taken in.
+    """The state after a measurement.
 
     Attributes:
         P: covariance.
@@ -287,13 +287,13 @@ def _sum(a: Three, b: Three, c: Three, d: Three, e: Three) -> Three:
 
 @register_jitable(forceinline=True)
 def fused(P: Covariance, error: Error, m: Measured, gate: Scalar) -> Fused:
-    """Take a measured number in; what is beyond the gate, or none, changes nothing.
+    """Update by a measured number; one beyond the gate, or NaN, changes nothing.
 
     Args:
         P: covariance.
         error: so far (15).
         m: the number.
-        gate: it is left out beyond so many deviations.
+        gate: it is rejected beyond this many standard deviations.
     """
     t, p, v, g, a = m.t, m.p, m.v, m.g, m.a
     k_t = _sum(

@@ -14,9 +14,9 @@ A measurement y = h(x) + noise of variance r is a row H: with s = H P H' + r and
 
     dx = dx + K (y - h(x) - H dx)      P = P - K s K'
 
-one number after the other, which is the same as all at once where their noises are independent.
-One whose innovation is beyond the gate is left out. A sample that is T old is held against the
-motion T ago: that of the same equations, with the last means of the IMU, over -T.
+one number after another, which equals a joint update if their noises are independent. A number
+whose innovation is beyond the gate is rejected. A sample of age T is compared with the motion T
+ago, by the same equations over -T with the last means of the IMU.
 
 Source: J. Solà, Quaternion kinematics for the error-state Kalman filter, arXiv:1711.02508, 2017:
 sections 5.3 (local error), 5.4.3 and 6.1.
@@ -80,7 +80,7 @@ SIZE = INNOVATIONS + 2 * CHANNELS
 """Places in the memory: x (16), P row by row (225), and of each number that was measured in this
 update the innovation and its variance, NaN where there was none; and its size."""
 LEAST_LOOK = 0.5
-"""A range finder whose beam is farther from straight down than this cosine measures no height."""
+"""Smallest cosine between a range finder's beam and straight down for a height measurement."""
 
 
 START = "start of the estimate"
@@ -88,9 +88,9 @@ START = "start of the estimate"
 
 
 class InitialDeviations(NamedTuple):
-    """How far the estimate may be off at the start: standard deviations of its errors.
+    """Standard deviations of the initial errors of the estimate.
 
-    The defaults are what the shipped drone's sensors settle to within a minute.
+    The defaults are those that the shipped drone's sensors reach within a minute.
     """
 
     attitude: float = 0.001
@@ -307,8 +307,8 @@ def measured_heading(x: Signal, z: Signal, mounting: Signal, settings: Signal) -
     level = m_x * m_x + m_y * m_y
     k = (z[MAGNETOMETER + 1], z[MAGNETOMETER + 2], z[MAGNETOMETER + 3])
     n_x, n_y, _ = into_world(R, k)
-    # a wrong tilt turns the horizontal part of a field that dips; taken of the known field, as
-    # the measured one's noise would come into H, and seem to tell of the tilt
+    # a wrong tilt turns the horizontal part of a dipping field; this uses the known field, because
+    # noise of the measured one in H would look like information about the tilt
     row = Measured(
         t=into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0)),
         p=NONE,

@@ -1,14 +1,14 @@
-"""The estimators: those that a scenario can name, and one in a file of the user's own.
+"""The estimators: those that a scenario can name, and a user's own file.
 
-The file is Python, see docs/estimation.md. It states
+The file is Python, see docs/estimation.md. It defines
 
-    PARAMETERS   its live numbers, made by `gain`
-    MEMORY       what it remembers behind the nominal state, `State`s
+    PARAMETERS   its live parameters, made by `gain`
+    MEMORY       its states after the nominal state, `State`s
     update       one update of its memory in place
-    begin        the memory at the start
+    begin        the initial memory
     covariance   of its errors
 
-and only `update` has to be there.
+Only `update` is required.
 """
 
 import hashlib
@@ -140,7 +140,7 @@ def _begin_ekf(
     """Return the memory of a filter whose errors are as large as it takes them to be."""
     memory = ekf.initial(state, mounting.p_BI, known)
     errors = np.repeat(np.array(known), 3) * drawn
-    errors[9:] = 0.0  # biases are what they are, and not known
+    errors[9:] = 0.0  # biases of the estimate start at 0, as the true ones are not known
     memory[: ekf.NOMINAL] = ekf.corrected(memory[: ekf.NOMINAL], errors)
     return memory
 
@@ -248,7 +248,7 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
     check_names(file, "parameter", names)
     memory = stated_memory(file, own)
     begin, covariance = (_optional(file, own, each) for each in ("begin", "covariance"))
-    # a place beyond an array's end would be read or written by machine code, and nobody told
+    # machine code does not check indices beyond an array's end
     mark_functions(module, boundscheck=True)
     initial = np.array([each.initial for each in memory])
 

@@ -3,11 +3,11 @@
     x' = A x + B u
     y = C x + D u
 
-A section is nine numbers: A row by row (4), B (2), C (2) and D. They are made by the trapezoidal
-rule with the cut-off prewarped, so they are the digital Butterworth and notch filters of
+A section is nine numbers: A in row order (4), B (2), C (2) and D. They come from the trapezoidal
+rule with a prewarped cut-off, so they equal the digital Butterworth and notch filters of
 scipy.signal (`butter`, `iirnotch`). The states are those of the state variable filter: at rest the
-first is 0 and the second is the input, whatever the coefficients. So a cut-off may be moved, or a
-filter switched on, without a jump.
+first is 0 and the second is the input, whatever the coefficients. So moving a cut-off or switching
+a filter on causes no jump.
 
 Source: A. Simper, Linear Trapezoidal Integrated State Variable Filter With Low Noise Optimisation,
 Cytomic, 2013; V. Zavalishin, The Art of VA Filter Design, 2.1, 2018, sections 3 and 4.
@@ -95,7 +95,7 @@ def notch(centre: float, width: float, period: float) -> Section:
 
 @register_jitable(forceinline=True)
 def output(section: Any, x_1: Scalar, x_2: Scalar, u: Scalar) -> Scalar:
-    """Return what comes out of a section with states x_1, x_2 for an input."""
+    """Return the output of a section with states x_1, x_2 for an input."""
     return section[6] * x_1 + section[7] * x_2 + section[8] * u
 
 

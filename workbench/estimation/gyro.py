@@ -1,7 +1,7 @@
-"""The gyro: it samples the angular velocity at a rate of its own, through a notch and a low-pass.
+"""The gyro: it samples the angular velocity at its own rate, through a notch and a low-pass.
 
-Each axis of the body has both filters, one after the other. A sample stands at the beginning of a
-physics step, and every control update begins with one.
+Each axis of the body has both filters in series. A sample is taken at the start of a physics step,
+and one at each control update.
 """
 
 from typing import Any, NamedTuple
@@ -38,10 +38,10 @@ UNFILTERED = GyroSettings()
 
 @register_jitable
 def sample_steps(rate: float, step: float, steps: int) -> int:
-    """Return every how many physics steps the gyro samples: a divisor of the control period.
+    """Return the number of physics steps between gyro samples: a divisor of the control period.
 
     Args:
-        rate: least rate that is asked for [1/s]; 0 for a sample every step.
+        rate: smallest requested rate [1/s]; 0 for a sample every step.
         step: of physics [s].
         steps: of physics in a control period.
     """
@@ -73,7 +73,7 @@ def body_rates(state: Signal) -> tuple[Scalar, Scalar, Scalar]:
 
 @register_jitable(forceinline=True)
 def filtered_axis(coefficients: Signal, x: Signal, w: Scalar) -> Scalar:
-    """Return what comes out of both filters on an axis with states x (4) for a rate [rad/s]."""
+    """Return the output of both filters on an axis with states x (4) for a rate [rad/s]."""
     between = output(coefficients[0:9], x[0], x[1], w)
     return output(coefficients[9:18], x[2], x[3], between)
 
@@ -89,7 +89,7 @@ def stepped_axis(
 
 @register_jitable
 def filtered_rates(coefficients: Signal, x: Signal, w_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return what comes out of the filters (3) with states x (12) for angular velocities in B."""
+    """Return the outputs (3) of the filters with states x (12) for angular velocities in B."""
     return (
         filtered_axis(coefficients, x[0:4], w_B[0]),
         filtered_axis(coefficients, x[4:8], w_B[1]),

@@ -1,6 +1,6 @@
-"""The IMU as the flight computer samples it: truth, bias, noise and faults, sample by sample.
+"""The IMU as the flight computer samples it: truth, bias, noise and faults of each sample.
 
-It draws its own numbers, so equal seeds give equal samples in every diagram and in compiled code.
+It has its own random numbers, so equal seeds give equal samples in all diagrams and compiled code.
 """
 
 import math
@@ -24,7 +24,7 @@ ON, PLACE, TURN, DEVIATION, KEPT, DRIVEN, MEAN, SPREAD = 0, 1, 4, 13, 19, 25, 31
 CONSTANTS = SPREAD + 6
 """Places of what the functions below know of an IMU, and how many numbers that is; see `packed`."""
 NOISE_FACTOR = 10.0
-"""A noisy one has so many times its usual deviation."""
+"""Factor on the standard deviation of a noisy one."""
 FROZEN, NOISY, SILENT = 1.0, 2.0, 3.0
 """Faults."""
 SOURCE = "imu of the estimator"
@@ -111,7 +111,7 @@ def _drift(noise: Noise, period: float) -> tuple[float, float]:
 
 @register_jitable(forceinline=True)
 def measured(state: Signal, acceleration: Signal, p_BS: Signal) -> Six:
-    """Return what a perfect IMU shows, in the axes of B.
+    """Return the measurement of an ideal IMU, in the axes of B.
 
     Args:
         state: of the body (13).
@@ -137,7 +137,7 @@ def measured(state: Signal, acceleration: Signal, p_BS: Signal) -> Six:
 def noisy_sample(
     exact: Signal, number: int, every: int, fault: float, bias: Signal, imu: Signal, seed: float
 ) -> Six:
-    """Return what an IMU shows, in the axes of B.
+    """Return the measurement of an IMU, in the axes of B.
 
     Args:
         exact: see `measured` (6).
@@ -172,7 +172,7 @@ def with_noise(exact: Signal, n: Signal, R_BS: Signal) -> Six:
 
 @register_jitable
 def step_drift(drift: Signal, number: int, imu: Signal, seed: float) -> None:
-    """Let the drift of the biases (6) go on from a reading to the next, in place."""
+    """Advance the drift of the biases (6) from a reading to the next, in place."""
     drawn = np.empty(COUNT)
     draw_normals(seed, 2 * number + 1, drawn)
     for i in range(6):

@@ -1,4 +1,4 @@
-"""An estimator run over samples that were taken before, wherever they come from."""
+"""An estimator run over recorded samples of any origin."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class Stamped(NamedTuple):
 
 @dataclass(frozen=True)
 class SensorSamples:
-    """What sensors gave over time; None of those that gave nothing.
+    """Samples of sensors over time; None for a sensor without samples.
 
     Attributes:
         imu: angular velocity [rad/s] and specific force [m/s²] in B (6).
@@ -61,7 +61,7 @@ class SensorSamples:
 
 @dataclass(frozen=True)
 class EstimateHistory:
-    """What an estimator knew after each of its updates.
+    """The results of an estimator after each of its updates.
 
     Attributes:
         time: stamps of the IMU (N) [s].
@@ -106,10 +106,10 @@ def run_estimator(
 ) -> EstimateHistory:
     """Run an estimator over samples: an update with each of the IMU.
 
-    The IMU counts with the mean of its samples at both ends of a period, as they are taken at one
-    moment each. A longer time than `LONGEST_STEP` is split, with samples along a straight line
-    between its ends. A sample of another sensor joins the first update that is not before its
-    stamp, and whose IMU sample came no sooner than it did; where several join, the newest counts.
+    For the IMU, a period uses the mean of the samples at both ends. A period longer than
+    `LONGEST_STEP` is split, with linear interpolation. A sample of another sensor joins the first
+    update that is not before its stamp, and whose IMU sample did not arrive before it; of several,
+    the newest counts.
 
     Args:
         estimator: that runs.

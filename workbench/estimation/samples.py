@@ -1,4 +1,4 @@
-"""What sensors give an estimator between two of its updates, and where they are mounted."""
+"""Samples for an estimator between two of its updates, and positions of the sensors."""
 
 from typing import Any, NamedTuple
 

@@ -1,6 +1,6 @@
-"""What a scenario may say of estimators: their names, and their live numbers.
+"""Names and live parameters of estimators for scenarios.
 
-Commands read this before anything heavy is loaded.
+Commands import this before anything heavy is loaded.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ ESTIMATORS = (TRUTH, COMPLEMENTARY, EKF)
 OWN = "estimator"
 """System of the parameters of an estimator of the user's own, see `Parameter`."""
 HEARD = ("gps", "barometer", "magnetometer", "range_finder")
-"""Kinds of sensors that an estimator listens to, besides the IMU."""
+"""Kinds of sensors that an estimator uses, besides the IMU."""
 
 
 class EkfSettings(NamedTuple):

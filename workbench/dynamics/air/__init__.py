@@ -1,1 +1,1 @@
-"""The air: wind, gusts and turbulence, and what they do to body and rotors; and pushes."""
+"""The air: wind, gusts and turbulence, their effect on body and rotors; and pushes."""

@@ -1,6 +1,6 @@
-"""What moving air does to a vehicle: pure functions of scalars, as the control law is.
+"""Drag of body and rotors: pure functions of scalars.
 
-One source runs with floats, converts to AutoDiffXd, and compiles with numba.
+The same source runs with floats and AutoDiffXd, and compiles with numba.
 """
 
 from typing import Any
@@ -29,7 +29,7 @@ def cross(a: Signal, b: Signal) -> tuple[Scalar, Scalar, Scalar]:
 def body_drag(v_B: Signal, w_B: Signal, pressure: Scalar, p_BoBcm_B: Signal) -> Wrench:
     """Return force [N] and moment about the body's origin [N·m] of the body's drag, in B.
 
-    With v the velocity of the centre of mass relative to the air, it is -pressure |v| v there.
+    The force at the centre of mass is -pressure |v| v, with its velocity v relative to the air.
 
     Args:
         v_B: velocity of the origin relative to the air, in B (3) [m/s].
@@ -56,9 +56,9 @@ def with_rotor_drag(
 ) -> Wrench:
     """Return a wrench with a rotor's drag.
 
-    With v the part across its axis of its hub's velocity relative to the air, that is the force
-    -|w| rotor_drag_coefficient v at the hub and the moment -|w| rolling_moment_coefficient v:
-    against the way, whichever way the rotor turns. These two are Gazebo's
+    With v the hub's air velocity across the rotor axis, the force at the hub is
+    -|w| rotor_drag_coefficient v, and the moment -|w| rolling_moment_coefficient v: against the
+    motion, for both turning directions. Both are Gazebo's
     (MulticopterMotorModel.cc of gz-sim, gazebo_motor_model.cpp of RotorS), after Martin and
     Salaun, "The True Role of Accelerometer Feedback in Quadrotor Control", ICRA 2010.
 

@@ -1,9 +1,9 @@
-"""Normal numbers by seed and number of the sample, for compiled code.
+"""Standard normal numbers by seed and sample number, for compiled code.
 
-A random source of Drake's would copy the whole diagram's state at every sample, as its generator
-is abstract state: that took a tenth of a flight's time. SplitMix64 needs no state: its n-th number
-is a mix of seed + n times a constant (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
-Generators", OOPSLA 2014; mixed as by Stafford's variant 13).
+Drake's random source has its generator as abstract state, so the whole diagram's state is copied at
+every sample, which took a tenth of a flight's time. SplitMix64 needs no state: its n-th number is a
+hash of seed + n times a constant (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
+Generators", OOPSLA 2014; with Stafford's variant 13 of the mixer).
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The live numbers of the air, in the order of the parameter table."""
+"""The live parameters of the air, in the order of the parameter table."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -42,7 +42,7 @@ def calm_air(vehicle: Vehicle) -> AirSettings:
 
 
 def gust_settings(velocity: Sequence[float], start: float, duration: float) -> dict[str, float]:
-    """Return what makes a gust to a velocity in W [m/s], from `start` on for `duration` [s]."""
+    """Return the settings of a gust with a peak velocity in W [m/s], start and duration [s]."""
     x, y, z = velocity
     return {"gust_x": x, "gust_y": y, "gust_z": z, "gust_start": start, "gust_duration": duration}
 
@@ -54,7 +54,7 @@ def push_settings(
     duration: float,
     torque: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> dict[str, float]:
-    """Return what makes a push, times as for a gust [s].
+    """Return the settings of a push, with times as for a gust [s].
 
     It has a force in W [N] at a point in B [m], and a torque in B [N·m].
     """

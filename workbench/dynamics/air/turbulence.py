@@ -7,12 +7,12 @@ h)^0.4; from 10 to 1000 ft. Spectra over the spatial frequency k, from 0 up:
     u    s² 2 L / pi / (1 + (L k)²)
     v, w s² L / pi (1 + 3 (L k)²) / (1 + (L k)²)²
 
-A drone that moves at V through the turbulence meets k as the frequency k V, so that white noise
-filtered by 1 / (1 + T s) or (1 + sqrt(3) T s) / (1 + T s)², with T = L / V, is what it feels. The
-filters' states here are free of units: x for u, and x, y with dx = -x dt/T + noise, dy = (x - y)
-dt/T for v and w. They are stepped along the closed form of these equations, so that at a steady
-height and speed samples have the spectra's covariances whatever the period. MIL-HDBK-1797 halves
-L_v and L_w and has a 2 with each of them: the same spectra.
+For a drone with the air speed V, k becomes the frequency k V. So the turbulence is white noise
+filtered by 1 / (1 + T s) or (1 + sqrt(3) T s) / (1 + T s)², with T = L / V. The filters' states
+are dimensionless: x for u, and x, y with dx = -x dt/T + noise, dy = (x - y) dt/T for v and w. They
+are stepped in closed form, so at constant height and speed, samples have the covariances of the
+spectra whatever the period. MIL-HDBK-1797 has half of L_v and L_w and a factor of 2 with each: the
+same spectra.
 """
 
 import math
