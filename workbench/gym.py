@@ -70,9 +70,9 @@ class DroneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     Args:
         num_envs: how many drones.
         task: "hover" or "track".
-        model: see `Batch`, and so the next two.
-        controller: see there.
-        actions: see there.
+        model: see `Batch`.
+        controller: see `Batch`.
+        actions: see `Batch`.
         periods: of control in a step, 4 of them 1/32 s.
         max_episode_steps: after which an episode is truncated.
         threads: see `Batch`.

@@ -133,9 +133,9 @@ def predict_load_step(
         engine: flies it.
         gains: parameter values by name.
         load: see `fly_load_step`.
-        amplitude: see there.
-        duration: see there.
-        acts: see there.
+        amplitude: see `fly_load_step`.
+        duration: see `fly_load_step`.
+        acts: see `fly_load_step`.
         heading: yaw of the drone [rad].
 
     Returns:

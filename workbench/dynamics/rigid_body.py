@@ -166,10 +166,10 @@ def accelerations(
         last: see `middle`; of its six numbers, the first three count.
         step: its length, 0 for the acceleration now [s].
         wrench: force [N] and moment about the origin [N·m], in B, without gravity (6).
-        mass: see `RigidBody`, and so the next three.
-        inertia: see there.
-        inverse: see there.
-        p_BoBcm_B: see there.
+        mass: see `RigidBody`.
+        inertia: see `RigidBody`.
+        inverse: see `RigidBody`.
+        p_BoBcm_B: see `RigidBody`.
     """
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R_WB
     b_x, b_y, b_z = w_B

@@ -54,9 +54,9 @@ def measured_flight(
         rotors: how many the vehicle has.
         order: for each rotor of the description the number of its motor in the log, from 1; the
             log's own order without it.
-        force_lowpass: cut-off of the accelerometer's filter [Hz], 0 for none; that of the firmware
-            where it is not given, see `FILTERS`. So the gyro's.
-        gyro_lowpass: see there.
+        force_lowpass: cut-off of the accelerometer's filter [Hz], 0 for none; by default that of
+            the firmware, see `FILTERS`.
+        gyro_lowpass: the same of the gyro.
 
     Raises:
         WorkbenchError: where the log has no gyro, accelerometer or commands, or no flight.

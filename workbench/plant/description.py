@@ -76,7 +76,7 @@ class Description:
     battery: BatteryPack | None = None
 
     def undrawn(self) -> "Description":
-        """Return it without what is only drawn, for a flight that nobody watches.
+        """Return it without shapes that are only drawn, for a flight without pictures.
 
         Drake moves every shape at every physics step: 40 of them take an eighth of one. A drone's
         own sensors do not see it.

@@ -278,7 +278,7 @@ def _chosen(
         trusted: see `chosen_controller`.
 
     Raises:
-        WorkbenchError: see there.
+        WorkbenchError: see `chosen_controller`.
     """
     if given or shipped:
         return given or named

@@ -90,11 +90,11 @@ def make_flight_loop(controller: Controller) -> Any:
             supply: likewise, see `vehicle_step.loaded` (2, 4).
             law: gains, shares, known constants, probes, share and rate of the acceleration
                 estimate, and settings, as `flight_law.packed_update` takes them.
-            values: see `vehicle_dynamics.advance`, and so the next three.
-            constants: see there.
+            values: see `vehicle_dynamics.advance`.
+            constants: see `vehicle_dynamics.advance`.
             sphere: see `VehicleDynamics.above_ground`.
-            state: see there.
-            memory: see there.
+            state: see `vehicle_dynamics.advance`.
+            memory: see `vehicle_dynamics.advance`.
             commands: of the rotor speeds (n) [rad/s].
             filtered: see `flight_law.packed_update`.
             remembered: likewise.

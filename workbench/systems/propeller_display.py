@@ -131,8 +131,8 @@ def add_propeller_display(
         plant: which has the shapes.
         scene_graph: in which they are.
         vehicle: whose rotors to draw.
-        state: see `PropellerDisplay`, and so `speeds`.
-        speeds: see there.
+        state: see `PropellerDisplay`.
+        speeds: see `PropellerDisplay`.
         period: between pictures [s].
     """
     source = scene_graph.RegisterSource("propellers")

@@ -38,9 +38,8 @@ class Flight:
         kind: of the commands, `SPEED` or `SHARE`.
         good: (N) whether a sample is one of free flight; all are where it is left out.
         command_rate: at which commands were logged, 0 for that of the samples [1/s].
-        force_lowpass: cut-off of the accelerometer's filter of second order, 0 where none is known
-            of [Hz]; so of the gyro's.
-        gyro_lowpass: see there.
+        force_lowpass: cut-off of the accelerometer's second-order filter, 0 if unknown [Hz].
+        gyro_lowpass: the same of the gyro.
         name: of the log.
     """
 

@@ -43,8 +43,8 @@ class Row:
         name: its own.
         unit: SI.
         value: of it.
-        low: end of its interval of 95 %, and so `high`.
-        high: see there.
+        low: lower end of its 95 % interval.
+        high: its upper end.
         described: what the description says; None where it says nothing.
         verdict: `WELL`, `ROUGHLY` or `NOT`.
         flight: that would narrow it.
@@ -65,10 +65,10 @@ class Prediction:
     """How well a model that has not seen them predicts the last fifth of the flights.
 
     Attributes:
-        force: RMS error of specific force along z [m/s²], and that of its mean.
-        constant_force: see there.
-        turn: RMS error of angular velocity after `ahead` [rad/s], and that of the rate held.
-        constant_turn: see there.
+        force: RMS error of specific force along z [m/s²].
+        constant_force: the same for a prediction by its mean.
+        turn: RMS error of angular velocity after `ahead` [rad/s].
+        constant_turn: the same for a prediction by a constant rate.
         ahead: [s].
     """
 

@@ -51,8 +51,8 @@ class RotorTrim:
         share: its thrust over the mean of all.
         over_opposite: its thrust over that of the rotor across.
         pair_over_others: mean thrust of it and the rotor across, over that of all others.
-        least_over_opposite: low end of its interval of 95 %, and so the next.
-        least_pair_over_others: see there.
+        least_over_opposite: lower end of the 95 % interval of `over_opposite`.
+        least_pair_over_others: lower end of that of `pair_over_others`.
         finding: what is suspected, "" for nothing.
     """
 

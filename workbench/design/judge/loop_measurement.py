@@ -179,8 +179,8 @@ def fly_measurement(
         size: see `loop_injection`.
         progress: called with the flown share, 0 .. 1.
         lowest: see `loop_injection`.
-        highest: see there.
-        periods: see there.
+        highest: see `loop_injection`.
+        periods: see `loop_injection`.
 
     Raises:
         WorkbenchError: if it cannot be flown, or the drone is lost on the way.

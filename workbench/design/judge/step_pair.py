@@ -79,9 +79,9 @@ def step_pair(
         axis: x, y, z or yaw.
         amplitude: of the command [m/s or rad/s].
         duration: after the command [s].
-        scenario: as for `fly_step`, and so the next two.
-        settings: see there.
-        progress: see there.
+        scenario: as for `fly_step`.
+        settings: as for `fly_step`.
+        progress: as for `fly_step`.
 
     Raises:
         WorkbenchError: as `fly_step`.

@@ -260,7 +260,7 @@ def plant_input_model(
         rates: of physics and control.
         rate: of the acceleration estimate [1/s].
         delays: of sensing and commands.
-        estimator: see there.
+        estimator: that of the model, if any.
     """
     trim, size, signals = model.trim, len(model.A), wrench()
     late, look = delays.seen

@@ -67,8 +67,8 @@ class Uncertainty:
 
     Attributes:
         mass: of the factor.
-        inertia: likewise, and so the next three.
-        rotor_lag: see there.
+        inertia: likewise.
+        rotor_lag: likewise.
         thrust: of rotors at their speed.
         drag: of the rotors, and what inflow takes from their thrust.
         wind: of each level component of a steady wind [m/s].
@@ -142,8 +142,8 @@ class Explained:
         seed: of the sample.
 
     Attributes:
-        vehicle: see there.
-        flown: see there.
+        vehicle: as its law knows it.
+        flown: the law that flew.
         doubt: why an answer may be wrong: by the vehicle, or a gap of the log; "" for nothing.
 
     Raises:

@@ -154,7 +154,7 @@ class Flights:
 
 
 def rollout_metrics(rollouts: Rollouts, amplitude: float) -> ResponseMetrics:
-    """Return the metrics of flown steps, withheld where they mean nothing, see there.
+    """Return the metrics of flown steps, withheld if they mean nothing, see `ResponseMetrics`.
 
     Args:
         rollouts: kept at every control period if the numbers are to equal those of `fly_step`.
@@ -711,10 +711,10 @@ class RolloutEngine:
                 each (N, 4).
             duration: flown [s].
             stride: the first and every stride-th control period are kept.
-            variations: as for `fly`, and so the next three.
-            seeds: see there.
-            progress: see there.
-            stop: see there.
+            variations: as for `fly`.
+            seeds: as for `fly`.
+            progress: as for `fly`.
+            stop: as for `fly`.
 
         Raises:
             WorkbenchError: if the duration is none, or the arrays are not what they should be.
@@ -758,11 +758,11 @@ class RolloutEngine:
 
         Args:
             gains: as for `fly`.
-            commands: as for `fly_from`, and so the next one.
-            starts: see there.
+            commands: as for `fly_from`.
+            starts: as for `fly_from`.
             schedule: of all.
             variations: as for `fly`.
-            seeds: see there.
+            seeds: as for `fly`.
             before: velocity in W that all are commanded before the edge (3) [m/s].
 
         Raises:

@@ -44,7 +44,7 @@ class Hearing(NamedTuple):
     Attributes:
         p_BS: place of the IMU (3) [m].
         R_BS: its orientation, row by row (9).
-        imu_noise: see there.
+        imu_noise: see `imu.ImuNoise`.
         mounting: see `Mounting.packed` (18).
         R_BM: of the magnetometer, row by row (9).
         every: steps of physics between samples (4), 0 of what is not there.

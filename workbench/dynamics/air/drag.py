@@ -64,8 +64,8 @@ def with_rotor_drag(
 
     Args:
         wrench: force [N] and moment about the origin [N·m], in B (6).
-        v_B: see `body_drag`, and so `w_B`.
-        w_B: see there.
+        v_B: see `body_drag`.
+        w_B: see `body_drag`.
         speed: of the rotor [rad/s].
         rotor: its row, see `dynamics.rotor_rows`.
     """

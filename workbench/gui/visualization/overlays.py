@@ -31,7 +31,7 @@ class Overlay:
         log: its series, by the log's times.
 
     Attributes:
-        name: see there.
+        name: in legends.
         shift: added to its times [s].
     """
 

@@ -195,8 +195,8 @@ class LogClock:
         end: of its last one [s].
 
     Attributes:
-        begin: see there.
-        end: see there.
+        begin: time of the log's first sample [s].
+        end: of its last one [s].
         time: that is shown [s].
         speed: seconds of the log in a second.
         plays: whether it runs.

@@ -150,7 +150,7 @@ class Solids(NamedTuple):
 
     Attributes:
         kinds: `BOX` and so on.
-        sizes: see there (n, 3) [m].
+        sizes: (n, 3) [m].
         reach: radius of the ball about the shape's origin that it fits in [m].
         frames: numbers of the frames that they are fixed to.
         R_FG: their orientations (n, 3, 3).
