@@ -184,7 +184,7 @@ def _write(found: "EstimateOverTruth", path: Path) -> None:
     """Write truth, estimate and deviations, a row an update."""
     import numpy as np
 
-    from workbench.logs.series import Series
+    from workbench.logs.flight_record import Signal
     from workbench.logs.table_file import write_table
     from workbench.session.recording import estimate_columns
 
@@ -206,7 +206,7 @@ def _write(found: "EstimateOverTruth", path: Path) -> None:
         for index, axis in enumerate("xyz"):
             columns[f"estimate.{name}.{axis} [{unit}]"] = values[:, index]
     # the names have their units already
-    write_table({name: Series(name, "", found.time, each) for name, each in columns.items()}, path)
+    write_table({name: Signal(name, "", found.time, each) for name, each in columns.items()}, path)
 
 
 def print_estimate(report: "EstimateReport") -> None:

@@ -35,6 +35,7 @@ logger filled them in, are left out, and the signal's gaps say where.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -59,13 +60,13 @@ LEAST = 2
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """One number over time.
+    """One number over time; of a topic's messages also a text.
 
     Attributes:
         name: TOPIC.FIELD.
         unit: SI; 1 for none, "" where it is not known.
         time: of the samples, rising (n) [s].
-        values: (n).
+        values: (n); NaN or "" where a message has no such field.
         rate: samples that were measured in a second [Hz]; 0 where it is not known.
         delay: how much later the log has a value than it was true [s]; None where unknown.
         gaps: where nothing was measured, each from a sample to the next one, or to the end of the
@@ -160,6 +161,68 @@ class FlightRecord:
     def __contains__(self, name: object) -> bool:
         """Return whether there is a signal of a name."""
         return name in self.signals
+
+    def described(self) -> dict[str, Any]:
+        """Return all but the samples, as JSON has it; `from_description` takes it."""
+        return {
+            "name": self.name,
+            "source": self.source.name,
+            "format": self.format,
+            "firmware": self.firmware,
+            "parameters": dict(self.parameters),
+            "remarks": list(self.remarks),
+            "end": self.end,
+            "signals": [
+                {
+                    "name": each.name,
+                    "unit": each.unit,
+                    "rate": each.rate,
+                    "delay": each.delay,
+                    "gaps": each.gaps,
+                }
+                for each in self.signals.values()
+            ],
+        }
+
+    @classmethod
+    def from_description(
+        cls,
+        said: Mapping[str, Any],
+        source: Path,
+        samples: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    ) -> "FlightRecord":
+        """Return the record that was described.
+
+        Args:
+            said: by `described`.
+            source: the file.
+            samples: time and values of the signals, by name; a signal without is left out.
+
+        Raises:
+            KeyError, TypeError, ValueError: if it is no description.
+        """
+        signals = {
+            each["name"]: Signal(
+                each["name"],
+                each["unit"],
+                *samples[each["name"]],
+                float(each["rate"]),
+                each["delay"],
+                tuple((float(begin), float(end)) for begin, end in each["gaps"]),
+            )
+            for each in said["signals"]
+            if each["name"] in samples
+        }
+        return cls(
+            name=said["name"],
+            source=source,
+            format=said["format"],
+            signals=signals,
+            firmware=said["firmware"],
+            parameters=said["parameters"],
+            remarks=tuple(said["remarks"]),
+            end=float(said["end"]),
+        )
 
     def names(self, topic: str = "") -> list[str]:
         """Return the names of signals: all, or those of a topic or of a field's parts."""

@@ -22,7 +22,7 @@ from workbench.logs.flight_record import FlightRecord, Signal, make_signal
 from workbench.logs.mcap_writer import McapWriter
 from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
 from workbench.logs.record import LogRecord
-from workbench.logs.series import ImportedTopic
+from workbench.logs.series import LoggedTopic
 
 _PACKAGE = "imported_msgs"
 _PLACE = re.compile(r"\d+")
@@ -81,36 +81,14 @@ def flight_of(record: LogRecord) -> FlightRecord:
     Raises:
         WorkbenchError: if what it says of its signals cannot be read.
     """
-    series = {
-        each.name: each for topic in record.topics.values() for each in topic.columns.values()
-    }
+    samples = {}
+    for topic in record.topics.values():  # those of a damaged part of the file are missing
+        for each in topic.columns.values():
+            if each.values.dtype.kind == "f":
+                good = np.isfinite(each.values)
+                samples[each.name] = each.time[good], each.values[good]
     try:
-        about = json.loads(record.imported)
-        signals = {}
-        for each in about["signals"]:
-            found = series.get(each["name"])
-            if found is None:  # its messages are in a part of the file that is damaged
-                continue
-            good = np.isfinite(found.values)
-            signals[each["name"]] = Signal(
-                each["name"],
-                each["unit"],
-                found.time[good],
-                found.values[good],
-                float(each["rate"]),
-                each["delay"],
-                tuple((float(begin), float(end)) for begin, end in each["gaps"]),
-            )
-        return FlightRecord(
-            name=about["name"],
-            source=record.path,
-            format=about["format"],
-            signals=signals,
-            firmware=about["firmware"],
-            parameters=about["parameters"],
-            remarks=tuple(about["remarks"]),
-            end=float(about["end"]),
-        )
+        return FlightRecord.from_description(json.loads(record.imported), record.path, samples)
     except (KeyError, TypeError, ValueError) as error:
         raise WorkbenchError(
             f"{record.path}: what it says of its signals is damaged: {error}"
@@ -118,31 +96,11 @@ def flight_of(record: LogRecord) -> FlightRecord:
 
 
 def _about(flight: FlightRecord) -> str:
-    """Return what the messages do not say, as JSON."""
-    signals = [
-        {
-            "name": signal.name,
-            "unit": signal.unit,
-            "rate": signal.rate,
-            "delay": signal.delay,
-            "gaps": signal.gaps,
-        }
-        for signal in flight.signals.values()
-    ]
-    about = {
-        "name": flight.name,
-        "source": flight.source.name,
-        "format": flight.format,
-        "firmware": flight.firmware,
-        "parameters": dict(flight.parameters),
-        "remarks": flight.remarks,
-        "end": flight.end,
-        "signals": signals,
-    }
-    return json.dumps(about, indent=1)
+    """Return what the messages do not say."""
+    return json.dumps(flight.described(), indent=1)
 
 
-def _topics(flight: FlightRecord) -> list[ImportedTopic]:
+def _topics(flight: FlightRecord) -> list[LoggedTopic]:
     """Return the topics of a flight's signals, with a message a sample."""
     grouped: dict[str, list[Signal]] = {}
     for signal in flight.signals.values():
@@ -151,7 +109,7 @@ def _topics(flight: FlightRecord) -> list[ImportedTopic]:
     return [_topic(name, signals) for name, signals in grouped.items()]
 
 
-def _topic(name: str, signals: list[Signal]) -> ImportedTopic:
+def _topic(name: str, signals: list[Signal]) -> LoggedTopic:
     kind = f"{_PACKAGE}/msg/{name.title().replace('_', '')}"
     tree: dict[str, Any] = {}
     for signal in signals:
@@ -171,7 +129,7 @@ def _topic(name: str, signals: list[Signal]) -> ImportedTopic:
     data = np.ascontiguousarray(table, dtype="<f8").view(np.uint8).reshape(len(t_ns), -1)
     rows = [ENCAPSULATION + row.tobytes() for row in data]
     gaps = {signal.name: signal.gaps for signal in signals}
-    return ImportedTopic(f"{PREFIX}{name}", name, kind, schema, t_ns.tolist(), rows, gaps)
+    return LoggedTopic(f"{PREFIX}{name}", name, kind, schema, t_ns.tolist(), rows, gaps)
 
 
 def _define(

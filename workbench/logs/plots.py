@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from workbench.common.errors import WorkbenchError
 from workbench.design.plots import PALETTE, RIGHT, label, legend, stacked, styled, widen
 from workbench.logs.expressions import Samples, parse_expression
-from workbench.logs.flight_record import FlightRecord
+from workbench.logs.flight_record import FlightRecord, Signal
 from workbench.logs.record import LogRecord
-from workbench.logs.series import Series
 from workbench.logs.spectrum import Welch, density_unit, power_spectrum
 from workbench.logs.step_response import StepEstimate
 
@@ -121,7 +120,7 @@ def _imported_overview(record: LogRecord) -> Figure:
     return figure
 
 
-def _known(known: Mapping[str, Series], names: Sequence[str]) -> list[Series]:
+def _known(known: Mapping[str, Signal], names: Sequence[str]) -> list[Signal]:
     return [known[name] for name in names if name in known]
 
 
@@ -178,7 +177,7 @@ def plot_spectra(record: LogRecord, names: list[str], welch: Welch) -> Figure:
     return figure
 
 
-def _stacked(record: LogRecord, panels: dict[str, dict[str, Series]]) -> tuple[Figure, list[Axes]]:
+def _stacked(record: LogRecord, panels: dict[str, dict[str, Signal]]) -> tuple[Figure, list[Axes]]:
     """Return a figure with a panel for each unit, and room for the names beside it."""
     longest = max(len(name) for found in panels.values() for name in found)
     right = max(RIGHT, 0.6 + _PER_CHARACTER * longest)
@@ -186,13 +185,13 @@ def _stacked(record: LogRecord, panels: dict[str, dict[str, Series]]) -> tuple[F
     return stacked(title, len(panels), width=6.6 + right, height=2.4, right=right)
 
 
-def _panels(record: LogRecord, names: list[str]) -> dict[str, dict[str, Series]]:
+def _panels(record: LogRecord, names: list[str]) -> dict[str, dict[str, Signal]]:
     """Return the series of names by their unit and name.
 
     Raises:
         WorkbenchError: if one is unknown or a text, or there are too many of a unit.
     """
-    panels: dict[str, dict[str, Series]] = {}
+    panels: dict[str, dict[str, Signal]] = {}
     for name in names:
         plain = _NAME.fullmatch(name)
         for series in _numbers(record, name) if plain else [_derived(record, name)]:
@@ -206,7 +205,7 @@ def _panels(record: LogRecord, names: list[str]) -> dict[str, dict[str, Series]]
     return panels
 
 
-def _derived(record: LogRecord, text: str) -> Series:
+def _derived(record: LogRecord, text: str) -> Signal:
     """Return the series of an expression."""
     stated = _WITH_UNIT.fullmatch(text)
     text, unit = stated.groups() if stated else (text, "")
@@ -223,10 +222,10 @@ def _derived(record: LogRecord, text: str) -> Series:
         if series.values.dtype.kind in "biuf"
     ]
     expression = parse_expression(text)
-    return Series(text, unit, *expression.series(read, expression.find(numbers)))
+    return Signal(text, unit, *expression.series(read, expression.find(numbers)))
 
 
-def _numbers(record: LogRecord, name: str) -> list[Series]:
+def _numbers(record: LogRecord, name: str) -> list[Signal]:
     """Return the series of a name that are numbers."""
     found = record.several(name)
     numbers = [series for series in found if series.values.dtype.kind in "biuf"]
@@ -235,13 +234,13 @@ def _numbers(record: LogRecord, name: str) -> list[Series]:
     return numbers
 
 
-def _of(record: LogRecord, topic: str, fields: list[str]) -> list[Series]:
+def _of(record: LogRecord, topic: str, fields: list[str]) -> list[Signal]:
     return [record.series(f"{topic}.{field}") for field in fields]
 
 
-def _over(record: LogRecord, names: list[str]) -> dict[str, Series]:
+def _over(record: LogRecord, names: list[str]) -> dict[str, Signal]:
     """Return the series of names that a log has."""
-    shown: dict[str, Series] = {}
+    shown: dict[str, Signal] = {}
     for name in names:
         try:
             shown |= {
@@ -255,7 +254,7 @@ def _over(record: LogRecord, names: list[str]) -> dict[str, Series]:
 
 
 def _draw_over(
-    axes: Axes, whose: str, drawn: list[str], found: Mapping[str, Series], dashes: str
+    axes: Axes, whose: str, drawn: list[str], found: Mapping[str, Signal], dashes: str
 ) -> None:
     """Draw the series of another log in the colours of this one's, paler."""
     for name, series in found.items():
@@ -268,7 +267,7 @@ def _draw_over(
     widen(axes, *lines)
 
 
-def _draw(axes: Axes, title: str, found: list[Series], least: float) -> None:
+def _draw(axes: Axes, title: str, found: list[Signal], least: float) -> None:
     """Draw series with one unit; the axis spans `least` or more."""
     for index, series in enumerate(found):
         color = PALETTE.series[index % len(PALETTE.series)]
@@ -280,7 +279,7 @@ def _draw(axes: Axes, title: str, found: list[Series], least: float) -> None:
     label(axes, title, f"[{unit}]" if unit else "")
 
 
-def _draw_commands(axes: Axes, found: list[Series]) -> None:
+def _draw_commands(axes: Axes, found: list[Signal]) -> None:
     """Draw what was asked for, dashed, in the colours of what came of it."""
     for index, series in enumerate(found):
         axes.plot(

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from io import BytesIO
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import yaml
@@ -42,8 +41,9 @@ from workbench.logs.contents import (
     read_gains,
     read_scenario,
 )
+from workbench.logs.flight_record import Signal
 from workbench.logs.mcap_writer import MAGIC
-from workbench.logs.series import ImportedTopic, LoggedTopic, Series
+from workbench.logs.series import LoggedTopic
 from workbench.scenario.scenario import Action, Scenario
 
 LARGEST_CHUNK = 64 * 1024 * 1024
@@ -64,14 +64,6 @@ _MEMORY = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 """Of this machine, in bytes: a log is read as a whole."""
 
 
-class Logged(NamedTuple):
-    """A message: its channel's number, its time [ns], and its bytes."""
-
-    channel: int
-    t_ns: int
-    data: bytes
-
-
 @dataclass
 class McapContents:
     """What was found in a file.
@@ -81,7 +73,7 @@ class McapContents:
         channels: by their number.
         attachments: by their name.
         metadata: by their name.
-        messages: in the order of the file.
+        messages: in the order of the file: number of the channel, time [ns] and bytes.
         closed: whether the file has its end.
         damaged: records that could not be read.
     """
@@ -90,7 +82,7 @@ class McapContents:
     channels: dict[int, Channel] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    messages: list[Logged] = field(default_factory=list)
+    messages: list[tuple[int, int, bytes]] = field(default_factory=list)
     closed: bool = False
     damaged: int = 0
 
@@ -168,7 +160,7 @@ def _take_chunk(found: McapContents, chunk: Chunk) -> None:
 
 def _take_message(found: McapContents, content: bytes, begin: int, end: int) -> None:
     channel, _, t_ns, _ = _MESSAGE.unpack_from(content, begin)
-    found.messages.append(Logged(channel, t_ns, content[begin + _MESSAGE.size : end]))
+    found.messages.append((channel, t_ns, content[begin + _MESSAGE.size : end]))
 
 
 def _unpacked(chunk: Chunk) -> bytes:
@@ -317,7 +309,7 @@ class LogRecord:
         """Return TOPIC.FIELD of every series."""
         return [series.name for topic in self.topics.values() for series in topic.columns.values()]
 
-    def series(self, name: str) -> Series:
+    def series(self, name: str) -> Signal:
         """Return a series by TOPIC.FIELD, as velocity_data.v_x.
 
         Raises:
@@ -328,7 +320,7 @@ class LogRecord:
             raise WorkbenchError(f"{name} has {len(found)} fields: name one, as {found[0].name}")
         return found[0]
 
-    def several(self, name: str) -> list[Series]:
+    def several(self, name: str) -> list[Signal]:
         """Return the series of a TOPIC, of a TOPIC.FIELD, or of all parts of a field.
 
         Raises:
@@ -421,7 +413,7 @@ def _imported(path: Path, found: McapContents, topics: Mapping[str, LoggedTopic]
         values={},
         definitions=(),
         topics={
-            name: ImportedTopic(
+            name: LoggedTopic(
                 each.name, name, each.type, each.schema, each.t_ns, each.messages, gaps
             )
             for name, each in topics.items()
@@ -435,9 +427,9 @@ def _topics(found: McapContents) -> dict[str, LoggedTopic]:
     """Return the topics that have messages, by their short names, in the order of the file."""
     times: dict[int, list[int]] = defaultdict(list)
     messages: dict[int, list[bytes]] = defaultdict(list)
-    for logged in found.messages:
-        times[logged.channel].append(logged.t_ns)
-        messages[logged.channel].append(logged.data)
+    for number, t_ns, data in found.messages:
+        times[number].append(t_ns)
+        messages[number].append(data)
     topics = {}
     for number, channel in found.channels.items():
         schema = found.schemas.get(channel.schema_id)
@@ -456,7 +448,7 @@ def _topics(found: McapContents) -> dict[str, LoggedTopic]:
 
 def _remark(found: McapContents) -> str:
     """Return what is missing, in words."""
-    last = max((message.t_ns for message in found.messages), default=0) * 1e-9
+    last = max((t_ns for _, t_ns, _ in found.messages), default=0) * 1e-9
     parts = []
     if not found.closed:
         parts.append(

@@ -2,7 +2,7 @@
 
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,28 +12,12 @@ from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros_messages.cdr import Codec
 from workbench.gateways.ros_messages.definitions import split_schema
 from workbench.gateways.ros_messages.layout import Column, Layout
+from workbench.logs.flight_record import Signal, Span
 
 _STAMP = "header.stamp."
 _POINTS = "sensor_msgs/msg/PointCloud2"
 _POINT_TYPES = {1: "i1", 2: "u1", 3: "<i2", 4: "<u2", 5: "<i4", 6: "<u4", 7: "<f4", 8: "<f8"}
 """What a PointField calls them."""
-
-
-@dataclass(frozen=True)
-class Series:
-    """Some numbers, or texts, over time.
-
-    Attributes:
-        name: TOPIC.FIELD.
-        unit: as in m/s, 1 for none, "" where it is not known.
-        time: simulated (n) [s].
-        values: (n); NaN or "" where a message has no such field.
-    """
-
-    name: str
-    unit: str
-    time: np.ndarray
-    values: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +31,8 @@ class LoggedTopic:
         schema: definition of that type.
         t_ns: time of each message [ns].
         messages: in CDR.
+        gaps: of an imported log, in whose topics streams of several rates may be: of each signal by
+            its name, from and to [s].
     """
 
     name: str
@@ -55,6 +41,7 @@ class LoggedTopic:
     schema: str
     t_ns: Sequence[int]
     messages: Sequence[bytes]
+    gaps: Mapping[str, Sequence[Span]] | None = None
 
     @property
     def time(self) -> np.ndarray:
@@ -90,15 +77,20 @@ class LoggedTopic:
         return (np.array(taken, dtype=np.int64) @ [1_000_000_000, 1]) * 1e-9
 
     @cached_property
-    def columns(self) -> dict[str, Series]:
+    def columns(self) -> dict[str, Signal]:
         """Everything in the messages by name of the field, but for headers and points.
+
+        Of an imported log each field at the times when it was measured, with a NaN in its gaps.
 
         Raises:
             WorkbenchError: if a message cannot be decoded.
         """
-        return self.rows()
+        rows = self.rows()
+        if self.gaps is None:
+            return rows
+        return {path: _measured(each, self.gaps.get(each.name, ())) for path, each in rows.items()}
 
-    def rows(self) -> dict[str, Series]:
+    def rows(self) -> dict[str, Signal]:
         """Return the same with a value a message in each.
 
         Raises:
@@ -110,12 +102,12 @@ class LoggedTopic:
         except (KeyError, ValueError, OverflowError, struct.error) as error:
             raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
         return {
-            path: Series(f"{self.short}.{path}", unit, time, values)
+            path: Signal(f"{self.short}.{path}", unit, time, values)
             for path, (unit, values) in columns.items()
         }
 
     @cached_property
-    def points(self) -> dict[str, Series]:
+    def points(self) -> dict[str, Signal]:
         """The points of all clouds by name of their field, a value a point; {} for other topics.
 
         Lengths are in m, in the sensor's frame; each point has its cloud's time.
@@ -133,7 +125,7 @@ class LoggedTopic:
             raise WorkbenchError(f"{self.name}: cannot be decoded: {error}") from error
         time = np.repeat(self.time, [len(cloud) for cloud in clouds])
         return {
-            name: Series(f"{self.short}.{name}", "m" if name in "xyz" else "", time, points[name])
+            name: Signal(f"{self.short}.{name}", "m" if name in "xyz" else "", time, points[name])
             for name in points.dtype.names or ()
         }
 
@@ -168,30 +160,7 @@ class LoggedTopic:
         return {path: (unit, _gathered(rows, path)) for path, unit in units.items()}
 
 
-@dataclass(frozen=True, eq=False)
-class ImportedTopic(LoggedTopic):
-    """A topic of an imported log, in which streams of several rates may be.
-
-    Attributes:
-        gaps: of each series by its name, from and to [s].
-    """
-
-    gaps: Mapping[str, Sequence[tuple[float, float]]] = field(default_factory=dict)
-
-    @cached_property
-    def columns(self) -> dict[str, Series]:
-        """Each field at the times when it was measured, with a NaN in each of its gaps.
-
-        Raises:
-            WorkbenchError: if a message cannot be decoded.
-        """
-        return {
-            path: _measured(series, self.gaps.get(series.name, ()))
-            for path, series in self.rows().items()
-        }
-
-
-def _measured(series: Series, gaps: Sequence[tuple[float, float]]) -> Series:
+def _measured(series: Signal, gaps: Sequence[Span]) -> Signal:
     """Return a series without the rows of other streams."""
     if series.values.dtype.kind != "f":
         return series
@@ -204,7 +173,7 @@ def _measured(series: Series, gaps: Sequence[tuple[float, float]]) -> Series:
         if row < len(kept) and series.time[row] < end - 2e-9
     ]
     kept[inside] = True
-    return Series(series.name, series.unit, series.time[kept], series.values[kept])
+    return Signal(series.name, series.unit, series.time[kept], series.values[kept])
 
 
 def _points(layout: Layout, message: bytes) -> np.ndarray:

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.series import LoggedTopic, Series
+from workbench.logs.flight_record import Signal
+from workbench.logs.series import LoggedTopic
 
 ROWS = 100_000
 """Written at a time, as texts take a hundred times the memory of numbers."""
 
 
-def tables(topic: LoggedTopic) -> dict[str, dict[str, Series]]:
+def tables(topic: LoggedTopic) -> dict[str, dict[str, Signal]]:
     """Return what is to be written of a topic, by the stem of its file.
 
     A table with a row a message, and of clouds another one with a row a point.
@@ -23,15 +24,15 @@ def tables(topic: LoggedTopic) -> dict[str, dict[str, Series]]:
         WorkbenchError: if a message cannot be decoded.
     """
     name = topic.short.strip("/").replace("/", "_")
-    time = Series(f"{topic.short}.t", "s", topic.time, topic.time)
+    time = Signal(f"{topic.short}.t", "s", topic.time, topic.time)
     found = {name: {"t": time, **topic.rows()}}
     if topic.points:
         times = next(iter(topic.points.values())).time
-        found[f"{name}_points"] = {"t": Series(time.name, "s", times, times), **topic.points}
+        found[f"{name}_points"] = {"t": Signal(time.name, "s", times, times), **topic.points}
     return found
 
 
-def write_table(columns: Mapping[str, Series], path: Path) -> None:
+def write_table(columns: Mapping[str, Signal], path: Path) -> None:
     """Write columns as a table.
 
     CSV has names with units in its first line, "v_x [m/s]"; Parquet has names, and the unit in each
@@ -52,7 +53,7 @@ def write_table(columns: Mapping[str, Series], path: Path) -> None:
         raise WorkbenchError(f"{path}: cannot be written: {reason}") from error
 
 
-def _write_csv(columns: Mapping[str, Series], path: Path) -> None:
+def _write_csv(columns: Mapping[str, Signal], path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow(
@@ -74,7 +75,7 @@ def _texts(values: np.ndarray) -> list[str]:
     return texts
 
 
-def _write_parquet(columns: Mapping[str, Series], path: Path) -> None:
+def _write_parquet(columns: Mapping[str, Signal], path: Path) -> None:
     import pyarrow
     import pyarrow.parquet
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError, run_limited, serve
-from workbench.logs.flight_record import FlightRecord, Signal
+from workbench.logs.flight_record import FlightRecord
 from workbench.logs.readers import blackbox, dataflash, ulog
 
 READERS = {
@@ -50,29 +50,14 @@ def read_limited(path: Path, format_: str) -> FlightRecord:
             )
         except LimitedError as error:
             raise WorkbenchError(f"{path}: cannot be read as a {format_}: {error}") from error
-        times = [_load(folder, f"t{i}") for i in range(said["times"])]
-        signals = {}
-        for i, each in enumerate(said["signals"]):
-            gaps = tuple((begin, end) for begin, end in each["gaps"])
-            signals[each["name"]] = Signal(
-                each["name"],
-                each["unit"],
-                times[each["time"]],
-                _load(folder, f"v{i}"),
-                each["rate"],
-                each["delay"],
-                gaps,
+        times = [_load(folder, f"t{place}") for place in range(said["times"])]
+        samples = {
+            each["name"]: (times[place], _load(folder, f"v{number}"))
+            for number, (each, place) in enumerate(
+                zip(said["signals"], said["places"], strict=True)
             )
-    return FlightRecord(
-        name=said["name"],
-        source=path,
-        format=format_,
-        signals=signals,
-        firmware=said["firmware"],
-        parameters=said["parameters"],
-        remarks=tuple(said["remarks"]),
-        end=said["end"],
-    )
+        }
+    return FlightRecord.from_description(said, path, samples)
 
 
 def _load(folder: str, name: str) -> np.ndarray:
@@ -85,35 +70,16 @@ def _read(request: dict[str, Any]) -> dict[str, Any]:
     folder = Path(request["folder"])
     _, read = READERS[request["format"]]
     flight = read(Path(request["path"]))
-    times: list[np.ndarray] = []
-    places: dict[bytes, int] = {}
-    signals = []
-    for i, signal in enumerate(flight.signals.values()):
+    known: dict[bytes, int] = {}
+    places = []
+    for number, signal in enumerate(flight.signals.values()):
         key = signal.time.tobytes()
-        if key not in places:
-            places[key] = len(times)
-            np.save(folder / f"t{len(times)}.npy", signal.time)
-            times.append(signal.time)
-        np.save(folder / f"v{i}.npy", signal.values)
-        signals.append(
-            {
-                "name": signal.name,
-                "unit": signal.unit,
-                "time": places[key],
-                "rate": signal.rate,
-                "delay": signal.delay,
-                "gaps": signal.gaps,
-            }
-        )
-    return {
-        "name": flight.name,
-        "firmware": flight.firmware,
-        "parameters": dict(flight.parameters),
-        "remarks": list(flight.remarks),
-        "end": flight.end,
-        "times": len(times),
-        "signals": signals,
-    }
+        if key not in known:
+            known[key] = len(known)
+            np.save(folder / f"t{known[key]}.npy", signal.time)
+        places.append(known[key])
+        np.save(folder / f"v{number}.npy", signal.values)
+    return {**flight.described(), "times": len(known), "places": places}
 
 
 if __name__ == "__main__":
