@@ -25,7 +25,8 @@ def run(scenario, config=None, clients=16, an_address=4):
     async def served():
         flight = Flight("x500", drone_topics(Outfit(4, 200, 8)), (), (8.0, 8.0, 0.4))
         hub = Hub(Policy(flight), Admission(clients, an_address), lambda record: None)
-        page = await web.start(hub, config or ServerConfig(port=0, web=True))
+        page = web.Page(hub, config or ServerConfig(port=0, web=True))
+        await page.open()
         try:
             async with asyncio.timeout(LIMIT), aiohttp.ClientSession() as client:
                 await scenario(hub, page, client)

@@ -6,8 +6,8 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.design.predict.past import lagged, thrusts
 from workbench.logs.flight_reader import read_flight
-from workbench.logs.flight_record import FlightRecord, make_signal
-from workbench.logs.motion import ASKED, KNOWN, TRUE, flown_law, law_name, motion_of
+from workbench.logs.flight_record import ASKED, FlightRecord, make_signal
+from workbench.logs.motion import KNOWN, TRUE, flown_law, law_name, motion_of
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.configured import read_configured
 from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig

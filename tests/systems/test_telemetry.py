@@ -224,7 +224,7 @@ def test_the_estimate_is_published_beside_the_truth(estimator):
 
 def test_a_number_too_large_for_its_field_is_infinite(vehicle):
     from workbench.link.drone_topics import Outfit, drone_topics
-    from workbench.systems.topic_values import TopicValues
+    from workbench.systems.telemetry import TopicValues
 
     values = TopicValues(vehicle, drone_topics(Outfit(rotors=4, fast=200.0, slow=20.0)))
     state = [1.0, 0.0, 0.0, 0.0, 1e39, -1e300, 2.0, *[0.0] * 6]

@@ -16,8 +16,7 @@ from workbench.systems.frame_poses import FramePoses
 from workbench.systems.recorder import Recorder
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.sensors.scan_pattern import ScanPattern, make_scan_pattern
-from workbench.systems.telemetry import SLOW_SHARE, Telemetry
-from workbench.systems.topic_values import Signals, TopicValues
+from workbench.systems.telemetry import SLOW_SHARE, Signals, Telemetry, TopicValues
 
 RATE = 200.0
 """About so often the state is published: in whole physics steps, 204.8 [1/s]."""

@@ -8,7 +8,7 @@ import math
 import secrets
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from workbench.link.backplane import Command
@@ -52,15 +52,6 @@ class Limits:
     def as_sent(self) -> "Limits":
         """Return them as a field of 32 bits has them, so that the limit itself may be asked for."""
         return Limits(*struct.unpack("<3f", struct.pack("<3f", self.level, self.climb, self.turn)))
-
-
-@dataclass(frozen=True)
-class LimitedCommand:
-    """A command within the limits: velocity in W [m/s], yaw rate [rad/s], why it was reduced."""
-
-    velocity: tuple[float, float, float]
-    yaw_rate: float
-    scaled: str = ""
 
 
 def new_lease() -> int:
@@ -150,7 +141,7 @@ class Authority:
         """Count what the holder just did as a sign of life."""
         self._since = now
 
-    def command(self, command: Command, now: float) -> LimitedCommand:
+    def command(self, command: Command, now: float) -> Command:
         """Return what is flown of a command.
 
         Raises:
@@ -230,7 +221,7 @@ class Authority:
             return "the operator at the screen"
         return self._name or f"client {self._peer}"
 
-    def _within_limits(self, command: Command) -> LimitedCommand:
+    def _within_limits(self, command: Command) -> Command:
         """Return a command with its unused axes at zero, reduced to the limits."""
         if not all(map(math.isfinite, (*command.velocity, command.yaw_rate))):
             raise DeniedError("not_finite", "a number of the command is not finite: all must be")
@@ -244,10 +235,11 @@ class Authority:
         level, level_said = _share("level speed", math.hypot(*used[:2]), limits.level, "m/s")
         climb, climb_said = _share("climb rate", abs(used[2]), limits.climb, "m/s")
         turn, turn_said = _share("yaw rate", abs(used[3]), limits.turn, "rad/s")
-        return LimitedCommand(
-            (level * used[0], level * used[1], climb * used[2]),
-            turn * used[3],
-            ", ".join(said for said in (level_said, climb_said, turn_said) if said),
+        return replace(
+            command,
+            velocity=(level * used[0], level * used[1], climb * used[2]),
+            yaw_rate=turn * used[3],
+            scaled=", ".join(said for said in (level_said, climb_said, turn_said) if said),
         )
 
 

@@ -17,7 +17,18 @@ from workbench.link.topics import Topic
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A velocity that a client asks for, as it stood in its frame."""
+    """A velocity that a client asks for, as it stood in its frame; or as it is flown of that.
+
+    Attributes:
+        peer: the client.
+        seq: number of the frame.
+        t_ns: time of the state that the command acts on [ns].
+        lease: that it is given under.
+        axes: bits of those that count.
+        velocity: in W [m/s].
+        yaw_rate: [rad/s].
+        scaled: why less is flown than was asked for, "" else.
+    """
 
     peer: int
     seq: int
@@ -26,6 +37,7 @@ class Command:
     axes: int
     velocity: tuple[float, float, float]
     yaw_rate: float
+    scaled: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.logs.flight_record import (
+    ASKED,
+    FORCE,
+    GYRO,
     SHARES,
     SPEED_COMMANDS,
     SPEEDS,
     FlightRecord,
     Span,
+    parts,
 )
 from workbench.logs.step_response import LOOPS
 
@@ -135,25 +139,21 @@ def _motors(flight: FlightRecord) -> tuple[float, float]:
 
 def _offsets(flight: FlightRecord) -> list[ClockOffset]:
     """Return the offsets between the streams that show one motion."""
-
-    def three(topic: str, before: str = "") -> list[str]:
-        return [f"{topic}{before}{axis}" for axis in "xyz"]
-
     pairs = (
         (
             "body rate of motion capture",
-            three("attitude.", "w_"),
+            parts("attitude.w_"),
             "gyro",
-            three("imu.angular_velocity."),
+            GYRO,
         ),
-        ("gyro", three("imu.angular_velocity."), "estimated rate", three("estimate.", "w_")),
-        ("position", three("position_data."), "estimated position", three("estimate.")),
-        ("velocity", three("velocity_data.", "v_"), "estimated velocity", three("estimate.", "v_")),
+        ("gyro", GYRO, "estimated rate", parts("estimate.w_")),
+        ("position", parts("position_data."), "estimated position", parts("estimate.")),
+        ("velocity", parts("velocity_data.v_"), "estimated velocity", parts("estimate.v_")),
         (
             "attitude of motion capture",
-            [f"position_data.{angle}" for angle in ("roll", "pitch")],
+            parts("position_data.", ("roll", "pitch")),
             "estimated attitude",
-            [f"estimate.{angle}" for angle in ("roll", "pitch")],
+            parts("estimate.", ("roll", "pitch")),
         ),
     )
     found = []
@@ -170,12 +170,11 @@ def _offsets(flight: FlightRecord) -> list[ClockOffset]:
 
 def _attitude_rate(flight: FlightRecord) -> tuple[float, float] | None:
     """Return by how much the estimated attitude's rate is behind the gyro [s], and correlation."""
-    turn = [f"estimate.q_{part}" for part in "wxyz"]
-    gyro = [f"imu.angular_velocity.{axis}" for axis in "xyz"]
-    span = _shared(flight, [*gyro, *turn])
+    turn = parts("estimate.q_", "wxyz")
+    span = _shared(flight, [*GYRO, *turn])
     if span is None:
         return None
-    grid = flight.resample([*gyro, *turn], _GRID, _BRIDGE, span)
+    grid = flight.resample([*GYRO, *turn], _GRID, _BRIDGE, span)
     q = grid.values[:, 3:]
     # w = 2 q* dq/dt, in the body's axes.
     rate = np.gradient(q, _GRID, axis=0)
@@ -254,8 +253,6 @@ def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
 def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
     """Return what may be identified, by what the log has and how fast."""
     commands = flight.motors(SHARES, SPEED_COMMANDS)
-    gyro = [f"imu.angular_velocity.{axis}" for axis in "xyz"]
-    force = [f"imu.linear_acceleration.{axis}" for axis in "xyz"]
     motion = "position_data" if "position_data.x" in flight else "estimate"
     speed = "velocity_data" if "velocity_data.v_x" in flight else "estimate"
     turn = "attitude" if "attitude.q_w" in flight else "estimate"
@@ -274,26 +271,26 @@ def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
             )
         return Findable(what, True, ", ".join(needs))
 
-    attitude = [f"{turn}.q_{part}" for part in "wxyz"]
-    velocity = [f"{speed}.v_{axis}" for axis in "xyz"]
+    attitude = parts(f"{turn}.q_", "wxyz")
+    velocity = parts(f"{speed}.v_")
     return [
-        judged("thrust over mass", {"commands": commands, "accelerometer": force}),
+        judged("thrust over mass", {"commands": commands, "accelerometer": FORCE}),
         judged(
             "thrust over voltage",
             {
                 "commands as shares": flight.motors(SHARES),
-                "accelerometer": force,
+                "accelerometer": FORCE,
                 "voltage": ["battery.voltage"],
             },
         ),
-        judged("rotor lag", {"commands": commands, "accelerometer": force}, [*commands, force[2]]),
-        judged("inertia", {"commands": commands, "gyro": gyro}, [*commands, *gyro]),
-        judged("drag", {"accelerometer": force, "velocity": velocity, "attitude": attitude}),
+        judged("rotor lag", {"commands": commands, "accelerometer": FORCE}, [*commands, FORCE[2]]),
+        judged("inertia", {"commands": commands, "gyro": GYRO}, [*commands, *GYRO]),
+        judged("drag", {"accelerometer": FORCE, "velocity": velocity, "attitude": attitude}),
         judged(
             "prediction in closed loop",
             {
-                "set-points": [f"setpoint.{axis}" for axis in "xyz"],
-                "position": [f"{motion}.{axis}" for axis in "xyz"],
+                "set-points": ASKED,
+                "position": parts(f"{motion}."),
                 "attitude": attitude,
             },
         ),

@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.flight_page import quiet_meshcat
-from workbench.logs.flight_record import FlightRecord
+from workbench.logs.flight_record import ASKED, FlightRecord, parts
 from workbench.logs.readers.rotations import QUATERNION
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
@@ -41,11 +41,11 @@ def film_flight(
         WorkbenchError: if the log has no attitude.
     """
     topic = "attitude" if "attitude.q_w" in flight else "estimate"
-    turn = [f"{topic}.{name}" for name in QUATERNION]
+    turn = parts(f"{topic}.", QUATERNION)
     if not flight.has(turn):
         raise WorkbenchError(f"{flight.source}: has no attitude: there is nothing to see in 3-D")
     where = "position_data" if "position_data.x" in flight else "estimate"
-    place = [f"{where}.{axis}" for axis in "xyz"]
+    place = parts(f"{where}.")
     still = not flight.has(place)
     names = turn if still else [*turn, *place]
     grid = flight.resample(names, PERIOD, bridge=0.1)
@@ -62,9 +62,8 @@ def film_flight(
     meshcat.SetCameraPose(middle + size * _EYE, middle)
     if not still:
         _draw_path(meshcat, "flown", path, _FLOWN)
-        wanted = [f"setpoint.{axis}" for axis in "xyz"]
-        if flight.has(wanted):
-            asked = flight.resample(wanted, PERIOD, bridge=1.0)
+        if flight.has(ASKED):
+            asked = flight.resample(ASKED, PERIOD, bridge=1.0)
             _draw_path(meshcat, "setpoint", asked.values[asked.whole], _WANTED)
     _play(meshcat, description, grid.time, states, grid.whole, progress)
     page.write_text(meshcat.StaticHtml(), encoding="utf-8")

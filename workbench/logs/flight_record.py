@@ -58,6 +58,17 @@ LEAST = 2
 """Samples of a signal that has a rate."""
 
 
+def parts(beginning: str, each: Iterable[str] = "xyz") -> tuple[str, ...]:
+    """Return the names of a vector's signals: what they begin with, and the part's name."""
+    return tuple(f"{beginning}{part}" for part in each)
+
+
+GYRO = parts("imu.angular_velocity.")
+FORCE = parts("imu.linear_acceleration.")
+ASKED = parts("setpoint.")
+"""Names of gyro, accelerometer, and the position that is gone to."""
+
+
 @dataclass(frozen=True, eq=False)
 class Signal:
     """One number over time; of a topic's messages also a text.

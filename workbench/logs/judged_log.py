@@ -16,7 +16,7 @@ from workbench.design.regress.measures import MEASURED
 from workbench.design.regress.signals import POINT, USE
 from workbench.design.regress.spec import SKIP, Case, LogConfig, Spec
 from workbench.logs.flight_reader import read_flight
-from workbench.logs.flight_record import FlightRecord, make_signal
+from workbench.logs.flight_record import FlightRecord, make_signal, parts
 from workbench.logs.measured_flight import SHARE, motor_commands
 from workbench.logs.readers.rotations import ANGLES, QUATERNION, in_world, quaternion
 from workbench.logs.step_response import find_loop, step_response
@@ -139,10 +139,6 @@ class _Source:
         self.wanted = " or ".join(f"{names[0]} .." for names in sets)
 
 
-def _three(topic: str) -> list[str]:
-    return [f"{topic}{axis}" for axis in "xyz"]
-
-
 def _recording(
     record: FlightRecord,
     vehicle: Vehicle,
@@ -152,15 +148,15 @@ def _recording(
     missing: dict[str, str],
 ) -> Recording:
     """Return what a log has of a recording, and add why it has not the rest."""
-    turn = [[f"{topic}.{part}" for part in QUATERNION] for topic in ("attitude", "estimate")]
-    angles = [[f"{topic}.{angle}" for angle in ANGLES] for topic in ("position_data", "estimate")]
-    body = [*map(_three, ("attitude.w_", "imu.angular_velocity.", "estimate.w_"))]
+    turn = [parts(f"{topic}.", QUATERNION) for topic in ("attitude", "estimate")]
+    angles = [parts(f"{topic}.", ANGLES) for topic in ("position_data", "estimate")]
+    body = [*map(parts, ("attitude.w_", "imu.angular_velocity.", "estimate.w_"))]
     sources = {
-        "p_WB": _Source(record, [_three("position_data."), _three("estimate.")]),
+        "p_WB": _Source(record, [parts("position_data."), parts("estimate.")]),
         "q_WB": _Source(record, [*turn, *angles]),
-        "v_WB": _Source(record, [_three("velocity_data.v_"), _three("estimate.v_")]),
-        "w_WB": _Source(record, [_three("velocity_data.w_"), *body]),
-        "vdot_WB": _Source(record, [_three("estimate.a_")]),
+        "v_WB": _Source(record, [parts("velocity_data.v_"), parts("estimate.v_")]),
+        "w_WB": _Source(record, [parts("velocity_data.w_"), *body]),
+        "vdot_WB": _Source(record, [parts("estimate.a_")]),
     }
     for field, source in sources.items():
         if not source.names:

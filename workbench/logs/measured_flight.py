@@ -13,10 +13,16 @@ from workbench.design.identify.flight import (
     free_flight,
     held_on_grid,
 )
-from workbench.logs.flight_record import SHARES, SPEED_COMMANDS, FlightRecord, Signal
+from workbench.logs.flight_record import (
+    FORCE,
+    GYRO,
+    SHARES,
+    SPEED_COMMANDS,
+    FlightRecord,
+    Signal,
+    parts,
+)
 
-GYRO = tuple(f"imu.angular_velocity.{axis}" for axis in "xyz")
-FORCE = tuple(f"imu.linear_acceleration.{axis}" for axis in "xyz")
 FILTERS = {"Crazyflie": ((30.0, 145.0), (80.0, 116.0))}
 """Cut-offs of accelerometer and gyro where logs hold filtered samples, of firmware and chip [Hz]. A
 Crazyflie 2.1 has low-passes of second order at 1 kHz (`ACCEL_LPF_CUTOFF_FREQ` 30,
@@ -193,7 +199,7 @@ def _at(
 def _velocity(record: FlightRecord, grid: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
     """Return the velocity in B (N, 3), and where it is known (N); None where the log has none."""
     for names, whose in _MOTIONS:
-        turn = [f"{whose}.q_{part}" for part in "wxyz"]
+        turn = parts(f"{whose}.q_", "wxyz")
         if record.has((*names, *turn)):
             v_W, known = _at(record, names, grid, VELOCITY_BRIDGE)
             q, turned = _at(record, turn, grid, VELOCITY_BRIDGE)

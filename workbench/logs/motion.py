@@ -10,7 +10,15 @@ from workbench.control.controller import SHIPPED, load_controller
 from workbench.design.predict.motion import Motion
 from workbench.design.predict.what_if import Law
 from workbench.gains.gains import flight_gains
-from workbench.logs.flight_record import SHARES, SPEED_COMMANDS, SPEEDS, FlightRecord
+from workbench.logs.flight_record import (
+    ASKED,
+    GYRO,
+    SHARES,
+    SPEED_COMMANDS,
+    SPEEDS,
+    FlightRecord,
+    parts,
+)
 from workbench.plant.vehicle import Vehicle
 
 PERIOD, FINE = 0.01, 0.005
@@ -26,19 +34,18 @@ FARTHEST = 1e6
 JUMP = 1.0
 """Between two samples, what moves farther was not measured right [m]."""
 TRUE = (
-    *(f"attitude.q_{axis}" for axis in "wxyz"),
-    *(f"position_data.{axis}" for axis in "xyz"),
-    *(f"velocity_data.v_{axis}" for axis in "xyz"),
+    *parts("attitude.q_", "wxyz"),
+    *parts("position_data."),
+    *parts("velocity_data.v_"),
 )
 """Attitude, position and velocity as they were."""
 KNOWN = (
-    *(f"estimate.q_{axis}" for axis in "wxyz"),
-    *(f"estimate.{axis}" for axis in "xyz"),
-    *(f"estimate.v_{axis}" for axis in "xyz"),
+    *parts("estimate.q_", "wxyz"),
+    *parts("estimate."),
+    *parts("estimate.v_"),
 )
 """As the flight computer knew them."""
-ASKED = tuple(f"setpoint.{axis}" for axis in "xyz")
-WANTED = tuple(f"attitude_setpoint.{name}" for name in ("roll", "pitch", "yaw", "thrust"))
+WANTED = parts("attitude_setpoint.", ("roll", "pitch", "yaw", "thrust"))
 LAWS = {
     **{name: name for name in SHIPPED},
     "PID": "crazyflie",
@@ -116,9 +123,8 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
     commands = flight.motors(SHARES, SPEED_COMMANDS, SPEEDS)
     full = np.array([each.max_rot_velocity for each in vehicle.rotors])
     _check(flight, vehicle, truth, commands)
-    gyro = tuple(f"imu.angular_velocity.{axis}" for axis in "xyz")
     turning = "attitude" if truth is TRUE else "estimate"
-    rates = gyro if flight.has(gyro) else tuple(f"{turning}.w_{axis}" for axis in "xyz")
+    rates = GYRO if flight.has(GYRO) else parts(f"{turning}.w_")
     names = (*truth, *ASKED, *commands, *rates)
     names += KNOWN if truth is TRUE and flight.has(KNOWN) else ()
     names += WANTED if flight.has(WANTED) else ()

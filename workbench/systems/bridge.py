@@ -17,7 +17,6 @@ from workbench.link.authority import (
     Authority,
     DeniedError,
     Effect,
-    LimitedCommand,
     Limits,
 )
 from workbench.link.backplane import Command, Published, Refused, Sampled
@@ -46,7 +45,7 @@ class Applied:
 
     at: float
     by: str
-    what: LimitedCommand | Effect
+    what: Command | Effect
     aborts: bool = False
 
 
@@ -148,7 +147,7 @@ class Bridge:
             wish = commanded(wish, AT_REST[:3], 0.0)
             wish = requested(wish, Request[effect.name], 0.0, flying, state.serial)
             self._applied.append(Applied(at, self.authority.effect_by, effect))
-        last: LimitedCommand | None = None
+        last: Command | None = None
         moves = False
         while self._commands:
             command = self._commands.popleft()

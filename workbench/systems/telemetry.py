@@ -2,20 +2,183 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem
 
+from workbench.control.mode import FlightMode
+from workbench.link import drone_topics as topic
 from workbench.link.backplane import Published, Sampled
+from workbench.link.topics import Topic
+from workbench.plant.rotors import wrench_matrix
+from workbench.plant.vehicle import Vehicle
 from workbench.systems.bridge import Bridge
 from workbench.systems.frame_poses import FrameTransforms
 from workbench.systems.sensors.scan_pattern import ScanPattern
-from workbench.systems.topic_values import NS, Payload, Signals, TopicValues
 
+Payload = tuple[int, bytes]
+Numbers = Sequence[float]
+NS = 1e9
+"""Nanoseconds in a second."""
+MEASURED = {"imu": topic.IMU, "gps": topic.GPS, "magnetometer": topic.MAGNETOMETER}
+"""Kinds of sensors whose few numbers go as they are, and their topics."""
 SLOW_SHARE = 6
 """Slow topics are published with every sixth sample."""
+LARGEST = 3.4e38
+"""About what a float of 32 bits holds."""
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Where each signal lies in the vector that all are stacked in, see `recorder`."""
+
+    places: Mapping[str, slice]
+
+    def named(self, values: np.ndarray) -> dict[str, list[float]]:
+        """Return every signal of a stacked vector."""
+        numbers = values.tolist()
+        return {name: numbers[place] for name, place in self.places.items()}
+
+
+class TopicValues:
+    """Makes payloads from signals.
+
+    Args:
+        vehicle: what flies.
+        topics: that it has.
+
+    Attributes:
+        start: where the flight began, in W [m]; displacement is from there.
+    """
+
+    def __init__(self, vehicle: Vehicle, topics: Sequence[Topic]) -> None:
+        self._topics = {each.id: each for each in topics}
+        self._wrench = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)
+        self._rotors = len(vehicle.rotors)
+        self.start: Numbers = (0.0, 0.0, 0.0)
+
+    def fast(self, t_ns: int, signals: Mapping[str, list[float]]) -> list[Payload]:
+        """Return the payloads of what changes fast."""
+        state = signals["state"]
+        w, x, y, z = _unit(state[0:4])
+        p, w_WB, v = state[4:7], state[7:10], state[10:13]
+        acceleration, thrusts = signals["acceleration"], signals["thrusts"]
+        force_x, force_y, force_z, *torque = (self._wrench @ thrusts).tolist()
+        v_x, v_y, v_z, yaw_rate = signals["reference"][:4]
+        seconds, nanoseconds = divmod(t_ns, 1_000_000_000)
+        angles = _angles((w, x, y, z))
+        force = _turned((w, x, y, z), (force_x, force_y, force_z))
+        way = [here - begin for here, begin in zip(p, self.start, strict=True)]
+        return [
+            self._pack(topic.TIME, seconds, nanoseconds, time.time_ns()),
+            self._pack(topic.POSITION, *p, *angles, *way),
+            self._pack(topic.VELOCITY, *v, *w_WB),
+            self._pack(topic.ACCELERATION, *acceleration[3:6], *acceleration[0:3]),
+            self._pack(topic.FORCE_TORQUE, *force, *torque),
+            self._pack(topic.COMMAND, 0, topic.AXES, v_x, v_y, v_z, yaw_rate),
+            self._pack(topic.ROTORS, *signals["speeds"], *thrusts),
+            *self._estimate(signals),
+        ]
+
+    def _estimate(self, signals: Mapping[str, list[float]]) -> list[Payload]:
+        """Return the payload of the estimated motion, where there is an estimator."""
+        if "estimate" not in signals:
+            return []
+        known, deviations = signals["estimate"], signals["deviations"]
+        angles = _angles(_unit(known[0:4]))
+        attitude, p, v = deviations[0:3], deviations[3:6], deviations[6:9]
+        motion = (*known[4:7], *angles, *known[10:13], *known[7:10])
+        return [self._pack(topic.ESTIMATE, *motion, *p, *attitude, *v)]
+
+    def slow(self, signals: Mapping[str, list[float]]) -> list[Payload]:
+        """Return the payloads of what changes slowly."""
+        mode = FlightMode(int(signals["mode"][0]))
+        charge = signals["charge"][0]
+        clearance = signals["obstacle"][0] if "obstacle" in signals else math.inf
+        return [
+            self._pack(topic.DRONE_STATE, int(mode), mode.label.encode(), charge, clearance),
+            self._pack(topic.ON_OFF, int(mode is not FlightMode.OFF)),
+            self._pack(topic.WIND, *signals["wind"]),
+        ]
+
+    def measured(self, kind: str, measurement: Numbers) -> list[Payload]:
+        """Return the payload of a measurement of one of the `MEASURED` kinds: stamp [s], values."""
+        stamp, *numbers = measurement
+        return [self._pack(MEASURED[kind], _ns(stamp), *numbers)]
+
+    def lidar(
+        self, stamp: float, ranges: np.ndarray, directions: np.ndarray, sent: np.ndarray
+    ) -> list[Payload]:
+        """Return the payloads of a scan.
+
+        Args:
+            stamp: of the scan [s].
+            ranges: all of them [m].
+            directions: their unit vectors in S.
+            sent: indices of the rays that go over the wire.
+        """
+        seen = np.isfinite(ranges)
+        nearest, direction = math.inf, [0.0, 0.0, 0.0]
+        if seen.any():
+            index = int(np.argmin(np.where(seen, ranges, np.inf)))
+            nearest, direction = float(ranges[index]), directions[index].tolist()
+        cloud = self._topics[topic.LIDAR_CLOUD].packer
+        return [
+            self._pack(topic.LIDAR, _ns(stamp), int(seen.sum()), len(ranges), nearest, *direction),
+            (topic.LIDAR_CLOUD, cloud.pack(_ns(stamp), *ranges[sent].tolist())),
+        ]
+
+    def frames(self, poses: Sequence[tuple[Numbers, Numbers]]) -> list[Payload]:
+        """Return the payload of all frames: place and quaternion of each."""
+        return [self._pack(topic.FRAMES, *(n for p, q in poses for n in (*p, *q)))]
+
+    def _pack(self, number: int, *values: object) -> Payload:
+        packer = self._topics[number].packer
+        try:
+            return number, packer.pack(*values)
+        except OverflowError:  # a flight that runs away is still to be seen
+            return number, packer.pack(*map(_in_range, values))
+
+
+def _in_range(value: object) -> object:
+    """Return a number that 32 bits have, infinity for one that is too large."""
+    if isinstance(value, float) and abs(value) > LARGEST:
+        return math.copysign(math.inf, value)
+    return value
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * NS)
+
+
+def _unit(q: Numbers) -> tuple[float, float, float, float]:
+    w, x, y, z = q
+    length = math.sqrt(w * w + x * x + y * y + z * z)
+    return w / length, x / length, y / length, z / length
+
+
+def _angles(q: Numbers) -> tuple[float, float, float]:
+    """Return roll, pitch and yaw of a unit quaternion [rad]."""
+    w, x, y, z = q
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
+
+
+def _turned(q: Numbers, v: Numbers) -> tuple[float, float, float]:
+    """Return R(q) v."""
+    w, x, y, z = q
+    a, b, c = v
+    return (
+        (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - w * z) * b + 2 * (x * z + w * y) * c,
+        2 * (x * y + w * z) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - w * x) * c,
+        2 * (x * z - w * y) * a + 2 * (y * z + w * x) * b + (1 - 2 * (x * x + y * y)) * c,
+    )
 
 
 class Telemetry(LeafSystem):
@@ -94,12 +257,8 @@ class Telemetry(LeafSystem):
         if math.isnan(stamp) or stamp == self._stamps[kind]:
             return []
         self._stamps[kind] = stamp
-        if kind == "imu":
-            return self._values.imu(measurement.tolist())
-        if kind == "gps":
-            return self._values.gps(measurement.tolist())
-        if kind == "magnetometer":
-            return self._values.magnetometer(measurement.tolist())
+        if kind in MEASURED:
+            return self._values.measured(kind, measurement.tolist())
         assert self._pattern is not None and self._sent is not None
         ranges = measurement[1 : 1 + len(self._pattern.directions_S)]
         return self._values.lidar(stamp, ranges, self._pattern.directions_S, self._sent)

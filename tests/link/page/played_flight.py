@@ -102,7 +102,8 @@ class PlayedFlight:
         # A lease lasts as long for the page, which goes by its own clock.
         policy.__dict__["_limits"] = replace(policy._limits, hold_after=HOLD_AFTER / PACE)
         self.hub = Hub(policy, Admission(16, 4), self._asked.append)
-        page = await web.start(self.hub, self.config)
+        page = web.Page(self.hub, self.config)
+        await page.open()
         self.url = page.address
         self._ready.set()
         loop = asyncio.get_running_loop()

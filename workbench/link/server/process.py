@@ -238,7 +238,8 @@ async def _open(stack: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig
     if config.web:
         from workbench.link.server import web  # loads what only the page needs
 
-        page = await web.start(hub, config)
+        page = web.Page(hub, config)
+        await page.open()
         stack.push_async_callback(page.close)
         hub.page = page.address
 

@@ -243,23 +243,8 @@ class File(NamedTuple):
     type: str
 
 
-async def start(hub: Hub, config: ServerConfig) -> "Page":
-    """Serve the page within the running loop, and return it.
-
-    Args:
-        hub: where its clients connect to.
-        config: what the server is to do.
-
-    Raises:
-        WorkbenchError: if it cannot listen there.
-    """
-    page = Page(hub, config)
-    await page.open()
-    return page
-
-
 class Page:
-    """Serves the page.
+    """Serves the page, once it is opened.
 
     Args:
         hub: where its clients connect to.

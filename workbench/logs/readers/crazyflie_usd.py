@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FlightRecord, Signal, make_signal, rising_rows
+from workbench.logs.flight_record import FlightRecord, Signal, make_signal, parts, rising_rows
 from workbench.logs.readers.packed import read_packed, stem
 from workbench.logs.readers.rotations import QUATERNION, continuous
 from workbench.plant.gravity import GRAVITY
@@ -207,7 +207,7 @@ def _signals(columns: Mapping[str, tuple[np.ndarray, np.ndarray]], end: float) -
         if source.get(name, each) != each:
             name, unit, factor = each, "", 1.0
         signals[name] = make_signal(name, unit, time, factor * values, end=end)
-    names = [f"estimate.{part}" for part in QUATERNION]
+    names = parts("estimate.", QUATERNION)
     if all(name in signals for name in names):
         q = continuous(np.column_stack([signals[name].values for name in names]))
         for name, values in zip(names, q.T, strict=True):

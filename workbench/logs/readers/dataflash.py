@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FlightRecord, Signal, make_signal
+from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, Signal, make_signal, parts
 from workbench.logs.readers.names import own_name
 from workbench.logs.readers.packed import stem
 from workbench.logs.readers.rotations import (
@@ -151,9 +151,6 @@ def _add_all(  # type: ignore[no-untyped-def]
             for name, values in zip(QUATERNION, q.T, strict=True):
                 add(f"{wanted}.{name}", "1", table, values)
 
-    def named(topic: str, before: str = "") -> list[str]:
-        return [f"{topic}.{before}{axis}" for axis in "xyz"]
-
     def radians(degrees: np.ndarray) -> np.ndarray:
         return flu(np.radians(degrees))
 
@@ -161,13 +158,13 @@ def _add_all(  # type: ignore[no-untyped-def]
     turn("ATT", ("DesRoll", "DesPitch", "DesYaw"), "attitude_setpoint")
     turn("SIM", ("Roll", "Pitch", "Yaw"), "position_data")
     for filter_ in ("XKF1", "NKF1"):
-        three(filter_, ("PN", "PE", "PD"), named("estimate"), "m", enu)
-        three(filter_, ("VN", "VE", "VD"), named("estimate", "v_"), "m/s", enu)
-    three("IMU", ("GyrX", "GyrY", "GyrZ"), named("imu.angular_velocity"), "rad/s", flu)
-    three("IMU", ("AccX", "AccY", "AccZ"), named("imu.linear_acceleration"), "m/s^2", flu)
-    three("RATE", ("R", "P", "Y"), named("estimate", "w_"), "rad/s", radians)
-    three("RATE", ("RDes", "PDes", "YDes"), named("rate_setpoint", "w_"), "rad/s", radians)
-    three("RATE", ("ROut", "POut", "YOut"), named("torque_setpoint"), "1", flu)
+        three(filter_, ("PN", "PE", "PD"), parts("estimate."), "m", enu)
+        three(filter_, ("VN", "VE", "VD"), parts("estimate.v_"), "m/s", enu)
+    three("IMU", ("GyrX", "GyrY", "GyrZ"), GYRO, "rad/s", flu)
+    three("IMU", ("AccX", "AccY", "AccZ"), FORCE, "m/s^2", flu)
+    three("RATE", ("R", "P", "Y"), parts("estimate.w_"), "rad/s", radians)
+    three("RATE", ("RDes", "PDes", "YDes"), parts("rate_setpoint.w_"), "rad/s", radians)
+    three("RATE", ("ROut", "POut", "YOut"), parts("torque_setpoint."), "1", flu)
     for message, place, speed in (("PSCN", "PN", "VN"), ("PSCE", "PE", "VE"), ("PSCD", "PD", "VD")):
         table = tables.get(message, {})
         axis = {"PSCN": "y", "PSCE": "x", "PSCD": "z"}[message]

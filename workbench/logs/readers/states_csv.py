@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FlightRecord, make_signal, rising_rows
+from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, make_signal, parts, rising_rows
 from workbench.logs.readers.packed import read_packed, stem
 from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
 from workbench.plant.gravity import GRAVITY
@@ -50,13 +50,13 @@ def read_states(path: Path) -> FlightRecord:
         gyro = in_world(back, _three(columns, "w_W"))
         force = in_world(back, _three(columns, "vdot_W") + [0.0, 0.0, GRAVITY])
         groups = [
-            (tuple(f"position_data.{axis}" for axis in "xyz"), "m", _three(columns, "p_W")),
-            (tuple(f"velocity_data.v_{axis}" for axis in "xyz"), "m/s", _three(columns, "v_W")),
-            (tuple(f"velocity_data.w_{axis}" for axis in "xyz"), "rad/s", _three(columns, "w_W")),
-            (tuple(f"attitude.{part}" for part in QUATERNION), "1", q),
-            (tuple(f"attitude.w_{axis}" for axis in "xyz"), "rad/s", gyro),
-            (tuple(f"imu.angular_velocity.{axis}" for axis in "xyz"), "rad/s", gyro),
-            (tuple(f"imu.linear_acceleration.{axis}" for axis in "xyz"), "m/s^2", force),
+            (parts("position_data."), "m", _three(columns, "p_W")),
+            (parts("velocity_data.v_"), "m/s", _three(columns, "v_W")),
+            (parts("velocity_data.w_"), "rad/s", _three(columns, "w_W")),
+            (parts("attitude.", QUATERNION), "1", q),
+            (parts("attitude.w_"), "rad/s", gyro),
+            (GYRO, "rad/s", gyro),
+            (FORCE, "m/s^2", force),
         ]
     except (KeyError, ValueError) as error:
         raise WorkbenchError(

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FlightRecord, Signal, make_signal
+from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, Signal, make_signal, parts
 from workbench.logs.readers.names import own_name
 from workbench.logs.readers.packed import stem
 from workbench.logs.readers.rotations import (
@@ -178,7 +178,7 @@ def _add_all(
             for name, values in zip(names, turned(found).T, strict=True):
                 add(name, unit, data, values)
 
-    def attitude(topic: str, fields: Sequence[str], wanted: str, parts: str = "") -> None:
+    def attitude(topic: str, fields: Sequence[str], wanted: str, turn: str = "") -> None:
         data = topics.get(topic, {})
         q = _vector(data, fields)
         if q is not None:
@@ -186,35 +186,31 @@ def _add_all(
             for name, values in zip(ANGLES, angles(turned).T, strict=True):
                 add(f"{wanted}.{name}", "rad", data, values)
             for name, values in zip(QUATERNION, turned.T, strict=True):
-                add(f"{parts or wanted}.{name}", "1", data, values)
+                add(f"{turn or wanted}.{name}", "1", data, values)
 
     def places(field: str, count: int = 3) -> list[str]:
         return [f"{field}[{i}]" for i in range(count)]
-
-    def named(topic: str, before: str = "") -> list[str]:
-        return [f"{topic}.{before}{axis}" for axis in "xyz"]
 
     for source, place, speed, turn in (
         ("", "estimate", "estimate", "estimate"),
         ("_groundtruth", "position_data", "velocity_data", "attitude"),
     ):
         local = f"vehicle_local_position{source}"
-        three(local, ("x", "y", "z"), named(place), "m", enu)
-        three(local, ("vx", "vy", "vz"), named(speed, "v_"), "m/s", enu)
+        three(local, ("x", "y", "z"), parts(f"{place}."), "m", enu)
+        three(local, ("vx", "vy", "vz"), parts(f"{speed}.v_"), "m/s", enu)
         if not source:
-            three(local, ("ax", "ay", "az"), named(place, "a_"), "m/s^2", enu)
+            three(local, ("ax", "ay", "az"), parts(f"{place}.a_"), "m/s^2", enu)
         attitude(f"vehicle_attitude{source}", places("q", 4), place, turn)
         rates = f"vehicle_angular_velocity{source}"
-        three(rates, places("xyz"), named(turn, "w_"), "rad/s", flu)
+        three(rates, places("xyz"), parts(f"{turn}.w_"), "rad/s", flu)
     speeds = ("rollspeed", "pitchspeed", "yawspeed")
-    three("vehicle_attitude", speeds, named("estimate", "w_"), "rad/s", flu)
+    three("vehicle_attitude", speeds, parts("estimate.w_"), "rad/s", flu)
     imu = "sensor_combined"
-    acceleration, turning = named("imu.linear_acceleration"), named("imu.angular_velocity")
-    three(imu, places("accelerometer_m_s2"), acceleration, "m/s^2", flu)
-    three(imu, places("gyro_rad"), turning, "rad/s", flu)
-    wanted = named("rate_setpoint", "w_")
+    three(imu, places("accelerometer_m_s2"), FORCE, "m/s^2", flu)
+    three(imu, places("gyro_rad"), GYRO, "rad/s", flu)
+    wanted = parts("rate_setpoint.w_")
     three("vehicle_rates_setpoint", ANGLES, wanted, "rad/s", flu)
-    torque = named("torque_setpoint")
+    torque = parts("torque_setpoint.")
     three("vehicle_torque_setpoint", places("xyz"), torque, "1", flu)
     three("actuator_controls_0", places("control"), torque, "1", flu)
     attitude("vehicle_attitude_setpoint", places("q_d", 4), "attitude_setpoint")
@@ -230,11 +226,11 @@ def _add_all(
             add("attitude_setpoint.thrust", "1", data, -np.asarray(data["thrust_body[2]"]))
         elif "thrust" in data:
             add("attitude_setpoint.thrust", "1", data, np.asarray(data["thrust"], dtype=float))
-    three("trajectory_setpoint", places("position"), named("setpoint"), "m", enu)
-    three("trajectory_setpoint", places("velocity"), named("setpoint", "v_"), "m/s", enu)
+    three("trajectory_setpoint", places("position"), parts("setpoint."), "m", enu)
+    three("trajectory_setpoint", places("velocity"), parts("setpoint.v_"), "m/s", enu)
     goal = "vehicle_local_position_setpoint"
-    three(goal, ("x", "y", "z"), named("setpoint"), "m", enu)
-    three(goal, ("vx", "vy", "vz"), named("setpoint", "v_"), "m/s", enu)
+    three(goal, ("x", "y", "z"), parts("setpoint."), "m", enu)
+    three(goal, ("vx", "vy", "vz"), parts("setpoint.v_"), "m/s", enu)
     for topic in ("trajectory_setpoint", goal):
         data = topics.get(topic, {})
         if "yaw" in data:
