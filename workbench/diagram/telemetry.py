@@ -16,7 +16,7 @@ from workbench.systems.frame_poses import FramePoses
 from workbench.systems.recorder import Recorder
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.sensors.scan_pattern import ScanPattern, make_scan_pattern
-from workbench.systems.telemetry import SLOW_SHARE, Signals, Telemetry, TopicValues
+from workbench.systems.telemetry import SLOW_SHARE, Telemetry, TopicValues
 
 RATE = 200.0
 """About so often the state is published: in whole physics steps, 204.8 [1/s]."""
@@ -78,7 +78,7 @@ def add_telemetry(
         Telemetry(
             bridge,
             TopicValues(vehicle, topics),
-            Signals(recorder.places),
+            recorder.places,
             period=period,
             sizes={kind: port.size() for kind, port in ports.items()},
             pattern=pattern,

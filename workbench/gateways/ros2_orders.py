@@ -20,7 +20,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_dds import STRING, message_type
 from workbench.gateways.ros2_publishing import DEPTH, dds_topic
 from workbench.link import AsyncClient
-from workbench.link.control import AsyncDirectControl
+from workbench.link.control import AsyncControl
 from workbench.link.drone_topics import AXES
 from workbench.link.messages import TAKE_OFF_HEIGHT
 from workbench.link.topics import PREFIX
@@ -194,7 +194,7 @@ class Commanding:
     def __init__(self, client: AsyncClient, say: Callable[[str], None]) -> None:
         self._client = client
         self._say = say
-        self._control: AsyncDirectControl | None = None
+        self._control: AsyncControl | None = None
         self._holder: int | None = None
         self._refused = -math.inf
 
@@ -256,7 +256,7 @@ class Commanding:
             return self._control is not None or now - self._refused >= ASK_AGAIN
         return False
 
-    async def _ask(self) -> AsyncDirectControl:
+    async def _ask(self) -> AsyncControl:
         """Ask for control.
 
         Raises:
@@ -272,7 +272,7 @@ class Commanding:
         self._say("control was granted: a program of ROS 2 flies")
         return control
 
-    async def _carry_out(self, order: Velocity | Operation, control: AsyncDirectControl) -> None:
+    async def _carry_out(self, order: Velocity | Operation, control: AsyncControl) -> None:
         if isinstance(order, Velocity):
             if control.scaled:  # of the order before: a refusal takes its time
                 self._say(f"flown slower than asked: {control.scaled}")

@@ -4,7 +4,7 @@ from functools import cached_property
 
 from workbench.link.background_loop import BackgroundLoop
 from workbench.link.client_core import ClientCore
-from workbench.link.control import AsyncControl, AsyncDirectControl, Control, DirectControl
+from workbench.link.control import AsyncControl, Control
 from workbench.link.sample import Sample
 
 
@@ -39,15 +39,15 @@ class AsyncClient(ClientCore):
         Raises:
             WorkbenchError: on entering, if somebody else flies or the server takes no commands.
         """
-        return AsyncControl(self)
+        return AsyncControl(self, repeats=True)
 
-    def direct_control(self) -> AsyncDirectControl:
+    def direct_control(self) -> AsyncControl:
         """Return controls that repeat nothing, for programs that pass on a person's input.
 
         Raises:
             WorkbenchError: on entering, if somebody else flies or the server takes no commands.
         """
-        return AsyncDirectControl(self)
+        return AsyncControl(self, repeats=False)
 
     async def parameters(self, *names: str) -> dict[str, float]:
         """Return live parameters by name; all if none is named.
@@ -105,15 +105,15 @@ class Client(ClientCore):
         Raises:
             WorkbenchError: on entering, if somebody else flies or the server takes no commands.
         """
-        return Control(AsyncControl(self), self.loop)
+        return Control(AsyncControl(self, repeats=True), self.loop)
 
-    def direct_control(self) -> DirectControl:
+    def direct_control(self) -> Control:
         """Return controls that repeat nothing, for programs that pass on a person's input.
 
         Raises:
             WorkbenchError: on entering, if somebody else flies or the server takes no commands.
         """
-        return DirectControl(AsyncDirectControl(self), self.loop)
+        return Control(AsyncControl(self, repeats=False), self.loop)
 
     def parameters(self, *names: str) -> dict[str, float]:
         """Return live parameters by name; all if none is named.

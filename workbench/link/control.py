@@ -1,7 +1,7 @@
 """Control of the drone: the lease, commands and requests of who flies.
 
-`AsyncDirectControl` sends each command once, `AsyncControl` repeats the last one for a while; the
-other two call them from a plain program.
+`AsyncControl` repeats the last command for a while, or sends each one once; `Control` calls it from
+a plain program.
 """
 
 import asyncio
@@ -51,15 +51,23 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-class AsyncDirectControl:
-    """The controls, as an asynchronous context manager; see `AsyncClient.direct_control`.
+class AsyncControl:
+    """The controls, as an asynchronous context manager.
+
+    What keeps a program at the controls must not fly the drone by itself: a program that hangs
+    still repeats. So a repeated velocity lapses, and the drone then holds its place.
+
+    Args:
+        client: of the server.
+        repeats: whether the last velocity is said again and again; see `AsyncClient.control` and
+            `AsyncClient.direct_control`.
 
     Attributes:
         lost: why control is gone, "" while it is not.
         scaled: why the last velocity was flown smaller than asked, "" if it was not.
     """
 
-    def __init__(self, client: ClientCore) -> None:
+    def __init__(self, client: ClientCore, *, repeats: bool) -> None:
         self.lost = ""
         self.scaled = ""
         self._client = client
@@ -70,8 +78,11 @@ class AsyncDirectControl:
         self._refused = ""
         self._before = 0
         self._told_until = 0
+        self._repeats = repeats
+        self._lapses_at = math.inf
+        self._repeating: asyncio.Task[None] | None = None
 
-    async def __aenter__(self) -> "AsyncDirectControl":
+    async def __aenter__(self) -> "AsyncControl":
         topic = self._client.connection.protocol.command_topic
         if topic is None or tuple(field.name for field in topic.fields) != FIELDS:
             raise WorkbenchError("this server takes no commands that this client knows")
@@ -84,9 +95,13 @@ class AsyncDirectControl:
         self._before = self._connection.protocol.seq
         self._client.follow(self)
         self._send()  # the first command of a holder must be neutral
+        if self._repeats:
+            self._repeating = asyncio.create_task(self._repeat(), name="control")
+            self._repeating.add_done_callback(self._notice)
         return self
 
     async def __aexit__(self, *_: object) -> None:
+        self._stop_repeating()
         self._client.follow(None)
         try:
             if not self.lost:
@@ -98,17 +113,30 @@ class AsyncDirectControl:
         finally:
             self._lease, self.lost = 0, self.lost or "it was released"
 
-    def velocity(self, x: float, y: float, z: float, yaw_rate: float = 0.0) -> None:
-        """Fly at a velocity in W [m/s] and turn [rad/s].
+    def velocity(
+        self, x: float, y: float, z: float, yaw_rate: float = 0.0, *, hold: float = HOLD
+    ) -> None:
+        """Fly at a velocity in W [m/s] and turn [rad/s] for a while, then hold the place.
 
-        It is sent once. Say it at least five times a second: after 0.5 s of silence, simulated,
-        the drone holds its place and control is lost.
+        It is repeated 20 times a second for `hold` seconds, whatever the program does meanwhile,
+        **even where it hangs**. Say it again within that time to fly on.
+
+        Of `direct_control` it is sent once. Say it at least five times a second: after 0.5 s of
+        silence, simulated, the drone holds its place and control is lost.
+
+        Args:
+            x: velocity along W's x [m/s].
+            y: along y [m/s].
+            z: upwards [m/s].
+            yaw_rate: counter-clockwise as seen from above [rad/s].
+            hold: how long it is repeated [s, of the clock]; `math.inf` for as long as the block
+                runs.
 
         Raises:
             WorkbenchError: if control was lost, a number is not finite, or the last velocity was
                 refused.
         """
-        self.steer(self.checked(x, y, z, yaw_rate))
+        self.steer(self.checked(x, y, z, yaw_rate), lapse_time(hold))
 
     async def take_off(self, height: float = TAKE_OFF_HEIGHT) -> float:
         """Take off to a height above the ground [m]; return when that was begun, simulated [s].
@@ -171,9 +199,9 @@ class AsyncDirectControl:
             )
         return velocity
 
-    def steer(self, velocity: Velocity) -> None:
-        """Send a velocity."""
-        self._commanded = velocity
+    def steer(self, velocity: Velocity, lapses_at: float) -> None:
+        """Send a velocity, which lapses at a time of the monotonic clock [s] where it repeats."""
+        self._commanded, self._lapses_at = velocity, lapses_at
         self.scaled = ""
         self._send()
 
@@ -199,9 +227,17 @@ class AsyncDirectControl:
     def lose(self, reason: str) -> None:
         """Let control be gone."""
         self.lost = self.lost or reason
+        self._stop_repeating()
 
     def keep_up(self) -> None:
-        """Notice that a newer state came."""
+        """Repeat the command where simulated time runs faster than the clock."""
+        connection = self._connection
+        if (
+            self._repeating
+            and connection
+            and (connection.protocol.newest_ns or 0) - self._sent_ns >= PERIOD_NS
+        ):
+            self._repeat_once()
 
     def _send(self, velocity: Velocity | None = None) -> None:
         connection = self._connection
@@ -220,66 +256,6 @@ class AsyncDirectControl:
             lambda id: FlightOperation(id, what, height, self._lease), FlightDone
         )
         return answer.applied_ns / 1e9
-
-
-class AsyncControl(AsyncDirectControl):
-    """The controls, as an asynchronous context manager; see `AsyncClient.control`.
-
-    What keeps a program at the controls must not fly the drone by itself: a program that hangs
-    still repeats. So a velocity lapses, and the drone then holds its place.
-    """
-
-    def __init__(self, client: ClientCore) -> None:
-        super().__init__(client)
-        self._lapses_at = math.inf
-        self._repeating: asyncio.Task[None] | None = None
-
-    async def __aenter__(self) -> "AsyncControl":
-        await super().__aenter__()
-        self._repeating = asyncio.create_task(self._repeat(), name="control")
-        self._repeating.add_done_callback(self._notice)
-        return self
-
-    async def __aexit__(self, *error: object) -> None:
-        self._stop_repeating()
-        await super().__aexit__(*error)
-
-    def velocity(
-        self, x: float, y: float, z: float, yaw_rate: float = 0.0, *, hold: float = HOLD
-    ) -> None:
-        """Fly at a velocity in W [m/s] and turn [rad/s] for a while, then hold the place.
-
-        It is repeated 20 times a second for `hold` seconds, whatever the program does meanwhile,
-        **even where it hangs**. Say it again within that time to fly on.
-
-        Args:
-            x: velocity along W's x [m/s].
-            y: along y [m/s].
-            z: upwards [m/s].
-            yaw_rate: counter-clockwise as seen from above [rad/s].
-            hold: how long it counts [s, of the clock]; `math.inf` for as long as the block runs.
-
-        Raises:
-            WorkbenchError: if control was lost, a number is not finite, or the last velocity was
-                refused.
-        """
-        self.steer_until(self.checked(x, y, z, yaw_rate), lapse_time(hold))
-
-    def steer_until(self, velocity: Velocity, lapses_at: float) -> None:
-        """Send a velocity, and repeat it until a time of the monotonic clock [s]."""
-        self._lapses_at = lapses_at
-        self.steer(velocity)
-
-    def lose(self, reason: str) -> None:
-        """Let control be gone."""
-        super().lose(reason)
-        self._stop_repeating()
-
-    def keep_up(self) -> None:
-        """Repeat the command where simulated time runs faster than the clock."""
-        connection = self._connection
-        if connection and (connection.protocol.newest_ns or 0) - self._sent_ns >= PERIOD_NS:
-            self._repeat_once()
 
     async def _repeat(self) -> None:
         """Say again what was said last, as a silence means that nobody is there."""
@@ -316,21 +292,21 @@ def lapse_time(hold: float) -> float:
 
 
 def _blocking(
-    method: Callable[Concatenate[AsyncDirectControl, P], Coroutine[Any, Any, T]],
-) -> Callable[Concatenate["DirectControl", P], T]:
+    method: Callable[Concatenate[AsyncControl, P], Coroutine[Any, Any, T]],
+) -> Callable[Concatenate["Control", P], T]:
     """Return a method that runs `method` in the client's thread and waits for its result."""
 
     @functools.wraps(method)
-    def call(self: "DirectControl", *args: P.args, **kwargs: P.kwargs) -> T:
+    def call(self: "Control", *args: P.args, **kwargs: P.kwargs) -> T:
         return self._loop.call(method(self._control, *args, **kwargs))
 
     return call
 
 
-class DirectControl:
-    """The controls, as a context manager; see `Client.direct_control`."""
+class Control:
+    """The controls, as a context manager; see `Client.control` and `Client.direct_control`."""
 
-    def __init__(self, control: AsyncDirectControl, loop: BackgroundLoop) -> None:
+    def __init__(self, control: AsyncControl, loop: BackgroundLoop) -> None:
         self._control = control
         self._loop = loop
 
@@ -351,28 +327,16 @@ class DirectControl:
         """Why the last velocity was flown smaller than asked, "" if it was not."""
         return self._control.scaled
 
-    def velocity(self, x: float, y: float, z: float, yaw_rate: float = 0.0) -> None:
-        """Fly at a velocity; see `AsyncDirectControl.velocity`."""
-        self._loop.post(partial(self._control.steer, self._control.checked(x, y, z, yaw_rate)))
-
-    take_off = _blocking(AsyncDirectControl.take_off)
-    land = _blocking(AsyncDirectControl.land)
-    arm = _blocking(AsyncDirectControl.arm)
-    stop = _blocking(AsyncDirectControl.stop)
-    hold = _blocking(AsyncDirectControl.hold)
-    set = _blocking(AsyncDirectControl.set)
-
-
-class Control(DirectControl):
-    """The controls, as a context manager; see `Client.control`."""
-
-    def __init__(self, control: AsyncControl, loop: BackgroundLoop) -> None:
-        super().__init__(control, loop)
-        self._repeated = control
-
     def velocity(
         self, x: float, y: float, z: float, yaw_rate: float = 0.0, *, hold: float = HOLD
     ) -> None:
         """Fly at a velocity for a while, then hold the place; see `AsyncControl.velocity`."""
-        velocity = self._repeated.checked(x, y, z, yaw_rate)
-        self._loop.post(partial(self._repeated.steer_until, velocity, lapse_time(hold)))
+        velocity = self._control.checked(x, y, z, yaw_rate)
+        self._loop.post(partial(self._control.steer, velocity, lapse_time(hold)))
+
+    take_off = _blocking(AsyncControl.take_off)
+    land = _blocking(AsyncControl.land)
+    arm = _blocking(AsyncControl.arm)
+    stop = _blocking(AsyncControl.stop)
+    hold = _blocking(AsyncControl.hold)
+    set = _blocking(AsyncControl.set)

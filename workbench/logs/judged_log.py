@@ -16,7 +16,7 @@ from workbench.design.regress.measures import MEASURED
 from workbench.design.regress.signals import POINT, USE
 from workbench.design.regress.spec import SKIP, Case, LogConfig, Spec
 from workbench.logs.flight_reader import read_flight
-from workbench.logs.flight_record import FlightRecord, make_signal, parts
+from workbench.logs.flight_record import GYRO, FlightRecord, make_signal, parts
 from workbench.logs.measured_flight import SHARE, motor_commands
 from workbench.logs.readers.rotations import ANGLES, QUATERNION, in_world, quaternion
 from workbench.logs.step_response import find_loop, step_response
@@ -131,14 +131,6 @@ def _measured(
     return dict(zip(MEASURED, values, strict=True))
 
 
-class _Source:
-    """Signals of which an array of the recording is made, the first whole set that a log has."""
-
-    def __init__(self, record: FlightRecord, sets: Sequence[Sequence[str]]) -> None:
-        self.names = next((tuple(names) for names in sets if record.has(names)), ())
-        self.wanted = " or ".join(f"{names[0]} .." for names in sets)
-
-
 def _recording(
     record: FlightRecord,
     vehicle: Vehicle,
@@ -150,18 +142,22 @@ def _recording(
     """Return what a log has of a recording, and add why it has not the rest."""
     turn = [parts(f"{topic}.", QUATERNION) for topic in ("attitude", "estimate")]
     angles = [parts(f"{topic}.", ANGLES) for topic in ("position_data", "estimate")]
-    body = [*map(parts, ("attitude.w_", "imu.angular_velocity.", "estimate.w_"))]
-    sources = {
-        "p_WB": _Source(record, [parts("position_data."), parts("estimate.")]),
-        "q_WB": _Source(record, [*turn, *angles]),
-        "v_WB": _Source(record, [parts("velocity_data.v_"), parts("estimate.v_")]),
-        "w_WB": _Source(record, [parts("velocity_data.w_"), *body]),
-        "vdot_WB": _Source(record, [parts("estimate.a_")]),
+    body = [parts("attitude.w_"), GYRO, parts("estimate.w_")]
+    sources: dict[str, Sequence[tuple[str, ...]]] = {
+        "p_WB": [parts("position_data."), parts("estimate.")],
+        "q_WB": [*turn, *angles],
+        "v_WB": [parts("velocity_data.v_"), parts("estimate.v_")],
+        "w_WB": [parts("velocity_data.w_"), *body],
+        "vdot_WB": [parts("estimate.a_")],
     }
-    for field, source in sources.items():
-        if not source.names:
-            missing[field] = f"the log has no {source.wanted}"
-    names = dict.fromkeys(name for source in sources.values() for name in source.names)
+    taken = {  # the first whole set that the log has
+        field: next(filter(record.has, sets), ()) for field, sets in sources.items()
+    }
+    for field, sets in sources.items():
+        if not taken[field]:
+            wanted = " or ".join(f"{names[0]} .." for names in sets)
+            missing[field] = f"the log has no {wanted}"
+    names = dict.fromkeys(name for found in taken.values() for name in found)
     motors = _motors(record, vehicle, order, missing)
     rates = [record[name].rate for name in names] + [rate for _, _, rate in motors.values()]
     period = max(1.0 / max([rate for rate in rates if rate > 0.0], default=100.0), FINEST)
@@ -169,21 +165,24 @@ def _recording(
     columns = {name: _at(record, name, time) for name in names}
 
     def of(field: str) -> np.ndarray:
-        found = sources[field].names
-        size = 4 if field == "q_WB" else 3
-        if not found:
-            return np.full((len(time), size), np.nan)
-        return np.column_stack([columns[name] for name in found])
+        if not taken[field]:
+            return np.full((len(time), 4 if field == "q_WB" else 3), np.nan)
+        return np.column_stack([columns[name] for name in taken[field]])
 
     q = of("q_WB")
     if q.shape[1] == 3:
         q = quaternion(*q.T)
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     w = of("w_WB")
-    if sources["w_WB"].names in map(tuple, body):
+    if taken["w_WB"] in body:
         w = in_world(q, w)
-    arrays = {"p_WB": of("p_WB"), "q_WB": q, "v_WB": of("v_WB"), "w_WB": w}
-    arrays["vdot_WB"] = of("vdot_WB")
+    arrays = {
+        "p_WB": of("p_WB"),
+        "q_WB": q,
+        "v_WB": of("v_WB"),
+        "w_WB": w,
+        "vdot_WB": of("vdot_WB"),
+    }
     for field, (times, values, rate) in motors.items():
         arrays[field] = _held(times, values, time, BRIDGE / rate if rate > 0.0 else 0.0)
     return _filled(vehicle, time, **arrays)

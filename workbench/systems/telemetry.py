@@ -3,7 +3,6 @@
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -31,18 +30,6 @@ LARGEST = 3.4e38
 """About what a float of 32 bits holds."""
 
 
-@dataclass(frozen=True)
-class Signals:
-    """Where each signal lies in the vector that all are stacked in, see `recorder`."""
-
-    places: Mapping[str, slice]
-
-    def named(self, values: np.ndarray) -> dict[str, list[float]]:
-        """Return every signal of a stacked vector."""
-        numbers = values.tolist()
-        return {name: numbers[place] for name, place in self.places.items()}
-
-
 class TopicValues:
     """Makes payloads from signals.
 
@@ -61,7 +48,7 @@ class TopicValues:
         self.start: Numbers = (0.0, 0.0, 0.0)
 
     def fast(self, t_ns: int, signals: Mapping[str, list[float]]) -> list[Payload]:
-        """Return the payloads of what changes fast."""
+        """Return the payloads of fast topics."""
         state = signals["state"]
         w, x, y, z = _unit(state[0:4])
         p, w_WB, v = state[4:7], state[7:10], state[10:13]
@@ -94,7 +81,7 @@ class TopicValues:
         return [self._pack(topic.ESTIMATE, *motion, *p, *attitude, *v)]
 
     def slow(self, signals: Mapping[str, list[float]]) -> list[Payload]:
-        """Return the payloads of what changes slowly."""
+        """Return the payloads of slow topics."""
         mode = FlightMode(int(signals["mode"][0]))
         charge = signals["charge"][0]
         clearance = signals["obstacle"][0] if "obstacle" in signals else math.inf
@@ -139,7 +126,7 @@ class TopicValues:
         packer = self._topics[number].packer
         try:
             return number, packer.pack(*values)
-        except OverflowError:  # a flight that runs away is still to be seen
+        except OverflowError:  # a diverging flight stays visible
             return number, packer.pack(*map(_in_range, values))
 
 
@@ -195,7 +182,7 @@ class Telemetry(LeafSystem):
         self,
         bridge: Bridge,
         values: TopicValues,
-        signals: Signals,
+        places: Mapping[str, slice],
         *,
         period: float,
         sizes: dict[str, int],
@@ -207,17 +194,17 @@ class Telemetry(LeafSystem):
         Args:
             bridge: where samples wait.
             values: makes the payloads.
-            signals: their places.
+            places: of the signals in their stack.
             period: between samples [s].
             sizes: of the input ports of the sensors, by their kind.
             pattern: of the lidar's rays.
             sent: indices of the rays that are published.
         """
         super().__init__()
-        self._bridge, self._values, self._places = bridge, values, signals
+        self._bridge, self._values, self._places = bridge, values, places
         self._pattern, self._sent = pattern, sent
         self._period = period
-        size = max(place.stop for place in signals.places.values())
+        size = max(place.stop for place in places.values())
         self._signals = self.DeclareVectorInputPort("signals", size)
         self._frames = self.DeclareAbstractInputPort(
             "frames", AbstractValue.Make(FrameTransforms(0.0, ()))
@@ -238,7 +225,8 @@ class Telemetry(LeafSystem):
             return
         now = context.get_time()
         t_ns = round(now * NS)
-        signals = self._places.named(self._signals.Eval(context))
+        stacked = self._signals.Eval(context).tolist()
+        signals = {name: stacked[place] for name, place in self._places.items()}
         payloads = self._values.fast(t_ns, signals)
         if round(now / self._period) % SLOW_SHARE == 0:
             payloads += self._values.slow(signals)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.monitor.picture import number
 from workbench.link import Client
-from workbench.link.control import DirectControl
+from workbench.link.control import Control
 
 KEY_TIME = 0.3
 """A key counts for so long [s], as terminals do not tell when it is let go; see `DECAY_TIME`."""
@@ -122,7 +122,7 @@ class Pilot:
         self._client = client
         self._clock = clock
         self._sticks = Sticks(limits.level_speed, limits.climb_rate, limits.yaw_rate)
-        self._control: DirectControl | None = None
+        self._control: Control | None = None
 
     @property
     def flying(self) -> bool:
@@ -212,9 +212,9 @@ class Pilot:
             self._control = None
 
 
-OPERATIONS: dict[str, Callable[[DirectControl], float]] = {
-    "t": DirectControl.take_off,
-    "l": DirectControl.land,
-    "x": DirectControl.stop,
+OPERATIONS: dict[str, Callable[[Control], float]] = {
+    "t": Control.take_off,
+    "l": Control.land,
+    "x": Control.stop,
 }
 SAID = {"t": "taking off", "l": "landing", "x": "the rotors were stopped"}
