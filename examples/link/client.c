@@ -5,7 +5,7 @@
  *   ./client HOST PORT fly V_X V_Y V_Z YAW_RATE [SECONDS [TAKE_OFF_HEIGHT]]
  *
  * Speeds are in m/s and rad/s in the world's axes, z up. It knows no SHA-256, so it speaks with
- * servers without a token only. docs/protocol.md says the rest.
+ * servers without a token only. See docs/protocol.md.
  */
 #define _POSIX_C_SOURCE 200112L
 
@@ -66,7 +66,7 @@ static void read_all(char *bytes, size_t size) {
     }
 }
 
-/* Read the next frame, and acknowledge it where it is the last of a batch. */
+/* Read the next frame, and acknowledge it if it is the last of a batch. */
 static void receive(void) {
     char head[HEADER];
     read_all(head, HEADER);
@@ -83,7 +83,7 @@ static void receive(void) {
     if (frame.flags & ACKNOWLEDGE) send_frame(ACKNOWLEDGEMENT, 0, frame.seq, 0, NULL, 0);
 }
 
-/* The server writes JSON without blanks, and text cannot hold a bare quote: so a search will do. */
+/* The server writes JSON without blanks, and text has no bare quotes, so a search is enough. */
 static int has(const char *json, const char *text) { return strstr(json, text) != NULL; }
 
 static double number(const char *json, const char *key) {
@@ -91,7 +91,7 @@ static double number(const char *json, const char *key) {
     return found ? strtod(found + strlen(key), NULL) : 0.0;
 }
 
-/* A topic's number stands before its name: {"id":3,"name":"/dh_drone/velocity_data",... */
+/* A topic's number comes before its name: {"id":3,"name":"/dh_drone/velocity_data",... */
 static uint16_t topic_number(const char *hello, const char *name) {
     char wanted[96];
     snprintf(wanted, sizeof wanted, ",\"name\":\"%s\"", name);
@@ -109,7 +109,7 @@ static void hear(void) {
     if (refused || has(frame.payload, "\"op\":\"error\"")) exit(1);
 }
 
-/* Say goodbye, and read what is on its way: a socket closed before that loses our words. */
+/* Say bye, and read to the end: closing the socket earlier could lose what we sent. */
 static void leave(void) {
     say("{\"op\":\"bye\"}");
     shutdown(stream, SHUT_WR);
@@ -132,7 +132,7 @@ static void watch(uint16_t velocity, long frames) {
     }
 }
 
-/* Take control, answer each state with a command, and give control back. */
+/* Take control, answer each state with a command, and return control. */
 static void fly(uint16_t velocity, uint16_t command, const float wanted[4], double seconds,
                 double height) {
     struct {

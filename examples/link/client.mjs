@@ -3,9 +3,9 @@
 //   node client.mjs [HOST:PORT] watch [FRAMES]
 //   node client.mjs [HOST:PORT] fly V_X V_Y V_Z YAW_RATE [SECONDS [TAKE_OFF_HEIGHT]]
 //
-// Speeds are in m/s and rad/s in the world's axes, z up. Where the server asks for a token, put it
-// into the environment: LINK_TOKEN=... `Link` knows neither sockets nor Node's Buffer, only bytes in
-// and bytes out: a browser feeds it from a WebSocket. docs/protocol.md says the rest.
+// Speeds are in m/s and rad/s in the world's axes, z up. If the server needs a token, put it
+// into the environment: LINK_TOKEN=... `Link` uses neither sockets nor Node's Buffer, only bytes in
+// and bytes out, so a browser can use it with a WebSocket. See docs/protocol.md.
 
 import { createHmac, randomBytes } from "node:crypto";
 import net from "node:net";
@@ -88,7 +88,7 @@ export class Link {
     this.key = hmac(this.token, "DH1 session", ...nonces);
   }
 
-  /** Say an operation; `commands` where it needs a proof. */
+  /** Send an operation; `commands` if it needs a proof. */
   say(operation, commands = false) {
     this.prove(CONTROL, 0, utf8.encode(JSON.stringify(operation)), 0n, commands);
   }
@@ -129,7 +129,7 @@ export class Link {
   }
 }
 
-/** A data frame's values by name, as the fields in hello tell: they stand in a row without gaps. */
+/** A data frame's values by name, by the fields in hello, which are packed without gaps. */
 export function unpack(fields, payload) {
   const view = new DataView(payload.buffer, payload.byteOffset, payload.byteLength);
   const read = {
@@ -202,7 +202,7 @@ function watch(link, [frames = Infinity], end) {
   };
 }
 
-/** Take control, answer each state with a command, and give control back. */
+/** Take control, answer each state with a command, and return control. */
 function fly(link, [v_x, v_y, v_z, yaw_rate, seconds = 2, height = 0], end) {
   const wait = height ? TAKE_OFF_TIME : 0.25;
   let lease = 0;
@@ -224,7 +224,7 @@ function fly(link, [v_x, v_y, v_z, yaw_rate, seconds = 2, height = 0], end) {
       lease = 0;
       return;
     }
-    const moving = age >= wait && age < wait + seconds; // a holder's first must be zero
+    const moving = age >= wait && age < wait + seconds; // the first command must be zero
     link.fly(lease, t_ns, moving ? [v_x, v_y, v_z, yaw_rate] : [0, 0, 0, 0]);
     if (first && height) link.say({ op: "flight", id: 2, what: "take_off", height, lease }, true);
   };

@@ -26,7 +26,7 @@ DONE = {"release_control", "bye"}
 
 
 class Link:
-    """A connection: says operations, sends data, and receives frames."""
+    """A connection: it sends operations and data, and receives frames."""
 
     def __init__(self, host, port, role):
         self.stream = socket.create_connection((host, port), timeout=10)
@@ -39,7 +39,7 @@ class Link:
             self.log_in(os.environ.get("LINK_TOKEN", ""), role)
 
     def log_in(self, token, role):
-        """Prove that we know the token, without saying it."""
+        """Prove that we know the token, without sending it."""
         mine = secrets.token_bytes(16)
         nonces = bytes.fromhex(self.hello["nonce"]) + mine
         proof = hmac.digest(token.encode(), b"DH1 login" + role.encode() + nonces, "sha256").hex()
@@ -48,13 +48,13 @@ class Link:
         self.key = hmac.digest(token.encode(), b"DH1 session" + nonces, "sha256")
 
     def hear_one(self, op):
-        """Return an operation that must come now; others may come before it."""
+        """Return the next operation of a kind; others may come before it."""
         while (said := json.loads(self.receive()[3]))["op"] != op:
             hear(said)
         return said
 
     def say(self, op, commands=False, **values):
-        """Send an operation; `commands` where it needs a proof."""
+        """Send an operation; `commands` if it needs a proof."""
         self.send(CONTROL, 0, json.dumps({"op": op} | values).encode(), 0, commands)
 
     def send(self, kind, topic, payload, t_ns=0, commands=False):
@@ -68,17 +68,17 @@ class Link:
         self.stream.sendall(frame)
 
     def receive(self):
-        """Return kind, topic, t_ns and payload of the next frame; acknowledge where asked to."""
+        """Return kind, topic, t_ns and payload of the next frame; acknowledge if requested."""
         magic, version, kind, topic, flags, seq, length, t_ns = HEADER.unpack(self.read(24))
         if magic != b"DH" or version != 1:
             sys.exit("this is no link of version 1")
         payload = self.read(length)
-        if flags & ACKNOWLEDGE:  # `seq` is then that of the frame we have just taken
+        if flags & ACKNOWLEDGE:  # with the `seq` of the frame just received
             self.stream.sendall(HEADER.pack(b"DH", 1, ACKNOWLEDGEMENT, 0, 0, seq, 0, 0))
         return kind, topic, t_ns, payload
 
     def read(self, size):
-        """Return so many bytes."""
+        """Return a number of bytes."""
         data = b""
         while len(data) < size:
             piece = self.stream.recv(size - len(data))
@@ -88,7 +88,7 @@ class Link:
         return data
 
     def leave(self):
-        """Say goodbye, and read what is on its way: a socket closed before that loses our words."""
+        """Say bye, and read to the end: closing the socket earlier could lose what we sent."""
         self.say("bye")
         self.stream.shutdown(socket.SHUT_WR)
         while self.stream.recv(65536):
@@ -117,7 +117,7 @@ def watch(link, frames):
 
 
 def fly(link, wanted, seconds, height):
-    """Take control, answer each state with a command, and give control back."""
+    """Take control, answer each state with a command, and return control."""
     link.say("subscribe", topics=[VELOCITY], rate=20)
     link.say("request_control", id=1, name="example", commands=True)
     lease, begin = None, None
@@ -139,7 +139,7 @@ def fly(link, wanted, seconds, height):
                 lease = None
                 continue
             moving = wait <= age < wait + seconds
-            velocity = wanted if moving else (0.0, 0.0, 0.0, 0.0)  # a holder's first must be zero
+            velocity = wanted if moving else (0.0, 0.0, 0.0, 0.0)  # the first command must be zero
             command = struct.pack("<IIffff", lease, ALL_AXES, *velocity)
             link.send(DATA, link.numbers[COMMAND], command, t_ns, commands=True)
             if height and t_ns == begin:
@@ -155,7 +155,7 @@ def hear(said):
 
 
 def main(words):
-    """Do what the words say."""
+    """Run the command line."""
     host, port = "127.0.0.1", "7733"
     if words and words[0] not in ("watch", "fly"):
         host, _, port = words.pop(0).rpartition(":")

@@ -1,1 +1,1 @@
-"""Rays against the scene: what a lidar would see, to a fraction of a millimetre."""
+"""Ray casting against the scene for lidars, accurate to a fraction of a millimetre."""

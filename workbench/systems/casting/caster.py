@@ -1,4 +1,4 @@
-"""Rays against the scene as it stands at one moment."""
+"""Ray casting against the scene at one time."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -99,14 +99,14 @@ class Returns(NamedTuple):
 
 
 class Caster:
-    """Finds what rays meet first; made once for a scene, and given the poses of what moves.
+    """Finds the first hit of rays; built once for a scene, with the poses of moving frames.
 
     Boxes, balls, cylinders, capsules, ellipsoids and half-spaces have closed forms. These are
-    exact, and with neighbouring rays taken together as fast as embree with a box's twelve
-    triangles. Meshes and convex hulls go to embree, one of its scenes for all that is fixed to one
-    frame, in that frame, so that nothing is built again when it moves.
+    exact, and with bundles of neighbouring rays as fast as embree with a box's twelve triangles.
+    Meshes and convex hulls use embree, with one scene for each frame, in that frame, so that
+    nothing is rebuilt when it moves.
 
-    A ray that begins inside a shape meets its surface from within, at the point where it leaves.
+    A ray that begins inside a shape hits its surface from within, at the point where it leaves.
     """
 
     def __init__(self, scene: CastScene) -> None:

@@ -1,1 +1,1 @@
-"""Sensors as LeafSystems: truth, sampling and noise kept apart; a sensor a file."""
+"""Sensors as LeafSystems, one file each; truth, sampling and noise are separate."""

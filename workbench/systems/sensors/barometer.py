@@ -33,7 +33,7 @@ GROUND_EFFECT_HEIGHT = 0.5
 """What the ground adds has fallen by the factor e at this height of the sensor [m]: PX4 allows for
 it up to there (EKF2_GND_MAX_HGT)."""
 _LEAST_PRESSURE = 1.0
-"""Below this no altitude is asked for: a faulty barometer may measure nonsense [Pa]."""
+"""Smallest pressure for an altitude: a faulty barometer may measure nonsense [Pa]."""
 
 
 class Barometer(NoisySensor):
@@ -43,16 +43,15 @@ class Barometer(NoisySensor):
     atmosphere has it. The world's origin is as high above the sea as the home above the
     ellipsoid, or as the description's reference altitude says.
 
-    Near the ground the air that the rotors push down is held up, and the pressure is higher: a
-    barometer shows too little height. How much depends on the frame and on where the sensor is, so
-    it is a setting; it goes with the thrust. PX4 allows for an error of 4 m (EKF2_GND_EFF_DZ),
-    which is 48 Pa.
+    Near the ground the rotors' downwash raises the pressure, so a barometer shows too little
+    height. The effect depends on the frame and on the sensor's position, so it is a setting, and it
+    is proportional to the thrust. PX4 allows for an error of 4 m (EKF2_GND_EFF_DZ), which is 48 Pa.
 
     Input ports:
         state (13): of the plant.
         thrusts (n): of the rotors [N]; unconnected, there is no such effect.
         noise (3): see `NoisySensor`.
-    Numeric parameter 0: the fault, and what the pressure is more at the ground while the thrust
+    Numeric parameter 0: the fault, and the additional pressure at the ground while the thrust
         carries the weight [Pa].
 
     Args:
@@ -95,7 +94,7 @@ class Barometer(NoisySensor):
         return np.array([pressure_at(self._reference + height) + self._held_up(context, height)])
 
     def _held_up(self, context: Context, height: float) -> float:
-        """Return what the pressure is more near the ground [Pa]."""
+        """Return the additional pressure near the ground [Pa]."""
         (most,) = self.settings(context)
         if most == 0.0 or not self.thrusts_input.HasValue(context):
             return 0.0

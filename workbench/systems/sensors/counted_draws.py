@@ -1,6 +1,6 @@
-"""Noise for samples of thousands of numbers: it follows from a seed and the sample's number.
+"""Noise for samples of thousands of numbers, by seed and sample number.
 
-So there is nothing to remember between samples, and nothing of that size in the diagram's state.
+So the diagram's state needs no memory of that size.
 """
 
 import numpy as np

@@ -27,12 +27,12 @@ USUAL = (1.5, 1.5, 3.0, 0.1, 0.1, 0.2)
 
 
 class Gps(NoisySensor):
-    """Says where on the earth the antenna is, and how it moves.
+    """Measures the antenna's position on the earth and its velocity.
 
     A sample (6) is latitude and longitude [rad], altitude above the ellipsoid [m], and velocity
-    east, north and up [m/s]. Noise is added in metres east, north and up of the home, before
-    these are made angles. East, north and up are the world's axes everywhere: 10 km from home, the
-    earth there has turned away from them by 0.0016 rad.
+    east, north and up [m/s]. Noise is added in metres east, north and up of the home, before the
+    conversion to angles. East, north and up are the world's axes everywhere: 10 km from home, they
+    differ from the local ones by 0.0016 rad.
 
     Input ports:
         state (13): of the plant.

@@ -35,8 +35,8 @@ class Imu(NoisySensor):
     """Accelerometer and gyroscope with any mounting, and an orientation without noise.
 
     A sample (10) is the specific force [m/s²] and the angular velocity [rad/s] along the axes of
-    the sensor S, and its orientation q_WS (w, x, y, z). The specific force is what is left of the
-    acceleration without gravity: at rest it is g, upwards.
+    the sensor S, and its orientation q_WS (w, x, y, z). The specific force is the acceleration
+    minus gravity: at rest it is g, upwards.
 
     Input ports:
         state (13): of the plant.

@@ -1,4 +1,4 @@
-"""The lidar: rays against the scene as it stands when a sample is taken."""
+"""The lidar: rays cast against the scene at the time of a sample."""
 
 import math
 from typing import Any
@@ -30,9 +30,8 @@ class Lidar(SampledSensor):
     """Ranges of all rays, and where the sensor was when they were measured.
 
     A sample (n + 7) is n ranges [m], layer by layer, then p_WS [m] and q_WS (w, x, y, z). A range
-    is inf where nothing is within `max_range`, and -inf where something is nearer than
-    `min_range` (so has ROS it: REP 117), so what is finite is a return. All rays of a scan belong
-    to one moment.
+    is inf if nothing is within `max_range`, and -inf if something is nearer than `min_range`, as in
+    ROS (REP 117). So a finite range is a return. All rays of a scan have the same time.
 
     Input ports:
         state (13): of the plant.

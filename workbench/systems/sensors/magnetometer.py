@@ -22,14 +22,14 @@ USUAL = (0.5e-6, 0.5e-6, 0.5e-6)
 class Magnetometer(NoisySensor):
     """Measures the magnetic field, with any mounting.
 
-    A sample (3) is the field along the axes of the sensor S [T]. The field is that of the home,
-    see `magnetic_field`, wherever the drone is, and what disturbs it on board.
+    A sample (3) is the field along the axes of the sensor S [T]: that of the home, see
+    `magnetic_field`, wherever the drone is, plus disturbances on board.
 
     Input ports:
         state (13): of the plant.
         noise (9): see `NoisySensor`.
-    Numeric parameter 0: the fault, and the field along the axes of B that what is on board adds
-        (3) [T], as iron or the current of a battery's wire does.
+    Numeric parameter 0: the fault, and the field of on-board disturbances along the axes of B
+        (3) [T], such as iron or the current of a battery's wire.
 
     Args:
         sensor: the description's record.

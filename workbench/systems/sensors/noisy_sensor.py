@@ -1,4 +1,4 @@
-"""A sensor of a few numbers, whose noise comes in through a random input port."""
+"""A sensor of a few numbers, with noise from a random input port."""
 
 import math
 from abc import abstractmethod
@@ -113,11 +113,12 @@ def _biases(model: NoiseModel, memory: np.ndarray, draws: np.ndarray) -> np.ndar
 
 
 def _drift(noise: Noise, period: float) -> tuple[float, float]:
-    """Return what a period leaves of the drift, and the deviation of what it adds.
+    """Return the share of the drift that remains after a period, and the deviation that is added.
 
-    With time constant T and density s of what drives it, dt later it is exp(-dt / T) times itself
-    plus a normal number of variance s² T / 2 (1 - exp(-2 dt / T)): Maybeck, Stochastic Models,
-    Estimation, and Control, volume 1, section 4.9; gz-sensors and RotorS have the same.
+    The drift is a first-order Gauss-Markov process with time constant T and driving density s:
+    after dt it is exp(-dt / T) times itself plus a normal number of variance
+    s² T / 2 (1 - exp(-2 dt / T)). Source: Maybeck, Stochastic Models, Estimation, and Control,
+    volume 1, section 4.9; gz-sensors and RotorS use the same.
     """
     time, density = noise.dynamic_bias_correlation_time, noise.dynamic_bias_stddev
     if time == 0.0:

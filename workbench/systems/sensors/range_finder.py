@@ -1,4 +1,4 @@
-"""The range finder: the distance to what is first in its view."""
+"""The range finder: the distance to the nearest surface along its axis."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What all sensors have in common: they sample truth, and deliver it a little later."""
+"""The base of all sensors: they sample the truth, and deliver it after a latency."""
 
 import math
 from collections.abc import Sequence
@@ -13,17 +13,17 @@ LATE = 1e-9
 
 
 class SampledSensor(LeafSystem):
-    """Takes a sample at the end of each period, keeps it for the latency, then holds it.
+    """Takes a sample at the end of each period, delivers it after the latency, then holds it.
 
-    A subclass says what a perfect instrument would show, and what noise makes of it (`truth` and
-    `measured`, or `sampled` where noise comes in before the values that are shown). The samples
-    are discrete state, newest first, so that what is delivered follows from state and time alone.
+    A subclass defines the ideal measurement and its noise (`truth` and `measured`, or `sampled` if
+    the noise is added before the final values). The samples are discrete state, newest first, so
+    the delivered one follows from state and time alone.
 
     Output ports:
-        truth (size): what a perfect instrument would show now.
-        measurement (1 + size): stamp [s] and values of the sample delivered last, NaN before the
+        truth (size): the ideal measurement now.
+        measurement (1 + size): stamp [s] and values of the last delivered sample, NaN before the
             first.
-    Numeric parameter 0: `faults.Fault`, and behind it what else is live of a sensor of the kind.
+    Numeric parameter 0: `faults.Fault`, then the other live parameters of the sensor's kind.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class SampledSensor(LeafSystem):
         return found
 
     def truth(self, context: Context) -> np.ndarray:
-        """Return what a perfect instrument would show now (size)."""
+        """Return the ideal measurement now (size)."""
         raise NotImplementedError
 
     def measured(self, context: Context, truth: np.ndarray, scale: float) -> np.ndarray:
@@ -82,7 +82,7 @@ class SampledSensor(LeafSystem):
         return self.measured(context, self.truth(context), scale)
 
     def next_memory(self, context: Context) -> np.ndarray:
-        """Return what is remembered after a sample; silent and frozen sensors go on, too."""
+        """Return the memory after a sample; it advances in silent and frozen sensors, too."""
         return context.get_discrete_state(self.memory_index).CopyToVector()
 
     def delivered(self, context: Context) -> np.ndarray:
