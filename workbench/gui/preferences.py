@@ -232,17 +232,21 @@ class Preferences(QObject):
 
     def number(self, name: str) -> float:
         """Return a preference that is a number, in SI units."""
-        value = self._get(find_preference(name))
-        assert isinstance(value, int | float)
-        return float(value)
+        return float(self.value(name))
 
     def text(self, name: str) -> str:
         """Return a preference that is a text or a choice."""
-        return str(self._get(find_preference(name)))
+        return str(self.value(name))
 
     def switch(self, name: str) -> bool:
         """Return whether a preference is on."""
-        return bool(self._get(find_preference(name)))
+        return bool(self.value(name))
+
+    def value(self, name: str) -> PreferenceValue:
+        """Return a preference; the store is asked once, as that takes a while."""
+        if name not in self._values:
+            self._values[name] = self._read(find_preference(name))
+        return self._values[name]
 
     def set(self, name: str, value: PreferenceValue) -> None:
         """Give a preference a value.
@@ -252,7 +256,7 @@ class Preferences(QObject):
         """
         row = find_preference(name)
         value = row.check(value)
-        if value != self._get(row):
+        if value != self.value(name):
             self.store.setValue(f"{GROUP}/{name}", value)
             self._values[name] = value
             self.changed.emit(name)
@@ -260,12 +264,6 @@ class Preferences(QObject):
     def reset(self, name: str) -> None:
         """Give a preference its default."""
         self.set(name, find_preference(name).default)
-
-    def _get(self, row: Preference) -> PreferenceValue:
-        """Return what is kept; the store is asked once, as that takes a while."""
-        if row.name not in self._values:
-            self._values[row.name] = self._read(row)
-        return self._values[row.name]
 
     def _read(self, row: Preference) -> PreferenceValue:
         """Return what the store has, or the default where that is nothing sensible."""

@@ -19,9 +19,6 @@ class Ring:
         self._block = np.empty((2 * self._kept, columns))
         self._end = 0
 
-    def __len__(self) -> int:
-        return self._end
-
     def append(self, rows: np.ndarray) -> None:
         """Append rows (N, columns), whose times must not go back."""
         rows = rows[-self._kept :]
@@ -36,7 +33,3 @@ class Ring:
         """Return the rows from a time on (N, columns): a view, valid until the next `append`."""
         filled = self._block[: self._end]
         return filled[np.searchsorted(filled[:, 0], since) :]
-
-    def clear(self) -> None:
-        """Forget all."""
-        self._end = 0

@@ -17,6 +17,7 @@ are of equal width in every font here. A QWidget that is a card needs WA_StyledB
 does not.
 """
 
+from dataclasses import asdict
 from pathlib import Path
 from string import Template
 from typing import TypeVar
@@ -244,18 +245,8 @@ def style_sheet(colours: Colours, points: float, pictures: str) -> str:
         pictures: folder of the arrows.
     """
     return SHEET.substitute(
-        ground=colours.ground,
-        card=colours.card,
-        field=colours.field,
-        line=colours.line,
-        ink=colours.ink,
-        muted=colours.muted,
+        asdict(colours),
         faint=_between(colours.muted, colours.card),
-        accent=colours.accent,
-        on_accent=colours.on_accent,
-        good=colours.good,
-        warning=colours.warning,
-        bad=colours.bad,
         on_bad=colours.on_accent,
         title=f"{points * 1.45:.1f}",
         small=f"{points * 0.9:.1f}",

@@ -4,8 +4,10 @@ import hashlib
 import ssl
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 from PyQt6.QtCore import QObject, QRect, QSettings, QSize, Qt, QTime, pyqtSignal
 from PyQt6.QtGui import QGuiApplication, QPainter, QPaintEvent, QPixmap
@@ -562,28 +564,25 @@ class ServerControl(QObject):
             return
         self.config, self._served = config, self._flight.live
         self._wanted, self._failure = Running.STARTING, ""
-        served = self._served
-        self._flight.order(
-            lambda live: live.serve(config),
-            done=lambda _: self._answered(served, ""),
-            refused=lambda said: self._answered(served, said),
-        )
-        self.changed.emit()
+        self._order(lambda live: live.serve(config))
 
     def stop(self) -> None:
         """Send all clients away."""
-        served = self._flight.live
-        if served is None or self._wanted is Running.STOPPING:
+        if self._flight.live is None or self._wanted is Running.STOPPING:
             return
         self._wanted, self._failure, self._listened = Running.STOPPING, "", False
+        self._order(lambda live: live.stop_serving())
+
+    def _order(self, give: "Callable[[LiveFlight], Future[Any]]") -> None:
+        served = self._flight.live
         self._flight.order(
-            lambda live: live.stop_serving(),
+            give,
             done=lambda _: self._answered(served, ""),
             refused=lambda said: self._answered(served, said),
         )
         self.changed.emit()
 
-    def _answered(self, served: LiveFlight, failure: str) -> None:
+    def _answered(self, served: LiveFlight | None, failure: str) -> None:
         if served is not self._flight.live:
             return  # that flight is over, and so is its server
         self._wanted, self._failure = None, failure

@@ -568,18 +568,9 @@ class PreferenceRow(Row):
 
     def show_present(self) -> None:
         """Show what is preferred now."""
-        name, default = self.preference.name, self.preference.default
-        value: PreferenceValue
-        if isinstance(self._control, Switch):
-            value = self._preferences.switch(name)
-            self._control.show_value(value)
-        elif isinstance(self._control, NumberBox):
-            value = self._preferences.number(name)
-            self._control.show_value(value)
-        else:
-            value = self._preferences.text(name)
-            self._control.show_value(value)
-        self.mark(value != default)
+        value = self._preferences.value(self.preference.name)
+        self._control.show_value(value)  # type: ignore[arg-type]
+        self.mark(value != self.preference.default)
 
     def _hear(self, name: str) -> None:
         if name == self.preference.name:
