@@ -16,7 +16,7 @@ from workbench.gui.home.sensor_state import Health, SensorState
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.heading import direction_of, point_of
-from workbench.gui.instruments.instrument import Instrument, Sign, paint_sign
+from workbench.gui.instruments.instrument import LEFT, RIGHT, Instrument, Sign, paint_sign
 from workbench.gui.theme import Look
 from workbench.live.announcer import LOW_CHARGE
 from workbench.live.messages import Phase
@@ -152,8 +152,7 @@ class Card(Instrument):
         painter.drawRoundedRect(self.area.adjusted(0.5, 0.5, -0.5, -0.5), corner, corner)
         painter.setFont(self.face(1.0, bold=True))
         painter.setPen(self.colour("muted"))
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(self._title_line, left, self.title)
+        painter.drawText(self._title_line, LEFT, self.title)
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
         """Paint the note."""
@@ -164,8 +163,7 @@ class Card(Instrument):
         calm = self._sign in (None, Sign.GOOD, Sign.OFF)
         colour = "muted" if calm or self._sign is None else self._sign.value
         painter.setPen(self.colour(colour))
-        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(line, right, self._note)
+        painter.drawText(line, RIGHT, self._note)
         if self._sign is not None:
             side = 0.85 * self.text_size
             width = painter.fontMetrics().horizontalAdvance(self._note)
@@ -259,9 +257,8 @@ class ChargeBar(Instrument):
         painter.drawLine(QPointF(x, body.top() - 2.0), QPointF(x, body.bottom() + 2.0))
         painter.setFont(self.face(1.5, bold=True))
         painter.setPen(self.colour("ink"))
-        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         painter.drawText(
-            QRectF(self.width() - 5.2 * size, 0.0, 5.2 * size, self.height()), right, self.text
+            QRectF(self.width() - 5.2 * size, 0.0, 5.2 * size, self.height()), RIGHT, self.text
         )
 
     def _body(self) -> QRectF:
@@ -429,25 +426,20 @@ class ConditionCard(Card):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         shape = QRectF(body.left() + 0.1 * size, top + 0.2 * size, side, side)
         paint_mode(painter, shape, self.mode, self.colour("accent"))
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         painter.setFont(self.face(1.6, bold=True))
         painter.setPen(self.colour("ink"))
         word = QRectF(body.left() + 2.4 * size, top, body.width(), 2.1 * size)
-        painter.drawText(word, left, self.mode.label.capitalize())
+        painter.drawText(word, LEFT, self.mode.label.capitalize())
         painter.setFont(self.face())
         painter.setPen(self.colour("muted"))
         line = QRectF(body.left(), top + 2.2 * size, body.width(), 1.5 * size)
-        painter.drawText(line, left, self.facts)
+        painter.drawText(line, LEFT, self.facts)
 
     def _paint_nothing(self, painter: QPainter) -> None:
         """Paint that there is no flight yet."""
         painter.setFont(self.face())
         painter.setPen(self.colour("muted"))
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(self.body, left, "Nothing flies yet: open a scenario.")
-
-
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(self.body, LEFT, "Nothing flies yet: open a scenario.")
 
 
 def simulated_text(seconds: float, decimals: int) -> str:
@@ -523,24 +515,24 @@ class ClockCard(Card):
         painter.drawRoundedRect(self.area.adjusted(0.5, 0.5, -0.5, -0.5), corner, corner)
         painter.setFont(self.face())
         painter.setPen(self.colour("muted"))
-        painter.drawText(self._lower(self._left_half), _LEFT, "Local time")
+        painter.drawText(self._lower(self._left_half), LEFT, "Local time")
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
         """Paint both times, and how the flight does."""
         if self._left_half.intersects(rect):
             painter.setFont(self.face(2.45, bold=True))
             painter.setPen(self.colour("ink"))
-            painter.drawText(self._upper(self._left_half), _LEFT, self.wall)
+            painter.drawText(self._upper(self._left_half), LEFT, self.wall)
         upper, lower = self._upper(self._right_half), self._lower(self._right_half)
         if upper.intersects(rect):
             painter.setFont(self.face(1.65))
             painter.setPen(self.colour("ink"))
-            painter.drawText(upper, _LEFT, self.simulated)
+            painter.drawText(upper, LEFT, self.simulated)
             used = painter.fontMetrics().horizontalAdvance(self.simulated)
             painter.setFont(self.face())
             painter.setPen(self.colour("muted"))
             label = upper.adjusted(used + 0.6 * self.text_size, 0.25 * self.text_size, 0.0, 0.0)
-            painter.drawText(label, _LEFT, "simulated")
+            painter.drawText(label, LEFT, "simulated")
         if lower.intersects(rect):
             self._paint_state(painter, lower)
 
@@ -556,7 +548,7 @@ class ClockCard(Card):
         text = painter.fontMetrics().elidedText(
             self.state, Qt.TextElideMode.ElideRight, int(line.width() - 1.5 * side)
         )
-        painter.drawText(line.adjusted(1.5 * side, 0.0, 0.0, 0.0), _LEFT, text)
+        painter.drawText(line.adjusted(1.5 * side, 0.0, 0.0, 0.0), LEFT, text)
 
     def _show_state(self, state: str, sign: Sign) -> None:
         if (state, sign) != (self.state, self.state_sign):
@@ -657,12 +649,11 @@ class RotorBars(Instrument):
         painter.setFont(self.face(self._factor))
         row = self._row
         legend = QRectF(0.0, 0.0, self._legend, row)
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         painter.setPen(self.colour("muted"))
         bottom = self.height()
-        painter.drawText(legend.translated(0.0, bottom - 2 * row), left, "N")
-        painter.drawText(legend.translated(0.0, bottom - row), left, "rad/s")
-        painter.drawText(legend, left, "rotor")
+        painter.drawText(legend.translated(0.0, bottom - 2 * row), LEFT, "N")
+        painter.drawText(legend.translated(0.0, bottom - row), LEFT, "rad/s")
+        painter.drawText(legend, LEFT, "rotor")
         for index in range(len(self.readings)):
             trough = self._trough(index)
             painter.setPen(QPen(self.colour("line"), 1.0))

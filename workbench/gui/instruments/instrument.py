@@ -66,6 +66,9 @@ def paint_sign(painter: QPainter, place: QRectF, sign: Sign, colour: QColor, on:
             painter.drawLine(inner.topRight(), inner.bottomLeft())
 
 
+LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+"""Sides of a line on which text stands."""
 TEXT_SIZE = 12.0
 """Height of plain text by default [px]."""
 _TABULAR = QFont.Tag("tnum")
@@ -216,9 +219,7 @@ class Hint(Instrument):
         paint_sign(painter, sign, Sign.OFF, self.colour("muted"), self.colour("card"))
         painter.setPen(self.colour("muted"))
         line = QRectF(left + 1.3 * size, top, area.width(), 1.6 * size)
-        painter.drawText(
-            line, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.word
-        )
+        painter.drawText(line, LEFT, self.word)
         painter.setFont(self.face())
         below = QRectF(area.left(), top + 1.9 * size, area.width(), area.bottom() - top)
         painter.drawText(below, wraps | Qt.AlignmentFlag.AlignTop, self.sentence)

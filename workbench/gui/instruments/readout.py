@@ -3,15 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PyQt6.QtCore import QRectF, Qt
+from PyQt6.QtCore import QRectF
 from PyQt6.QtGui import QFontMetricsF, QPainter, QResizeEvent
 from PyQt6.QtWidgets import QWidget
 
-from workbench.gui.instruments.instrument import Instrument
+from workbench.gui.instruments.instrument import LEFT, RIGHT, Instrument
 from workbench.gui.theme import Look
 
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 NOTHING = "–"
 """Stands where nothing is known."""
 DIGITS = 1.12
@@ -112,17 +110,17 @@ class Readout(Instrument):
         painter.setFont(self.face())
         for line, places, measured in zip(self._lines, self._places, self._measured, strict=True):
             first, last = places[0], places[-1]
-            painter.drawText(first.adjusted(-first.left(), 0.0, 0.0, 0.0), _LEFT, line.label)
+            painter.drawText(first.adjusted(-first.left(), 0.0, 0.0, 0.0), LEFT, line.label)
             unit = QRectF(last.right(), last.top(), self.width() - last.right(), last.height())
             painter.drawText(
                 unit.adjusted(self._gap if line.unit != "°" else 1.0, 0.0, 0.0, 0.0),
-                _LEFT,
+                LEFT,
                 line.unit if measured else "",
             )
         painter.setFont(self.face(0.92))
         for heading, place in zip(self._columns, self._places[0], strict=False):
             above = QRectF(place.left(), place.top() - place.height(), *_size(place))
-            painter.drawText(above, _RIGHT, heading)
+            painter.drawText(above, RIGHT, heading)
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
         """Paint the cells that a rectangle touches."""
@@ -133,7 +131,7 @@ class Readout(Instrument):
         for cells, places in zip(self._cells, self._places, strict=True):
             for text, place in zip(cells, places, strict=True):
                 if text and place.intersects(rect):
-                    painter.drawText(place, _RIGHT, text)
+                    painter.drawText(place, RIGHT, text)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Lay out again."""
