@@ -15,10 +15,9 @@ from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.alarms import Alarms, hit_speed
 from workbench.live.announcer import FAILURE, INFORMATION, WARNING
-from workbench.live.exciter import Exciter
+from workbench.live.exciter import Exciter, Measurer
 from workbench.live.law_compiler import LawCompiler
 from workbench.live.log_keeper import LogKeeper
-from workbench.live.measurer import Measurer
 from workbench.live.messages import (
     CLOSE,
     AutopilotView,
