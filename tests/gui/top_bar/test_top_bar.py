@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -37,6 +38,9 @@ from workbench.link.messages import ControlState, Hand, Role, Stage
 from workbench.live.messages import AutopilotView, NetworkView, Pace, Phase
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Clearance
+
+REQUESTED = ("arm", "take_off", "land", "stop")
+"""Actions that ask the flight mode for what they are named after."""
 
 
 @pytest.fixture
@@ -266,6 +270,7 @@ def bar(qtbot, workspace, view, monkeypatch):
     control = FlightControl(workspace.flight, workspace.preferences)
     recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices)
     done = {row.name: getattr(control, row.name, lambda: None) for row in ACTIONS}
+    done |= {name: partial(control.request, name) for name in REQUESTED}
     made = TopBar(workspace, make_actions(window, done), control, recorder)
     window.setCentralWidget(made)
     made.orders = live.given
@@ -274,7 +279,7 @@ def bar(qtbot, workspace, view, monkeypatch):
     window.close()
 
 
-@pytest.mark.parametrize("name", ["arm", "take_off", "land", "stop"])
+@pytest.mark.parametrize("name", REQUESTED)
 def test_a_button_orders_what_it_says(bar, qtbot, name):
     qtbot.mouseClick(bar.button(name), Qt.MouseButton.LeftButton)
     assert bar.orders == [("request", name)]
