@@ -4,8 +4,8 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.description import read_description
+from workbench.plant.formats.urdf_writer import stored_files
 from workbench.plant.loading import make_vehicle
-from workbench.plant.store import stored_files
 from workbench.plant.vehicle import BatteryPack
 
 PLUGIN = """<gazebo><plugin filename="gz-sim-linear-battery-plugin-system" name="{name}">{rows}

@@ -12,8 +12,8 @@ from pydrake.systems.framework import DiagramBuilder
 
 from workbench.common.resources import find_model
 from workbench.plant.description import read_description
+from workbench.plant.formats.urdf_writer import safe_name, stored_files
 from workbench.plant.loading import make_vehicle
-from workbench.plant.store import safe_name, stored_files
 
 DRONES = Path(__file__).parent.parent / "drones"
 STATED = (

@@ -263,7 +263,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _write(description: "Description", folder: Path) -> list[Path]:
     """Store the model, all of it or nothing."""
-    from workbench.plant.store import stored_files
+    from workbench.plant.formats.urdf_writer import stored_files
 
     with Outputs() as outputs:
         for relative, data in stored_files(description):

@@ -26,8 +26,12 @@ from workbench.plant.rotor_sources.motor_plugins import is_motor_plugin, read_mo
 from workbench.plant.rotor_sources.mount import triple
 from workbench.plant.rotor_sources.names import same_name
 from workbench.plant.rotor_sources.pybullet import is_pybullet, read_pybullet
-from workbench.plant.rotor_sources.sidecar import read_sidecar
-from workbench.plant.rotor_sources.sidecar_file import find_sidecar, load_battery, load_body
+from workbench.plant.rotor_sources.sidecar import (
+    find_sidecar,
+    load_battery,
+    load_body,
+    read_sidecar,
+)
 from workbench.plant.rotor_sources.tags import Tags
 from workbench.plant.rotor_sources.velocity_plugin import (
     is_velocity_plugin,

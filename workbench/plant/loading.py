@@ -12,7 +12,7 @@ from workbench.plant.description import Description, read_description
 from workbench.plant.formats.values import shortened
 from workbench.plant.model import Model
 from workbench.plant.multibody import add_plant
-from workbench.plant.rotor_sources.sidecar_file import sidecar_name
+from workbench.plant.rotor_sources.sidecar import sidecar_name
 from workbench.plant.rotors import allocation_matrix
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 from workbench.plant.vehicle import Frame, Vehicle

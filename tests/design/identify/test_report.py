@@ -11,7 +11,7 @@ from workbench.design.identify.plan import Limits, excitation, usual_limits
 from workbench.design.identify.quantities import with_quantities
 from workbench.design.identify.report import Row, sidecar_text
 from workbench.plant.loading import load_vehicle
-from workbench.plant.rotor_sources.sidecar_file import load_identified
+from workbench.plant.rotor_sources.sidecar import load_identified
 from workbench.scenario.scenario import load_scenario, save_scenario
 
 DRONES = Path(__file__).parents[2] / "drones"

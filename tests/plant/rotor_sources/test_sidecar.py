@@ -6,8 +6,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.sidecar import read_sidecar
-from workbench.plant.rotor_sources.sidecar_file import find_sidecar
+from workbench.plant.rotor_sources.sidecar import find_sidecar, read_sidecar
 from workbench.plant.rotors import Rotor
 
 DEFAULTS = """\

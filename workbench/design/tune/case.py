@@ -4,7 +4,7 @@ import itertools
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.plant.rotor_sources.sidecar_file import IdentifiedRow, load_identified
+from workbench.plant.rotor_sources.sidecar import IdentifiedRow, load_identified
 from workbench.plant.variation import Variation
 
 SHARES = {
