@@ -26,7 +26,7 @@ from workbench.control.mode import FlightMode
 from workbench.diagram.airframe import Airframe
 from workbench.diagram.core import add_sampled_core
 from workbench.diagram.workbench import make_workbench
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description, read_description
 from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.gathered import gathered
@@ -65,7 +65,7 @@ class Hangar:
     def __init__(self) -> None:
         self._description: Description = read_description(find_model("dh_drone"))
         self._vehicle: Vehicle = make_vehicle(self._description)
-        self._gains = vehicle_gains(self._vehicle)
+        self._gains = flight_gains(self._vehicle)
 
     @property
     def _hover_thrusts(self) -> np.ndarray:

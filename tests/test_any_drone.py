@@ -17,7 +17,7 @@ from workbench.control.mode import FlightMode
 from workbench.controllers.pd_rule import thrust_to_weight
 from workbench.design.hover_check import check_hover
 from workbench.diagram.core import make_flight_core
-from workbench.gains.gains import choose_gains, vehicle_gains
+from workbench.gains.gains import choose_gains, flight_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.thrust_frame import thrust_frame
@@ -146,7 +146,7 @@ def test_its_linear_model_is_stable_and_damped(drone):
     The quaternion's length and yaw are the two modes that stay where they are.
     """
     description, vehicle = drone.read()
-    core = make_flight_core(load_controller(), description, vehicle, vehicle_gains(vehicle))
+    core = make_flight_core(load_controller(), description, vehicle, flight_gains(vehicle))
     root = core.CreateDefaultContext()
     hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, HEIGHT)
     core.GetInputPort("reference").FixValue(root, np.zeros(8))

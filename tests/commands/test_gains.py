@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.common.resources import find_model
-from workbench.gains.gains import rule_gains, vehicle_gains
+from workbench.gains.gains import flight_gains, rule_gains
 from workbench.gains.profiles import load_gains
 from workbench.plant.loading import load_vehicle
 
@@ -27,7 +27,7 @@ def test_show_prints_the_gains_that_a_model_flies_with(run):
     said = run("gains", "show", "--json").json
     assert said["vehicle"] == "dh_drone"
     values = {row["name"]: row["value"] for row in said["gains"]}
-    everything = vehicle_gains(DRONE)
+    everything = flight_gains(DRONE)
     assert len(values) == CONTROLLER + 2
     assert values == {name: everything[name] for name in values}
     rows = {row["name"]: row for row in said["gains"]}

@@ -1,7 +1,7 @@
 """`workbench params`."""
 
 from workbench.common.resources import find_model
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.loading import load_vehicle
 from workbench.scenario.parameters import vehicle_parameters
 
@@ -25,7 +25,7 @@ def test_columns_line_up(run):
 
 def test_json_has_the_values_of_the_models_own_gains(run):
     rows = run("params", "--json").json["parameters"]
-    values = vehicle_gains(load_vehicle(find_model("dh_drone")))
+    values = flight_gains(load_vehicle(find_model("dh_drone")))
     assert {row["name"]: row["value"] for row in rows} == {
         row.name: values[row.name] for row in ROWS
     }

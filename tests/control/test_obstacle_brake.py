@@ -14,7 +14,7 @@ from workbench.control.flight_mode import Settings, initial_state
 from workbench.control.mode import FlightMode
 from workbench.control.obstacle_brake import braked
 from workbench.diagram.core import add_sampled_core
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.placing import body_state
 from workbench.plant.reach import reach
 from workbench.scenario.scenario import Rates
@@ -92,7 +92,7 @@ def fly(description, vehicle):
 
     def flown(shapes, velocity, settings: Settings, duration: float, sees: bool = True):
         builder = DiagramBuilder()
-        gains = vehicle_gains(vehicle)
+        gains = flight_gains(vehicle)
         airframe, computer = add_sampled_core(
             builder, load_controller(), description, vehicle, gains, RATES
         )

@@ -7,12 +7,12 @@ import pytest
 
 from workbench.control.controller import load_controller
 from workbench.diagram.core import make_flight_core
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 
 
 @pytest.fixture(scope="session")
 def gains(vehicle):
-    return vehicle_gains(vehicle)
+    return flight_gains(vehicle)
 
 
 @pytest.fixture(scope="session")

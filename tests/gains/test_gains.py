@@ -12,7 +12,6 @@ from workbench.gains.gains import (
     flight_gains,
     load_gains,
     rule_gains,
-    vehicle_gains,
 )
 from workbench.plant.loading import load_vehicle
 from workbench.scenario.parameters import parameter_table
@@ -94,12 +93,12 @@ def test_a_file_without_gains_is_refused(write, text):
 
 
 def test_a_vehicle_without_a_gain_file_has_the_rules(vehicle):
-    assert vehicle_gains(vehicle) == {**parameter_table().defaults(), **rule_gains(vehicle)}
+    assert flight_gains(vehicle) == {**parameter_table().defaults(), **rule_gains(vehicle)}
 
 
 def test_a_vehicles_own_gain_file_goes_on_top_of_the_rule(vehicle, write):
     write("gains: {kp_roll: 99.0}\n")
-    assert vehicle_gains(vehicle) == {
+    assert flight_gains(vehicle) == {
         **parameter_table().defaults(),
         **rule_gains(vehicle),
         "kp_roll": 99.0,

@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from workbench.diagram.airframe import add_airframe
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import Rates
 
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
@@ -92,7 +92,7 @@ def test_tumbling_keeps_momentum_and_energy(rig):
 def stepped_airframe(rig, state, speeds):
     """Return simulator and airframe as the workbench steps it, in no air."""
     builder = DiagramBuilder()
-    airless = {**vehicle_gains(rig.vehicle), "drag_area": 0.0}
+    airless = {**flight_gains(rig.vehicle), "drag_area": 0.0}
     airframe = add_airframe(builder, rig.description, airless, rates=Rates())
     source = builder.AddSystem(ConstantVectorSource(speeds))
     builder.Connect(source.get_output_port(), airframe.commands)

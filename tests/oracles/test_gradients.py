@@ -11,7 +11,7 @@ from pydrake.systems.primitives import Linearize
 from workbench.control.controller import load_controller
 from workbench.control.guidance import Guidance, Reference
 from workbench.diagram.core import make_flight_core
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 
@@ -27,7 +27,7 @@ class Core:
 
     def __init__(self, description):
         self.vehicle = make_vehicle(description)
-        values = vehicle_gains(self.vehicle)
+        values = flight_gains(self.vehicle)
         self.diagram = make_flight_core(load_controller(), description, self.vehicle, values)
         self.gains = np.array(self.vector(self.diagram.CreateDefaultContext()).CopyToVector())
         self.twin = self.diagram.ToAutoDiffXd()
@@ -193,7 +193,7 @@ def test_linearize_of_hover_is_the_jacobian(core):
 
 def test_conversion_copies_everything(core, description):
     """Changed gains too: outputs and derivatives are equal at random places."""
-    values = {**vehicle_gains(core.vehicle), "kp_roll": 123.0, "max_tilt": 0.3}
+    values = {**flight_gains(core.vehicle), "kp_roll": 123.0, "max_tilt": 0.3}
     diagram = make_flight_core(load_controller(), description, core.vehicle, values)
     twin = diagram.ToAutoDiffXd()
     rng = np.random.default_rng(23)

@@ -18,7 +18,7 @@ from workbench.estimation.settings import (
     ComplementarySettings,
     EkfSettings,
 )
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.payload import Payload
 from workbench.scenario.parameters import SENSOR_KINDS, parameter_table, split_setting
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
@@ -100,7 +100,7 @@ def test_a_row_is_read_and_written_alone(case, session):
         with case(row):
             session.reset()
             before = {name: session.get(name) for name in FLOWN_NAMES}
-            values = {**TABLE.defaults(), **vehicle_gains(session.vehicle)}
+            values = {**TABLE.defaults(), **flight_gains(session.vehicle)}
             assert before == {name: values[name] for name in FLOWN_NAMES}
             for value in (row.minimum, row.maximum):
                 session.set(row.name, value)

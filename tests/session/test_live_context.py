@@ -8,7 +8,7 @@ from workbench.control.controller import load_controller
 from workbench.control.guidance import Reference
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import make_workbench
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.worlds.reading import read_world
@@ -27,7 +27,7 @@ def bench_of(args, scenario: Scenario, world: str = "empty"):
         load_controller(),
         description,
         vehicle,
-        vehicle_gains(vehicle),
+        flight_gains(vehicle),
         Rates(),
         world=read_world(find_world(world), {}),
         sensors=choose_sensors(vehicle, scenario),

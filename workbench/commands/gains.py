@@ -250,7 +250,7 @@ def _read_vehicle_of_sides(args: argparse.Namespace, law: "Controller") -> "Vehi
 def _side(side: str, vehicle: "Vehicle", law: "Controller") -> Mapping[str, float]:
     """Return the gains of one side of a comparison."""
     from workbench.common.resources import find_file, find_model
-    from workbench.gains.gains import load_gains, make_profile, rule_values, vehicle_gains
+    from workbench.gains.gains import flight_gains, load_gains, make_profile, rule_values
     from workbench.plant.loading import load_vehicle
     from workbench.scenario.parameters import parameter_table
 
@@ -261,7 +261,7 @@ def _side(side: str, vehicle: "Vehicle", law: "Controller") -> Mapping[str, floa
     elif side == _DEFAULT:
         values = parameter_table(law).defaults()
     else:
-        values = vehicle_gains(load_vehicle(find_model(side)), law)
+        values = flight_gains(load_vehicle(find_model(side)), controller=law)
     return make_profile(vehicle, values, "", law).gains
 
 

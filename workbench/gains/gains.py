@@ -24,7 +24,6 @@ __all__ = [
     "rule_gains",
     "rule_values",
     "save_gains",
-    "vehicle_gains",
 ]
 
 
@@ -38,15 +37,6 @@ class Gain:
 
     value: float
     origin: str
-
-
-def vehicle_gains(vehicle: Vehicle, controller: Controller | None = None) -> dict[str, float]:
-    """Return all values for a vehicle: defaults, the rule's, `gains.yaml` beside its description.
-
-    Raises:
-        WorkbenchError: if that file is wrong.
-    """
-    return flight_gains(vehicle, controller=controller)
 
 
 def rule_gains(vehicle: Vehicle, controller: Controller | None = None) -> dict[str, float]:

@@ -15,7 +15,7 @@ from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.diagram.core import add_sampled_core
-from workbench.gains.gains import vehicle_gains
+from workbench.gains.gains import flight_gains
 from workbench.plant.drag import drag_rates
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import body_state
@@ -133,7 +133,7 @@ def flown(description, gains, yaw_rate: float, duration: float) -> np.ndarray:
 @pytest.mark.parametrize("feedforward", [0.0, 0.5, 1.0])
 def test_compiled_flights_are_those_of_the_diagram(description, feedforward):
     vehicle = make_vehicle(description)
-    gains = {**vehicle_gains(vehicle), "spin_up_feedforward": feedforward}
+    gains = {**flight_gains(vehicle), "spin_up_feedforward": feedforward}
     diagram = flown(description, gains, 0.3, 1.0)
     engine = RolloutEngine(vehicle, own=gains, threads=1)
     start = np.array([1.0, *[0.0] * 5, 50.0, *[0.0] * 6])
@@ -146,7 +146,7 @@ def test_with_all_of_it_reckoned_with_a_yaw_step_is_that_of_rotors_without_inert
     bare = dataclasses.replace(
         plain, rotors=tuple(dataclasses.replace(r, inertia=0.0) for r in plain.rotors)
     )
-    gains = {**vehicle_gains(make_vehicle(description)), "spin_up_feedforward": 1.0}
+    gains = {**flight_gains(make_vehicle(description)), "spin_up_feedforward": 1.0}
     with_inertia, without = (flown(one, gains, 0.2, 1.0) for one in (description, bare))
     assert with_inertia[:, 2] == pytest.approx(without[:, 2], abs=0.004)
     unaware = flown(description, {**gains, "spin_up_feedforward": 0.0}, 0.2, 1.0)
