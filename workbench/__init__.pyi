@@ -80,13 +80,13 @@ from workbench.diagram.workbench import make_workbench as make_workbench
 from workbench.gains.autopilots.exchange import export_gains as export_gains
 from workbench.gains.autopilots.firmware import find_firmware as find_firmware
 from workbench.gains.gains import GainFile as GainFile
+from workbench.gains.gains import diff_gains as diff_gains
 from workbench.gains.gains import flight_gains as flight_gains
 from workbench.gains.gains import gains_at as gains_at
 from workbench.gains.gains import load_gains as load_gains
 from workbench.gains.gains import make_profile as make_profile
 from workbench.gains.gains import rule_values as rule_values
 from workbench.gains.gains import save_gains as save_gains
-from workbench.gains.profiles import diff_gains as diff_gains
 from workbench.live.flight import LiveFlight as LiveFlight
 from workbench.logs.flight_log import LoggedFlight as LoggedFlight
 from workbench.logs.flight_reader import read_flight as read_flight

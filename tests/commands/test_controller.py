@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from workbench.control.controller import load_controller
-from workbench.gains.profiles import load_gains
+from workbench.gains.gains import load_gains
 
 PAGE = Path(__file__).parents[2] / "docs" / "controllers.md"
 

@@ -4,7 +4,7 @@ import pytest
 
 from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.linear.study import LinearStudy
-from workbench.gains.profiles import load_gains
+from workbench.gains.gains import load_gains
 from workbench.scenario.scenario import Scenario
 
 PARAMS = """# Onboard parameters for Vehicle 1

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from workbench.gains.profiles import diff_gains
+from workbench.gains.gains import diff_gains
 from workbench.scenario.parameters import parameter_table
 
 MISSING = {**parameter_table().defaults(), "kd_roll": 30.0}

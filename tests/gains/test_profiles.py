@@ -8,8 +8,8 @@ import yaml
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
-from workbench.gains import profiles
-from workbench.gains.profiles import (
+from workbench.gains import gains as gain_files
+from workbench.gains.gains import (
     MOST_SAVES,
     GainFile,
     flown_by,
@@ -161,7 +161,7 @@ def test_a_restored_state_is_one_more_state(path):
 
 def test_the_oldest_states_go(path, monkeypatch):
     assert MOST_SAVES == 200
-    monkeypatch.setattr(profiles, "MOST_SAVES", 3)
+    monkeypatch.setattr(gain_files, "MOST_SAVES", 3)
     for value in range(6):
         save_gains(path, GainFile("quad", f"{value}", {"kp_roll": float(value)}))
     file = load_gains(path)

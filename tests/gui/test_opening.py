@@ -9,7 +9,7 @@ from PyQt6.QtGui import QCloseEvent, QDropEvent
 from PyQt6.QtWidgets import QApplication, QDialogButtonBox, QFileDialog, QLineEdit, QMessageBox
 
 from workbench.common.resources import find_scenario, find_world
-from workbench.gains.profiles import load_gains
+from workbench.gains.gains import load_gains
 from workbench.gui.main_window import ArgumentsDialog, MainWindow
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase

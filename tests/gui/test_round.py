@@ -14,7 +14,7 @@ from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QTabBar
 
 from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.linear.study import LinearStudy
-from workbench.gains.profiles import GainFile, save_gains
+from workbench.gains.gains import GainFile, save_gains
 from workbench.gui.gains.profile_bar import ProfileBar, ProfileDiffView
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences

@@ -17,7 +17,7 @@ from PyQt6.QtCore import QPoint, QSettings, Qt
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
 from workbench.control.mode import FlightMode
-from workbench.gains.profiles import load_gains
+from workbench.gains.gains import load_gains
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import apply_style

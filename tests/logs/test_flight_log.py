@@ -24,7 +24,7 @@ from mcap.stream_reader import StreamReader
 from mcap_ros2.decoder import DecoderFactory
 
 from workbench.common.errors import WorkbenchError
-from workbench.gains.profiles import load_gains
+from workbench.gains.gains import load_gains
 from workbench.link.backplane import Published, Sampled
 from workbench.link.topics import topic_from
 from workbench.logs import flight_log, mcap_writer

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from workbench.design.judge.loop_judgement import LiveMargins
     from workbench.design.translate.translation import Difference, Translation
     from workbench.gains.autopilots.exchange import Imported
-    from workbench.gains.profiles import GainChange, GainFile, Save
+    from workbench.gains.gains import GainChange, GainFile, Save
     from workbench.plant.vehicle import Vehicle
     from workbench.scenario.scenario import Scenario
 
@@ -140,8 +140,7 @@ def _show(args: argparse.Namespace) -> int:
 def _diff(args: argparse.Namespace) -> int:
     """Print the differences of two sets."""
     from workbench.common.resources import find_file
-    from workbench.gains.gains import rule_values
-    from workbench.gains.profiles import diff_gains
+    from workbench.gains.gains import diff_gains, rule_values
 
     law = _law(args, *(find_file(side) for side in (args.a, args.b) if _is_file(side)))
     vehicle = _read_vehicle_of_sides(args, law)
@@ -191,8 +190,7 @@ def _history(args: argparse.Namespace) -> int:
 
 def _restore(args: argparse.Namespace) -> int:
     """Save an earlier state of a file again."""
-    from workbench.gains.gains import gains_at, load_gains, save_gains
-    from workbench.gains.profiles import diff_gains
+    from workbench.gains.gains import diff_gains, gains_at, load_gains, save_gains
     from workbench.scenario.parameters import parameter_table
 
     law = _law(args, args.file)
@@ -399,8 +397,7 @@ def _translate(args: argparse.Namespace) -> int:
     from workbench.design.linear.study import LinearStudy
     from workbench.design.translate.forms import form_of
     from workbench.design.translate.translation import differences, gains_alone, translate
-    from workbench.gains.gains import flight_gains, make_profile, save_gains
-    from workbench.gains.profiles import owner_of
+    from workbench.gains.gains import flight_gains, make_profile, owner_of, save_gains
     from workbench.scenario.scenario import Scenario
 
     if args.save and args.save.suffix not in (".yaml", ".yml"):
@@ -531,8 +528,7 @@ def _import(args: argparse.Namespace) -> int:
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.exchange import import_gains
     from workbench.gains.autopilots.parameter_file import joined
-    from workbench.gains.gains import make_profile, save_gains
-    from workbench.gains.profiles import diff_gains
+    from workbench.gains.gains import diff_gains, make_profile, save_gains
 
     if args.save and args.save.suffix not in (".yaml", ".yml"):
         raise WorkbenchError(f"{args.save}: a gain file's name ends in .yaml")
@@ -572,8 +568,7 @@ def _export(args: argparse.Namespace) -> int:
     from workbench.gains.autopilots.exchange import export_gains, import_gains
     from workbench.gains.autopilots.firmware import find_firmware
     from workbench.gains.autopilots.parameter_file import encoded
-    from workbench.gains.gains import load_gains
-    from workbench.gains.profiles import diff_gains
+    from workbench.gains.gains import diff_gains, load_gains
 
     firmware = find_firmware(args.firmware)
     if not args.controller:

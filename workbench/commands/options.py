@@ -294,7 +294,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     Another model comes without the scenario's arguments and gains, which were for its own.
     """
     from workbench.common.resources import find_file, find_model, find_world
-    from workbench.gains.profiles import flown_by
+    from workbench.gains.gains import flown_by
     from workbench.scenario.parameters import parameter_table
     from workbench.scenario.scenario import VehicleConfig, at_own_period, flown_controller
 

@@ -27,7 +27,7 @@ from workbench.design.tune.measure import noise_amplification
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.tuning import Tuning
 from workbench.design.tune.wish import Wishes, load_wishes, merged, parse_wish
-from workbench.gains.profiles import owner_of, save_gains
+from workbench.gains.gains import owner_of, save_gains
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.variation import Variation
 from workbench.scenario.axes import find_axis

@@ -1,34 +1,413 @@
-"""Which values a flight has: defaults, the rule, gain files and settings, one over the other."""
+"""Gains: files of them with their history, and which values a flight has.
 
+Values are defaults, those of the rule, of gain files and of settings, one over the other.
+"""
+
+import dataclasses
 import logging
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from numbers import Real
+from pathlib import Path
+from typing import Any, NamedTuple
 
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.own_file import own_errors
+from workbench.common.plain_files import write_atomically
 from workbench.common.resources import find_file
-from workbench.control.controller import Controller
-from workbench.gains.profiles import GainFile, gains_at, load_gains, owner_of, save_gains
+from workbench.common.yaml_files import YamlFile, read_yaml
+from workbench.control.controller import DEFAULT, Controller, is_shipped, load_controller
+from workbench.control.schedule import split_label, with_label
 from workbench.plant.drag import drag_area
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import check_settings, parameter_table
+from workbench.scenario.parameters import Parameter, ParameterTable, check_settings, parameter_table
 
-__all__ = [
-    "Gain",
-    "GainFile",
-    "choose_gains",
-    "flight_gains",
-    "gains_at",
-    "load_gains",
-    "make_profile",
-    "remark_on_owner",
-    "rule_gains",
-    "rule_values",
-    "save_gains",
-]
-
-
+MOST_SAVES = 200
+"""The history keeps so many; then the oldest go."""
+_KEYS = ("vehicle", "controller", "origin", "gains", "history")
+_POWERS = str.maketrans({"²": "^2", "³": "^3"})
+_SAVE_KEYS = ("saved", "origin", "changed")
 DIGITS = 3
 """Of a value that a rule gives."""
+
+
+@dataclass(frozen=True)
+class Save:
+    """One state of a gain file, as it was saved.
+
+    Attributes:
+        saved: date and time, UTC, as ISO 8601 has it; "" of what was written by hand.
+        origin: where its values came from.
+        changed: value before and after by name, for what differs from the state before; None
+            stands for a value that was not in the file.
+    """
+
+    saved: str
+    origin: str
+    changed: Mapping[str, tuple[float | None, float | None]]
+
+
+@dataclass(frozen=True)
+class GainFile:
+    """A set of parameter values with the vehicle they are for and where they come from.
+
+    Attributes:
+        vehicle: its name.
+        origin: a sentence.
+        gains: value by name.
+        history: the states that were saved, oldest first; the last one is the present.
+        controller: name of the one whose parameters they are.
+    """
+
+    vehicle: str
+    origin: str
+    gains: Mapping[str, float]
+    history: tuple[Save, ...] = ()
+    controller: str = DEFAULT
+
+
+def owner_of(path: Path) -> str:
+    """Return the name of the controller that a gain file is for.
+
+    Raises:
+        WorkbenchError: if the file cannot be read.
+    """
+    return str(read_yaml(path).data.get("controller") or DEFAULT)
+
+
+def flown_by(controller: str, gains: str) -> str:
+    """Return a controller with the schedule of a gain file that has sets of its gains.
+
+    Args:
+        controller: as `load_controller` reads it.
+        gains: a gain file's path, or "" for none.
+
+    Raises:
+        WorkbenchError: if one of them cannot be read.
+    """
+    if not gains:
+        return controller
+    owner, label = split_label(owner_of(find_file(gains)))
+    law = load_controller(controller)
+    return with_label(controller, label if law.name == owner else "")
+
+
+def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
+    """Read and check a gain file.
+
+    Args:
+        path: the file.
+        controller: that is to fly with it; without one, the shipped one that the file names.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    file = read_yaml(path)
+    for key in file.data:
+        if key not in _KEYS:
+            raise WorkbenchError(f"{file.where(key)}{unknown_name('key', str(key), _KEYS)}")
+    owner = str(file.data.get("controller") or DEFAULT)
+    if controller is None:
+        if not is_shipped(owner):
+            raise WorkbenchError(
+                f"{file.where('controller')}the gains are of the controller {owner}: name its "
+                "file, as --controller"
+            )
+        controller = load_controller(owner)
+    elif owner not in (controller.name, controller.unscheduled):
+        raise WorkbenchError(
+            f"{file.where('controller')}the gains are of the controller {owner}, and "
+            f"{controller.name} flies: give it gains of its own, or let {owner} fly (--controller)"
+        )
+    gains = file.data.get("gains")
+    if not isinstance(gains, dict):
+        raise WorkbenchError(
+            f"{file.where('gains')}a gain file has 'gains:' with NAME: VALUE lines"
+        )
+    values = {}
+    for name, value in gains.items():
+        where = file.where("gains", str(name))
+        rows = parameter_table(controller).sets(str(name), where)
+        for row, one in zip(rows, _of_sets(rows, value, where), strict=True):
+            values[row.name] = row.check(_without_unit(row, one, where), where)
+    return GainFile(
+        vehicle=str(file.data.get("vehicle") or ""),
+        origin=str(file.data.get("origin") or ""),
+        gains=values,
+        history=read_history(file),
+        controller=owner,
+    )
+
+
+def save_gains(path: Path, gains: GainFile, controller: Controller | None = None) -> GainFile:
+    """Write a gain file, at once or not at all, and add to the history of one that is there.
+
+    What is written over becomes the state before in the history; the history of `gains` itself is
+    not written. The comment at the head of a file is kept, other comments are not. If nothing
+    differs from the file, its history stays as it is.
+
+    Args:
+        path: the file.
+        gains: vehicle, origin and values.
+        controller: whose; without one, the shipped one that they name.
+
+    Returns:
+        What the file has now.
+
+    Raises:
+        WorkbenchError: if a value is out of range, the file cannot be written, or what is there is
+            no gain file, or one of another vehicle.
+    """
+    table = parameter_table(controller or load_controller(gains.controller))
+    values = table.checked(gains.gains)
+    ordered = {row.name: values[row.name] for row in table if row.name in values}
+    now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+    history: tuple[Save, ...] = (Save(now, gains.origin, {}),)
+    comment = ""
+    if path.exists():
+        old = load_gains(path, table.controller)
+        if old.vehicle and gains.vehicle and old.vehicle != gains.vehicle:
+            raise WorkbenchError(
+                f"{path}: has the gains of '{old.vehicle}', and these are of '{gains.vehicle}': "
+                "give them a file of their own"
+            )
+        comment = _leading_comment(path.read_text(encoding="utf-8"))
+        save = next_save(now, gains.origin, old.gains, ordered)
+        if save.changed or (old.vehicle, old.origin) != (gains.vehicle, gains.origin):
+            history = (*(old.history or (Save("", old.origin, {}),)), save)
+        else:
+            history = old.history
+    written = dataclasses.replace(gains, gains=ordered, history=history[-MOST_SAVES:])
+    write_atomically(path, comment + _to_yaml(written, table))
+    return written
+
+
+def gains_at(gains: GainFile, index: int, controller: Controller | None = None) -> GainFile:
+    """Return an earlier state of a gain file.
+
+    Args:
+        gains: the present, with its history.
+        index: of the state, 0 the oldest.
+        controller: whose; without one, the shipped one that they name.
+
+    Raises:
+        WorkbenchError: if there is no such state, or it has values that can no longer be.
+    """
+    last = len(gains.history) - 1
+    if not 0 <= index <= last:
+        known = f"has states 0 to {last}" if last >= 0 else "has no history yet"
+        raise WorkbenchError(f"there is no state {index}: the gain file {known}")
+    values = values_at(gains.gains, gains.history[index + 1 :])
+    table = parameter_table(controller or load_controller(gains.controller))
+    origin = gains.history[index].origin
+    return GainFile(gains.vehicle, origin, table.checked(values), controller=gains.controller)
+
+
+def _of_sets(rows: Sequence[Parameter], value: Any, where: str) -> Sequence[Any]:
+    """Return the values of a gain in each of its sets: one for all, or as many as there are."""
+    found = value.split(",") if isinstance(value, str) else value
+    if len(rows) == 1 or not isinstance(found, list):
+        return [value] * len(rows)
+    if len(found) == 1:
+        return found * len(rows)
+    if len(found) != len(rows):
+        raise WorkbenchError(
+            f"{where}there are {len(found)} values: give one, or {len(rows)}, one for each set"
+        )
+    return found
+
+
+def _without_unit(row: Parameter, value: Any, where: str) -> Any:
+    """Return the number of a value that may have its unit behind it."""
+    if not isinstance(value, str):
+        return value
+    number, _, unit = value.strip().partition(" ")
+    unit = unit.strip().translate(_POWERS)
+    try:
+        found = float(number)
+    except ValueError:
+        return value
+    if unit not in ("", row.unit):
+        right = "has no unit" if row.unit == "1" else f"is in {row.unit}"
+        raise WorkbenchError(f"{where}{row.name} is '{value}': it {right}")
+    return found
+
+
+def _leading_comment(text: str) -> str:
+    """Return the lines of comment at the head of a file."""
+    lines = text.splitlines(keepends=True)
+    count = next(
+        (i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), 0
+    )
+    return "".join(lines[:count])
+
+
+def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
+    """Return a gain file's text."""
+    import yaml  # slow to load, and most who look for gains write none
+
+    whose = {} if gains.controller == DEFAULT else {"controller": gains.controller}
+    head = {
+        "vehicle": gains.vehicle,
+        **whose,
+        "origin": gains.origin,
+        "gains": _written(gains.gains, table),
+    }
+    style: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": 100}
+    text: str = yaml.safe_dump(head, default_flow_style=False, **style)
+    if gains.history:
+        history = {"history": write_history(gains.history)}
+        text += yaml.safe_dump(history, default_flow_style=None, **style)
+    return text
+
+
+def _written(gains: Mapping[str, float], table: ParameterTable) -> dict[str, float | str]:
+    """Return values as they are written: those of all sets of a scheduled gain in one line."""
+    found, schedule = {}, table.controller.schedule
+    for name, value in gains.items():
+        number = schedule.number_of(name) if schedule else None
+        if schedule is None or number is None:
+            found[name] = _with_unit(table.find(name), value)
+            continue
+        gain = table.controller.gain_of(name)
+        sets = [gains[each] for each in schedule.names(gain) if each in gains]
+        if len(sets) < len(schedule.values):
+            found[name] = _with_unit(table.find(name), value)
+        else:
+            first = ", ".join(repr(each) for each in sets[:-1])
+            found[gain] = f"{first}, {_with_unit(table.find(name), sets[-1])}"
+    return found
+
+
+def _with_unit(row: Parameter, value: float) -> float | str:
+    """Return a value as it is written: with its unit, where it has one."""
+    return value if row.unit == "1" else f"{value!r} {row.unit}"
+
+
+def read_history(file: YamlFile) -> tuple[Save, ...]:
+    """Return the history of a gain file that was read, oldest first.
+
+    Raises:
+        WorkbenchError: naming file and line of what is wrong.
+    """
+    entries = file.data.get("history") or []
+    if not isinstance(entries, list):
+        raise WorkbenchError(f"{file.where('history')}history is a list of saves: leave it out")
+    return tuple(_read_save(file, index, entry) for index, entry in enumerate(entries))
+
+
+def write_history(history: Sequence[Save]) -> list[dict[str, Any]]:
+    """Return a history as YAML has it."""
+    return [
+        ({"saved": save.saved} if save.saved else {})
+        | {"origin": save.origin, "changed": {n: list(pair) for n, pair in save.changed.items()}}
+        for save in history
+    ]
+
+
+def next_save(
+    saved: str, origin: str, before: Mapping[str, float], after: Mapping[str, float]
+) -> Save:
+    """Return the entry of a save.
+
+    Args:
+        saved: when, UTC, as ISO 8601 has it.
+        origin: of the new values.
+        before: the values that are written over.
+        after: the new ones.
+    """
+    pairs = {name: (before.get(name), after.get(name)) for name in {**before, **after}}
+    return Save(saved, origin, {name: pair for name, pair in pairs.items() if pair[0] != pair[1]})
+
+
+def values_at(present: Mapping[str, float], later: Sequence[Save]) -> dict[str, float]:
+    """Return the values of an earlier state.
+
+    Args:
+        present: the values now.
+        later: every save after that state, oldest first.
+    """
+    values = dict(present)
+    for save in reversed(later):
+        for name, (before, _) in save.changed.items():
+            values.pop(name, None)
+            if before is not None:
+                values[name] = before
+    return values
+
+
+def _read_save(file: YamlFile, index: int, entry: Any) -> Save:
+    """Return one entry of a history."""
+    if not isinstance(entry, dict) or not isinstance(entry.get("changed", {}), dict):
+        raise WorkbenchError(f"{file.where('history', index)}a save has {', '.join(_SAVE_KEYS)}")
+    for key in entry:
+        if key not in _SAVE_KEYS:
+            where = file.where("history", index, key)
+            raise WorkbenchError(f"{where}{unknown_name('key', str(key), _SAVE_KEYS)}")
+    changed = {}
+    for name, pair in entry.get("changed", {}).items():
+        if not (isinstance(pair, list) and len(pair) == 2 and all(map(_is_value, pair))):
+            where = file.where("history", index, "changed", name)
+            raise WorkbenchError(f"{where}{name} is {pair!r}: write [value before, value after]")
+        before, after = (None if value is None else float(value) for value in pair)
+        changed[str(name)] = (before, after)
+    return Save(str(entry.get("saved", "")), str(entry.get("origin", "")), changed)
+
+
+def _is_value(value: Any) -> bool:
+    """Return whether this is a number or nothing."""
+    return value is None or (isinstance(value, Real) and not isinstance(value, bool))
+
+
+class GainChange(NamedTuple):
+    """A gain in two sets.
+
+    Attributes:
+        name: of the parameter.
+        unit: of both values.
+        a: value in the first set.
+        b: value in the second.
+        percent: by how much b is larger, of a's size; NaN if that says nothing, as a is 0.
+    """
+
+    name: str
+    unit: str
+    a: float
+    b: float
+    percent: float
+
+
+def diff_gains(
+    a: Mapping[str, float],
+    b: Mapping[str, float],
+    missing: Mapping[str, float],
+    controller: Controller | None = None,
+) -> tuple[GainChange, ...]:
+    """Compare two sets of gains, as two files have them.
+
+    Args:
+        a: value by name.
+        b: value by name.
+        missing: every value by name, for what only one of them has: `gains.rule_values`.
+        controller: whose; the default one where none is given.
+
+    Returns:
+        A row for every name that is in either, equal ones too, in the parameter table's order.
+    """
+    all_a, all_b = {**missing, **a}, {**missing, **b}
+    return tuple(
+        _change(row.name, row.unit, all_a[row.name], all_b[row.name])
+        for row in parameter_table(controller)
+        if row.name in a or row.name in b
+    )
+
+
+def _change(name: str, unit: str, a: float, b: float) -> GainChange:
+    if a == b:
+        return GainChange(name, unit, a, b, 0.0)
+    return GainChange(name, unit, a, b, 100.0 * (b - a) / abs(a) if a else math.nan)
 
 
 @dataclass(frozen=True)

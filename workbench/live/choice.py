@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from workbench.common.resources import find_file, find_model, find_scenario, find_world
 from workbench.control.controller import load_controller
 from workbench.estimation.estimators import find_estimator
-from workbench.gains.profiles import flown_by
+from workbench.gains.gains import flown_by
 from workbench.scenario.scenario import (
     Scenario,
     VehicleConfig,

@@ -1,6 +1,6 @@
 """Profiles in files and on the clipboard."""
 
-from workbench.gains.profiles import load_gains
+from workbench.gains.gains import load_gains
 
 NAME = "kp_velocity_x"
 

@@ -6,8 +6,7 @@ import pytest
 
 from workbench.analysis.questions import FindRanges, Judge, Tune
 from workbench.control.controller import load_controller
-from workbench.gains.gains import flight_gains
-from workbench.gains.profiles import GainFile, load_gains, save_gains
+from workbench.gains.gains import GainFile, flight_gains, load_gains, save_gains
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.scenario.parameters import parameter_table
 

@@ -25,7 +25,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.control.schedule import QUANTITIES
-from workbench.gains.profiles import GainChange
+from workbench.gains.gains import GainChange
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
 from workbench.gui.gains.profiles import OWN, GainProfiles, ProfileDiff, percent_text

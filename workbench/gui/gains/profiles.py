@@ -17,7 +17,7 @@ from workbench.control.schedule import split_label
 from workbench.gains.autopilots.exchange import export_gains, import_gains
 from workbench.gains.autopilots.firmware import FIRMWARES, firmware_of, same
 from workbench.gains.autopilots.parameter_file import encoded
-from workbench.gains.profiles import (
+from workbench.gains.gains import (
     GainChange,
     GainFile,
     diff_gains,
