@@ -131,7 +131,7 @@ def _run(argv: Sequence[str] | None) -> int:
         _refuse_empty(words)
         parser = _parser(*words[:1])
     args = parser.parse_args(argv)
-    if args.version:
+    if args.says_version:
         print(f"workbench {_version()}")
         return ExitCode.DONE
     if args.command is None:
@@ -212,7 +212,9 @@ def _parser(*only: str) -> argparse.ArgumentParser:
         "exit codes: 0 done, 1 the result is not as demanded, 2 bad input",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="store_true", help="print the version and stop")
+    parser.add_argument(
+        "--version", action="store_true", dest="says_version", help="print the version and stop"
+    )
     commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
     for name in [name for name in COMMANDS if name in only] or COMMANDS:
         module, _, add = COMMANDS[name].partition(".")
