@@ -59,6 +59,7 @@ SIZES = (
     else tuple((round(x / SCALE), round(y / SCALE)) for x, y in ((1920, 1080), (3840, 2160)))
 )
 """Of the window, in Qt's pixels: where Qt scales, each is several of the screen's."""
+FEW_SIZES = tuple(dict.fromkeys((SIZES[0], SIZES[len(SIZES) // 2], SIZES[-1])))
 TIME = np.linspace(0.0, 2.0, 50)
 TUNED = Tuned(
     before={"kp_velocity_x": 4.45},
@@ -275,12 +276,21 @@ def test_every_control_has_a_name(window, qapp):
             assert named or text, f"{row.name}: {type(control).__name__} in {control.parent()}"
 
 
-@pytest.mark.parametrize("theme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
-def test_all_screens_are_laid_out_well(window, workspace, qapp, theme):
+@pytest.mark.parametrize(
+    ("theme", "sizes"),
+    [
+        pytest.param("light", FEW_SIZES, id="light"),
+        *(
+            pytest.param(theme, SIZES, marks=pytest.mark.slow, id=f"{theme}, every size")
+            for theme in ("light", "dark")
+        ),
+    ],
+)
+def test_all_screens_are_laid_out_well(window, workspace, qapp, theme, sizes):
     """In every size, alone and beside the 3-D view."""
     workspace.preferences.set("theme", theme)
     found = []
-    for beside, size in product((False, True), reversed(SIZES)):
+    for beside, size in product((False, True), reversed(sizes)):
         window.resize(*size)
         if window.view3d.isVisibleTo(window) is not beside:
             window.actions_by_name["view_3d"].trigger()
@@ -304,8 +314,9 @@ def test_all_screens_are_laid_out_well_where_each_pixel_is_four():
 
     Qt takes its scale from the environment, once, so this file runs again in a process of its own.
     """
+    options = ("-qn0", "-pno:cacheprovider", "-knot where_each_pixel_is_four")
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", __file__, "-qn0", "-pno:cacheprovider", "-mnot slow"],
+        [sys.executable, "-m", "pytest", __file__, *options],
         env={**os.environ, "QT_SCALE_FACTOR": "2"},
         capture_output=True,
         text=True,
