@@ -14,7 +14,9 @@ SHORT = 40
 
 
 @pytest.mark.filterwarnings("ignore:.*A Box observation space m:UserWarning")
-@pytest.mark.parametrize("actions", ["setpoint", "wrench", "rotors"])
+@pytest.mark.parametrize(
+    "actions", ["setpoint", "rotors", pytest.param("wrench", marks=pytest.mark.slow)]
+)
 def test_gymnasiums_checker_finds_nothing(actions):
     for task in TASKS:
         env = gymnasium.make(f"workbench.gym:workbench/{task.title()}-v0", actions=actions)

@@ -30,7 +30,10 @@ def in_the_air(controller: str, variation: Variation | None = None) -> Session:
     return Session(Scenario(controller=controller, vehicle=config, start=start, duration=1000.0))
 
 
-@pytest.mark.parametrize(("law", "within"), [("pid", 1e-3), ("lqi", 1e-3), ("indi", 1e-2)])
+@pytest.mark.parametrize(
+    ("law", "within"),
+    [("pid", 1e-3), pytest.param("lqi", 1e-3, marks=pytest.mark.slow), ("indi", 1e-2)],
+)
 def test_a_place_is_held_in_8_m_s_of_wind(law, within):
     """The wind begins while a hover holds its place, and keeps on for 30 s."""
     session = in_the_air(law)
@@ -58,7 +61,7 @@ def take_off(law: str, wait: float, wish: float) -> np.ndarray:
     return np.column_stack([flown.p_WB[which, 2], flown.v_WB[which, 2]])
 
 
-@pytest.mark.parametrize("law", ["pid", "lqi"])
+@pytest.mark.parametrize("law", ["pid", pytest.param("lqi", marks=pytest.mark.slow)])
 def test_nothing_winds_up_on_the_ground(law):
     """Armed for 10 s with a command up: the take-off is the one without that."""
     flown = take_off(law, WAIT, 1.0)
@@ -70,7 +73,7 @@ def test_nothing_winds_up_on_the_ground(law):
     assert flown == pytest.approx(take_off(law, 0.5, 0.0), abs=1e-4)
 
 
-@pytest.mark.parametrize("law", ["pid", "lqi"])
+@pytest.mark.parametrize("law", [pytest.param("pid", marks=pytest.mark.slow), "lqi"])
 def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
     """A payload too heavy to lift holds it down: after 20 s it is let go as after 6 s.
 
@@ -91,14 +94,22 @@ def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
     assert peaks[1] == pytest.approx(peaks[0], rel=0.05)
 
 
-def test_indi_steps_alike_with_another_inertia_and_weak_rotors(case):
+@pytest.mark.parametrize(
+    "steps",
+    [
+        {"x": 1.0},
+        pytest.param({"y": 1.0, "z": 1.0, "yaw": 0.3}, marks=pytest.mark.slow),
+    ],
+    ids=" ".join,
+)
+def test_indi_steps_alike_with_another_inertia_and_weak_rotors(case, steps):
     """Within 5 % of the step at any time, inertia ± 30 % and thrust - 20 %, unknown to the law."""
     others = {
         "inertia 0.7": (Variation(inertia=0.7), 1.0),
         "inertia 1.3": (Variation(inertia=1.3), 1.0),
         "thrust 0.8": (Variation(), 0.8),
     }
-    for axis, size in (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.3)):
+    for axis, size in steps.items():
         nominal = stepped(Variation(), 1.0, axis, size)
         assert nominal[-1] == pytest.approx(1.0, abs=0.01)
         for name, (variation, thrust) in others.items():
