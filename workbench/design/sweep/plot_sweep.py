@@ -35,7 +35,7 @@ _CURVES = ("rise_time", "settling_time", "overshoot", "steady_state_error", "pea
 
 def axis_label(span: SweepRange) -> str:
     """Return the label of a swept number's axis, with its unit."""
-    return f"{span.name} [{span.unit}]" if span.unit != "1" else f"{span.name} [1]"
+    return f"{span.name} [{span.unit}]"
 
 
 def metric_label(table: SweepTable, metric: Metric) -> str:

@@ -266,7 +266,7 @@ def _nearest_told(
 ) -> Conflict:
     """Return a conflict with what is missed by most of its wish, among values (R)."""
     mine = [
-        (float(each.reserves(np.array([value]))[0]), index)
+        (each.reserve(value), index)
         for index, (each, value) in enumerate(zip(requirements, values, strict=True))
         if each.wish == conflict.wish
     ]

@@ -214,7 +214,7 @@ def _end(flown: Responses, command: float) -> float:
 def _draw_reserves(panel: Axes, results: list[Result]) -> None:
     """Draw how much each wish has to spare, before and after."""
     places = np.arange(len(results))[::-1]
-    before = [float(r.required.reserves(np.array([r.before]))[0]) for r in results]
+    before = [r.required.reserve(r.before) for r in results]
     after = [result.reserve for result in results]
     colors = [PALETTE.ours if result.met else PALETTE.limit for result in results]
     panel.barh(places, np.clip(after, -_WIDEST, _WIDEST), color=colors, height=0.7, label="after")

@@ -69,6 +69,10 @@ class Requirement:
         share = np.where(np.isnan(share), HOPELESS, share)
         return np.asarray(np.clip(share, HOPELESS, -HOPELESS))
 
+    def reserve(self, value: float) -> float:
+        """Return how far one value is on the right side, see `reserves`."""
+        return float(self.reserves(np.array([value]))[0])
+
     def met(self, value: float) -> bool:
         """Whether a value is as required; a NaN never is."""
         return value >= self.bound if self.wish.at_least else value <= self.bound

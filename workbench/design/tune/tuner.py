@@ -37,7 +37,7 @@ from workbench.design.tune.requirement import (
     wished_quantities,
 )
 from workbench.design.tune.search import ENOUGH, find
-from workbench.design.tune.tuning import Listener, Result, Telling, Tuning
+from workbench.design.tune.tuning import Listener, Result, Telling, Tuning, worst_of_each
 from workbench.design.tune.variables import (
     Variables,
     counterparts,
@@ -300,7 +300,7 @@ class Solver:
         values = self._plan.at_rule
         worst: dict[object, tuple[float, Case]] = {}
         for each, value in zip(required, values, strict=True):
-            reserve = float(each.reserves(np.array([value]))[0])
+            reserve = each.reserve(value)
             if each.case != NOMINAL and reserve < worst.get(each.wish, (np.inf, NOMINAL))[0]:
                 worst[each.wish] = (reserve, each.case)
         return {NOMINAL, *(case for _, case in worst.values())}
@@ -340,7 +340,7 @@ class Solver:
     def _proof(self, whole: Problem, gains: Mapping[str, float], values: np.ndarray) -> Proof:
         """Return what the full diagram says of gains."""
         reserves = {
-            required: float(required.reserves(np.array([value]))[0])
+            required: required.reserve(value)
             for required, value in zip(whole.requirements, values, strict=True)
         }
         return prove(
@@ -396,16 +396,15 @@ class Tuner:
         velocity: Triple = HOVER,
     ) -> None:
         self._scenario = at_own_period(scenario or Scenario())
-        law = flown_controller(self._scenario)
-        if law.program:
-            raise not_repeatable(law.name)
+        self._controller = flown_controller(self._scenario)
+        if self._controller.program:
+            raise not_repeatable(self._controller.name)
         if self._scenario.vehicle.variation != Variation():
             raise WorkbenchError(
                 "tuning varies the vehicle on its own: leave the variation out, or say how far it "
                 "goes under 'robustness' in a wishes file"
             )
         self._wishes = wishes or Wishes()
-        self._controller = flown_controller(self._scenario)
         for wish in self._wishes.wishes:
             members(wish.subject, wish.metric, self._controller)
         self._settings = dict(settings or {})
@@ -562,16 +561,14 @@ def _shortfalls(
     results: Sequence[Result], smallest: Mapping[Requirement, float]
 ) -> tuple[str, ...]:
     """Return what is kept of defaults that gave way: a sentence for the worst case of each wish."""
-    worst: dict[Wish, Result] = {}
-    for result in results:
-        required = result.required
-        if required.widened is None or required.meets_unwidened(result.after):
-            continue
-        known = worst.get(required.wish)
-        if known is None or result.reserve < known.reserve:
-            worst[required.wish] = result
+    gave_way = [
+        each
+        for each in results
+        if each.required.widened is not None and not each.required.meets_unwidened(each.after)
+    ]
     return tuple(
-        shortfall(each.required, each.after, _best_of(each, smallest)) for each in worst.values()
+        shortfall(each.required, each.after, _best_of(each, smallest))
+        for each in worst_of_each(gave_way)
     )
 
 

@@ -3,7 +3,7 @@
 Progress has stages, and one share of the run that never goes back.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,7 +59,17 @@ class Result:
     @property
     def reserve(self) -> float:
         """Share of the bound that is left, after."""
-        return float(self.required.reserves(np.array([self.after]))[0])
+        return self.required.reserve(self.after)
+
+
+def worst_of_each(results: Iterable[Result]) -> list[Result]:
+    """Return for each wish the result with least to spare."""
+    worst: dict[Wish, Result] = {}
+    for result in results:
+        known = worst.get(result.required.wish)
+        if known is None or result.reserve < known.reserve:
+            worst[result.required.wish] = result
+    return list(worst.values())
 
 
 @dataclass(frozen=True)
@@ -127,14 +137,7 @@ class Tuning:
     @property
     def in_corners(self) -> list[Result]:
         """What is left of each wish in corners: the one with least to spare of each."""
-        worst: dict[Wish, Result] = {}
-        for result in self.results:
-            wish = result.required.wish
-            if result.required.case != NOMINAL:
-                known = worst.get(wish)
-                if known is None or result.reserve < known.reserve:
-                    worst[wish] = result
-        return list(worst.values())
+        return worst_of_each(each for each in self.results if each.required.case != NOMINAL)
 
     @property
     def worst_corner(self) -> Result | None:
