@@ -29,6 +29,8 @@ TOLD_APART = 0.3
 """Share of the lag that its interval may have to either side to be told from the delay."""
 WHITE_SPAN = 1.0
 """Up to which errors of prediction are looked at for what hangs together [s]."""
+AHEAD = 0.2
+"""How far angular velocity is predicted [s]."""
 HELD_BACK = 0.2
 """Last share of a flight that a second search does not see."""
 ABOUT_Z = ("inertia_z", "rotor_inertia")
@@ -249,22 +251,21 @@ def noise_densities(found: Found) -> tuple[float, float]:
     )
 
 
-def predicted(found: Found, ahead: float = 0.2) -> Prediction:
+def predicted(found: Found) -> Prediction:
     """Return how well what was found predicts flights, from each instant onwards.
 
     Args:
         found: from other flights, or another part of them.
-        ahead: how far angular velocity is predicted [s].
     """
     force, mean, turn, held = [], [], [], []
     for flight in found.flights:
-        for run in flight.pieces(ahead + 0.5):
+        for run in flight.pieces(AHEAD + 0.5):
             piece = make_piece(run, found.vehicle)
             rows = model_rows(found.vehicle, found.fit.named, piece)
             skip = round(0.3 / piece.row)
             force.append((piece.force - rows[:, 3:])[skip:, 2])
             mean.append((piece.force[:, 2] - piece.force[:, 2].mean())[skip:])
-            many = max(1, round(ahead / piece.row))
+            many = max(1, round(AHEAD / piece.row))
             went = np.cumsum(piece.turn, axis=0) * piece.row
             should = np.cumsum(rows[:, :3], axis=0) * piece.row
             change = went[many:] - went[:-many]
@@ -274,7 +275,7 @@ def predicted(found: Found, ahead: float = 0.2) -> Prediction:
     def rms(parts: list[np.ndarray]) -> float:
         return float(np.sqrt(np.mean(np.concatenate([part.ravel() for part in parts]) ** 2)))
 
-    return Prediction(rms(force), rms(mean), rms(turn), rms(held), ahead)
+    return Prediction(rms(force), rms(mean), rms(turn), rms(held), AHEAD)
 
 
 def identified_vehicle(found: Found) -> Vehicle:
