@@ -1,7 +1,6 @@
 """Sliders that move all gains of a loop together: bandwidth, a margin, and a factor."""
 
 import math
-from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent
@@ -13,7 +12,7 @@ from workbench.common.parameter import Parameter
 from workbench.design.judge.margins import Robustness
 from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
-from workbench.gui.gains.gain_row import GainScale, GainSlider, StepSize
+from workbench.gui.gains.gain_row import GainScale, GainSlider
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.tuning.judgement import Judgement
@@ -29,7 +28,33 @@ PHASE = Parameter("phase margin", "", "rad", math.radians(5.0), math.radians(110
 DISK = Parameter("disk margin", "", "1", 0.05, 1.95, 0.7, "")
 FACTOR = Parameter("factor", "", "1", 0.1, 10.0, 1.0, "")
 DEGREES = Unit("°", 180.0 / math.pi)
-Gains = Mapping[str, float]
+SLIDERS = (
+    (
+        BANDWIDTH,
+        "Bandwidth",
+        Unit("rad/s"),
+        "Faster or slower, by all gains of the loop; the band is what it can reach",
+    ),
+    (
+        PHASE,
+        "Phase margin",
+        DEGREES,
+        "More or less robust, by all gains of the loop; the band is what it can reach",
+    ),
+    (
+        DISK,
+        "Disk margin",
+        Unit(""),
+        "More or less robust to gain and phase at once, by all gains of the loop: α, at most 2; "
+        "the band is what it can reach",
+    ),
+    (
+        FACTOR,
+        "Gains ×",
+        Unit(""),
+        "All gains of the loop times this; it comes back to 1 when it is released",
+    ),
+)
 
 
 class ShapeSlider(QObject):
@@ -104,27 +129,8 @@ class LoopShaping(QWidget):
         super().__init__(parent)
         self._trial, self._judgement = trial, judgement
         look, analysis = workspace.look, workspace.analysis
-        self.bandwidth = ShapeSlider(
-            BANDWIDTH,
-            "Bandwidth",
-            Unit("rad/s"),
-            "Faster or slower, by all gains of the loop; the band is what it can reach",
-            look,
-        )
-        self.phase = ShapeSlider(
-            PHASE,
-            "Phase margin",
-            DEGREES,
-            "More or less robust, by all gains of the loop; the band is what it can reach",
-            look,
-        )
-        self.disk = ShapeSlider(
-            DISK,
-            "Disk margin",
-            Unit(""),
-            "More or less robust to gain and phase at once, by all gains of the loop: α, at most "
-            "2; the band is what it can reach",
-            look,
+        self.bandwidth, self.phase, self.disk, self.factor = (
+            ShapeSlider(*each, look) for each in SLIDERS
         )
         self.margin = QComboBox()
         self.margin.addItems(["Phase margin", "Disk margin"])
@@ -133,26 +139,14 @@ class LoopShaping(QWidget):
             "Which margin the slider sets: of the phase alone, or the disk margin α of gain and "
             "phase together"
         )
-        self.factor = ShapeSlider(
-            FACTOR,
-            "Gains ×",
-            Unit(""),
-            "All gains of the loop times this; it comes back to 1 when it is released",
-            look,
-        )
         self.said = self.tone = ""
         self._rest = single_shot(self._ask_at_rest, self, REST)
         self._follower = Follower(analysis, ShapeLoop, self)
         self._follower.answered.connect(self._hear)
         self._follower.refused.connect(lambda said: self._say(said, "warning"))
         self._lay_out()
-        for each, shape in (
-            (self.bandwidth, self._ask),
-            (self.phase, self._ask),
-            (self.disk, self._ask),
-            (self.factor, self._multiply),
-        ):
-            self._connect(each, shape)
+        for each in (self.bandwidth, self.phase, self.disk, self.factor):
+            self._connect(each)
         self.margin.currentIndexChanged.connect(self._choose_margin)
         judgement.changed.connect(self._show)
         trial.changed.connect(self._rest.start)
@@ -228,18 +222,14 @@ class LoopShaping(QWidget):
             for part in (each.slider, each.number):
                 part.setVisible(each is self.robust)
 
-    def _connect(self, each: ShapeSlider, shape: object) -> None:
+    def _connect(self, each: ShapeSlider) -> None:
         slider = each.slider
         slider.edit_begun.connect(lambda: self._take(each))
         slider.dragged.connect(lambda value: self._want(each, value))
         slider.stepped.connect(
-            lambda direction, size: self._want(each, self._stepped(each, direction, size))
+            lambda way, size: self._want(each, slider.scale.stepped(each.value, way, size))
         )
         slider.edit_ended.connect(self._release)
-
-    @staticmethod
-    def _stepped(each: ShapeSlider, direction: int, size: StepSize) -> float:
-        return each.slider.scale.stepped(each.value, direction, size)
 
     def _take(self, each: ShapeSlider) -> None:
         """Begin with the gains as they are."""
@@ -311,9 +301,7 @@ class LoopShaping(QWidget):
             self._say("")
         if self._ends and not self._follower.is_waiting:
             # what is judged comes later: a next step begins from what is proposed
-            self.bandwidth.show_value(shaped.bandwidth)
-            self.phase.show_value(shaped.phase_margin)
-            self.disk.show_value(shaped.disk_margin)
+            self._show_margins(shaped)
             self._let_go()
 
     def _release(self) -> None:
@@ -357,9 +345,13 @@ class LoopShaping(QWidget):
             each.slider.setEnabled(usable)
         if loop is None or self._held is not None or not self._is_fresh:
             return
-        self.bandwidth.show_value(loop.bandwidth if loop.stable else math.nan)
-        self.phase.show_value(loop.phase_margin if loop.stable else math.nan)
-        self.disk.show_value(loop.disk_margin if loop.stable else math.nan)
+        self._show_margins(loop if loop.stable else None)
+
+    def _show_margins(self, shown: LoopShaped | JudgedLoop | None) -> None:
+        """Show the bandwidth and the margins of a loop, None for one that is unstable."""
+        names = ("bandwidth", "phase_margin", "disk_margin")
+        for each, name in zip((self.bandwidth, self.phase, self.disk), names, strict=True):
+            each.show_value(getattr(shown, name, math.nan))
 
     @property
     def _is_fresh(self) -> bool:
