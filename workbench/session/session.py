@@ -1,7 +1,7 @@
-"""A session: one diagram and its simulator, flown in slices of any size.
+"""A session: one diagram and its simulator, flown in slices of any length.
 
-It has no threads and no Qt. Time goes in whole physics steps, and whatever a pilot does takes
-effect between steps, so that equal scenarios give equal flights, to the bit.
+It has no threads and no Qt. Time advances in whole physics steps, and a pilot's actions take effect
+between steps, so equal scenarios give equal flights, to the bit.
 """
 
 import dataclasses
@@ -188,14 +188,14 @@ class Session:
         scenario: what to fly; the default one hovers.
         settings: parameter values that override those of the scenario's gains.
         meshcat: where to draw, if anywhere.
-        bridge: to who listens or commands, if anybody.
-        picture_period: between pictures in Meshcat [s], infinite where `draw` alone makes them.
+        bridge: to listeners and commanders, if any.
+        picture_period: between pictures in Meshcat [s]; infinite if only `draw` makes them.
         engine: "diagram", or "compiled", which flies the same numbers without Drake, a thousand
-            times as fast as real time; where the vehicle may touch the ground, while Python runs
-            the law and while something is injected the diagram flies on, until that is over.
+            times as fast as real time. The diagram takes over while the vehicle may touch the
+            ground, Python runs the law, or something is injected.
 
     Raises:
-        WorkbenchError: if the scenario cannot be built, or has what compiled code does not fly.
+        WorkbenchError: if the scenario cannot be built, or compiled code does not support it.
     """
 
     def __init__(
@@ -232,9 +232,9 @@ class Session:
             tell_start(*near)
 
     def reset(self) -> None:
-        """Begin again from the scenario's start, with the values it was built with.
+        """Restart from the scenario's start, with its initial parameter values.
 
-        A program that ran the law and has ended is started anew at the next tick.
+        A program that ran the law and has ended is started again at the next tick.
         """
         self._use(self._first)
         if self.ended:
@@ -244,7 +244,7 @@ class Session:
         self._begin(None)
 
     def checkpoint(self) -> Checkpoint:
-        """Return the present as something to go on from, here or in another process."""
+        """Return the present state of the flight, to continue from here or in another process."""
         return Checkpoint(
             time=self.time,
             steps=self._steps,
@@ -263,13 +263,13 @@ class Session:
     """The name of `checkpoint` in earlier versions."""
 
     def begin_from(self, checkpoint: Checkpoint) -> None:
-        """Go on from a checkpoint of a flight of the same scenario, to the bit as that does.
+        """Continue from a checkpoint of a flight of the same scenario, equal to it to the bit.
 
-        Nothing before it is recorded here. Sensors, which may be others, begin anew.
+        Nothing before it is recorded here. Sensors, which may differ, start again.
 
-        Where the controller is another one, it takes over in flight. If its file was edited, its
-        gains and what it remembers have the values that they had under the same names; a
-        controller of another name begins with its own gains, within the same limits.
+        A different controller takes over in flight. If its file was edited, its gains and states
+        keep the values that they had under the same names. A controller of another name starts
+        with its own gains, within the same limits.
 
         Raises:
             WorkbenchError: if it is a checkpoint of a flight of something else.
@@ -279,17 +279,17 @@ class Session:
     def fly_controller(self, name_or_path: str, *, interpreted: bool = False) -> None:
         """Let another controller take over in flight, as `begin_from` does; a reset keeps it.
 
-        What was recorded stays; sensors begin anew. Simulated time stands meanwhile. `scenario`
-        is the present flight's, from its start, until a reset.
+        The recording continues; sensors start again. No simulated time passes. `scenario` stays
+        that of the present flight until a reset.
 
         Args:
             name_or_path: see `load_controller`; the file is read now.
-            interpreted: whether Python runs it, so that it flies at once; else it is compiled, up
-                to a minute where it never was. They may differ in the last bit of a number.
+            interpreted: whether Python runs it, so that it flies at once. Otherwise it is compiled,
+                which takes up to a minute the first time. Both may differ in the last bit.
 
         Raises:
-            WorkbenchError: if it cannot be read or built, or cannot fly on from here; the one that
-                flies goes on then.
+            WorkbenchError: if it cannot be read or built, or cannot continue from here; the
+                present controller then continues.
         """
         self._take_over(name_or_path, interpreted)
         flown = dataclasses.replace(self._flown_with, scenario=self.flown_scenario)
@@ -297,7 +297,7 @@ class Session:
 
     @property
     def diagram(self) -> Diagram:
-        """The diagram that flies, to be looked at."""
+        """The diagram of the flight, to be read."""
         return self._bench.diagram
 
     @property
@@ -308,7 +308,7 @@ class Session:
     def command(
         self, velocity: Sequence[float] | None = None, yaw_rate: float | None = None
     ) -> None:
-        """Ask for a velocity in W [m/s] and a yaw rate [rad/s]; what is None stays as it was.
+        """Command a velocity in W [m/s] and a yaw rate [rad/s]; None leaves a value unchanged.
 
         Raises:
             WorkbenchError: if a number is not finite.
@@ -320,10 +320,10 @@ class Session:
         self._live.wish = commanded(self._live.wish, velocity, yaw_rate)
 
     def go_to(self, p_WB: Sequence[float]) -> None:
-        """Ask for a place in W [m] and stay there.
+        """Fly to a position in W [m] and stay there.
 
         Raises:
-            WorkbenchError: if a number is not finite, or the scenario flies a path of its own.
+            WorkbenchError: if a number is not finite, or the scenario has its own path.
         """
         if self.scenario.figure_eight:
             raise WorkbenchError(
@@ -333,13 +333,13 @@ class Session:
         self._live.wish = gone_to(self._live.wish, place)
 
     def request(self, what: str, height: float = START_HEIGHT) -> None:
-        """Ask the flight mode to arm, take_off (to a height [m]), hold, land, or stop at once.
+        """Request arm, take_off (to a height [m]), hold, land, or stop (at once).
 
-        In a landing only "stop" and "abort_landing" have an effect: that climbs to the height, or
-        holds the place where the drone is higher.
+        In a landing only "stop" and "abort_landing" have an effect. The latter climbs to the
+        height, or holds the position if the drone is higher.
 
         Raises:
-            WorkbenchError: if it is none of these.
+            WorkbenchError: if the request is unknown.
         """
         if what not in REQUESTS:
             raise unknown_name("request", what, REQUESTS)
@@ -350,7 +350,7 @@ class Session:
 
     @property
     def asked(self) -> tuple[float, float, float, float]:
-        """What the pilot asks for: velocity in W [m/s] and yaw rate [rad/s]."""
+        """The pilot's command: velocity in W [m/s] and yaw rate [rad/s]."""
         v_x, v_y, v_z, yaw_rate, *_ = self._live.wish.reference
         return v_x, v_y, v_z, yaw_rate
 
@@ -372,7 +372,7 @@ class Session:
         return self._bench.computer.interpreted
 
     def run_law(self, *, interpreted: bool) -> None:
-        """Let Python run the law from now on, or machine code, see `fly_controller`."""
+        """Choose whether Python or machine code runs the law, see `fly_controller`."""
         self._bench.computer.run_law(interpreted=interpreted)
 
     @property
@@ -382,15 +382,15 @@ class Session:
 
     @property
     def waiting_request(self) -> Request:
-        """What was asked of the flight mode that it has not seen yet, NONE if there is nothing."""
+        """The request that the flight mode has not seen yet, NONE without one."""
         wish = self._live.wish
         seen = self._bench.recorder.now(self._live.root)["mode"][1]
         return Request(int(wish.request)) if seen < wish.serial else Request.NONE
 
     def gust(self, velocity: Sequence[float], duration: float = 1.0) -> None:
-        """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on.
+        """Start a gust that rises to a velocity in W [m/s] and falls, within a duration [s].
 
-        It is added to the wind; a gust that still blows ends.
+        It is added to the wind, and replaces a gust that has not ended.
 
         Raises:
             WorkbenchError: if a number is out of the range of its parameter.
@@ -407,8 +407,8 @@ class Session:
     ) -> None:
         """Push with a force in W [N] at a point of the body, in B [m], and a torque in B [N·m].
 
-        It begins with the next control update, and lasts for a duration [s]; a push that still
-        acts ends.
+        It starts with the next control update, lasts for a duration [s], and replaces a push that
+        has not ended.
 
         Raises:
             WorkbenchError: if a number is out of the range of its parameter.
@@ -420,7 +420,7 @@ class Session:
     def inject(self, injection: Injection) -> None:
         """Add a multisine to a signal of the law from the next control update on.
 
-        One that is still flown ends; one without a point ends it alone.
+        It replaces one that has not ended; an injection without a point only ends that.
 
         Raises:
             WorkbenchError: if it cannot be flown.
@@ -438,20 +438,20 @@ class Session:
 
     @property
     def injecting(self) -> float | None:
-        """How much of an injection is flown, 0 .. 1; None where none was begun."""
+        """The flown share of an injection, 0 .. 1; None without one."""
         return self._injecting.share if self._injecting else None
 
     @property
     def injected(self) -> Injected | None:
-        """What was injected last and what came, in whole periods; None where nothing was."""
+        """The last injection and its response, in whole periods; None without one."""
         return self._injecting.injected if self._injecting else None
 
     def loop_signals(self) -> np.ndarray:
-        """Return what the law's next update sees at its loop points now (P), in their order."""
+        """Return the signals of the law's next update at its loop points (P), in their order."""
         return self._live.loop_signals()
 
     def set(self, name: str, value: float) -> None:
-        """Give a live parameter a value; it takes effect at the next control update.
+        """Set a live parameter; it takes effect at the next control update.
 
         Raises:
             WorkbenchError: if it is unknown or out of range.
@@ -472,9 +472,9 @@ class Session:
 
     @contextmanager
     def programs(self) -> Iterator[None]:
-        """Let laws that are programs of their own fly meanwhile; they end behind it.
+        """Allow controllers that are programs in a `with` statement, and end them after it.
 
-        Without it such a law refuses to fly: no two flights of it are equal.
+        Without it such a controller refuses to fly, because its flights are not repeatable.
         """
         self._runs_programs = True
         try:
@@ -490,14 +490,14 @@ class Session:
 
     @property
     def exchange(self) -> Mapping[str, float]:
-        """How the exchange with that program went since its start, see `Program.report`."""
+        """The statistics of the exchange with that program, see `Program.report`."""
         return self.program.report() if self.program else self._exchange
 
     @property
     def ended(self) -> str:
-        """Why that program has ended in flight, and what to do, as one sentence; "" else.
+        """Why that program has ended in flight, and what to do, as one sentence; else "".
 
-        The flight goes on, with rotors that stop, and its mode stays what it was.
+        The flight continues with stopped rotors and in the same flight mode.
         """
         return self._bench.computer.ended
 
@@ -511,7 +511,7 @@ class Session:
             self._bench.computer.end_program()
 
     def tick(self, duration: float) -> None:
-        """Fly on for a time [s]; what does not make a whole physics step is owed to the next tick.
+        """Fly for a time [s]; a remainder of a physics step is added to the next tick.
 
         Raises:
             FlightBrokenError: if the simulation cannot go on.
@@ -558,15 +558,15 @@ class Session:
         return Recording.from_signals(self.vehicle, time, signals)
 
     def reading(self, sensor: str) -> Reading | None:
-        """Return what a sensor, by name or kind, delivered last; None if nothing yet.
+        """Return the last delivered reading of a sensor, by name or kind; None if nothing yet.
 
         Raises:
-            WorkbenchError: if no such sensor measures in this flight.
+            WorkbenchError: if no such sensor is active in this flight.
         """
         return self._bench.sensing.find(sensor).reading(self._live.root)
 
     def samples(self) -> tuple[Samples, ...]:
-        """Return all that sensors delivered since the start, where the scenario keeps it."""
+        """Return all samples delivered since the start, if the scenario keeps them."""
         kept = zip(self._bench.sensing.kept, self._sample_rows(), strict=True)
         return tuple(mounted.samples(rows) for mounted, rows in kept)
 
@@ -588,14 +588,14 @@ class Session:
         return state
 
     def free_way(self, direction_W: Sequence[float], most: float) -> tuple[float, str]:
-        """Return how far the drone can go straight on now before it may touch something [m].
+        """Return how far the drone can fly straight on now before it may touch something [m].
 
         Args:
             direction_W: unit vector in W.
-            most: how far to look [m].
+            most: largest distance [m].
 
         Returns:
-            The way, `most` at most, and what ends it, "" where nothing does.
+            The free distance, at most `most`, and the name of the obstacle there, or "".
         """
         obstacles, found = self._bench.obstacles, (most, "")
         if obstacles is not None:
