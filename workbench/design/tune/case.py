@@ -3,9 +3,12 @@
 import itertools
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from workbench.plant.rotor_sources.sidecar import IdentifiedRow, load_identified
 from workbench.plant.variation import Variation
+
+if TYPE_CHECKING:
+    from workbench.plant.rotor_sources.sidecar import IdentifiedRow
 
 SHARES = {
     "mass": ("thrust_to_weight", "motor_constant"),
@@ -71,6 +74,8 @@ def identified_robustness(sidecar: Path) -> Robustness | None:
     Raises:
         WorkbenchError: with file and line, for what is unknown or of another type.
     """
+    from workbench.plant.rotor_sources.sidecar import load_identified  # it loads Drake
+
     rows = {row.name: row for row in load_identified(sidecar)}
     shares = {
         name: min(max(_share(rows[each]) for each in known), LARGEST)
@@ -80,7 +85,7 @@ def identified_robustness(sidecar: Path) -> Robustness | None:
     return Robustness(**shares) if shares else None
 
 
-def _share(row: IdentifiedRow) -> float:
+def _share(row: "IdentifiedRow") -> float:
     """Return how far an interval reaches from its value, as a share of it."""
     return max(row.high - row.value, row.value - row.low) / row.value
 
