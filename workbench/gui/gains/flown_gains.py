@@ -37,7 +37,7 @@ class FlownGains(QObject):
     """
 
     changed = pyqtSignal(object)
-    """The flight has other values now: those before, by name."""
+    """Values changed; the signal has those before, by name."""
     refused = pyqtSignal(object, str)
     """Values by name that the flight does not take, and why."""
 
@@ -87,11 +87,11 @@ class FlownGains(QObject):
 
     @property
     def all_ordered(self) -> dict[str, float]:
-        """What `ordered` returns, of every parameter."""
+        """`ordered` of every parameter."""
         return {name: self.ordered(name) for name in self.values}
 
     def order(self, values: Values) -> None:
-        """Let the flight have values, all at one step.
+        """Order values, all for one step.
 
         While an order for one of them is unanswered they wait, and later sets with them; of each
         parameter the newest value is sent then, so that no drag floods the flight.
@@ -109,7 +109,7 @@ class FlownGains(QObject):
             )
 
     def order_now(self, values: Values) -> None:
-        """Let the flight have values at once, whatever became of the orders before."""
+        """Order values at once, whatever happened to earlier orders."""
         for name in values:
             self._waiting.pop(name, None)
             self._unanswered.pop(name, None)

@@ -33,16 +33,16 @@ from workbench.scenario.parameters import Parameter, parameter_table
 from workbench.session.snapshot import Snapshot
 
 PATIENCE = 1500
-"""After which it is said that there is no answer yet [ms]; it may come all the same."""
+"""After this time the screen says that there is no answer yet [ms]; it may still come."""
 MOST_ASKED = 20
-"""So many questions of ours may be answered late."""
+"""Earlier questions whose late answers are recognised."""
 RANGES_AFTER = 300
-"""Ranges are asked for when gains have not moved for so long [ms]."""
+"""Ask for ranges when gains have not changed for this time [ms]."""
 AT_ONCE = "at once"
 MOST_STEPS = 500
-"""Of undo; then the oldest can no longer be taken back."""
+"""Steps of undo; beyond that the oldest is dropped."""
 SLOTS = ("A", "B", "C")
-"""Sets of gains that are stored to be compared by one key."""
+"""Slots for sets of gains, each compared by one key."""
 ELSEWHERE = "a change from elsewhere"
 STAYS = 0.1
 """A set stays shown until another is nearer by this share of the way between them."""
@@ -68,7 +68,7 @@ class StabilityCheck(QObject):
     doubted = pyqtSignal(str)
     """They are not, or it is not known: a sentence. They may still be accepted later."""
     ranges_changed = pyqtSignal()
-    """There are others, or none."""
+    """The ranges changed."""
 
     def __init__(
         self, analysis: Analysis, start: Callable[[], Values], parent: QObject | None = None
@@ -87,7 +87,7 @@ class StabilityCheck(QObject):
 
     @property
     def is_asking(self) -> bool:
-        """Whether an answer is due still."""
+        """Whether an answer is pending."""
         return self._asked is not None
 
     def begin(self) -> None:
@@ -126,7 +126,7 @@ class StabilityCheck(QObject):
         self._analysis.ask(Judge(self._asked))
 
     def cancel(self) -> None:
-        """Want no answer any more."""
+        """Drop the question."""
         self._asked = None
         self._patience.stop()
 
@@ -181,7 +181,7 @@ def _has_loops(values: Values, gains: Values) -> bool:
 
 
 def _share(value: float, base: float, stable: tuple[float, float] | None) -> float:
-    """Return which share of the way to the end of its range a gain has gone; inf beyond it."""
+    """Return how far a gain has gone to the end of its range, 0 .. 1; inf beyond it."""
     if value == base:
         return 0.0 if stable is None or stable[0] <= base <= stable[1] else float("inf")
     if stable is None:
@@ -201,7 +201,7 @@ class Mark(Enum):
 
 
 class GainStep(QUndoCommand):
-    """A change of proposed values that is made already; one step of undo.
+    """A change of proposed values, as one step of undo; it is already made when it is pushed.
 
     Args:
         restore: proposes values again, flies them where told so, and returns whether they fly.
@@ -231,7 +231,7 @@ class GainStep(QUndoCommand):
         return self._edit
 
     def mergeWith(self, other: QUndoCommand | None) -> bool:
-        """Take a later change of the same edit in; a step that leads nowhere goes."""
+        """Merge a later change of the same edit; a step without an effect is removed."""
         if not isinstance(other, GainStep) or other.text() != self.text():
             return False
         if other._before.keys() != self._before.keys():
@@ -286,15 +286,15 @@ class GainEditor(QObject):
     begun = pyqtSignal(object)
     """The first `LiveView` of another flight, whose gains these are from now on."""
     proposed_changed = pyqtSignal(str)
-    """Name of a parameter that is proposed with another value now."""
+    """Name of a parameter whose proposed value changed."""
     flown_changed = pyqtSignal(object)
-    """Mapping of what the flight has otherwise now."""
+    """Values that changed in the flight, by name."""
     warning_changed = pyqtSignal(str)
-    """`warning` is another now."""
+    """`warning` changed."""
     value_refused = pyqtSignal(str, str)
     """Name of a parameter, and why it may not have the value that was asked for; "" when it may."""
     ranges_changed = pyqtSignal()
-    """Stable ranges are others, or older, now."""
+    """The stable ranges changed, or became old."""
     set_changed = pyqtSignal()
     """Another set of scheduled gains is shown and judged."""
     state_changed = pyqtSignal()
@@ -637,7 +637,7 @@ class GainEditor(QObject):
         self.end_edit()
 
     def revert(self) -> None:
-        """Fly the kept set, whatever else is the matter: nothing is judged, nothing is waited for.
+        """Fly the kept set at once, without judging it or waiting for anything.
 
         Every value is ordered, also one that is flown as far as is known here.
         """
@@ -649,18 +649,18 @@ class GainEditor(QObject):
         self._tell_proposed(changed)
 
     def undo(self) -> None:
-        """Take the last change back, in the flight too if it had got there."""
+        """Undo the last change, in the flight as well if it was flown."""
         self._edit = ALONE
         self._steps.undo()
         self.state_changed.emit()
 
     def redo(self) -> None:
-        """Make the change again that was taken back last."""
+        """Redo the last change that was undone."""
         self._steps.redo()
         self.state_changed.emit()
 
     def store(self, slot: str) -> None:
-        """Let a slot have what is proposed."""
+        """Store the proposed gains in a slot."""
         self.slots[slot] = self.proposed_profile
         self._compared = {}
         self.state_changed.emit()
@@ -680,7 +680,7 @@ class GainEditor(QObject):
             self.adopt(self._compared, f"back from slot {slot}")
 
     def set_linked(self, linked: bool) -> None:
-        """Let x and y move together from now on, or no longer; that moves nothing yet."""
+        """Link gains of x and y from now on, or unlink them; no value changes."""
         self.linked = linked
         self.state_changed.emit()
 
@@ -695,7 +695,7 @@ class GainEditor(QObject):
 
     @property
     def _is_undecided(self) -> bool:
-        """Whether something is entered that is judged still, or warned of."""
+        """Whether proposed gains are still being judged, or there is a warning."""
         return bool(self.warning) or self._stability.is_asking
 
     def _fly(self) -> None:

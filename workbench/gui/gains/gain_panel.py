@@ -47,7 +47,7 @@ GainRow > QToolButton:focus { padding: 0 3px; }
 
 
 class GainGroup(QWidget):
-    """A heading and what stands under it; empty lines are not shown.
+    """A heading and the lines below it.
 
     Args:
         title: the heading.
@@ -84,7 +84,7 @@ class GainGroup(QWidget):
         self.set_open(is_open)
 
     def add(self, lines: Sequence[QWidget]) -> None:
-        """Let lines stand at the end."""
+        """Append lines."""
         for line in lines:
             self._lines.addWidget(line)
 
@@ -99,7 +99,7 @@ class GainGroup(QWidget):
         self._show()
 
     def leave_out(self, lines: set[QWidget]) -> None:
-        """Show these lines in no case."""
+        """Hide these lines always."""
         self._left_out = lines
         self._show()
 
@@ -380,7 +380,7 @@ class GainPanel(QWidget):
             group.leave_out(others)
 
     def _make_more(self) -> None:
-        """Make the lines of what is no gain, at the first need."""
+        """Make the lines of the other parameters, when they are first needed."""
         rest = [row for row in self._shown if not is_gain(row)]
         if self._more is None or any(row.name in self.rows for row in rest):
             return
@@ -405,7 +405,7 @@ class GainPanel(QWidget):
         return group
 
     def _search(self, words: str) -> None:
-        """Show what has the words, wherever it stands; all as before for none."""
+        """Show the lines that match the words, in any group; all lines without words."""
         if words.strip():
             self._make_more()
         found: set[QWidget] = {row for row in self.rows.values() if row.matches(words)}

@@ -39,7 +39,7 @@ SLIDER_PLACES = 10000
 HANDLE = 7.0
 """Its radius [px]."""
 FINER = 10.0
-"""A drag with Ctrl held moves so many times less."""
+"""A drag with Ctrl held is finer by this factor."""
 LARGEST_TYPED = 1e12
 """Any number is taken, so that the table of parameters can say what is wrong with it."""
 MOST_DECIMALS = 3
@@ -181,7 +181,7 @@ def moves(key: int) -> bool:
 
 
 class GainSlider(QSlider):
-    """Shows a gain along its scale; it moves when told so, and tells what the user wants.
+    """Shows a gain along its scale, and reports what the user wants; `show_value` moves it.
 
     A press beside the handle makes a coarse step towards it, as a gain is not to leap. With Ctrl
     held a drag is ten times finer. The wheel turns it only while it has the focus.
@@ -380,7 +380,7 @@ class GainField(NumberField):
         self.restore()
 
     def tell(self, said: str) -> None:
-        """Leave the sentence to the line that the field stands in."""
+        """Do nothing: the line of the field shows the sentence."""
 
     def event(self, event: QEvent | None) -> bool:
         # The editor's own undo would swallow the key of the gains' undo.
@@ -568,7 +568,7 @@ class GainRow(QWidget):
             self.show_value()
 
     def put_back(self) -> bool:
-        """Propose the flown value again, and let go of what was typed.
+        """Propose the flown value again, and discard what was typed.
 
         Returns:
             Whether there was anything to put back.
@@ -616,7 +616,7 @@ class GainRow(QWidget):
         return f"{self._unit.shown(value):.4g}{gap}{self._unit.symbol}".strip()
 
     def _say_names(self) -> None:
-        """Say name, unit, range and help to those who point, and to those who listen."""
+        """Set tool tips and accessible texts: name, unit, range and help."""
         row, words = self.row, self._label.text
         limits = self._limits()
         stable = self._stable

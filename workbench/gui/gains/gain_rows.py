@@ -1,4 +1,4 @@
-"""How the rows of the parameter table are called and grouped where gains are tuned."""
+"""Labels and groups of the rows of the parameter table on the tuning screen."""
 
 import re
 from collections.abc import Iterable, Mapping

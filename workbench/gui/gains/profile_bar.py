@@ -175,7 +175,7 @@ class ProfileDiffView(QFrame):
 
 @dataclass(frozen=True)
 class ProfileAction:
-    """Something that a key does.
+    """An action with a key.
 
     Attributes:
         name: unique.
@@ -191,7 +191,7 @@ class ProfileAction:
 
     @property
     def tip(self) -> str:
-        """What a pointer over its button tells."""
+        """The tool tip of its button."""
         return f"{self.help} ({self.shortcut})"
 
 

@@ -81,7 +81,7 @@ class GainProfiles(QObject):
     """
 
     diff_changed = pyqtSignal(object)
-    """`diff` is another now."""
+    """`diff` changed."""
     named = pyqtSignal(str)
     """Name of the profile that flies now."""
 
@@ -227,7 +227,7 @@ class GainProfiles(QObject):
         return all(values.get(name) == value for name, value in self._values.items())
 
     def _is_lost(self, values: Values) -> bool:
-        """Return whether values of the profile are to be had nowhere else."""
+        """Return whether values of the profile are stored nowhere else."""
         return values != self._start and not self._has(values)
 
     def _read(self, name: str, read: Callable[[], GainFile]) -> None:
@@ -383,7 +383,7 @@ def read_text(text: str, controller: Controller | None = None) -> GainFile:
 
 
 def percent_text(change: GainChange) -> str:
-    """Return by how much a value is larger, as +12.5 %; a dash where that says nothing."""
+    """Return a relative change, as +12.5 %; a dash where there is none."""
     return "–" if math.isnan(change.percent) else f"{change.percent:+.1f} %".replace("-", "−")
 
 

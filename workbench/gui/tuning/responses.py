@@ -268,7 +268,7 @@ class ResponseHistory:
         self._changed = False
 
     def begin(self, exciting: Exciting, gains: Mapping[str, float]) -> None:
-        """Take note of a round; the same one again changes nothing, unless gains have changed.
+        """Record a round; the same one again changes nothing, unless gains have changed.
 
         Args:
             exciting: what is flown since when.
@@ -284,7 +284,7 @@ class ResponseHistory:
         self._running, self._measured, self._changed = True, False, False
 
     def end(self, now: float) -> None:
-        """Take note that nothing excites the flight any more, at a simulated time [s]."""
+        """Record that the excitation has ended, at a simulated time [s]."""
         if self._running:
             self._running, self._ended = False, now
 

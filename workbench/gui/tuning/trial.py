@@ -8,7 +8,7 @@ from workbench.gui.gains.gain_rows import controller_gains, loop_gains, partner
 
 
 class Trial(QObject):
-    """Tells all cards what they are about.
+    """The gains and the step that all cards are about.
 
     Args:
         gains: that are tuned.
@@ -16,7 +16,7 @@ class Trial(QObject):
     """
 
     changed = pyqtSignal()
-    """Gains or step are others now."""
+    """The gains or the step changed."""
 
     def __init__(self, gains: GainEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)

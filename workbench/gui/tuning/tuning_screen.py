@@ -48,7 +48,7 @@ GAP = 6
 GAINS, MIDDLE = 448, 364
 """Least widths at first, where all stand side by side [px]."""
 NARROWEST_GAINS = 399
-"""Width below which sliders are too short to aim, where all stand side by side [px]."""
+"""Least width of the gains in three columns; sliders are too short below it [px]."""
 SHARES = (0.3, 0.3)
 """Of a wide screen, for gains and response; the rest is for margins and tabs."""
 TABS = (
@@ -112,7 +112,7 @@ class Arrangement(QWidget):
         box.addWidget(self.splitter)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the room that is enough in tabs."""
+        """Return the smallest size, with all parts in tabs."""
         return QSize(LEAST + 2 * GAP, SHORTEST)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
@@ -126,7 +126,7 @@ class Arrangement(QWidget):
             self._tabs.setStyleSheet(style)
 
     def arrange(self, columns: Columns) -> None:
-        """Stand side by side, or in tabs."""
+        """Arrange the parts side by side, or in tabs."""
         if columns is self._columns:
             return
         self._columns = columns
@@ -455,7 +455,7 @@ class TuningScreen(Screen):
         self._soon.start()
 
     def _is_free(self) -> bool:
-        """Whether nothing that takes long is worked on for the user."""
+        """Whether no long work is in progress for the user."""
         return not (self.autotune.is_running or self.fork.is_busy)
 
     def _set_seen(self) -> None:

@@ -19,10 +19,10 @@ from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
 PERCENT = 10.0
-"""By so much more of a gain a bar is long."""
+"""Change of a gain that a bar shows [%]."""
 MOST = 8
 LEAST = 0.02
-"""Share of the longest bar below which a gain does nothing to speak of."""
+"""Bars below this share of the longest are left out."""
 REST = 600
 """Gains have settled when they have not changed for this time [ms]."""
 
