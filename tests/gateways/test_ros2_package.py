@@ -6,8 +6,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.gateways.ros2_package import own_types, write_package
-from workbench.gateways.ros_messages.library import schema_text
+from workbench.gateways.ros_messages.library import own_types, schema_text, write_package
 
 NEEDED = {"std_msgs", "builtin_interfaces"}
 

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from workbench.link.codes import DeniedError, NackCode
+from workbench.link.json_fields import read_json
 from workbench.link.messages import (
     Bye,
     FlightOperation,
@@ -19,7 +20,6 @@ from workbench.link.messages import (
     read_operation,
     write_operation,
 )
-from workbench.link.strict_json import read_json
 
 
 def refused(**values):

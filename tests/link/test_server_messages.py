@@ -10,6 +10,7 @@ import pytest
 from workbench.link.codes import DeniedError
 from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.link.hello import Hello, Limits, ParameterRow
+from workbench.link.json_fields import read_json
 from workbench.link.messages import (
     Bye,
     ControlState,
@@ -28,7 +29,6 @@ from workbench.link.messages import (
     read_message,
     write_message,
 )
-from workbench.link.strict_json import read_json
 from workbench.link.wire import WireError
 
 HELLO = Hello(

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from workbench.link.strict_json import DEEPEST, read_json, write_json
+from workbench.link.json_fields import DEEPEST, read_json, write_json
 from workbench.link.wire import WireError
 
 

@@ -195,7 +195,7 @@ def _pass_on(client: "Client", outlet: "Foxglove | PlotJuggler") -> None:
 def _run_ros2(args: argparse.Namespace) -> int:
     """Publish to ROS 2 until Ctrl-C, or write the package of messages."""
     if args.write_messages is not None:
-        from workbench.gateways.ros2_package import write_package
+        from workbench.gateways.ros_messages.library import write_package
 
         files = write_package(Path(args.write_messages))
         if args.json:

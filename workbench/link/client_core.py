@@ -8,8 +8,7 @@ from typing import Protocol, TypeVar
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import parse_address
 from workbench.link.client_protocol import full_name, make_options
-from workbench.link.client_tls import make_trust
-from workbench.link.connection import Connection, RefusedError, open_connection
+from workbench.link.connection import Connection, RefusedError, make_trust, open_connection
 from workbench.link.hello import Hello
 from workbench.link.messages import (
     ControlState,

@@ -14,8 +14,7 @@ from typing import ClassVar
 from workbench.link.codes import DeniedError, NackCode
 from workbench.link.drone_topics import LONGEST_NAME
 from workbench.link.hello import LARGEST_PEER, Hello, read_hello
-from workbench.link.json_fields import LARGEST_ID, LONGEST_TOPIC, JsonFields
-from workbench.link.strict_json import read_json, write_json
+from workbench.link.json_fields import LARGEST_ID, LONGEST_TOPIC, JsonFields, read_json, write_json
 
 FLIGHT_OPERATIONS = ("arm", "take_off", "land", "stop", "hold")
 TAKE_OFF_HEIGHT = 1.5

@@ -1,20 +1,19 @@
-"""White noise for random input ports, the same for the same seed."""
+"""Noise that follows from a seed: white noise for random input ports, and that of large samples.
+
+Noise of samples of thousands of numbers follows from the seed and the sample's number. So there is
+nothing to remember between samples, and nothing of that size in the diagram's state.
+"""
 
 import zlib
 
 import numpy as np
 from pydrake.common import RandomDistribution, RandomGenerator
-from pydrake.systems.framework import (
-    BasicVector,
-    Context,
-    DiagramBuilder,
-    InputPort,
-    LeafSystem,
-)
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem
 from pydrake.systems.primitives import RandomSource
 
 from workbench.common.compiled import compile_cached
 from workbench.dynamics.air.normals import counted_draws
+from workbench.plant.sensors import Noise
 
 
 def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> RandomSource:
@@ -74,3 +73,17 @@ def seed_noise(source: RandomSource | CountedNoise, root_context: Context, seed:
         context.get_mutable_numeric_parameter(0).SetAtIndex(0, float(own))
     else:
         source.SetRandomContext(context, RandomGenerator(own))
+
+
+def sample_draws(seed: int, number: int) -> np.random.Generator:
+    """Return what the random numbers of a sample come from; seed and number are not negative."""
+    return _draws(seed, [0, 0, 0, number])
+
+
+def drawn_bias(noise: Noise, seed: int) -> float:
+    """Return the bias that a sensor of a seed has for a whole flight, in the noise's unit."""
+    return noise.bias_mean + noise.bias_stddev * float(_draws(seed, [0, 0, 1, 0]).standard_normal())
+
+
+def _draws(seed: int, counter: list[int]) -> np.random.Generator:
+    return np.random.Generator(np.random.Philox(key=seed, counter=counter))

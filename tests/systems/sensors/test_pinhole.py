@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.sensors import CameraInfo
 
-from workbench.systems.sensors.pinhole import R_SC, make_pinhole
+from workbench.systems.sensors.readings import R_SC, make_pinhole
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ from workbench.gui.workspace import Workspace
 from workbench.link.address import Address, parse_address
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import ServerStatus
-from workbench.link.client_tls import FINGERPRINT
+from workbench.link.connection import FINGERPRINT
 from workbench.link.page_address import PageAddress, is_wildcard, lan_address
 from workbench.link.qr import png_code
 from workbench.link.server.config import ServerConfig

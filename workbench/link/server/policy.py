@@ -11,8 +11,8 @@ from workbench.link.backplane import Flight
 from workbench.link.codes import DeniedError, NackCode
 from workbench.link.drone_topics import COMMAND
 from workbench.link.hello import Hello, Limits
+from workbench.link.json_fields import write_json
 from workbench.link.messages import Role
-from workbench.link.strict_json import write_json
 from workbench.link.topics import Direction, Topic
 
 SESSION_BYTES = 8

@@ -31,10 +31,9 @@ from pydrake.systems.sensors import CameraInfo, ImageDepth32F, ImageRgba8U, Rgbd
 from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import DepthCamera
 from workbench.systems.casting.scene import anchored_frames
-from workbench.systems.sensors.counted_draws import drawn_bias, sample_draws
+from workbench.systems.noise import drawn_bias, sample_draws
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
-from workbench.systems.sensors.pinhole import R_SC, Pinhole, make_pinhole
-from workbench.systems.sensors.readings import DepthImage, fixed
+from workbench.systems.sensors.readings import R_SC, DepthImage, Pinhole, fixed, make_pinhole
 from workbench.systems.sensors.sampled_sensor import LATE
 from workbench.systems.weak_callback import weakly
 

@@ -13,7 +13,7 @@ from pydrake.systems.framework import BasicVector, Context
 from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import Lidar as LidarRecord
 from workbench.systems.casting.caster import Caster
-from workbench.systems.sensors.counted_draws import drawn_bias, sample_draws
+from workbench.systems.noise import drawn_bias, sample_draws
 from workbench.systems.sensors.mounting import motion, rotation
 from workbench.systems.sensors.readings import LidarScan, fixed
 from workbench.systems.sensors.sampled_sensor import SampledSensor
