@@ -9,12 +9,12 @@ from pydrake.systems.framework import DiagramBuilder
 
 from workbench.common.resources import find_model
 from workbench.plant.description import read_description
+from workbench.plant.frame_tree import frame_tree
 from workbench.plant.loading import make_vehicle
 from workbench.plant.model import NamedFrame
 from workbench.plant.multibody import add_plant
 from workbench.plant.placing import body_state
 from workbench.plant.sensors import DepthCamera, Sensor
-from workbench.plant.vehicle_frames import frame_tree
 
 EYE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

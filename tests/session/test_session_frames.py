@@ -9,8 +9,8 @@ from pydrake.systems.framework import DiagramBuilder
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model
 from workbench.plant.description import read_description
+from workbench.plant.frame_tree import frame_tree
 from workbench.plant.multibody import add_plant
-from workbench.plant.vehicle_frames import frame_tree
 from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 

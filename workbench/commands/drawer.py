@@ -50,7 +50,7 @@ class Drawer:
         """
         try:
             self._process.connection.send((to, module, function, args, options))
-        except OSError as gone:  # nobody is at the other end
+        except OSError as gone:  # the process has ended
             raise self._ended() from gone
         self._begun.append(to)
 
@@ -92,7 +92,7 @@ class Drawer:
 
 
 def main(connection: Connection) -> int:
-    """Load what draws, then draw what comes until nobody is at the other end.
+    """Load the modules that draw, then draw each request until the connection closes.
 
     The first message is the names of modules, later ones what `Drawer.begin` takes; each of those
     is answered by None, or by the exception. They are read while modules load, so that the other

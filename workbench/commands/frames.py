@@ -81,8 +81,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _read(scenario: "Scenario") -> tuple["Vehicle", "World", "FrameTree"]:
     """Return the vehicle and the world of a scenario, and all frames."""
+    from workbench.plant.frame_tree import frames_in_world
     from workbench.plant.loading import make_vehicle
-    from workbench.plant.vehicle_frames import frames_in_world
     from workbench.scenario.configured import read_configured, read_configured_world
 
     description = read_configured(scenario.vehicle)

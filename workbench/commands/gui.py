@@ -191,7 +191,7 @@ def answers(display: str) -> bool:
 
 
 def _reaches(path: str) -> bool:
-    """Return whether somebody listens at a local socket."""
+    """Return whether a program listens at a local socket."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as end:
         end.settimeout(PATIENCE)
         return end.connect_ex(path) == 0

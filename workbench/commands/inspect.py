@@ -244,7 +244,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         vehicle = make_vehicle(description)
     except WorkbenchError:
-        if not args.json:  # who asks why it cannot fly wants to see what there is
+        if not args.json:  # show the parts, as they tell why it cannot fly
             print_parts(description)
         raise
     files = _write(description, args.write) if args.write else []

@@ -309,7 +309,7 @@ def _ask(what: str, read: Callable[[str], Value]) -> Value:
 
 
 def _missing(what: str, read: Callable[[str], Value]) -> Value:
-    """Refuse, as nobody can be asked."""
+    """Refuse: there is no terminal to ask on."""
     option, _, example = what.partition(": ")
     raise WorkbenchError(f"{option} is missing: give the {example}")
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from workbench.design.regress.verdict import CaseResult
 
 AXIS = "x"
-"""Of a step that nobody has chosen."""
+"""Of a step, where none is given."""
 
 
 def add_parser(commands: Any) -> None:

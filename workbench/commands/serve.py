@@ -93,7 +93,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly and serve until the time is over or somebody ends it."""
+    """Fly and serve until the time is over or the user ends it."""
     from workbench.live.flight import LiveFlight
 
     config = _config(args)
@@ -150,7 +150,7 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
     if args.model and args.scenario == DEFAULT_SCENARIO and args.sensors is None:
         scenario.sensors.use = []  # those of another drone may have other names, or not be there
         say("no sensor is switched on: name them, as in `--sensors imu,gps,lidar`")
-    return without_arrays(with_sensors(with_vehicle(scenario, args), args))  # nobody asks for them
+    return without_arrays(with_sensors(with_vehicle(scenario, args), args))  # no client gets them
 
 
 def _known(answer: "Future[str]", what: str) -> str:
@@ -173,7 +173,7 @@ def _addresses(flight: "LiveFlight", vehicle: str, address: str) -> dict[str, st
 
 
 def _say_page(flight: "LiveFlight") -> None:
-    """Say where the page is, with its address as a QR code where somebody looks."""
+    """Say where the page is; on a terminal, with its address as a QR code."""
     from workbench.link.page_address import PageAddress
     from workbench.link.qr import terminal_code
 

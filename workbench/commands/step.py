@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 _PICTURES = "workbench.design.plots_step"
 """What draws the picture."""
 AXIS = "z"
-"""Of a step that nobody has chosen."""
+"""Of a step, where none is given."""
 LOADS = (
     *("force_x", "force_y", "force_z", "torque_roll", "torque_pitch", "torque_yaw"),
     *("gust_x", "gust_y", "gust_z"),

@@ -72,7 +72,7 @@ def _writable(folder: Path) -> Path:
 def _private_folder() -> Path:
     """Return a folder of the user's own where others may write too.
 
-    Its name can be guessed, so somebody else may have made it: then it is not used.
+    Its name can be guessed, so another user may have made it: then it is not used.
     """
     folder = Path(tempfile.gettempdir()) / f"{_OURS}-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)

@@ -273,7 +273,7 @@ def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
 
 @contextmanager
 def _alone(folder: Path | None, what: str) -> Iterator[None]:
-    """Wait until nobody else compiles the same; what they made is in the cache then."""
+    """Wait until no other process compiles the same; its result is in the cache then."""
     try:
         file = None if folder is None else (folder / "lock").open("w")
     except OSError:  # a cache that can be read alone

@@ -11,7 +11,7 @@ from workbench.common.errors import WorkbenchError
 def read_plain(path: Path | str, most: int | None = None, first: int | None = None) -> bytes:
     """Return the content of a file, or its beginning.
 
-    A pipe or a device is refused: nobody may ever write to the one, and the other may never end.
+    A pipe or a device is refused: a pipe may have no writer, and a device may never end.
 
     Args:
         path: the file.

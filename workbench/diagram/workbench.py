@@ -25,12 +25,12 @@ from workbench.diagram.sensor_choice import SensorChoice
 from workbench.estimation.estimators import Estimator, find_estimator
 from workbench.estimation.settings import HEARD, TRUTH
 from workbench.plant.description import Description
+from workbench.plant.frame_tree import frames_in_world
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.reach import reach
 from workbench.plant.sensors import Imu
 from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.plant.vehicle_frames import frames_in_world
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.scenario import Rates
 from workbench.systems.flight_computer import FlightComputer

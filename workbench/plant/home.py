@@ -17,7 +17,7 @@ class Home:
         latitude: geodetic, north is positive [rad].
         longitude: east is positive [rad].
         altitude: above the ellipsoid [m].
-        magnetic_field: east, north and up, where somebody stated it [T]; else it follows from the
+        magnetic_field: east, north and up, where it is stated [T]; else it follows from the
             place, see `magnetic_field.magnetic_field`.
     """
 

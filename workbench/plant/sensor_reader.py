@@ -414,7 +414,7 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
         sensor = READERS[kind](common, block, remarks)
         if sensor:
             sensors.append(sensor)
-    # A frame that is in nobody's way has the sensor's name, which is what the tree calls it too.
+    # A frame whose name is free has the sensor's name, as in the tree of frames.
     others = {WORLD, *(link.name for link in model.links), *(frame.name for frame in model.frames)}
     return tuple(
         sensor if sensor.frame else dataclasses.replace(sensor, frame=names.own)

@@ -8,15 +8,12 @@ origin whose z axis is the direction in which the rotors lift; for most vehicles
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
-
-if TYPE_CHECKING:
-    from workbench.plant.vehicle import Vehicle
 
 IDLE_SPEED_SHARE = 0.1
 """Armed rotors turn at this share of their largest speed, and never slower while flying."""
@@ -26,6 +23,26 @@ _UPRIGHT = 1e-9
 """A lean smaller than this is rounding [rad]."""
 _ROUNDS = 60
 """Of the iteration for the direction of lift; each gains a digit or more."""
+
+
+class RotorBody(Protocol):
+    """What of a vehicle decides where its rotors lift; see `Vehicle`."""
+
+    @property
+    def mass(self) -> float:
+        """All-up [kg]."""
+
+    @property
+    def rotors(self) -> tuple[Rotor, ...]:
+        """In their order."""
+
+    @property
+    def p_BoBcm_B(self) -> tuple[float, float, float]:
+        """The centre of mass [m]."""
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """About the centre of mass (3, 3) [kg·m²]."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +128,7 @@ class ThrustFrame:
         return [float(angle) for angle in RollPitchYaw(R_WB).vector()]
 
 
-def thrust_frame(vehicle: "Vehicle") -> ThrustFrame:
+def thrust_frame(vehicle: RotorBody) -> ThrustFrame:
     """Return the thrust frame of a vehicle."""
     R_BT = _rotation_of_z_to(lift_direction(vehicle))
     return ThrustFrame(
@@ -123,7 +140,7 @@ def thrust_frame(vehicle: "Vehicle") -> ThrustFrame:
     )
 
 
-def lift_direction(vehicle: "Vehicle") -> np.ndarray:
+def lift_direction(vehicle: RotorBody) -> np.ndarray:
     """Return the unit vector in B along which the rotors lift.
 
     It is the one along which a force without moment takes the least thrusts. With F and M the

@@ -370,7 +370,7 @@ def _joint(joint: Node, poses: Poses) -> Joint:
     )
     if parent == child:
         raise joint.fault(f"{joint.title} joins '{shortened(child)}' to itself: name two links")
-    if child == WORLD:  # the same nail, and the world is nobody's child
+    if child == WORLD:  # the same joint: the world is no child
         parent, child = child, parent
     X_MJ = poses.X_MF(joint_key(joint))
     axis_J = (0.0, 0.0, 1.0) if kind in _WITHOUT_AXIS else _axis(joint, X_MJ, poses)

@@ -279,7 +279,7 @@ class _Grower:
     def _merged(self, found: _Found) -> Node:
         """Return the inside of a model whose parts become those of the model around it.
 
-        Its own frame remains, by a name that nobody can refer to.
+        Its own frame remains, by a name that no file can refer to.
         """
         frame = f"{found.model.scope}{found.name}\n{self._includes}"
         return replace(found.model, model=frame)

@@ -80,7 +80,7 @@ def kept_expansion(request: dict[str, object]) -> str | None:
         if all(_digest(Path(path)) == digest for path, digest in entry["read"].items()):
             return str(entry["text"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError, WorkbenchError):
-        return None  # never kept, or by somebody else: expand it
+        return None  # not kept yet, or damaged: expand it
     return None
 
 

@@ -36,7 +36,7 @@ CONSTANTS = ("motorConstant", *_DEFAULTED.values(), *_OPTIONAL.values())
 """Tags that are used."""
 _TURNING = ("continuous", "revolute")
 _WIDEST = 0.75
-"""Radius of gyration over the radius of a propeller: a rod's is 0.58, nobody loads the tips, and
+"""Radius of gyration over the radius of a propeller: a rod's is 0.58, no tip is heavy, and
 the radius that follows from the thrust is right to a fifth."""
 _NARROWEST = 0.04
 """Likewise: of a motor's bell alone it is 0.1."""

@@ -52,7 +52,7 @@ def solid(name: str, shape: Shape, colour: Colour | None) -> GeometryInstance:
 def drawn_if_none(
     visuals: Iterable[GeometryInstance], collisions: Iterable[GeometryInstance]
 ) -> tuple[GeometryInstance, ...]:
-    """Return the visuals, or where there are none the collision shapes as such.
+    """Return the visuals; without any, the collision shapes as visuals.
 
     What one can bump into, sensors have to see.
     """
