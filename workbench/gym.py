@@ -1,7 +1,7 @@
-"""Environments of Gymnasium for learning: many drones that hover, or follow, in compiled flights.
+"""Gymnasium environments for learning: many drones that hover or track, in compiled flights.
 
-Import it by itself, as Gymnasium is an extra: `pip install gymnasium`. Importing it registers
-`workbench/Hover-v0` and `workbench/Track-v0`, see docs/batch.md.
+Import this module explicitly, as Gymnasium is an extra: `pip install gymnasium`. The import
+registers `workbench/Hover-v0` and `workbench/Track-v0`, see docs/batch.md.
 """
 
 import math
@@ -32,40 +32,40 @@ OBSERVED = 18
 HEIGHT = 10.0
 """Of targets, far above the ground [m]."""
 REACH = 4.0
-"""Farther from its target an episode ends [m]."""
+"""Distance from its target at which an episode ends [m]."""
 SPREAD = 1.5
 """Episodes begin within this of their targets along each axis [m]."""
 TILT, SPEED, RATE = 0.4, 1.0, 1.0
-"""And so far from rest: about level axes, and along and about each [rad, m/s, rad/s]."""
+"""Range of initial tilt, velocity and angular velocity of each axis [rad, m/s, rad/s]."""
 RADIUS, TURN = 1.5, 1.0
-"""Of the circle that is followed [m], and how fast it is gone round [rad/s]."""
+"""Radius of the circle to follow [m], and its angular velocity [rad/s]."""
 MOMENT = 0.2
 """Share of the largest moment of the rotors that an action asks for at most."""
 
 
 class DroneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
-    """Drones that hold a place ("hover") or follow a point around a circle ("track").
+    """Drones that hold a position ("hover") or follow a point around a circle ("track").
 
-    An observation has 18 numbers: the way to the target in W (3) [m], the target's velocity less
-    the drone's in W (3) [m/s], the drone's orientation R_WB row by row (9), and its angular
+    An observation has 18 numbers: the vector to the target in W (3) [m], the target's velocity
+    minus the drone's in W (3) [m/s], the drone's orientation R_WB in row order (9), and its angular
     velocity in B (3) [rad/s].
 
-    Actions are within -1 .. 1. "setpoint": velocity in W and yaw rate (4), of the limits
-    `max_speed`, `max_climb_rate` and `max_yaw_rate` of the law. "wrench": force, from none to twice
-    the weight, and moments in the frame that hovers upright (4), up to a fifth of what the rotors
-    can make. "rotors": a rotor's speed (n), from standing to that of hover to its limit.
+    Actions are within -1 .. 1. "setpoint": velocity in W and yaw rate (4), as fractions of the
+    limits `max_speed`, `max_climb_rate` and `max_yaw_rate`. "wrench": force, from zero to twice the
+    weight, and moments in the frame of upright hover (4), up to a fifth of the rotors' largest.
+    "rotors": rotor speeds (n), from stopped through hover to the limit.
 
-    The reward of a step is 1 - |way to the target| / 4 m, and 0 for one that is lost. An episode
+    The reward of a step is 1 - |vector to the target| / 4 m, and 0 if the drone is lost. An episode
     is terminated when the drone is lost, see `Batch`, or 4 m from its target, and truncated after
-    `max_episode_steps`. Episodes begin within 1.5 m of their targets along each axis, some 10 m
+    `max_episode_steps`. Episodes start within 1.5 m of their targets along each axis, some 10 m
     high, tilted up to 0.4 rad, at any heading, and moving.
 
-    It resets by itself in the step behind the end of an episode (`AutoresetMode.NEXT_STEP`): the
-    action of that step has no effect, its reward is 0, and what is observed is the new start.
+    A finished episode is reset in the next step (`AutoresetMode.NEXT_STEP`): the action of that
+    step has no effect, its reward is 0, and the observation is the new start.
 
     Attributes:
-        batch: the flights; its `parameters` may be changed at any time, as wind, and stay.
-        target: (n, 3) where each should be, in W [m].
+        batch: the flights; its `parameters`, such as wind, may change at any time, and stay.
+        target: (n, 3) target positions in W [m].
 
     Args:
         num_envs: how many drones.

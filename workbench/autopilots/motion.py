@@ -40,7 +40,7 @@ class Motion:
 
 
 class RestartedError(Exception):
-    """The autopilot was started anew, and so is the vehicle."""
+    """The autopilot has restarted, so the vehicle is reset."""
 
 
 class Autopilot(Protocol):
@@ -65,7 +65,7 @@ class Autopilot(Protocol):
         """Tell it of the motion; return what it asks of its outputs, 0 .. 1.
 
         Raises:
-            RestartedError: if it was started anew; the next call answers it.
+            RestartedError: if it has restarted; the next call answers it.
             FlightBrokenError: if it is gone, silent, or says what cannot be.
         """
 

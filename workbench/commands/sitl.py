@@ -245,7 +245,7 @@ def _fly(args: argparse.Namespace, flight: "AutopilotFlight", peer: "Autopilot")
         try:
             outputs = peer.exchange(flight.motion())
         except RestartedError:
-            say(f"{peer.name} was started anew at {flight.time:.3f} s: so is the vehicle")
+            say(f"{peer.name} restarted at {flight.time:.3f} s: the vehicle is reset, too")
             flight.reset()
             began, armed = time.monotonic(), False
             continue

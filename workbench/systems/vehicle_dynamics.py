@@ -420,7 +420,7 @@ class VehicleDynamics(LeafSystem):
 
     @property
     def above_ground(self) -> np.ndarray:
-        """See `Contact.above_ground`; nothing where that is none (0 or 4)."""
+        """See `Contact.above_ground`; empty if that is None (0 or 4)."""
         sphere = self._contact.above_ground if self._contact else None
         return np.empty(0) if sphere is None else sphere
 
