@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import socket
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -177,6 +176,8 @@ def check_libraries(environment: Mapping[str, str]) -> None:
 
 def answers(display: str) -> bool:
     """Return whether an X server listens at a display, as :0 or localhost:10.0."""
+    import socket  # other commands do without it
+
     host, colon, rest = display.rpartition(":")
     number = rest.split(".")[0]
     if not colon or not number.isdecimal():
@@ -192,6 +193,8 @@ def answers(display: str) -> bool:
 
 def _reaches(path: str) -> bool:
     """Return whether a program listens at a local socket."""
+    import socket
+
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as end:
         end.settimeout(PATIENCE)
         return end.connect_ex(path) == 0
