@@ -73,7 +73,8 @@ def run(args: argparse.Namespace) -> int:
     from workbench.logs.replay import logged_estimator
     from workbench.logs.sensor_samples import logged_sensors
 
-    record = read_log(args.log)
+    with progress_bar(f"reading {args.log.name}"):
+        record = read_log(args.log)
     if record.remark:
         say(f"{args.log}: {record.remark}")
     with Outputs() as outputs:

@@ -243,7 +243,8 @@ def run_export(args: argparse.Namespace) -> int:
     folder = args.output or Path("out") / args.log.stem
     suffix = f".{args.format}"
     check_table_path(folder / f"{args.log.stem}{suffix}")
-    record = open_log(args.log, args.mapping)
+    with progress_bar(f"reading {args.log.name}") as progress:
+        record = open_log(args.log, args.mapping, progress)
     if record.remark:
         say(f"{args.log}: {record.remark}")
     if not record.topics:
@@ -282,7 +283,8 @@ def run_replay(args: argparse.Namespace) -> int:
     from workbench.logs.record import read_log
     from workbench.logs.replay import replay
 
-    record = read_log(args.log)
+    with progress_bar(f"reading {args.log.name}"):
+        record = read_log(args.log)
     if record.remark:
         say(f"{args.log}: {record.remark}")
     with progress_bar(f"flying {args.log.name} again") as progress:
