@@ -210,18 +210,16 @@ def live_numbers(vehicle: Vehicle, gains: Mapping[str, float]) -> dict[str, floa
     }
 
 
-def law_gains(
-    controller: Controller, vehicle: Vehicle, gains: Mapping[str, float], dt: float = SHORT
-) -> list[float]:
-    """Return all numbers of a controller's gains, see `Controller.gains`.
+def law_gains(controller: Controller, vehicle: Vehicle, gains: Mapping[str, float]) -> list[float]:
+    """Return all numbers of a continuous controller's gains, see `Controller.gains`.
 
     Args:
         controller: whose.
         vehicle: as the law knows it, without its payload.
         gains: parameter values by name.
-        dt: between updates [s].
     """
-    return controller.gains(gains, known_vehicle(law_constants(vehicle, payload_of(gains))), dt)
+    known = known_vehicle(law_constants(vehicle, payload_of(gains)))
+    return controller.gains(gains, known, SHORT)
 
 
 def parameter_values(system: str, gains: Mapping[str, float]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """One step twice: by the linear model, and flown on the full diagram."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,7 +70,6 @@ def step_pair(
     duration: float,
     scenario: Scenario,
     settings: Mapping[str, float] | None = None,
-    progress: Callable[[float], None] | None = None,
 ) -> StepPair:
     """Return a step of a sampled model at hover beside the flown one.
 
@@ -81,7 +80,6 @@ def step_pair(
         duration: after the command [s].
         scenario: as for `fly_step`.
         settings: as for `fly_step`.
-        progress: as for `fly_step`.
 
     Raises:
         WorkbenchError: as `fly_step`.
@@ -89,14 +87,7 @@ def step_pair(
     time = model.period * np.arange(round(duration / model.period) + 1)
     flown, broken = None, ""
     try:
-        flight = fly_step(
-            axis,
-            amplitude,
-            duration=duration,
-            scenario=scenario,
-            settings=settings,
-            progress=progress,
-        )
+        flight = fly_step(axis, amplitude, duration=duration, scenario=scenario, settings=settings)
     except FlightBrokenError as error:
         broken = str(error)
     else:

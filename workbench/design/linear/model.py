@@ -286,15 +286,19 @@ MEASURED = (
 """What sensors besides the IMU measure, with units."""
 
 
+def vector(name: str, unit: str) -> tuple[Signal, ...]:
+    """Return the signals of a vector, of which a name ends in its axis."""
+    return tuple(Signal(f"{name}_{axis}", unit) for axis in "xyz")
+
+
 def motion(prefix: str = "") -> tuple[Signal, ...]:
     """Return small angles, place, angular velocity and velocity, in the axes of the heading."""
-    groups = (
-        (("roll", "pitch", "yaw"), "rad"),
-        (("p_x", "p_y", "p_z"), "m"),
-        (("w_x", "w_y", "w_z"), "rad/s"),
-        (("v_x", "v_y", "v_z"), "m/s"),
+    return (
+        *(Signal(prefix + name, "rad") for name in ("roll", "pitch", "yaw")),
+        *vector(f"{prefix}p", "m"),
+        *vector(f"{prefix}w", "rad/s"),
+        *vector(f"{prefix}v", "m/s"),
     )
-    return tuple(Signal(prefix + name, unit) for names, unit in groups for name in names)
 
 
 def numbered(name: str, count: int, unit: str) -> tuple[Signal, ...]:
@@ -305,9 +309,9 @@ def numbered(name: str, count: int, unit: str) -> tuple[Signal, ...]:
 def filtered() -> tuple[Signal, ...]:
     """Return what the stages before the law remember, see `flight_law.FILTERED`."""
     return (
-        *(Signal(f"filtered_v_{axis}", "m/s") for axis in "xyz"),
-        *(Signal(f"derivative_lowpass_{axis}", "m/s^2") for axis in "xyz"),
-        *(Signal(f"setpoint_lowpass_v_{axis}", "m/s") for axis in "xyz"),
+        *vector("filtered_v", "m/s"),
+        *vector("derivative_lowpass", "m/s^2"),
+        *vector("setpoint_lowpass_v", "m/s"),
         Signal("setpoint_lowpass_yaw_rate", "rad/s"),
     )
 
@@ -329,9 +333,7 @@ def accel_states() -> tuple[Signal, ...]:
 
 def imu() -> tuple[Signal, ...]:
     """Return what the IMU gives at a reading."""
-    return tuple(Signal(f"imu_w_{axis}", "rad/s") for axis in "xyz") + tuple(
-        Signal(f"imu_f_{axis}", "m/s^2") for axis in "xyz"
-    )
+    return (*vector("imu_w", "rad/s"), *vector("imu_f", "m/s^2"))
 
 
 def sensor_noise(samples: int) -> tuple[Signal, ...]:
@@ -354,24 +356,17 @@ def estimated() -> tuple[Signal, ...]:
     return tuple(Signal(name, unit) for name, unit in NOMINAL)
 
 
-def yaw_moment() -> tuple[Signal, ...]:
-    """Return the yaw moment that the continuous law asks for, see `systems.controller`."""
-    return (Signal("yaw_moment", "N*m"),)
-
-
 def accelerations() -> tuple[Signal, ...]:
     """Return the accelerations in the middle of the step before."""
-    return tuple(Signal(f"wdot_{axis}", "rad/s^2") for axis in "xyz") + tuple(
-        Signal(f"vdot_{axis}", "m/s^2") for axis in "xyz"
-    )
+    return (*vector("wdot", "rad/s^2"), *vector("vdot", "m/s^2"))
 
 
 def references() -> tuple[Signal, ...]:
     """Return what is asked for: velocity and yaw rate, and the place that is held."""
     return (
-        *(Signal(f"reference_v_{axis}", "m/s") for axis in "xyz"),
+        *vector("reference_v", "m/s"),
         Signal("reference_yaw_rate", "rad/s"),
-        *(Signal(f"reference_p_{axis}", "m") for axis in "xyz"),
+        *vector("reference_p", "m"),
     )
 
 
@@ -382,7 +377,7 @@ def points(controller: Controller) -> tuple[Signal, ...]:
 
 def wrench() -> tuple[Signal, ...]:
     """Return the plant's input: force along z and moment in T, see `plant.thrust_frame`."""
-    return (Signal("force", "N"), *(Signal(f"moment_{axis}", "N*m") for axis in "xyz"))
+    return (Signal("force", "N"), *vector("moment", "N*m"))
 
 
 def memory_of(controller: Controller) -> tuple[Signal, ...]:

@@ -47,7 +47,6 @@ from workbench.design.linear.model import (
     references,
     sensor_noise,
     wrench,
-    yaw_moment,
 )
 from workbench.design.linear.operating_point import HOVER, OperatingPoint
 from workbench.design.linear.trim import find_trim, guidance_of, reference_of, update_inputs
@@ -561,7 +560,7 @@ class FlightDerivatives(VehicleDerivatives):
                 *motion(),
                 *numbered("speed", n, "rad/s"),
                 *filtered()[:3],
-                *yaw_moment()[:moments],
+                *(Signal("yaw_moment", "N*m"),) * moments,
                 *memory_of(self._law),
             ),
             inputs=(*references(), *points(self._law)),
