@@ -151,7 +151,7 @@ def predict_load_step(
     check_load(load, amplitude)
     check_duration(duration)
     centre = engine.vehicle.p_BoBcm_B
-    loaded = _settings(row.action(amplitude, _acting(row, duration, acts), centre))
+    loaded = _settings(row.action(amplitude, acting_time(row, duration, acts), centre))
     start = start_state(engine.vehicle, Start(roll_pitch_yaw=[0.0, 0.0, heading]))
     flown = engine.fly_from(
         [{**gains, **CALM, **loaded}], start, np.zeros(4), duration=EDGE + duration
@@ -206,7 +206,7 @@ def load_scenario(
     flight.figure_eight = None
     flight.duration = EDGE + duration
     flight.rates.record_period = flight.rates.control_period
-    action = load.action(amplitude, _acting(load, duration, acts), vehicle.p_BoBcm_B)
+    action = load.action(amplitude, acting_time(load, duration, acts), vehicle.p_BoBcm_B)
     flight.script = [replace(action, at=EDGE)]
     return flight
 
@@ -219,7 +219,7 @@ def _settings(action: Action) -> dict[str, float]:
     return push_settings(push.force, push.point, EDGE, push.duration, push.torque)
 
 
-def _acting(load: Load, duration: float, acts: float | None) -> float:
+def acting_time(load: Load, duration: float, acts: float | None) -> float:
     """Return for how long a load acts [s].
 
     Raises:

@@ -19,7 +19,7 @@ from workbench.common.plain_files import write_atomically
 from workbench.common.resources import find_file, find_model, list_models
 from workbench.common.yaml_files import dump_changes
 from workbench.control.controller import DEFAULT, Controller, load_controller
-from workbench.design.load_step import check_load
+from workbench.design.load_step import acting_time, check_load
 from workbench.design.regress.baseline import baseline_folder
 from workbench.design.regress.flight import Changes
 from workbench.design.regress.running import Job, ReadLog, baseline_files, regress
@@ -32,7 +32,7 @@ from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.gains.gains import flight_gains, make_profile, save_gains
 from workbench.plant.loading import make_vehicle
 from workbench.scenario.configured import read_configured
-from workbench.scenario.loads import LOADS, find_excited
+from workbench.scenario.loads import LOADS, find_excited, find_load
 from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 from workbench.scenario.scenario import (
     Rates,
@@ -320,6 +320,8 @@ def pin_step(
     loaded = axis in LOADS
     (check_load if loaded else check_step)(axis, amplitude)
     check_duration(duration)
+    if loaded:
+        acting_time(find_load(axis), duration, acts)
     path = Path(path).expanduser().absolute()
     profile = _profile(path)
     check_name(path, (path, profile, baseline_folder(path)), overwrite)

@@ -1,6 +1,7 @@
 """Find the attitude, rotor speeds and reference that make a flight steady."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from pydrake.math import RollPitchYaw
@@ -179,13 +180,9 @@ def _moved(derivatives: Derivatives, trim: Trim, change: np.ndarray, n: int) -> 
     """Return a trim after a Newton step."""
     speeds = np.maximum(trim.speeds + change[2 : 2 + n], 0.0)
     q = trim.q_WB + angle_seeds(trim.q_WB)[:, :2] @ change[:2]
-    return Trim(
-        point=trim.point,
+    return replace(
+        trim,
         q_WB=q / np.linalg.norm(q),
-        p_WB=trim.p_WB,
-        v_WB=trim.v_WB,
-        w_WB=trim.w_WB,
-        vdot_WB=trim.vdot_WB,
         speeds=speeds,
         commands=derivatives.steady_commands(speeds)[0],
         reference=trim.reference + change[2 + n : 2 + n + REFERENCE],
