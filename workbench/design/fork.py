@@ -21,7 +21,7 @@ from workbench.session.session import Session
 LONGEST = 120.0
 """Flown of a branch [s]."""
 SLICE = 0.25
-"""After which it is asked whether to go on [s]."""
+"""Flown between two checks whether to stop [s]."""
 
 
 class Step(Protocol):

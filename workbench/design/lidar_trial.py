@@ -28,7 +28,7 @@ LOOK_PERIOD = 1 / 32
 EXACT = 1e-3
 """A lidar without noise measures to this [m]; so near to an edge a ray may pass on either side."""
 DEVIATIONS = 6.0
-"""Noise may reach so many standard deviations; of a normal one, one in 500 million goes beyond."""
+"""Right noise lies within this many standard deviations: all but one in 500 million samples do."""
 JUMP = 0.1
 """Where the next ray's length differs by more, there is an edge [m]."""
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SHARE = 0.1
 """Usual load, as a share of the weight; of a torque, times the rotors' lever."""
 CALM = {f"{blow}_{axis}": 0.0 for blow in ("gust", "push", "push_torque") for axis in "xyz"}
-"""Values of parameters without a gust and a push: a flight's own are of its own time."""
+"""Parameters without a gust or a push: those of the present flight have other times."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def check_load(load: str, amplitude: float) -> None:
 
 
 def usual_load(load: Load, vehicle: Vehicle) -> float:
-    """Return a load that a vehicle bears without trouble, in its unit.
+    """Return a load that a vehicle withstands easily, in its unit.
 
     A gust of 5 m/s; a tenth of its weight; of a torque, that at a tenth of the rotors' mean
     distance from the centre of mass, and about yaw at their drag torque's share of thrust.

@@ -1,4 +1,4 @@
-"""When a flight is lost: the rule of the compiled flights, for any recording."""
+"""When a flight is lost: the rule of compiled flights, for any recording."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ NEAR_GROUND = (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF, FlightMo
 
 @dataclass(frozen=True)
 class Loss:
-    """A flight's end, from which on nothing is of interest.
+    """The loss of a flight; what follows it does not count.
 
     Attributes:
         time: in the flight [s].

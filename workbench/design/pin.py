@@ -47,11 +47,11 @@ _HEAD = """\
 # The gains stand in the gain file beside this one, so no other profile changes what is flown.
 """
 SHARES = {"rise_time": 0.12, "peak_tilt": 0.12}
-"""Numbers that are held from both sides, with this share of room."""
+"""Numbers with limits on both sides, at this share of the value."""
 SPANS = {"overshoot": 2.0, "steady_state_error": 0.5, "peak_rotor_use": 0.05}
-"""Others that are, with so much room [%, %, 1]."""
+"""Others, at this distance [%, %, 1]."""
 MOST = {"settling_time": (1.4, 0.0), "coupling_z": (1.5, 0.01), "coupling_yaw": (1.5, 0.005)}
-"""Numbers that may not become larger: than so many times what they were, and so much more."""
+"""Numbers with an upper limit only: a factor on the measured value, and an offset."""
 MEASURED = (*SHARES, *SPANS, *MOST)
 """All that is limited of a step."""
 PEAK = 0.08
@@ -99,8 +99,7 @@ LOG_MOST = {
     "trim": (1.0, 0.1),
     "peak_tilt": (1.5, 0.0),
 }
-"""Numbers of a log that may not become larger: than so many times what they were, and so much
-more."""
+"""Numbers of a log with an upper limit only: a factor on the measured value, and an offset."""
 OF_LOOP = ("rise_time", "settling_time", "overshoot", "tracking_error", "lag", "measured_rise_time",
            "measured_overshoot")  # fmt: skip
 """Of them, those that need a loop."""

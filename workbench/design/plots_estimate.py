@@ -19,7 +19,7 @@ _PANELS = (
 
 @styled
 def plot_estimate(recording: Estimated, title: str) -> Figure:
-    """Return the figure of a flight on an estimate, a panel a state.
+    """Return the figure of a flight on an estimate, with a panel for each state.
 
     The band is that of the deviations in B for angles: near enough where the drone is level.
     """

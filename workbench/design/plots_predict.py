@@ -16,7 +16,7 @@ _FIELDS = (("position", "m", 1.0), ("velocity", "m/s", 1.0), ("attitude", "deg",
 
 @styled
 def plot_predictions(predictions: Sequence[Prediction], title: str) -> Figure:
-    """Return errors over the horizon, a panel a quantity, and whole flights' errors.
+    """Return errors over the horizon, with a panel for each quantity, and errors of whole flights.
 
     Lines are RMS over all windows; the band is from the first to the ninth tenth of the flights.
     """
@@ -44,7 +44,7 @@ def plot_predictions(predictions: Sequence[Prediction], title: str) -> Figure:
 
 
 def _limit(axes: Axes, predictions: Sequence[Prediction], field: str, factor: float) -> None:
-    """Let what is far off leave the picture, so that the others can be told apart."""
+    """Limit the axis, so that methods far off do not hide the others."""
     last = [factor * getattr(row, field) for row in summarized(predictions).methods]
     known = sorted(value for value in last if np.isfinite(value))
     axes.set_ylim(0.0, 1.3 * known[len(known) // 2])

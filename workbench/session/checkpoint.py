@@ -22,9 +22,9 @@ class SystemState:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Everything that decides how a flight goes on, as plain numbers.
+    """Everything that determines the rest of a flight, as plain numbers.
 
-    What only looks at the flight, as sensors, the recorder and who publishes do, is no part of it.
+    Sensors, recorder and telemetry only observe the flight and are not in it.
 
     Attributes:
         time: simulated [s].

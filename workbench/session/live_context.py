@@ -75,7 +75,7 @@ class LiveContext:
             scenario: its start and seed are used.
             values: of parameters by name; those of faults and of what may not be there are set,
                 the others stay as built.
-            checkpoint: from which the flight goes on, if it does not begin at the start.
+            checkpoint: to continue from; without one the flight begins at its start.
 
         Raises:
             WorkbenchError: if Drake cannot begin, a fault is ordered of what is not there, the
@@ -148,7 +148,7 @@ class LiveContext:
         self._bench.computer.start_program(self._of(self._bench.computer))
 
     def states(self) -> dict[str, SystemState]:
-        """Return what the systems remember that decides how the flight goes on, by path."""
+        """Return the states that determine the rest of the flight, by path of the system."""
         return _read_states(self._bench, self.root)
 
     def snapshot(self, start: Sequence[float]) -> Snapshot:
@@ -377,7 +377,7 @@ def _remedy(system: str) -> str:
 
 
 def _read_states(bench: Workbench, root: Context) -> dict[str, SystemState]:
-    """Return what every system remembers that decides how the flight goes on, by its path."""
+    """Return the state of each system that determines the rest of the flight, by its path."""
     found = {}
     for path, system in _deciding(bench):
         context = system.GetMyContextFromRoot(root)
@@ -388,7 +388,7 @@ def _read_states(bench: Workbench, root: Context) -> dict[str, SystemState]:
 
 
 def _write_states(bench: Workbench, root: Context, states: Mapping[str, SystemState]) -> None:
-    """Let every system remember what it did then.
+    """Write the states of a checkpoint to the systems.
 
     Raises:
         WorkbenchError: if the states are those of a flight of something else.
@@ -410,7 +410,7 @@ def _write_states(bench: Workbench, root: Context, states: Mapping[str, SystemSt
 
 
 def _deciding(bench: Workbench) -> Iterator[tuple[str, System]]:
-    """Yield the systems that decide how the flight goes on, with their paths.
+    """Yield the systems that determine the rest of the flight, with their paths.
 
     Left out are sensors that no estimator listens to, with their noise, and what draws.
     """

@@ -33,7 +33,7 @@ NOISE = {"gyro": 0.001, "force": 0.02, "field": 2e-7, "pressure": 1.0}
 
 
 class AutopilotFlight:
-    """A drone in its world that takes rotor speeds, and tells its motion.
+    """A drone in its world that takes rotor speeds and returns its motion.
 
     Attributes:
         vehicle: what flies.
@@ -80,7 +80,7 @@ class AutopilotFlight:
         self.reset()
 
     def reset(self) -> None:
-        """Begin again; the motion's time goes on from 0."""
+        """Begin again at time 0."""
         scenario = self._scenario
         self._random = np.random.default_rng(scenario.sensors.seed)
         self._simulator = Simulator(self._bench.diagram)

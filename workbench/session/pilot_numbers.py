@@ -8,7 +8,7 @@ from workbench.common.errors import WorkbenchError
 
 
 def finite(what: str, values: Sequence[float], count: int) -> list[float]:
-    """Return so many numbers as floats.
+    """Return a given count of numbers as floats.
 
     Args:
         what: they are, for the message.

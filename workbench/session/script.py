@@ -1,4 +1,4 @@
-"""What a scenario has flown: its script, step by step, and its path."""
+"""The script of a scenario, step by step, and its path."""
 
 import dataclasses
 import math
@@ -11,7 +11,7 @@ from workbench.systems.reference import figure_eight, path_acceleration
 
 
 class Script:
-    """Hands out actions at the first physics step at or after their time."""
+    """Returns actions at the first physics step at or after their time."""
 
     def __init__(self, actions: Iterable[Action], physics_step: float) -> None:
         self._actions = sorted(actions, key=lambda action: action.at)
@@ -33,16 +33,16 @@ class Script:
 
     @property
     def done(self) -> int:
-        """How many actions were handed out."""
+        """Number of actions returned so far."""
         return self._done
 
     @property
     def actions_done(self) -> list[Action]:
-        """The actions that were handed out."""
+        """The actions returned so far."""
         return self._actions[: self._done]
 
     def rewind(self, done: int = 0) -> None:
-        """Begin again, at the start or where so many actions were handed out."""
+        """Begin again, at the start or after this number of actions."""
         self._done = done
 
 

@@ -38,7 +38,7 @@ ModelOf = Callable[[Gains], LinearModel]
 PHASE_MARGINS = np.radians(np.arange(3.0, 120.0, 3.0))
 """At which the reach of a loop is looked for [rad]."""
 SPARSE = 4
-"""Of so many frequencies one is looked at where no more than the reach is asked."""
+"""One of this many frequencies is used where only the reach is needed."""
 SINGLE = 160
 """Values of a gain that are looked at, of a loop with one gain."""
 LEAST = 1e-4
@@ -60,7 +60,7 @@ USUAL = math.radians(45.0)
 NOTHING = 0.1
 """So little of what is exact enough need not be made better."""
 OTHER = 0.7
-"""Gains that tell how a response depends on them are so many times their own."""
+"""Factor on a gain, to find how the response depends on it."""
 
 
 class End(Enum):
@@ -657,7 +657,7 @@ class LoopShaper:
         return Reach(low, high, End.PHASE)
 
     def _culprit(self, end: End, k: np.ndarray | None) -> str:
-        """Return the gain whose limit is in the way."""
+        """Return the gain whose limit ends the reach."""
         if k is None or end not in (End.LARGEST, End.SMALLEST):
             return ""
         over = k / self._high if end is End.LARGEST else self._low - k

@@ -46,7 +46,7 @@ class MeasuredLoop:
 
 
 def measured_loop(injected: "Injected") -> MeasuredLoop:
-    """Return the response that a flown injection tells.
+    """Return the loop response that a flown injection measures.
 
     Args:
         injected: of a flight, with two whole periods or more.

@@ -1,4 +1,4 @@
-"""The disk margin of several loops at once: how much all of them bear together.
+"""The disk margin of several loops at once.
 
 With the loops opened one at a time the others are as they were. Where loops couple, small changes
 of all may do what a large one of each does not: P. Seiler, A. Packard, P. Gahinet, An introduction

@@ -53,7 +53,7 @@ DIRECTIONS = (
 
 @dataclass(frozen=True)
 class OperatingMap:
-    """What all loops bear over a grid of operating points; NaN where there is no such flight.
+    """Margins of all loops over a grid of operating points; NaN where there is no such flight.
 
     Attributes:
         vehicle: its name.
@@ -78,7 +78,7 @@ class OperatingMap:
     weakest: tuple[tuple[str, ...], ...]
 
     def write_csv(self, path: Path) -> None:
-        """Write a row a point."""
+        """Write a row for each point."""
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             heads = [f"{each.name} [{each.unit}]" for each in (self.first, self.second)]

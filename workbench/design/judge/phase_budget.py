@@ -15,7 +15,7 @@ from workbench.estimation.settings import TRUTH
 from workbench.scenario.parameters import parameter_table
 
 PARTS = ("law", "filters", "estimator", "delay", "hold", "rotors")
-"""In the order in which they are told."""
+"""In the order of output."""
 
 SWITCHES = (*FILTERS, "accel_lowpass")
 """Parameters that switch filters on; the last one's matters to estimators alone."""

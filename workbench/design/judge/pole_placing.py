@@ -55,7 +55,7 @@ class Placed:
         pole: where it is [1/s].
         reached: whether that is the place, to `EXACT`.
         limit: a gain that is at its limit, "" for none.
-        unmoved: whether no gain of the loop moves it, to be told from poles beside it.
+        unmoved: whether no gain of the loop moves it noticeably.
     """
 
     gains: dict[str, float]

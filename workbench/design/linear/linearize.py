@@ -105,7 +105,7 @@ def linear_matrices(
 
 
 def _check_cut(controller: Controller, loop: str, cut: str, point: OperatingPoint) -> None:
-    """Refuse a loop, or a cut, that there is not."""
+    """Refuse an unknown loop or cut."""
     known = (CLOSED, VEHICLE, *(each.name for each in controller.loops))
     if loop not in known:
         raise unknown_name("loop", loop, known)

@@ -69,7 +69,7 @@ WORDS = {
 SMALLEST = 0.1
 """Steps of the set-point that are smaller than this share of the largest one are none."""
 BEFORE = 1.0
-"""So much before the edge tells whether the set-point stood still there [s]."""
+"""The set-point must stand still for this long before the edge [s]."""
 SLACK = 5e-3
 """By which a step may be logged before the span that begins with it [s]."""
 

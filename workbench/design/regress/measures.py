@@ -30,7 +30,7 @@ from workbench.session.recording import Recording
 HOVER = 0.5
 """What is measured before the edge is a mean over so long [s]."""
 FULL = 0.995
-"""Share of a rotor's speed limit, from which on it is told all that it can give."""
+"""Share of a rotor's speed limit from which on a command counts as saturated."""
 LAG_SAMPLES, LAG_STEPS = 8, 300
 """Least samples of a response, and most lags that are tried."""
 TWICE = NOISE_FROM / 0.45

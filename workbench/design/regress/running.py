@@ -219,7 +219,7 @@ def record(
 
 
 def local(processes: int) -> Executor:
-    """Return what flies in so many processes; one is this one."""
+    """Return an executor with this number of processes; 1 is the present process."""
     return LocalProcesses(processes) if processes > 1 else InThisProcess()
 
 
@@ -296,7 +296,7 @@ def _judged(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
 
 
 def _curve(name: str, flight: Flight) -> Comparison:
-    """Return a flown curve; an empty one of a log that does not tell."""
+    """Return a flown curve; an empty one where the log lacks its signals."""
     unit = flight.find_signal(name).unit
     try:
         return Comparison(name, unit, flight.curve(name))

@@ -18,7 +18,7 @@ from workbench.session.recording import Recording
 from workbench.systems.sensors.samples import Samples
 
 USE = "use"
-"""In what a signal reads: speeds of the rotors, or the share of them that a log was told."""
+"""In `Signal.reads`: speeds of the rotors, or commanded shares of them in a log."""
 POINT = "."
 """Between a sensor's name and the channel of its samples."""
 LATE = 1e-9

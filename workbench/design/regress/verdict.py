@@ -204,7 +204,7 @@ class CaseResult:
 
     @property
     def skips(self) -> list[str]:
-        """A sentence for everything that was not judged, as a log does not tell."""
+        """A sentence for each check that was skipped, as the log lacks its signals."""
         found = [self.absent] if self.absent else []
         return found + [f"{each.name}: {each.doubt}" for each in self.checks if each.skipped]
 
