@@ -13,9 +13,9 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Published
-from workbench.link.server import acceptor, web
-from workbench.link.server.acceptor import MOST_OF_A_NETWORK
+from workbench.link.server import tcp, web
 from workbench.link.server.config import ServerConfig
+from workbench.link.server.tcp import MOST_OF_A_NETWORK
 from workbench.link.server.web import LARGEST_MESSAGE, WebSocketDecoder
 from workbench.link.wire import Decoder, Frame, WireError
 
@@ -150,7 +150,7 @@ def test_connections_of_one_address_are_bounded(tls, request):
 
 
 def test_who_never_shakes_hands_is_cut_off(over_tls, monkeypatch):
-    monkeypatch.setattr(acceptor, "HANDSHAKE_TIME", 0.2)
+    monkeypatch.setattr(tcp, "HANDSHAKE_TIME", 0.2)
 
     async def scenario(hub, page, client):
         reader, writer = await asyncio.open_connection("127.0.0.1", page.port)

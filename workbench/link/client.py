@@ -49,17 +49,8 @@ class AsyncClient(ClientCore):
         """
         return AsyncControl(self, repeats=False)
 
-    async def parameters(self, *names: str) -> dict[str, float]:
-        """Return live parameters by name; all if none is named.
-
-        Raises:
-            WorkbenchError: if one is unknown.
-        """
-        return await self.request_parameters(*names)
-
-    async def ping(self) -> float:
-        """Ask whether the server is there, and return its simulated time [s]."""
-        return await self.request_time()
+    parameters = ClientCore.request_parameters
+    ping = ClientCore.request_time
 
 
 class Client(ClientCore):

@@ -22,6 +22,7 @@ from workbench.logs.flight_record import (
     Signal,
     parts,
 )
+from workbench.logs.readers.rotations import in_world
 
 FILTERS = {"Crazyflie": ((30.0, 145.0), (80.0, 116.0))}
 """Cut-offs of accelerometer and gyro where logs hold filtered samples, of firmware and chip [Hz]. A
@@ -204,12 +205,5 @@ def _velocity(record: FlightRecord, grid: np.ndarray) -> tuple[np.ndarray | None
             v_W, known = _at(record, names, grid, VELOCITY_BRIDGE)
             q, turned = _at(record, turn, grid, VELOCITY_BRIDGE)
             q /= np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-9)
-            return _into_body(q, v_W), known & turned
+            return in_world(q * [1.0, -1.0, -1.0, -1.0], v_W), known & turned
     return None, np.ones(len(grid), dtype=bool)
-
-
-def _into_body(q: np.ndarray, v_W: np.ndarray) -> np.ndarray:
-    """Return vectors of W (N, 3) in B, for quaternions w, x, y, z (N, 4) of B in W."""
-    w, u = q[:, :1], -q[:, 1:]
-    across = 2.0 * np.cross(u, v_W)
-    return v_W + w * across + np.cross(u, across)

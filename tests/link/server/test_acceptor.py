@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from workbench.link.server import acceptor
-from workbench.link.server.acceptor import Acceptor, listen
+from workbench.link.server import tcp
+from workbench.link.server.tcp import Acceptor, listen
 
 LIMIT = 20.0
 """Generous: nothing here is a matter of time [s]."""
@@ -72,7 +72,7 @@ def run(scenario):
 
 
 def test_an_address_has_so_many_and_gets_more_when_some_go(monkeypatch):
-    monkeypatch.setattr(acceptor, "MOST_OF_A_NETWORK", 3)
+    monkeypatch.setattr(tcp, "MOST_OF_A_NETWORK", 3)
 
     async def scenario(station):
         ends = [station.connect("127.0.0.2") for _ in range(5)]
@@ -93,7 +93,7 @@ def test_an_address_has_so_many_and_gets_more_when_some_go(monkeypatch):
 
 
 def test_there_are_so_many_in_all(monkeypatch):
-    monkeypatch.setattr(acceptor, "MOST", 4)
+    monkeypatch.setattr(tcp, "MOST", 4)
 
     async def scenario(station):
         for n in range(6):

@@ -4,7 +4,6 @@ import contextlib
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.monitor.picture import number
@@ -33,14 +32,6 @@ KEYS = {
 Asked = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True)
-class _Push:
-    """A stick that was pushed at a time [s]."""
-
-    direction: float
-    at: float
-
-
 class Sticks:
     """Remembers keys, and says what they ask for.
 
@@ -56,14 +47,14 @@ class Sticks:
     def __init__(self, level_speed: float, climb_rate: float, yaw_rate: float) -> None:
         self.speed = 1.0
         self._limits = (level_speed, climb_rate, yaw_rate)
-        self._pushes: dict[str, _Push] = {}
+        self._pushes: dict[str, tuple[float, float]] = {}  # direction and time [s]
 
     def press(self, key: str, now: float) -> bool:
         """Push a stick by a key; return whether the key is one for that."""
         if key not in KEYS:
             return False
         stick, direction = KEYS[key]
-        self._pushes[stick] = _Push(direction, now)
+        self._pushes[stick] = direction, now
         return True
 
     def let_go(self) -> None:
@@ -95,11 +86,9 @@ class Sticks:
         return x, y, z, min(TURN * min(self.speed, 1.0), turn) * self._push("turn", now)
 
     def _push(self, stick: str, now: float) -> float:
-        push = self._pushes.get(stick)
-        if push is None:
-            return 0.0
-        over = (now - push.at - KEY_TIME) / DECAY_TIME
-        return push.direction * min(max(1.0 - over, 0.0), 1.0)
+        direction, at = self._pushes.get(stick, (0.0, now))
+        over = (now - at - KEY_TIME) / DECAY_TIME
+        return direction * min(max(1.0 - over, 0.0), 1.0)
 
 
 class Pilot:

@@ -20,10 +20,9 @@ from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address, is_loopback
 from workbench.link.codes import ErrorCode
 from workbench.link.page_address import page_address
-from workbench.link.server.acceptor import Acceptor, listen
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
-from workbench.link.server.tcp import TcpConnection
+from workbench.link.server.tcp import Acceptor, TcpConnection, listen
 from workbench.link.wire import HEADER, LARGEST, SKIPPABLE, Decoder, Frame, WireError
 
 LARGEST_MESSAGE = HEADER.size + LARGEST
