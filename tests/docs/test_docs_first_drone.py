@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from workbench.commands.cli import main
-from workbench.plant.data_sheet import DataSheet, Propeller
-from workbench.plant.estimates import figures
+from workbench.plant.data_sheet import DataSheet, Propeller, figures
 from workbench.scenario.scenario import Scenario, VehicleConfig
 from workbench.session.session import Session
 

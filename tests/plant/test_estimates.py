@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from workbench.common.resources import find_model
-from workbench.plant.data_sheet import DataSheet, Propeller
-from workbench.plant.estimates import figures
+from workbench.plant.data_sheet import DataSheet, Propeller, figures
 from workbench.plant.loading import load_vehicle
 
 MODELS = Path(__file__).resolve().parents[2].parent / "shared" / "models"

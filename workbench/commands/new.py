@@ -15,8 +15,7 @@ from workbench.commands.printing import print_result, print_table, say
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 
 if TYPE_CHECKING:
-    from workbench.plant.data_sheet import DataSheet
-    from workbench.plant.estimates import Figure
+    from workbench.plant.data_sheet import DataSheet, Figure
     from workbench.plant.vehicle import Vehicle
 
 _INCH = 0.0254
@@ -221,7 +220,7 @@ def run(args: argparse.Namespace) -> int:
     _complete(args, _ask if asks else _missing)
     sheet = _sheet(args, target)
 
-    from workbench.plant.estimates import check_lift, figures, write_xacro
+    from workbench.plant.data_sheet import check_lift, figures, write_xacro
     from workbench.plant.loading import load_vehicle
 
     found = figures(sheet)
@@ -358,7 +357,7 @@ def _result(
     target: Path, sheet: "DataSheet", found: "list[Figure]", vehicle: "Vehicle"
 ) -> dict[str, Any]:
     """Return what is written, as JSON has it; SI units."""
-    from workbench.plant.estimates import hover_time
+    from workbench.plant.data_sheet import hover_time
 
     speed, thrust, power = _hover(vehicle)
     return {
@@ -376,7 +375,7 @@ def _result(
 
 def _print(target: Path, sheet: "DataSheet", found: "list[Figure]", vehicle: "Vehicle") -> None:
     """Print the estimates with their sources, and what follows for the hover."""
-    from workbench.plant.estimates import GIVEN, HOVER_TIME_SOURCE, hover_time
+    from workbench.plant.data_sheet import GIVEN, HOVER_TIME_SOURCE, hover_time
 
     print(
         f"{vehicle.name}: {vehicle.mass:.4g} kg, {sheet.rotors} rotors ({sheet.layout}) "

@@ -1,15 +1,25 @@
-"""What is known of a multirotor before it is built: numbers of data sheets, and thrust curves."""
+"""From a data sheet to a description: what is known before a multirotor is built, and the rest.
+
+The rest is estimated, each number with its source. `write_xacro` writes every `Figure` as it
+stands, formulas included, so a description says what was estimated and how, and follows when a
+number in it is replaced by a measured one.
+"""
 
 import csv
 import math
+import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.drag import AIR_DENSITY
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.rotors import PROPELLER_DENSITY, propeller_inertia
 
-"""Two arms in front, one arm in front, or two arms in front with two rotors on each."""
 COUNTS = {"x": (4, 6, 8, 10, 12), "plus": (4, 6, 8, 10, 12), "coaxial": (6, 8, 12)}
-"""Numbers of rotors by layout."""
+"""Numbers of rotors by layout: two arms in front, one arm in front, or two with two rotors each."""
 MOST_END_SHARE = 0.8
 """Of the mass; something has to hold the motors together."""
 COLUMNS = {
@@ -21,6 +31,101 @@ COLUMNS = {
 }
 """What a column's head may be, and the factor to the SI unit."""
 _SPEEDS, _THRUSTS, _TORQUES = ("rpm", "rad/s"), ("thrust_N", "thrust_g"), ("torque_Nm",)
+END_SHARE = 0.35
+"""Of the mass: motors, speed controllers and propellers, at the ends of the arms."""
+ARM_SHARE = 0.10
+"""Of the mass: the arms."""
+BODY_SIDE = 0.6
+"""Of an arm's length."""
+_PITCHES = (0.47, 0.75)
+_THRUST_COEFFICIENTS = (0.1185, 0.134)
+_POWER_COEFFICIENTS = (0.048, 0.0825)
+"""Static means of APC 10x4.7 Slow Flyer and DA4002 9x6.75, by pitch over diameter."""
+_NARROWEST_PITCH, _WIDEST_PITCH = 0.4, 0.8
+"""Pitch over diameter outside this counts as this: the line between two propellers ends."""
+_USUAL_PITCH = 0.47
+_BLADE_EXPONENT = 0.75
+_COAXIAL = 0.85
+_LOADED = 0.65
+"""Speed under the propeller's load at full throttle, over KV times nominal voltage."""
+_LAG, _LAG_DIAMETER = 0.033, 0.1295
+"""Time constant [s] of a 5.1-inch propeller's rotor, and that diameter [m]."""
+_MOTOR_EFFICIENCY = 0.7
+"""Of motor and speed controller."""
+_USABLE = 0.8
+"""Of a battery's charge."""
+UIUC = "UIUC Propeller Data Site, static tests"
+GIVEN = "as given"
+HOVER_TIME_SOURCE = (
+    f"{100 * _USABLE:.0f} % of the battery's energy, motors and speed controllers "
+    f"{100 * _MOTOR_EFFICIENCY:.0f} % efficient, nothing else drawing power"
+)
+_WIDTH = 96
+_TEXT = """\
+<?xml version="1.0"?>
+<!-- {title}.
+     Written by `workbench new` from a data sheet. SI units; x forward, y left, z up.
+     Replace an estimate when you have measured it: what follows from it follows. -->
+<robot name={name} xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <!-- FROM THE DATA SHEET -->
+{given}
+
+  <!-- ESTIMATED -->
+{estimated}
+
+  <!-- THE BODY: all mass is in the base link. -->
+  <link name="base_link">
+    <inertial>
+      <mass value="${{mass}}"/>
+      <inertia ixx="${{ixx}}" iyy="${{ixx}}" izz="${{izz}}" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+    <visual>
+      <geometry><box size="${{body_side}} ${{body_side}} ${{body_height}}"/></geometry>
+    </visual>
+    <!-- What touches the ground. -->
+    <collision>
+      <geometry><box size="${{arm}} ${{arm}} ${{body_height}}"/></geometry>
+    </collision>
+  </link>
+
+  <!-- THE ROTORS: angle in degrees from the front to the left; level 1 above the arm, -1 below;
+       turns as seen from above. -->
+  <xacro:macro name="rotor" params="number angle level turns">
+    <xacro:property name="gap" value="${{body_height/2 + 0.02*diameter}}"/>
+    <link name="rotor_${{number}}">
+      <visual>
+        <geometry><cylinder radius="${{diameter/2}}" length="${{0.02*diameter}}"/></geometry>
+      </visual>
+    </link>
+    <joint name="rotor_${{number}}_joint" type="continuous">
+      <parent link="base_link"/>
+      <child link="rotor_${{number}}"/>
+      <origin xyz="${{arm*cos(radians(angle))}} ${{arm*sin(radians(angle))}} ${{level*gap}}"/>
+      <axis xyz="0 0 1"/>
+    </joint>
+    <gazebo>
+      <plugin filename="gz-sim-multicopter-motor-model-system"
+              name="gz::sim::systems::MulticopterMotorModel">
+        <jointName>rotor_${{number}}_joint</jointName>
+        <linkName>rotor_${{number}}</linkName>
+        <turningDirection>${{turns}}</turningDirection>
+        <timeConstantUp>${{time_constant}}</timeConstantUp>
+        <timeConstantDown>${{time_constant}}</timeConstantDown>
+        <maxRotVelocity>${{max_speed}}</maxRotVelocity>
+        <motorConstant>${{motor_constant}}</motorConstant>
+        <momentConstant>${{moment_constant}}</momentConstant>
+        <!-- Not Gazebo's: there a rotor's link has it. -->
+        <rotorInertia>${{rotor_inertia}}</rotorInertia>
+        <commandSubTopic>command/motor_speed</commandSubTopic>
+        <motorNumber>${{number - 1}}</motorNumber>
+        <motorType>velocity</motorType>
+      </plugin>
+    </gazebo>
+  </xacro:macro>
+
+{rotors}
+</robot>
+"""
 
 
 @dataclass(frozen=True)
@@ -186,3 +291,309 @@ def _column(path: Path, rows: list[dict[str, str]], names: tuple[str, ...]) -> l
             raise WorkbenchError(f"{path}:{line}: {head} '{row[head]}' is no positive number")
         values.append(COLUMNS[head] * value)
     return values
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A number of a description.
+
+    Attributes:
+        name: of the xacro property.
+        value: [SI].
+        unit: "1" for none.
+        label: what it is, for people.
+        source: where it comes from, a clause.
+        formula: how it follows from other figures, in xacro's language; "" for a plain number.
+    """
+
+    name: str
+    value: float
+    unit: str
+    label: str
+    source: str
+    formula: str = ""
+
+
+def figures(sheet: DataSheet) -> list[Figure]:
+    """Return the numbers of a description, each after those that its formula uses."""
+    return [*_body(sheet), *_rotor(sheet)]
+
+
+def hover_time(sheet: DataSheet, hover_power: float) -> float | None:
+    """Return how long a full battery hovers [s], None where the battery is not known.
+
+    Args:
+        sheet: with the battery.
+        hover_power: torque times speed of all hovering rotors [W].
+    """
+    if sheet.voltage is None or sheet.capacity is None:
+        return None
+    energy = 3600.0 * sheet.voltage * sheet.capacity
+    return _USABLE * _MOTOR_EFFICIENCY * energy / hover_power
+
+
+def _body(sheet: DataSheet) -> list[Figure]:
+    """Return masses, sizes and moments of inertia."""
+    if sheet.motor_mass is None:
+        motor_mass = END_SHARE * sheet.mass / sheet.rotors
+        formula = f"{END_SHARE:g}*mass/{sheet.rotors}"
+        source = (
+            f"{100 * END_SHARE:.0f} % of the mass is at the ends of the arms (usual: 25 to 40 %)"
+        )
+    else:
+        motor_mass, formula, source = sheet.motor_mass, "", GIVEN
+    arms_mass = ARM_SHARE * sheet.mass
+    body_mass = sheet.mass - arms_mass - sheet.rotors * motor_mass
+    side = BODY_SIDE * sheet.arm
+    height = side / 2.0
+    spread = sheet.rotors * motor_mass * sheet.arm**2 + arms_mass * sheet.arm**2 / 3.0
+    level = spread / 2.0 + body_mass * (side**2 + height**2) / 12.0
+    upright = spread + body_mass * side**2 / 6.0
+    shapes = "points at the ends of the arms, rods for the arms, a box for the body"
+    return [
+        Figure("mass", sheet.mass, "kg", "mass, all-up", GIVEN),
+        Figure("arm", sheet.arm, "m", "centre to rotor axis", GIVEN),
+        Figure(
+            "motor_mass",
+            motor_mass,
+            "kg",
+            "one motor, propeller, speed controller",
+            source,
+            formula,
+        ),
+        Figure(
+            "arms_mass",
+            arms_mass,
+            "kg",
+            "all arms",
+            f"{100 * ARM_SHARE:.0f} % of the mass",
+            f"{ARM_SHARE:g}*mass",
+        ),
+        Figure(
+            "body_mass",
+            body_mass,
+            "kg",
+            "frame and battery",
+            "the rest",
+            f"mass - arms_mass - {sheet.rotors}*motor_mass",
+        ),
+        Figure(
+            "body_side",
+            side,
+            "m",
+            "body, a square box",
+            f"{BODY_SIDE:g} of an arm",
+            f"{BODY_SIDE:g}*arm",
+        ),
+        Figure("body_height", height, "m", "its height", "half its side", "body_side/2"),
+        Figure(
+            "spread",
+            spread,
+            "kg m²",
+            "second moment of arms and motors about z",
+            shapes,
+            f"{sheet.rotors}*motor_mass*arm**2 + arms_mass*arm**2/3",
+        ),
+        Figure(
+            "ixx",
+            level,
+            "kg m²",
+            "moment of inertia about x and y",
+            shapes,
+            "spread/2 + body_mass*(body_side**2 + body_height**2)/12",
+        ),
+        Figure(
+            "izz",
+            upright,
+            "kg m²",
+            "moment of inertia about z",
+            shapes,
+            "spread + body_mass*body_side**2/6",
+        ),
+    ]
+
+
+def _rotor(sheet: DataSheet) -> list[Figure]:
+    """Return the constants of one rotor."""
+    propeller = sheet.propeller
+    pitch = _USUAL_PITCH if propeller.pitch is None else propeller.pitch / propeller.diameter
+    place = min(max(pitch, _NARROWEST_PITCH), _WIDEST_PITCH)
+    blades = (propeller.blades / 2.0) ** _BLADE_EXPONENT
+    pair = _COAXIAL if sheet.layout == "coaxial" else 1.0
+    thrust_coefficient = round(_between(_THRUST_COEFFICIENTS, place) * blades * pair, 4)
+    power_coefficient = round(_between(_POWER_COEFFICIENTS, place) * blades, 4)
+    tested = f"{UIUC}: APC 10x4.7 and DA4002 9x6.75, by pitch over diameter"
+    if propeller.pitch is None:
+        tested += f" ({_USUAL_PITCH:g} assumed)"
+    if propeller.blades != 2:
+        tested += f", times (blades/2)^{_BLADE_EXPONENT:g} (its propellers of 3 blades)"
+    behind = f", times {_COAXIAL:g} for two rotors on one arm" if pair != 1.0 else ""
+    found = [
+        Figure("diameter", propeller.diameter, "m", "propeller's diameter", GIVEN),
+        Figure("thrust_coefficient", thrust_coefficient, "1", "C_T", tested + behind),
+        Figure("power_coefficient", power_coefficient, "1", "C_P", tested),
+    ]
+    measured = sheet.measured
+    motor_constant = thrust_coefficient * AIR_DENSITY * propeller.diameter**4 / (2 * math.pi) ** 2
+    moment_constant = power_coefficient * propeller.diameter / (2 * math.pi * thrust_coefficient)
+    constant = Figure(
+        "motor_constant",
+        motor_constant,
+        "N s²",
+        "thrust over squared speed",
+        f"C_T rho D^4/(2 pi)^2, air of {AIR_DENSITY:g} kg/m³",
+        f"thrust_coefficient*{AIR_DENSITY:g}*diameter**4/(2*pi)**2",
+    )
+    moment = Figure(
+        "moment_constant",
+        moment_constant,
+        "m",
+        "torque over thrust",
+        "C_P D/(2 pi C_T)",
+        "power_coefficient*diameter/(2*pi*thrust_coefficient)",
+    )
+    if measured:
+        constant = Figure(
+            "motor_constant",
+            pair * measured.motor_constant,
+            "N s²",
+            constant.label,
+            measured.source + behind,
+        )
+        if measured.moment_constant is not None:
+            moment = Figure(
+                "moment_constant",
+                measured.moment_constant / pair,
+                "m",
+                moment.label,
+                measured.source,
+            )
+    found += [constant, moment, _largest_speed(sheet, constant.value, pair), _lag(propeller)]
+    found.append(_inertia(propeller))
+    return found
+
+
+def _largest_speed(sheet: DataSheet, motor_constant: float, pair: float) -> Figure:
+    """Return a rotor's largest speed."""
+    name, unit, label = "max_speed", "rad/s", "largest rotor speed"
+    if sheet.measured:
+        return Figure(name, sheet.measured.max_speed, unit, label, sheet.measured.source)
+    if sheet.max_thrust is not None:
+        thrust = pair * sheet.max_thrust
+        return Figure(
+            name,
+            math.sqrt(thrust / motor_constant),
+            unit,
+            label,
+            f"at the largest thrust of one motor, {sheet.max_thrust:.4g} N as given",
+            f"({thrust:.6g}/motor_constant)**0.5",
+        )
+    assert sheet.motor_kv is not None and sheet.voltage is not None
+    speed = _LOADED * sheet.motor_kv * sheet.voltage * 2.0 * math.pi / 60.0
+    return Figure(
+        name,
+        speed,
+        unit,
+        label,
+        f"{_LOADED:g} of KV times voltage: under load, 0.55 to 0.8 is usual",
+        f"{_LOADED:g}*{sheet.motor_kv:g}*{sheet.voltage:g}*2*pi/60",
+    )
+
+
+def _lag(propeller: Propeller) -> Figure:
+    """Return a rotor's time constant."""
+    return Figure(
+        "time_constant",
+        _LAG * math.sqrt(propeller.diameter / _LAG_DIAMETER),
+        "s",
+        "time constant of a rotor",
+        f"{_LAG:g} s at 5.1 in, usual for racers, with the square root of the diameter; published "
+        "values for one size differ by a factor of two",
+        f"{_LAG:g}*(diameter/{_LAG_DIAMETER:g})**0.5",
+    )
+
+
+def _inertia(propeller: Propeller) -> Figure:
+    """Return a rotor's inertia about its axis."""
+    return Figure(
+        "rotor_inertia",
+        propeller_inertia(propeller.diameter, propeller.blades),
+        "kg m²",
+        "inertia of a rotor about its axis",
+        f"blades as thin rods, two of them weighing {PROPELLER_DENSITY:g} kg/m³ D^3 (12 g at 10 "
+        "in), without the motor's bell; right within a factor of two or three",
+        f"{propeller.blades}/2*{PROPELLER_DENSITY:g}*diameter**5/12",
+    )
+
+
+def _between(values: Sequence[float], pitch: float) -> float:
+    """Return the value at a pitch over diameter, on the line through two propellers."""
+    low, high = _PITCHES
+    return values[0] + (values[1] - values[0]) * (pitch - low) / (high - low)
+
+
+def check_lift(sheet: DataSheet, found: Sequence[Figure]) -> None:
+    """Refuse a drone that is heavier than what its rotors lift.
+
+    Raises:
+        WorkbenchError: if it is.
+    """
+    by_name = {figure.name: figure.value for figure in found}
+    thrust = by_name["motor_constant"] * by_name["max_speed"] ** 2
+    weight = sheet.mass * GRAVITY
+    if sheet.rotors * thrust <= weight:
+        raise WorkbenchError(
+            f"it cannot fly: {sheet.rotors} rotors of at most {thrust:.3g} N lift less than its "
+            f"weight, {weight:.3g} N; look at mass, propeller, motors and battery again"
+        )
+
+
+def write_xacro(sheet: DataSheet, figures: Sequence[Figure]) -> str:
+    """Return the text of the description.
+
+    Args:
+        sheet: name, rotors and their layout.
+        figures: its numbers, each after those that its formula uses.
+    """
+    name = quoteattr(sheet.name)
+    rotors = "\n".join(f"  {line}" for line in _rotors(sheet))
+    return _TEXT.format(
+        name=name,
+        title=f"{sheet.rotors} rotors, {sheet.layout}, propellers {sheet.propeller.label}",
+        given=_properties([figure for figure in figures if figure.source == GIVEN]),
+        estimated=_properties([figure for figure in figures if figure.source != GIVEN]),
+        rotors=rotors,
+    )
+
+
+def _properties(figures: Sequence[Figure]) -> str:
+    """Return a property with a comment for each figure."""
+    return "\n".join(line for figure in figures for line in _property(figure))
+
+
+def _property(figure: Figure) -> list[str]:
+    """Return the lines of one figure."""
+    unit = "" if figure.unit == "1" else f" [{figure.unit}]"
+    source = "" if figure.source == GIVEN else f": {figure.source}"
+    comment = f"{figure.label}{unit}{source}"
+    lines = textwrap.wrap(comment.replace("--", "- "), _WIDTH - 14)
+    head = [f"  <!-- {lines[0]}", *(f"       {line}" for line in lines[1:])]
+    head[-1] += " -->"
+    value = f"${{{figure.formula}}}" if figure.formula else f"{figure.value:.6g}"
+    return [*head, f'  <xacro:property name="{figure.name}" value="{value}"/>']
+
+
+def _rotors(sheet: DataSheet) -> list[str]:
+    """Return a line for each rotor: arms counted from the front to the left."""
+    first = 0.0 if sheet.layout == "plus" else 180.0 / sheet.arms
+    levels = (1, -1) if sheet.layout == "coaxial" else (1,)
+    lines: list[str] = []
+    for level in levels:
+        for arm in range(sheet.arms):
+            turns = "cw" if (arm % 2 == 0) == (level == 1) else "ccw"
+            angle = first + 360.0 * arm / sheet.arms
+            lines.append(
+                f'<xacro:rotor number="{len(lines) + 1}" angle="{angle:g}" level="{level}" '
+                f'turns="{turns}"/>'
+            )
+    return lines
