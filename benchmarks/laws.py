@@ -13,9 +13,9 @@ import numpy as np
 
 from workbench.common.resources import find_model
 from workbench.control.controller import DEFAULT, SHIPPED, load_controller
+from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import make_senses
-from workbench.design.rollout.starts import start_state
 from workbench.estimation.settings import COMPLEMENTARY, EKF, TRUTH
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import load_vehicle

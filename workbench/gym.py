@@ -11,8 +11,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import DEFAULT
-from workbench.design.rollout.batch import Batch
-from workbench.design.rollout.columns import shown
+from workbench.design.rollout.batch import Batch, shown
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import wrench_matrix
 

@@ -236,7 +236,7 @@ def test_every_file_of_what_is_compiled_is_watched(case):
         ("workbench.systems.casting.solids", solids.SOURCES),
         ("workbench.systems.casting.surfaces", surfaces.SOURCES),
         ("workbench.design.rollout.flight", engine.SOURCES),
-        ("workbench.design.rollout.measuring", engine.SOURCES),
+        ("workbench.design.response_metrics", engine.SOURCES),
     ]
     package = Path(compiled.__file__).parent.parent
     for start, sources in table:
@@ -248,9 +248,10 @@ def test_every_file_of_what_is_compiled_is_watched(case):
             file = Path(importlib.import_module(name).__file__)
             inside = any(file == one or one in file.parents for one in watched)
             with case(start, name):
-                assert inside or name == MARKER or "register_jitable" not in file.read_text()
+                compiles = name == start or "register_jitable" in file.read_text()
+                assert inside or name == MARKER or not compiles
             if inside:
                 tree = ast.parse(file.read_text())
                 names = {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
                 todo += [one for one in names - found if one.startswith("workbench.")]
-        assert len(found) > 1
+        assert len(found) > 1 or start == "workbench.design.response_metrics"  # calls none of ours

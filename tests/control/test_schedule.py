@@ -16,8 +16,8 @@ from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.linear.trim import filtered_of
 from workbench.design.rollout.agreement import Trial, agreement
+from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import fly_step
 from workbench.design.tune.tuner import tune
 from workbench.design.tune.wish import wishes_for

@@ -145,7 +145,7 @@ def predict_load_step(
     Raises:
         WorkbenchError: as `fly_load_step` does.
     """
-    from workbench.design.rollout.starts import start_state
+    from workbench.design.rollout.candidates import start_state
 
     row = find_load(load)
     check_load(load, amplitude)

@@ -12,7 +12,7 @@ from workbench.design.rollout import batch as batch_module
 from workbench.design.rollout import batch_loops
 from workbench.design.rollout.agreement import random_trials
 from workbench.design.rollout.batch import Batch
-from workbench.design.rollout.starts import start_state
+from workbench.design.rollout.candidates import start_state
 from workbench.dynamics.air.settings import calm_air
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import wrench_matrix

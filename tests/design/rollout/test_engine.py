@@ -9,6 +9,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
+from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import (
     LARGEST,
     RolloutEngine,
@@ -18,7 +19,6 @@ from workbench.design.rollout.engine import (
     rollout_metrics,
     run_chunks,
 )
-from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import EDGE, fly_step
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Rates, Start

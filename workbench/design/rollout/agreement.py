@@ -12,9 +12,9 @@ import numpy as np
 
 from workbench.common.errors import FlightBrokenError
 from workbench.control.controller import COMMON, Controller
+from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import make_senses
-from workbench.design.rollout.starts import start_state
 from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import parameter_table

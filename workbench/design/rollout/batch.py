@@ -3,7 +3,7 @@
 import dataclasses
 import operator
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from typing import Any
@@ -15,11 +15,9 @@ from workbench.common.own_file import own_errors
 from workbench.control.controller import DEFAULT, Controller
 from workbench.control.guidance import Reference
 from workbench.design.rollout.batch_loops import Kept, Tables, compiled_reset, compiled_steps
-from workbench.design.rollout.candidates import Candidates
-from workbench.design.rollout.columns import Columns, shown, write
+from workbench.design.rollout.candidates import Candidates, start_state
 from workbench.design.rollout.engine import Crafts, RolloutEngine, make_schedule
 from workbench.design.rollout.rows import COUNT, GAINS, LANES, MODE, ROTOR_ROWS, STATE_SIZE
-from workbench.design.rollout.starts import start_state
 from workbench.dynamics.air.settings import AirSettings, gust_settings, push_settings
 from workbench.dynamics.air.update import EDDIES
 from workbench.gains.gains import flight_gains
@@ -49,6 +47,55 @@ CHUNK = 50_000
 """Control periods of blocks in a call, so that it lasts no longer than some tenths of a second."""
 Which = np.ndarray | Sequence[bool] | Sequence[int] | slice | int | None
 """Flights, by a mask or by their numbers; None for all."""
+
+
+def shown(values: Any) -> str:
+    """Return how values from outside begin, on a line."""
+    return " ".join(f"{values!r}".split())[:60]
+
+
+def write(name: str, array: np.ndarray, values: Any) -> None:
+    """Write values into an array, a number for all or an array of its shape.
+
+    Args:
+        name: of the array, for the message.
+        array: that is written.
+        values: from outside, so they may be anything.
+
+    Raises:
+        WorkbenchError: if they do not fit.
+    """
+    try:
+        array[...] = values
+    except (TypeError, ValueError):
+        raise WorkbenchError(
+            f"{name} of a batch is {shown(values)}: give a number, or an array {array.shape} of "
+            "them"
+        ) from None
+
+
+class Columns(Mapping[str, np.ndarray]):
+    """Arrays (n) by name; to set one, as `columns[name] = 3.0`, writes into the array."""
+
+    def __init__(self, columns: Mapping[str, np.ndarray]) -> None:
+        self._columns = dict(columns)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._columns:
+            raise unknown_name("parameter of a batch", name, self._columns)
+        return self._columns[name]
+
+    def __setitem__(self, name: str, values: Any) -> None:
+        write(name, self[name], values)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._columns
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
 
 
 class _Arrays:

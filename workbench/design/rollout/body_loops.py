@@ -115,7 +115,7 @@ def move(block, rotors, blades, changes, sags, compensation, pushed, step):  # t
 
 @register_jitable
 def weaken(block, rotors, supply):  # type: ignore[no-untyped-def]
-    """Write power and voltage of the batteries at the present speeds, see `craft.Supply`."""
+    """Write power and voltage of the batteries at the present speeds, see `engine.Supply`."""
     for i in range(LANES):
         put(block, POWER, i, 0.0)
     for number in range(len(rotors)):
@@ -135,7 +135,7 @@ def discharge(block, supply, steps, step):  # type: ignore[no-untyped-def]
 
     Args:
         block: of the candidates.
-        supply: see `craft.Supply`.
+        supply: see `engine.Supply`.
         steps: of physics in a control period.
         step: of physics, in the period that this one began.
     """
@@ -156,7 +156,7 @@ def hold_commands(rotors, asked, acting, updates, step):  # type: ignore[no-unty
     Args:
         rotors: blocks of the rotors.
         asked: commands of the last updates, a ring.
-        acting: see `craft.Crafts`.
+        acting: see `engine.Crafts`.
         updates: how many there were before the last one.
         step: of physics, in the period that this one began.
     """

@@ -4,17 +4,21 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.math import RollPitchYaw
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
 from workbench.control.flight_law import ComputerSettings
 from workbench.control.guidance import Reference
 from workbench.design.rollout.senses import Senses
-from workbench.design.step_response import HOVER
+from workbench.design.step_response import HOVER, START_HEIGHT
 from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.gyro import GyroSettings
 from workbench.plant.payload import Payload
+from workbench.plant.thrust_frame import thrust_frame
+from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import MOST_ROTORS, parameter_table
+from workbench.scenario.scenario import Start
 from workbench.systems.noise import noise_seed
 
 
@@ -218,3 +222,16 @@ def _from_mappings(
                 f"candidate {number + 1} has a value that is no number: give every parameter one"
             ) from None
     return table
+
+
+def start_state(vehicle: Vehicle, start: Start) -> np.ndarray:
+    """Return the plant's state (13), see `rigid_body.State`, at a start in the air.
+
+    Args:
+        vehicle: whose attitude is that of the frame in which its rotors lift upwards.
+        start: of a scenario; without a position, where steps begin.
+    """
+    attitude = RollPitchYaw(np.array(thrust_frame(vehicle).roll_pitch_yaw(start.roll_pitch_yaw)))
+    q_WB = attitude.ToRotationMatrix().ToQuaternion().wxyz()
+    p_WB = start.position or [0.0, 0.0, START_HEIGHT]
+    return np.array([*q_WB, *p_WB, *start.angular_velocity, *start.velocity])

@@ -21,13 +21,11 @@ from workbench.control.controller import Controller, load_controller
 from workbench.control.flight_law import SOURCES as LAW
 from workbench.control.flight_law import known_vehicle, law_constants, packed
 from workbench.control.guidance import KnownVehicle
-from workbench.design.response_metrics import ResponseMetrics, response_metrics
-from workbench.design.rollout.candidates import Candidates, make_candidates
+from workbench.design.response_metrics import ResponseMetrics, measure_steps, response_metrics
+from workbench.design.rollout.candidates import Candidates, make_candidates, start_state
 from workbench.design.rollout.flight import make_fly_block
-from workbench.design.rollout.measuring import NUMBERS, measure_steps
 from workbench.design.rollout.rows import LANES
 from workbench.design.rollout.senses import Senses
-from workbench.design.rollout.starts import start_state
 from workbench.design.step_response import EDGE, HOVER, check_duration, check_step, stepped
 from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.vehicle_step import rotor_rows
@@ -429,20 +427,6 @@ def run_chunks(
     return done
 
 
-class Flown(NamedTuple):
-    """What became of the candidates that were flown, the first `done`.
-
-    Attributes:
-        done: how many.
-        peak_use: (done) largest share of its speed limit at which any rotor ran.
-        lost_at: (done) when it was lost, from the edge on [s], NaN if it was not.
-    """
-
-    done: int
-    peak_use: np.ndarray
-    lost_at: np.ndarray
-
-
 class PlannedFlights(NamedTuple):
     """N candidates that fly on the same schedule.
 
@@ -481,7 +465,7 @@ class PlannedFlights(NamedTuple):
         threads: int,
         progress: Callable[[float], None] | None = None,
         stop: Callable[[], bool] | None = None,
-    ) -> Flown:
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Fly them.
 
         Args:
@@ -490,6 +474,10 @@ class PlannedFlights(NamedTuple):
             threads: that fly at a time.
             progress: called with the flown share, 0 .. 1.
             stop: asked every few blocks; when it returns true, no more are flown.
+
+        Returns:
+            Of those that were flown, the first of all: the largest share of its speed limit at
+            which any rotor ran, and when it was lost, from the edge on [s], NaN if it was not.
         """
         peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1)
         shape = (len(self.time), len(kept), LANES)
@@ -519,7 +507,7 @@ class PlannedFlights(NamedTuple):
         done = min(blocks * LANES, self.size)
         after = np.maximum(0.0, lost_at * self.schedule.period - self.schedule.edge_time)
         lost = np.where(lost_at < 0, np.nan, after)
-        return Flown(done, peak_use[:done], lost[:done])
+        return peak_use[:done], lost[:done]
 
     def curves(
         self,
@@ -527,19 +515,19 @@ class PlannedFlights(NamedTuple):
         threads: int,
         progress: Callable[[float], None] | None = None,
         stop: Callable[[], bool] | None = None,
-    ) -> tuple[np.ndarray, Flown]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Fly them and keep every sample; the arguments are those of `fly`.
 
         Returns:
-            The samples (done, M, k) of those that were flown, and what became of them.
+            The samples (done, M, k) of those that were flown, and what `fly` returns.
         """
         found = np.full((self.size, len(self.time), len(kept)), np.nan)
 
         def keep(first: int, last: int, samples: np.ndarray) -> None:
             found[first:last] = samples[:, :, : last - first].transpose(2, 0, 1)
 
-        flown = self.fly(kept, keep, threads, progress, stop)
-        return found[: flown.done], flown
+        peak_use, lost_at = self.fly(kept, keep, threads, progress, stop)
+        return found[: len(peak_use)], peak_use, lost_at
 
 
 class RolloutEngine:
@@ -642,14 +630,14 @@ class RolloutEngine:
         planned = self._steps(
             gains, axis, amplitude, duration, heading, velocity, stride, variations, seeds
         )
-        curves, flown = planned.curves(VELOCITIES, self._threads, progress, stop)
+        curves, used, lost_at = planned.curves(VELOCITIES, self._threads, progress, stop)
         return Rollouts(
             axis=axis,
             time=planned.time,
             velocity_W=curves[:, :, 3:],
             angular_velocity_W=curves[:, :, :3],
-            peak_rotor_use=flown.peak_use,
-            diverged_at=flown.lost_at,
+            peak_rotor_use=used,
+            diverged_at=lost_at,
         )
 
     def measure(
@@ -676,16 +664,17 @@ class RolloutEngine:
             gains, axis, amplitude, duration, heading, HOVER, 1, variations, seeds
         )
         times = planned.time
-        numbers = np.full((planned.size, NUMBERS), np.nan)
+        numbers = np.full((planned.size, len(dataclasses.fields(ResponseMetrics))), np.nan)
 
         def keep(first: int, last: int, samples: np.ndarray) -> None:
             compiled_measures(times, samples[:, 0], float(amplitude), numbers[first:last])
 
-        flown = planned.fly((RESPONSES[AXES.index(axis)],), keep, self._threads, progress, stop)
+        kept = (RESPONSES[AXES.index(axis)],)
+        used, lost_at = planned.fly(kept, keep, self._threads, progress, stop)
         return MeasuredSteps(
-            metrics=ResponseMetrics(*numbers[: flown.done].T).withheld(times[-1], amplitude),
-            peak_rotor_use=flown.peak_use,
-            diverged_at=flown.lost_at,
+            metrics=ResponseMetrics(*numbers[: len(used)].T).withheld(times[-1], amplitude),
+            peak_rotor_use=used,
+            diverged_at=lost_at,
         )
 
     def fly_from(
@@ -705,8 +694,8 @@ class RolloutEngine:
 
         Args:
             gains: as for `fly`.
-            starts: state of the plant, see `starts.start_state`, for all candidates (13) or each
-                (N, 13); rotors turn as in hover.
+            starts: state of the plant, see `candidates.start_state`, for all (13) or each of the
+                candidates (N, 13); rotors turn as in hover.
             commands: velocity in W [m/s] and yaw rate [rad/s] from the start on, for all (4) or
                 each (N, 4).
             duration: flown [s].
@@ -721,8 +710,9 @@ class RolloutEngine:
         """
         schedule = make_schedule(self.rates, 0.0, duration, stride)
         planned = self.plan(gains, commands, starts, schedule, variations, seeds)
-        states, flown = planned.curves(tuple(range(13)), self._threads, progress, stop)
-        return Flights(planned.time, states, flown.peak_use, flown.lost_at)
+        return Flights(
+            planned.time, *planned.curves(tuple(range(13)), self._threads, progress, stop)
+        )
 
     def _steps(
         self,

@@ -182,7 +182,7 @@ def make_update(controller: Controller) -> Callable[..., None]:
             block: of the candidates.
             rotors: blocks of the rotors.
             shares: of their thrust that these give (m, n).
-            law_rotors: see `craft.Crafts` (m, n, 12).
+            law_rotors: see `engine.Crafts` (m, n, 12).
             schedule: see `Schedule`.
             estimate: see `acceleration_estimate.sampled_estimate`.
             noted: whether peaks of the speeds are.

@@ -11,6 +11,7 @@ from typing import Any
 from workbench.common.jitable import register_jitable
 from workbench.control.flight_law import BODY as BODY_SIZE
 from workbench.control.flight_law import FILTERED as FILTERED_SIZE
+from workbench.control.flight_law import reader, writer
 from workbench.control.guidance import Reference
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.vehicle_step import ROW
@@ -92,6 +93,7 @@ TURN = EFFECTS + 4
 """See `dynamics.rotor_rows` (26)."""
 ROTOR_ROWS = TURN + ROW
 """Rows of a rotor's own block."""
+_ROW = f"b[(row + {{}}) * {LANES} + i]"
 
 
 @register_jitable(forceinline=True)
@@ -100,70 +102,11 @@ def take(b: Any, row: int, i: int) -> Any:
     return b[row * LANES + i]
 
 
-@register_jitable(forceinline=True)
-def take3(b: Any, row: int, i: int) -> Any:
-    """Return three numbers from a row on; and so the next ones, which take more."""
-    return take(b, row, i), take(b, row + 1, i), take(b, row + 2, i)
-
-
-@register_jitable(forceinline=True)
-def take4(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take(b, row, i), take(b, row + 1, i), take(b, row + 2, i), take(b, row + 3, i)
-
-
-@register_jitable(forceinline=True)
-def take6(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take3(b, row, i) + take3(b, row + 3, i)
-
-
-@register_jitable(forceinline=True)
-def take7(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take6(b, row, i) + (take(b, row + 6, i),)
-
-
-@register_jitable(forceinline=True)
-def take8(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take4(b, row, i) + take4(b, row + 4, i)
-
-
-@register_jitable(forceinline=True)
-def take9(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take6(b, row, i) + take3(b, row + 6, i)
-
-
-@register_jitable(forceinline=True)
-def take12(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take6(b, row, i) + take6(b, row + 6, i)
-
-
-@register_jitable(forceinline=True)
-def take13(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take9(b, row, i) + take4(b, row + 9, i)
-
-
-@register_jitable(forceinline=True)
-def take16(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take13(b, row, i) + take3(b, row + 13, i)
-
-
-@register_jitable(forceinline=True)
-def take18(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take9(b, row, i) + take9(b, row + 9, i)
-
-
-@register_jitable(forceinline=True)
-def take19(b: Any, row: int, i: int) -> Any:
-    """See `take3`."""
-    return take18(b, row, i) + (take(b, row + 18, i),)
+take3, take4, take6, take7, take8, take9, take13, take16, take18, take19 = (
+    reader(None, size, f"rows_{size}", _ROW, "b, row, i")
+    for size in (3, 4, 6, 7, 8, 9, 13, 16, 18, 19)
+)
+"""As `take`, of so many numbers from a row on."""
 
 
 @register_jitable(forceinline=True)
@@ -172,38 +115,7 @@ def put(b: Any, row: int, i: int, value: Any) -> None:
     b[row * LANES + i] = value
 
 
-@register_jitable(forceinline=True)
-def put3(b: Any, row: int, i: int, values: Any) -> None:
-    """Put three numbers from a row on; and so the next ones, which put more."""
-    put(b, row, i, values[0])
-    put(b, row + 1, i, values[1])
-    put(b, row + 2, i, values[2])
-
-
-@register_jitable(forceinline=True)
-def put4(b: Any, row: int, i: int, values: Any) -> None:
-    """See `put3`."""
-    put3(b, row, i, values[0:3])
-    put(b, row + 3, i, values[3])
-
-
-@register_jitable(forceinline=True)
-def put6(b: Any, row: int, i: int, values: Any) -> None:
-    """See `put3`."""
-    put3(b, row, i, values[0:3])
-    put3(b, row + 3, i, values[3:6])
-
-
-@register_jitable(forceinline=True)
-def put9(b: Any, row: int, i: int, values: Any) -> None:
-    """See `put3`."""
-    put6(b, row, i, values[0:6])
-    put3(b, row + 6, i, values[6:9])
-
-
-@register_jitable(forceinline=True)
-def put13(b: Any, row: int, i: int, values: Any) -> None:
-    """See `put3`."""
-    put6(b, row, i, values[0:6])
-    put6(b, row + 6, i, values[6:12])
-    put(b, row + 12, i, values[12])
+put3, put4, put6, put9, put13 = (
+    writer(size, f"rows_{size}", _ROW, "b, row, i") for size in (3, 4, 6, 9, 13)
+)
+"""As `put`, of so many numbers from a row on."""

@@ -19,7 +19,7 @@ from workbench.estimation.ekf import START, InitialDeviations, start_errors
 from workbench.estimation.estimators import Estimator, find_estimator
 from workbench.estimation.samples import Mounting
 from workbench.estimation.settings import HEARD, TRUTH
-from workbench.plant.home import DEFAULT_HOME, Home
+from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.sensors import Barometer, RangeFinder
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import parameter_table
@@ -130,13 +130,12 @@ def why_not(vehicle: Vehicle, scenario: Scenario, values: Mapping[str, float]) -
     return ""
 
 
-def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) -> Senses | None:
+def make_senses(vehicle: Vehicle, scenario: Scenario) -> Senses | None:
     """Return what tells the law of a scenario's flights their motion; None for the truth.
 
     Args:
         vehicle: as the law knows it.
         scenario: its estimator, sensors and rates count.
-        home: of its world.
 
     Raises:
         WorkbenchError: if the vehicle has no IMU.
@@ -149,10 +148,9 @@ def make_senses(vehicle: Vehicle, scenario: Scenario, home: Home | None = None) 
     heard = [_first(choices, kind) for kind in HEARD]
     step, period = scenario.rates.physics_step, scenario.rates.control_period
     inertial = find_imu(vehicle, config.noise)
-    place = home or DEFAULT_HOME
-    mounting = mounting_of(inertial, choices, place)
+    mounting = mounting_of(inertial, choices, DEFAULT_HOME)
     _, barometer, _, finder = (each.sensor if each else None for each in heard)
-    reference, nearest, farthest = place.altitude, 0.0, math.inf
+    reference, nearest, farthest = DEFAULT_HOME.altitude, 0.0, math.inf
     if isinstance(barometer, Barometer) and barometer.reference_altitude is not None:
         reference = barometer.reference_altitude
     if isinstance(finder, RangeFinder):
