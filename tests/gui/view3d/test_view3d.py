@@ -220,9 +220,10 @@ def test_no_browser_is_a_notice_with_the_address(panel, show, drawn, monkeypatch
 
 
 def test_a_flight_that_the_picture_slows_is_told_once(
-    panel, show, drawn, qtbot, loaded, told, monkeypatch
+    panel, show, drawn, qtbot, loaded, workspace, monkeypatch
 ):
-    clock = [100.0]
+    told, clock = [], [100.0]
+    workspace.notices.told.connect(told.append)
     monkeypatch.setattr(view3d_panel.time, "monotonic", lambda: clock[0])
     panel.show()
     show(drawn)

@@ -157,10 +157,6 @@ class SteadyRange:
             self._small_since = math.inf
         return self._ends
 
-    def forget(self) -> None:
-        """Begin anew with the next data."""
-        self._ends, self._small_since = None, math.inf
-
 
 def round_ends(
     low: float, high: float, smallest: float = 0.0, room: float = 0.04

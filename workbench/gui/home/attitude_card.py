@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
+from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QColor, QLinearGradient, QPainter, QPen, QPixmap, QPolygonF
 from PyQt6.QtWidgets import QWidget
 
@@ -161,10 +161,6 @@ class AttitudeIndicator(Instrument):
         """Paint the drone again, too."""
         self._drone = None
         super().renew()
-
-    def sizeHint(self) -> QSize:
-        """Return a size at which all is readable."""
-        return QSize(200, 200)
 
     def paint_still(self, painter: QPainter) -> None:
         """Paint the sky, and the roll scale around it."""
@@ -340,10 +336,6 @@ class HeadingTape(Instrument):
         if heading != self._heading and (known or not math.isnan(self._heading)):
             self._heading = heading
             self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a size at which all is readable."""
-        return QSize(240, round(2.6 * self.text_size))
 
     def renew(self) -> None:
         """Paint the tape again, too."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from PyQt6.QtCore import QPointF, QRectF, QSize, Qt
+from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPen, QPolygonF, QResizeEvent
 from PyQt6.QtWidgets import QWidget
 
@@ -231,10 +231,6 @@ class ChargeBar(Instrument):
         if (str(shown), reserve) != (str(self._charge), self._reserve):
             self._charge, self._reserve = shown, reserve
             self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a size at which all is readable."""
-        return QSize(200, 30)
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
         """Paint the bar, the reserve's mark, and per cent."""
@@ -636,10 +632,6 @@ class RotorBars(Instrument):
             if _seen(old) != _seen(new):
                 self.update(self._column(index).toAlignedRect())
         self.readings = tuple(readings)
-
-    def sizeHint(self) -> QSize:
-        """Return a size at which all is readable."""
-        return QSize(240, 110)
 
     def paint_still(self, painter: QPainter) -> None:
         """Paint numbers, troughs, and what the rows are."""

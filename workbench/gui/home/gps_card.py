@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from PyQt6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt, pyqtSignal
 from PyQt6.QtGui import (
     QColor,
     QFontMetricsF,
@@ -109,14 +109,6 @@ class Trail:
                 self._spacing *= 2.0
         return kept
 
-    def since(self, time: float) -> list[TrailPoint]:
-        """Return the points from a time on, and the one before them."""
-        first = next(
-            (index for index, point in enumerate(self.points) if point.time >= time),
-            len(self.points),
-        )
-        return self.points[max(0, first - 1) :]
-
 
 class PathMap(Instrument):
     """Shows home, obstacles, the trail, way-points and the drone, with a scale bar.
@@ -219,10 +211,6 @@ class PathMap(Instrument):
         if drawn != self._drawn:
             self._drawn = drawn
             self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a size at which all is readable."""
-        return QSize(200, 160)
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
         """Say what is under the pointer."""

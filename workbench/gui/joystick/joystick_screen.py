@@ -157,11 +157,6 @@ class ResponseView(QWidget):
             )
             self.update()
 
-    @property
-    def texts(self) -> tuple[tuple[str, str], ...]:
-        """What is written as asked and as flown, row by row."""
-        return self._texts
-
     def paintEvent(self, event: QPaintEvent | None) -> None:
         """Paint all rows."""
         painter = QPainter(self)

@@ -506,11 +506,6 @@ class View3d(QWidget):
         self._show()
 
     @property
-    def url(self) -> str:
-        """Of the page that is shown, or would be."""
-        return self._url
-
-    @property
     def said(self) -> str:
         """What stands where the picture would be, or above it; "" where all is well."""
         if self._layout.currentWidget() is self._page:

@@ -142,11 +142,6 @@ class PictureView(QWidget):
         self.setAccessibleName(name)
         look.changed.connect(self.update)
 
-    @property
-    def image(self) -> QImage:
-        """What is shown."""
-        return self._image
-
     def show_image(self, image: QImage) -> None:
         """Show a picture."""
         self._image, self._hint = image, ""
