@@ -5,6 +5,7 @@ import shlex
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import workbench.estimators
 from workbench.commands.cli import main
@@ -35,17 +36,31 @@ def test_the_python_prints_every_state(capsys):
     ]
 
 
-def test_the_estimator_of_the_page_flies_as_it_shows(tmp_path, monkeypatch):
+@pytest.fixture
+def commands(tmp_path, monkeypatch):
+    """Write the estimator of the page where the commands that it shows are run."""
     monkeypatch.chdir(tmp_path)
     part = PAGE[PAGE.index("## An estimator of your own") :]
     text, commands = (
         re.search(rf"```{kind}\n(.*?)```", part, re.DOTALL)[1] for kind in ("python", "sh")
     )
     Path("my_filter.py").write_text(text, encoding="utf-8")
-    for line in commands.splitlines():
-        assert main(shlex.split(line)[1:]) == 0, line
+    return [shlex.split(line)[1:] for line in commands.splitlines()]
+
+
+def test_the_estimator_of_the_page_is_one(commands):
     own = find_estimator("my_filter.py")
     assert [row.name for row in own.parameters][0] == "pull_attitude"
+    assert sum("my_filter.py" in command for command in commands) > 4
+    session = Session(Scenario(estimator="my_filter.py"))
+    session.tick(1.0)
+    assert np.abs(session.recording().estimate[:, 4:7] - session.recording().p_WB).max() < 0.1
+
+
+@pytest.mark.slow
+def test_the_estimator_of_the_page_flies_as_it_shows(commands):
+    for command in commands:
+        assert main(command) == 0, command
     session = Session(Scenario(estimator="my_filter.py"))
     session.tick(10.0)
     assert np.abs(session.recording().estimate[:, 4:7] - session.recording().p_WB).max() < 0.1
@@ -57,6 +72,7 @@ def test_the_page_names_all_that_a_file_may_import():
     assert [name for name in names if f"`{name}" not in PAGE] == []
 
 
+@pytest.mark.slow
 def test_a_log_is_estimated_as_the_page_shows(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     lines = re.search(r"## Over a log.*?```sh\n(.*?)```", PAGE, re.DOTALL)[1].splitlines()

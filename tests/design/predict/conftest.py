@@ -17,6 +17,11 @@ POINTS = ((0.0, (0.0, 0.0, 1.5)), (0.5, (1.0, 0.0, 1.5)), (2.5, (1.0, 1.0, 2.0))
 """Where the pilot goes to, and from when on."""
 
 
+@pytest.fixture(autouse=True)
+def flown_as_python(interpreted_laws):
+    """Predictions are compiled, and the flights of the diagram beside them need not be."""
+
+
 class Simulated(NamedTuple):
     """A flight of the diagram: states (m, 13) at times [s]."""
 
