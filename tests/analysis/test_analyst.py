@@ -26,7 +26,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
-ENOUGH = 120.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 STEP = Step("x", 2.0, 1.5)
 HARD = ("x.rise_time <= 0.1", "pitch.phase_margin >= 70deg")
@@ -185,7 +185,7 @@ def test_closing_in_the_middle_of_a_search_leaves_nothing():
     pids = analyst.pids
     analyst.close()
     assert not any(running(pid) for pid in pids)
-    assert set(threading.enumerate()) == threads
+    assert set(threading.enumerate()) <= threads
     assert len(open_sockets()) == sockets
     with pytest.raises(WorkbenchError, match="closed"):
         asked[1].result(ENOUGH)

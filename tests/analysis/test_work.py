@@ -9,7 +9,7 @@ from workbench.analysis.questions import Judge, Predict, Step, Stop
 from workbench.analysis.work import RequestQueue
 from workbench.ipc.worker_process import Request, Superseded
 
-ENOUGH = 30.0
+ENOUGH = 300.0
 
 
 class Told:

@@ -16,7 +16,7 @@ import pytest
 from workbench.commands.cli import _parser
 from workbench.commands.completion import _NAMES, offered
 
-DEADLINE = 60.0
+DEADLINE = 300.0
 """Of a shell on a busy machine [s]; nothing waits so long that goes well."""
 LINES = {
     "rep": ["replay", "reproduce"],

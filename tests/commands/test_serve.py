@@ -14,7 +14,7 @@ import pytest
 
 from workbench.link import Client
 
-ENOUGH = 120.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 pytestmark = pytest.mark.usefixtures("compiled")  # no process below a flight makes machine code
 

@@ -38,7 +38,7 @@ def double_up(x):
 MARKER = "workbench.common.jitable"
 """It marks functions; nothing of it is compiled."""
 SOURCES, WHAT = ["common/compiled.py"], "twice a number"
-ENOUGH = 120.0
+ENOUGH = 300.0
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from workbench.link.messages import FlightOperation, ReleaseControl
 HERE = Path(__file__).parent
 SOURCE = HERE / "fastdds"
 DOMAIN = 101 + os.getpid() % 100
-LIMIT = 60.0
+LIMIT = 300.0
 POSITION = (1.0, -2.0, 3.5, 0.0, 0.0, 1.5707963267948966, 0.25, 0.5, 0.75)
 VELOCITY = (0.0, 2.0, 0.0, 0.0, 0.0, 0.3)
 FRAMES = (("world", "base_link"), ("base_link", "lidar_link"))

@@ -29,7 +29,7 @@ from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 INI = QSettings.Format.IniFormat
-PATIENCE = 240_000
+PATIENCE = 300_000
 """Of tests that wait for something [ms]."""
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from workbench.ipc.send_queue import SendQueue
 
-ENOUGH = 30.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 LARGE = b"x" * 1_000_000
 """More than a pipe takes, so that sending it waits for a reader."""

@@ -11,7 +11,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.worker_process import SupersededError, WorkerProcess
 
-ENOUGH = 60.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 MODULE = "worker_of_the_test"
 CODE = """
@@ -62,7 +62,7 @@ def start(tmp_path, monkeypatch):
             worker.close()
             worker.close()  # twice does no harm
         assert not Path(f"/proc/{worker.pid}").exists()
-        assert set(threading.enumerate()) == threads
+        assert set(threading.enumerate()) <= threads  # one of an earlier test may end
         assert open_sockets() == sockets
 
     return begun

@@ -16,7 +16,7 @@ from workbench.link.messages import Subscribe, read_message, write_operation
 from workbench.link.wire import Decoder, Flag, Frame, Kind
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "link"
-LIMIT = 120.0
+LIMIT = 300.0
 """For anything to happen [s]."""
 ATTEMPTS = 5
 """A machine that stands still for half a second loses control, as it should."""

@@ -15,7 +15,7 @@ from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
 from workbench.link.wire import Frame, Kind
 
-LIMIT = 20.0
+LIMIT = 300.0
 """Generous: nothing here is a matter of time [s]."""
 
 

@@ -537,7 +537,7 @@ def test_a_hard_hit_is_told_and_a_landing_is_none(walled):
     assert bench.shown.hit is None
 
 
-ENOUGH = 120.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 
 

@@ -25,7 +25,7 @@ from workbench.session.recording import Recording
 from workbench.session.session import Session
 
 ROOT = Path(__file__).resolve().parents[2]
-ENOUGH = 120.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 SCENARIO = Scenario(
     world="obstacle_field",

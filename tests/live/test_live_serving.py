@@ -23,7 +23,7 @@ from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
 from workbench.live.network import ServerSupervisor
 
-ENOUGH = 120.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 EVENTS, PARAMETERS = "/dh_drone/events", "/dh_drone/parameters"
 

@@ -17,7 +17,7 @@ from workbench.session.recording import Recording
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
-ENOUGH = 120.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 REPLAYS = 4
 TOPIC = "/dh_drone/velocity_data"

@@ -8,7 +8,7 @@ from workbench.live.flight import MOST_STREAMED, LiveFlight
 from workbench.live.messages import Streamed
 from workbench.live.stream import Stream
 
-ENOUGH = 120.0
+ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 
 

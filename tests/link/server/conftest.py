@@ -26,7 +26,7 @@ from workbench.link.wire import Decoder, Flag, Frame, Kind
 
 OUTFIT = Outfit(rotors=4, fast=204.8, slow=10.24)
 ROOT = Path(__file__).resolve().parents[3]
-LIMIT = 20.0
+LIMIT = 300.0
 """Generous: nothing here is a matter of time [s]."""
 
 

@@ -10,7 +10,7 @@ import pytest
 from workbench.link.server import tcp
 from workbench.link.server.tcp import Acceptor, listen
 
-LIMIT = 20.0
+LIMIT = 300.0
 """Generous: nothing here is a matter of time [s]."""
 
 
