@@ -8,9 +8,9 @@ import pytest
 
 from workbench.design.rollout import agreement as module
 from workbench.design.rollout.agreement import Trial, agreement, random_trials
+from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import make_senses
-from workbench.design.rollout.starts import start_state
 from workbench.gains.gains import flight_gains
 from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
