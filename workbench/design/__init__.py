@@ -1,1 +1,1 @@
-"""Experiments on the diagram that flies: steps, their metrics, and the paper's figures."""
+"""Experiments on the flying diagram: steps, their metrics, and the paper's figures."""

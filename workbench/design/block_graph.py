@@ -24,7 +24,7 @@ from workbench.common.errors import WorkbenchError
 RECORDER = "recorder"
 OUTPUTS = "outputs"
 NUMBERED = re.compile(r"[uy]\d+")
-"""Name that Drake gives to a port without a name."""
+"""Names that Drake gives to unnamed ports."""
 INSTALL = "install Graphviz (on Debian and Ubuntu: `sudo apt install graphviz`)"
 TEXT, PICTURES = (".dot", ".gv"), (".svg", ".pdf", ".png")
 """Endings of files in DOT, and of those that Graphviz draws."""
@@ -77,10 +77,11 @@ class BlockGraph:
 
 
 def read_block_graph(diagram: Diagram) -> BlockGraph:
-    """Return a diagram's top level, as simple as an honest picture allows.
+    """Return the top level of a diagram, simplified for a readable picture.
 
-    The scene graph is one block with its plant, or with what turns states into its poses; logs and
-    what bundles signals for them are the recorder. Exported ports become blocks.
+    The scene graph and its plant, or the system that turns states into its poses, form one block.
+    Logs and the systems that bundle signals for them form the recorder. Exported ports become
+    blocks.
     """
     homes = _homes(diagram)
     sinks: dict[Terminal, list[Terminal]] = {}
@@ -180,10 +181,11 @@ def _kind(system: System) -> str:
 
 
 def check_drawable(file: Path) -> None:
-    """Refuse a file that cannot be written here.
+    """Check that a picture can be written to a file.
 
     Raises:
-        WorkbenchError: if it is no picture and no DOT, or a picture and Graphviz is not installed.
+        WorkbenchError: if the file is neither a picture nor DOT, or is a picture and Graphviz is
+            not installed.
     """
     if file.suffix not in (*TEXT, *PICTURES):
         known = ", ".join((*PICTURES, *TEXT))
@@ -201,7 +203,7 @@ def has_graphviz() -> bool:
 
 
 def draw_blocks(graph: BlockGraph, file: Path) -> None:
-    """Write a block graph to a file that `check_drawable` lets pass.
+    """Write a block graph to a file that `check_drawable` accepts.
 
     Raises:
         WorkbenchError: if Graphviz fails.
@@ -217,9 +219,9 @@ def draw_blocks(graph: BlockGraph, file: Path) -> None:
 
 
 def block_dot(graph: BlockGraph) -> str:
-    """Return a block graph in DOT: a node a system with its ports, an edge for each connection.
+    """Return a block graph in DOT, with a node per system and an edge per connection.
 
-    Edges of one source have one colour, and tell their signal and its size as tooltips.
+    Edges from one source share a colour. Their tooltips show the signal and its size.
     """
     sources = list(dict.fromkeys(net.source.block for net in graph.nets))
     colours = {name: _COLOURS[place % len(_COLOURS)] for place, name in enumerate(sources)}

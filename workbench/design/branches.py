@@ -1,4 +1,4 @@
-"""Branches of a flight from a checkpoint; without Drake, so that screens can import it."""
+"""Branches of a flight from a checkpoint, without Drake, so that screens can import them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ class Branch:
 
     Attributes:
         name: of the branch.
-        gains: values of live parameters that are set at the checkpoint, by name.
-        controller: that takes over at the checkpoint, see `load_controller`; with "" the one flies
-            on that flew. Another one begins with its own gains, see `Session.begin_from`.
+        gains: values of live parameters to set at the checkpoint, by name.
+        controller: the one that takes over at the checkpoint, see `load_controller`; "" keeps the
+            present one. A different controller starts with its own gains, see `Session.begin_from`.
     """
 
     name: str
@@ -26,11 +26,12 @@ class Branch:
 
 @dataclass(frozen=True)
 class FlownBranch:
-    """One branch of a forked flight as it would be flown; it ends where the flight is lost.
+    """The simulated flight of one branch; it ends where the flight is lost.
 
     Attributes:
         name: of the branch.
-        time: simulated (N) [s]; the first is the checkpoint's, or the next at which is recorded.
+        time: simulated (N) [s]; the first is the time of the checkpoint, or of the next recorded
+            sample.
         velocity: in W (N, 3) [m/s].
         yaw_rate: (N) [rad/s].
         position: in W (N, 3) [m].

@@ -1,4 +1,4 @@
-"""Controllers beside each other: the same flights, vehicles and margins, one column each."""
+"""Compare controllers: the same flights, vehicles and margins, one column for each."""
 
 import copy
 import dataclasses
@@ -37,33 +37,33 @@ from workbench.session.recording import Recording
 from workbench.session.session import Session
 
 STEP_DURATION = 5.0
-"""Flown after a step's edge [s]."""
+"""Time flown after the edge of a step [s]."""
 EIGHT = FigureEight([0.0, 0.0, START_HEIGHT], 8.0, 4.0, 8.885, 2)
-"""Of 4 m/s where it is fastest."""
+"""A figure of eight with a largest speed of 4 m/s."""
 PUSH_AT, PUSH_TIME, PUSH_SHARE = 1.0, 0.2, 0.5
-"""A push to the north by half the weight: when and how long [s]."""
+"""A push to the north: its begin and duration [s], and its force as a share of the weight."""
 BACK = 0.05
-"""A pushed drone is back within this distance [m]."""
+"""A pushed drone counts as back within this distance [m]."""
 OVER = math.radians(179.0)
-"""Roll of a start upside down: at 180 deg no way is shorter, and rounding would choose one."""
+"""Roll of a start upside down: at 180 deg both ways are equally long and rounding would choose."""
 OVER_HEIGHT = 50.0
-"""Where that begins [m]."""
+"""Height of the start upside down [m]."""
 UPRIGHT, AT_REST = math.radians(10.0), 1.0
-"""It has recovered where tilt [rad] and climb rate [m/s] stay below."""
+"""The drone has recovered once tilt [rad] and climb rate [m/s] stay below these."""
 WIND_AT, WIND, WIND_TIME = 1.0, 8.0, 30.0
-"""A steady wind to the east: when [s], how fast [m/s], how long [s]."""
+"""A steady wind to the east: its begin [s], speed [m/s] and duration [s]."""
 AFTER = 10.0
-"""Flown after a push, and from upside down [s]."""
+"""Time flown after a push, and from upside down [s]."""
 VEHICLES = tuple(
     Variation(mass=mass, inertia=inertia, rotor_lag=lag)
     for mass, inertia, lag in itertools.product((0.8, 1.2), (0.7, 1.3), (1.0, 1.5))
 )
-"""Vehicles of which the law does not know."""
+"""Vehicles that differ from the one the law knows."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A number that controllers are compared by.
+    """A number used to compare controllers.
 
     Attributes:
         name: of it.
@@ -111,20 +111,20 @@ ROWS = (
 PARTS = tuple(dict.fromkeys(row.part for row in ROWS))
 UNMET = Row("unmet_wishes", "1", "tune", "wishes that the gains found for them do not meet")
 PANELS = ("x", "y", "z", "yaw", "path", "push", "upside_down", "wind")
-"""Of the picture, each with a curve of every controller."""
+"""Panels of the picture, each with one curve per controller."""
 Curve = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass
 class Compared:
-    """What one controller does.
+    """The results of one controller.
 
     Attributes:
         name: of the controller.
         numbers: by the name of their row; NaN where there is none.
-        remarks: by the name of a row: why it has none, or what belongs to it.
+        remarks: by the name of a row: why it has no number, or a comment on the number.
         curves: by panel, see `PANELS`.
-        gains: that were found for the wishes, by name; none without wishes.
+        gains: tuned for the wishes, by name; empty without wishes.
     """
 
     name: str
@@ -140,7 +140,7 @@ class Compared:
             self.remarks[name] = remark
 
     def none(self, names: Sequence[str], why: str) -> None:
-        """Note that there are no numbers, and why."""
+        """Note why there are no numbers."""
         for name in names:
             self.note(name, math.nan, why)
 
@@ -161,10 +161,10 @@ class Comparison:
 
 
 def chosen_controllers(names: Sequence[str]) -> tuple[Controller, ...]:
-    """Return the controllers that are named, each once.
+    """Return the named controllers.
 
     Raises:
-        WorkbenchError: for one that does not load, or that stands there twice.
+        WorkbenchError: for one that does not load or is named twice.
     """
     found = tuple(load_controller(name) for name in names)
     for law in found:
@@ -179,7 +179,7 @@ def chosen_controllers(names: Sequence[str]) -> tuple[Controller, ...]:
 
 
 def chosen_parts(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the parts of a comparison that are named, all of them where none is.
+    """Return the named parts of a comparison, or all if none is named.
 
     Raises:
         WorkbenchError: for an unknown one.
@@ -198,22 +198,22 @@ def compare(
     wishes: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Comparison:
-    """Fly and judge controllers on one vehicle, each with the gains that it has for that.
+    """Fly and judge controllers on one vehicle, each with its gains for that vehicle.
 
-    With wishes each is tuned for them first, so that structures are compared, and not how well
-    somebody has set their gains.
+    With wishes, each controller is first tuned for them. The comparison is then of structures, not
+    of how well their gains were set.
 
     Args:
         controllers: names of shipped ones, or files.
-        scenario: its vehicle, world and rates are used, and its figure of eight where it has one;
-            its gain file is used by the controller that it is for.
-        parts: of `PARTS`; all of them where none is named.
-        wishes: texts, or paths of files of them, see docs/tuning.md; an empty sequence for those
-            that follow from the vehicle. None for no tuning.
+        scenario: its vehicle, world and rates are used, and its figure of eight if it has one. Its
+            gain file is used for the controller that it belongs to.
+        parts: names from `PARTS`; all if empty.
+        wishes: texts, or paths of wish files, see docs/tuning.md; an empty sequence uses the wishes
+            that follow from the vehicle. None does no tuning.
         progress: called with the share done, 0 .. 1.
 
     Raises:
-        WorkbenchError: if a controller or the vehicle cannot be read, or a wish is none.
+        WorkbenchError: if a controller, the vehicle or a wish cannot be read.
     """
     laws, chosen = chosen_controllers(controllers), chosen_parts(parts)
     scenario = scenario or Scenario()
@@ -252,10 +252,10 @@ def compare(
 
 
 def wishes_of(texts: Sequence[str], law: Controller) -> Wishes:
-    """Return wishes about a controller, as texts or paths of files of them.
+    """Return wishes about a controller, given as texts or paths of wish files.
 
     Raises:
-        WorkbenchError: if one is none, or about a loop that the controller has not.
+        WorkbenchError: if a wish is invalid, or about a loop that the controller does not have.
     """
     files = [text for text in texts if text.endswith((".yaml", ".yml"))]
     if len(files) > 1:
@@ -266,7 +266,7 @@ def wishes_of(texts: Sequence[str], law: Controller) -> Wishes:
 
 
 def _note_tuned(found: Compared, tuned: Tuning) -> None:
-    """Note what came of the wishes."""
+    """Note the results of the tuning."""
     unmet = [result.required for result in tuned.as_described if not result.met]
     said = "; ".join(map(str, unmet or tuned.conflicts))
     found.note(UNMET.name, float(len(unmet)), said)
@@ -276,7 +276,7 @@ def _note_tuned(found: Compared, tuned: Tuning) -> None:
 
 
 def _flown_by(scenario: Scenario, name: str, law: Controller) -> Scenario:
-    """Return a scenario with another controller, and with its gain file if that is for it."""
+    """Return a scenario with another controller, and with its gain file if that belongs to it."""
     flight = copy.deepcopy(scenario)
     flight.controller = name
     gains = flight.vehicle.gains
@@ -286,7 +286,7 @@ def _flown_by(scenario: Scenario, name: str, law: Controller) -> Scenario:
 
 
 class _Bench:
-    """One controller's flights, and what is found."""
+    """Flies one controller and notes its results."""
 
     def __init__(self, scenario: Scenario, law: Controller, say: Callable[[float], None]) -> None:
         self.scenario, self.law, self.say = scenario, law, say
@@ -473,7 +473,7 @@ def _distance(flight: Recording, place: np.ndarray) -> np.ndarray:
 
 
 def _for_good(time: np.ndarray, good: np.ndarray) -> float:
-    """Return from when on all is good [s], NaN if it is not at the end."""
+    """Return the time from which all samples are good [s], NaN if the last one is not."""
     bad = np.flatnonzero(~good)
     if not len(bad):
         return float(time[0])

@@ -1,4 +1,4 @@
-"""Errors of an estimate over the truth, and whether they agree with its covariance."""
+"""Errors of an estimate against the truth, and their consistency with its covariance."""
 
 from dataclasses import dataclass, field
 
@@ -12,9 +12,9 @@ from workbench.estimation.run import EstimateHistory
 from workbench.session.recording import Recording
 
 STATES = 9
-"""Of the errors, those that NEES takes in: attitude, position and velocity."""
+"""Number of errors in NEES: attitude, position and velocity."""
 SHARE = 0.95
-"""Of the samples of a consistent estimator that lie within the bounds."""
+"""Share of the samples of a consistent estimator that lie within the bounds."""
 _ROWS = (
     ("attitude_B", ("roll", "pitch", "yaw"), "rad"),
     ("position", ("x", "y", "z"), "m"),
@@ -22,12 +22,12 @@ _ROWS = (
     ("angular_velocity", ("w_x", "w_y", "w_z"), "rad/s"),
 )
 _AT_ONCE = 4096
-"""Matrices that are inverted together."""
+"""Number of matrices inverted together."""
 
 
 @dataclass(frozen=True)
 class EstimateOverTruth:
-    """What an estimator made of a flight that was flown before, and the true motion.
+    """An estimate computed from a past flight, with the true motion.
 
     Attributes:
         time: (N) [s].
@@ -35,10 +35,10 @@ class EstimateOverTruth:
         p_WB: (N, 3) true position [m].
         w_WB: (N, 3) true angular velocity in W [rad/s].
         v_WB: (N, 3) true velocity in W [m/s].
-        estimate: (N, 13) of these four; so the next three are as in a `Recording`.
+        estimate: (N, 13) estimates of these four; this and the next two are as in a `Recording`.
         biases: (N, 6) of gyro [rad/s] and accelerometer [m/s²] in B, estimated.
         p_BI: place of the IMU in B (3) [m].
-        charge: (0) a log has no estimate of the charge; so the next one.
+        charge: (0), as a log has no estimate of the charge; the same holds for the next one.
     """
 
     time: np.ndarray
@@ -58,13 +58,13 @@ class EstimateOverTruth:
 
 
 Estimated = Recording | EstimateOverTruth
-"""A motion and what was known of it over time."""
+"""A motion and its estimate over time."""
 
 
 def over_truth(
     history: EstimateHistory, state_time: np.ndarray, states: np.ndarray, p_BI: np.ndarray
 ) -> EstimateOverTruth:
-    """Return a history beside the true motion, as far as that is known.
+    """Return a history with the true motion, for the times where that is known.
 
     Args:
         history: of an estimator.
@@ -100,8 +100,8 @@ class Errors:
     Attributes:
         time: (N) [s].
         attitude_B: (N, 3) rotation vector d in the estimated body frame, R_true = R exp(d) [rad];
-            its numbers go by the names roll, pitch and yaw. Differences of the angles themselves
-            mean nothing near a pitch of 90 deg.
+            its components are named roll, pitch and yaw. Differences of the angles themselves are
+            meaningless near a pitch of 90 deg.
         position: (N, 3) in W [m].
         velocity: (N, 3) in W [m/s].
         angular_velocity: (N, 3) in W [rad/s].
@@ -126,14 +126,14 @@ class StateError:
 
 @dataclass(frozen=True)
 class Nees:
-    """The normalised estimation error squared, e' P^-1 e, of attitude, position and velocity.
+    """Normalised estimation error squared (NEES), e' P^-1 e, of attitude, position and velocity.
 
-    Of a consistent estimator it is chi-square distributed with as many degrees of freedom as there
-    are states, so its mean is their number. Neighbouring samples are not independent: the bounds
-    are those of one, not of their mean.
+    For a consistent estimator it has a chi-square distribution with as many degrees of freedom as
+    there are states, so its mean is the number of states. Neighbouring samples are not independent,
+    so the bounds are those of a single sample, not of the mean.
 
     Attributes:
-        states: how many.
+        states: their number.
         mean: over the flight.
         lower: bound of the middle 95 %.
         upper: likewise.
@@ -153,9 +153,9 @@ class Innovations:
 
     Attributes:
         channel: its name, see `ekf.NAMES`.
-        count: how many.
-        within: share within the bounds that 95 % of a consistent estimator's are in, 0 .. 1: of
-            NIS, the innovation squared over its variance.
+        count: number of innovations.
+        within: share of NIS, the innovation squared over its variance, within the bounds that hold
+            95 % for a consistent estimator, 0 .. 1.
     """
 
     channel: str
@@ -165,12 +165,12 @@ class Innovations:
 
 @dataclass(frozen=True)
 class EstimateReport:
-    """An estimate judged.
+    """The judgement of an estimate.
 
     Attributes:
         states: RMS and worst of every state.
-        nees: None where the estimator does not know its covariance.
-        innovations: of each channel that measured; none where the estimator has no such thing.
+        nees: None if the estimator has no covariance.
+        innovations: of each channel that measured; empty if the estimator has none.
     """
 
     states: tuple[StateError, ...]
@@ -179,7 +179,7 @@ class EstimateReport:
 
 
 def estimate_errors(recording: Estimated) -> Errors | None:
-    """Return the errors of the estimate; None where the controller knew the true motion."""
+    """Return the errors of the estimate; None if the controller knew the true motion."""
     estimate = recording.estimate
     if not recording.estimated:
         return None
@@ -193,11 +193,11 @@ def estimate_errors(recording: Estimated) -> Errors | None:
 
 
 def nees(recording: Estimated) -> np.ndarray | None:
-    """Return e' P^-1 e over time (N), see `Nees`; None where there is no covariance.
+    """Return e' P^-1 e over time (N), see `Nees`; None if there is no covariance.
 
-    The covariance is the whole one, correlations included: deviations alone would count twice an
-    error that tilt and velocity share. It is of place and velocity of the IMU, and so are the
-    errors here.
+    The full covariance is used, with correlations: standard deviations alone would count twice an
+    error that tilt and velocity share. Position and velocity are those of the IMU, in the
+    covariance and in the errors.
     """
     errors, triangle = estimate_errors(recording), recording.covariance
     if errors is None or not np.isfinite(triangle).any():
@@ -227,7 +227,7 @@ def nees(recording: Estimated) -> np.ndarray | None:
 
 
 def judge_estimate(recording: Estimated) -> EstimateReport | None:
-    """Return how good the estimate was; None where the controller knew the true motion."""
+    """Return the judgement of the estimate; None if the controller knew the true motion."""
     errors = estimate_errors(recording)
     if errors is None:
         return None

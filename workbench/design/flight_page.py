@@ -11,7 +11,7 @@ from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 
 _EYE = np.array([-3.0, -3.0, 1.7])
-"""Where the camera stands, seen from where the flight begins, in spans of the vehicle."""
+"""Position of the camera relative to the start of the flight, in spans of the vehicle."""
 
 
 def fly_and_film(

@@ -10,14 +10,14 @@ from workbench.control.mode import FlightMode, Reason
 from workbench.session.recording import Recording
 
 _CLOSE = 0.1
-"""A touch-down is measured from this height above the ground on [m]."""
+"""Height above the ground below which the touch-down speed is measured [m]."""
 _TOUCHING = 0.005
 _RESTING = 0.05
-"""Within this height of the ground [m], and slower than this [m/s], a drone stands."""
+"""A drone below this height above the ground [m] and this speed [m/s] is at rest."""
 
 
 class Failsafe(NamedTuple):
-    """A failsafe, or a failure that the flight goes on with: its reason, time [s] and mode."""
+    """A failsafe, or a failure that does not end the flight: its reason, time [s] and mode."""
 
     reason: str
     time: float
@@ -25,31 +25,31 @@ class Failsafe(NamedTuple):
 
     @property
     def said(self) -> str:
-        """All of it as a sentence."""
+        """All of these as a sentence."""
         return f"{self.reason} at {self.time:.1f} s: {self.mode}"
 
 
 @dataclass(frozen=True)
 class FlightSummary:
-    """The main numbers of a flight; SI units, angles in rad.
+    """The main numbers of a flight in SI units, angles in rad.
 
     Attributes:
         duration: flown time [s].
         distance: length of the path [m].
         max_speed: [m/s].
         max_height: of the base link above the ground [m].
-        min_height: likewise, the least [m].
-        end: where the base link is at the end, in W [m].
+        min_height: of the base link above the ground [m].
+        end: position of the base link at the end, in W [m].
         max_tilt: [rad].
         turned_over: when the drone first tilted beyond 90 deg [s]; None if it never did.
         max_yaw_rate: about world z, either way [rad/s].
         max_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
-        final_mode: the flight mode at the end, in words; "open loop" where there is none.
-        battery_used: share of the charge, 0 .. 1; NaN where there is no battery.
+        final_mode: the flight mode at the end, in words; "open loop" if there is none.
+        battery_used: share of the charge, 0 .. 1; NaN without a battery.
         touch_down_speed: largest sinking speed in the last 0.1 m before the ground [m/s]; None if
             the drone did not come down, or does not stand at the end.
-        least_clearance: least free way to an obstacle [m], below 0 where they may have met; None
-            in a world without.
+        least_clearance: smallest distance to an obstacle [m], below 0 where they may have touched;
+            None in a world without obstacles.
         failsafes: each of them, in order.
     """
 

@@ -1,4 +1,4 @@
-"""A forked flight: continued from a checkpoint with each of several gains or controllers."""
+"""Fork a flight: continue it from a checkpoint with each of several gains or controllers."""
 
 import dataclasses
 import math
@@ -19,13 +19,13 @@ from workbench.session.checkpoint import Checkpoint
 from workbench.session.session import Session
 
 LONGEST = 120.0
-"""Flown of a branch [s]."""
+"""Limit of the duration of a branch [s]."""
 SLICE = 0.25
 """Flown between two checks whether to stop [s]."""
 
 
 class Step(Protocol):
-    """A step on top of what is asked for."""
+    """A step added to the setpoint."""
 
     @property
     def axis(self) -> str:
@@ -39,11 +39,11 @@ class Step(Protocol):
 class Forker:
     """Flies forks of one scenario's flights, and keeps what it has built for the next one.
 
-    A fork has the flight's vehicle, world, rates and script. It has no sensors, as no law reads
-    them. A branch without gains or controller of its own equals the flight to the bit.
+    A fork has the vehicle, world, rates and script of the flight. It has no sensors, as no law
+    reads them. A branch without its own gains or controller equals the flight to the bit.
 
     Args:
-        scenario: whose flights are forked.
+        scenario: the scenario of the flights to fork.
 
     Raises:
         WorkbenchError: if it cannot be built.
@@ -70,9 +70,9 @@ class Forker:
             checkpoint: of a flight of the scenario.
             branches: to be flown.
             duration: of each [s].
-            step: commanded at once, on top of what is asked for; None lets it fly on.
-            stop: asked every quarter of a second flown; when it returns true, the branches that are
-                complete are returned.
+            step: commanded at once, added to the setpoint; None for no step.
+            stop: called for every quarter of a second flown; when it returns true, the complete
+                branches are returned.
 
         Raises:
             WorkbenchError: if a controller cannot be read or built, or a gain is unknown or out of

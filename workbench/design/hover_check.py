@@ -1,4 +1,4 @@
-"""Does a vehicle fly as it should: ten seconds of hover, and a step on every axis."""
+"""Check how a vehicle flies: ten seconds of hover, and a step on every axis."""
 
 import copy
 import math
@@ -19,33 +19,33 @@ HOVER_DURATION = 10.0
 """[s]"""
 NUDGE_SPEED = 0.002
 NUDGE_RATE = 0.0002
-"""A hover begins at this speed along and about every axis [m/s, rad/s], to show if it is unstable.
+"""Initial speed of a hover along and about every axis [m/s, rad/s], to reveal instability.
 
-The drift that it makes, a few millimetres, is small beside what is allowed.
+It causes a drift of a few millimetres, small compared to the limit.
 """
 STEP_DURATION = 8.0
-"""Flown after a step's edge [s]: rotors as slow as 0.2 s have brought the drone there by then."""
+"""Time flown after the edge of a step [s], enough for rotors with a time constant of 0.2 s."""
 DRIFT = 0.05
-"""Most while hovering [m]."""
+"""Limit of the drift in hover [m]."""
 TILT = math.radians(0.5)
-"""Most while hovering [rad]."""
+"""Limit of the tilt in hover [rad]."""
 OVERSHOOT = 15.0
-"""Most of a step [%]."""
+"""Limit of the overshoot of a step [%]."""
 STEADY_STATE_ERROR = 10.0
-"""Most of a step [%]: a step without a response has no overshoot either."""
+"""Limit of the steady-state error of a step [%]: a step without a response has no overshoot."""
 _DEMANDED = (("overshoot", OVERSHOOT), ("steady_state_error", STEADY_STATE_ERROR))
 
 
 @dataclass(frozen=True)
 class Demand:
-    """A flown number that must not be larger than a limit.
+    """A measured number with an upper limit.
 
     Attributes:
         flight: hover, or which step.
         quantity: its name; of a step, python-control's.
         unit: of value and limit.
-        value: the flown one; NaN where it means nothing.
-        limit: largest that will do.
+        value: the measured one; NaN where it has no meaning.
+        limit: the largest value allowed.
         withheld: why it is NaN, else "".
     """
 
@@ -69,11 +69,11 @@ class HoverReport:
     Attributes:
         hover: the ten seconds.
         drift: (N) distance from the place where it began [m].
-        tilt: (N) angle between body z and where it pointed at the beginning [rad].
-        steps: along x, y, z and about yaw.
-        exchange: how that with a program went that ran the law, in all flights together, see
+        tilt: (N) angle between body z and its initial direction [rad].
+        steps: along x, y, z and in yaw.
+        exchange: statistics of the exchange with a program that ran the law, over all flights, see
             `Session.exchange`.
-        ended: why that program ended in one of them, "" else.
+        ended: why that program ended in one of the flights, else "".
     """
 
     hover: "Recording"
@@ -90,7 +90,7 @@ class HoverReport:
 
     @property
     def demands(self) -> list[Demand]:
-        """Return everything that is demanded, in the order in which it was flown."""
+        """Return all demands, in the order of the flights."""
         found = [
             Demand("hover", "drift", "m", float(self.drift.max()), DRIFT),
             Demand("hover", "tilt", "rad", float(self.tilt.max()), TILT),
@@ -114,7 +114,7 @@ def check_hover(
     Args:
         scenario: its vehicle and rates are used.
         settings: parameter values for all flights.
-        progress: called with the flown share of all of them, 0 .. 1.
+        progress: called with the share flown of all flights, 0 .. 1.
 
     Raises:
         WorkbenchError: if the vehicle cannot be flown.

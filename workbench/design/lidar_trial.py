@@ -24,23 +24,23 @@ from workbench.session.session import Session
 from workbench.systems.sensors.readings import LidarScan
 
 LOOK_PERIOD = 1 / 32
-"""Between two looks at the clearance [s]."""
+"""Period between checks of the clearance [s]."""
 EXACT = 1e-3
-"""A lidar without noise measures to this [m]; so near to an edge a ray may pass on either side."""
+"""Tolerance of a lidar without noise [m]; this near an edge, a ray may pass on either side."""
 DEVIATIONS = 6.0
-"""Right noise lies within this many standard deviations: all but one in 500 million samples do."""
+"""Noise must lie within this many standard deviations, as all but one in 500 million samples do."""
 JUMP = 0.1
-"""Where the next ray's length differs by more, there is an edge [m]."""
+"""Difference in length between neighbouring rays above which there is an edge [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """A scan as its reader got it.
+    """A scan as delivered to its reader.
 
     Attributes:
         stamp: when it was taken, as the scan states [s].
         delivered: when it could first be read, at the control rate [s].
-        ranges: (layers, steps) [m]; what is not finite is no return.
+        ranges: (layers, steps) [m]; not finite without a return.
         X_WS: pose of the lidar, as the scan states.
     """
 
@@ -52,18 +52,18 @@ class Scan:
 
 @dataclass(frozen=True)
 class TrialFlight:
-    """The flight that a lidar trial judges.
+    """The flight judged by a lidar trial.
 
     Attributes:
-        recording: with a sample at the stamp of every scan that is on time.
-        lidar: as described; exact if the flight was without noise.
-        asked_rate: scans a second that are asked for [1/s].
+        recording: has a sample at the stamp of every punctual scan.
+        lidar: as described; without noise if the flight was.
+        asked_rate: requested scans per second [1/s].
         period: between scans, in whole physics steps [s].
-        latency: from a scan to its delivery, as asked for [s].
-        control_period: at which scans are looked for [s].
-        obstacles: what its rays can meet.
+        latency: requested, from a scan to its delivery [s].
+        control_period: period between checks for a new scan [s].
+        obstacles: all that its rays can hit.
         scans: in the order of their delivery.
-        computing_time: median wall clock time for a scan on this machine [s]; NaN if unknown.
+        computing_time: median wall-clock time per scan on this machine [s]; NaN if unknown.
     """
 
     recording: Recording
@@ -88,10 +88,10 @@ class TrialFlight:
         return RigidTransform(RotationMatrix(np.array(lidar.R_BS)), np.array(lidar.p_BS))
 
     def X_WS(self, time: float) -> RigidTransform:
-        """Return where the lidar was at a time [s]: exact where there is a sample.
+        """Return the pose of the lidar at a time [s]; it is exact at a sample.
 
-        Between samples it goes straight and evenly; in the 6 ms of a usual trial that is off by
-        5 µm for each m/s² of acceleration.
+        Between samples the pose is interpolated linearly. Over the 6 ms of a usual trial the error
+        is 5 µm per m/s² of acceleration.
         """
         record = self.recording
         after = int(np.clip(np.searchsorted(record.time, time - 1e-9), 1, len(record.time) - 1))
@@ -127,10 +127,10 @@ def fly_between(
     progress: Callable[[float], None] | None = None,
     meshcat: Meshcat | None = None,
 ) -> TrialFlight:
-    """Fly a scenario with its vehicle's lidar, and look for a scan every control period.
+    """Fly a scenario with the lidar of its vehicle, and check for a scan every control period.
 
     Args:
-        scenario: what to fly; its lidar is switched on if it is not.
+        scenario: what to fly; its lidar is switched on if necessary.
         settings: parameter values.
         progress: called with the flown share, 0 .. 1.
         meshcat: where to draw, if anywhere.
@@ -183,7 +183,7 @@ def fly_between(
 
 
 def _choose(vehicle: Vehicle, scenario: Scenario) -> SensorChoice:
-    """Return the lidar to try: the first one in use, or else the first one, which then is."""
+    """Return the lidar to try: the first one in use, or else the first one, switched on."""
     lidars = [sensor for sensor in vehicle.sensors if isinstance(sensor, Lidar)]
     if not lidars:
         raise WorkbenchError(f"{vehicle.source}: there is no lidar in it to try: add one")
@@ -195,9 +195,10 @@ def _choose(vehicle: Vehicle, scenario: Scenario) -> SensorChoice:
 
 
 def _record_period(scenario: Scenario, scan_period: float) -> float:
-    """Return a period for the recording that gives it a sample at every scan [s].
+    """Return a recording period that yields a sample at every scan [s].
 
-    It is the largest whole part of a scan period that is not longer than the scenario's.
+    It is the largest integer fraction of a scan period that is no longer than the scenario's
+    period.
     """
     step = scenario.rates.physics_step
     steps, most = round(scan_period / step), round(scenario.rates.record_period / step)
@@ -205,7 +206,7 @@ def _record_period(scenario: Scenario, scan_period: float) -> float:
 
 
 def _computing_time(busy: list[float], scans: list[Scan], slice_time: float) -> float:
-    """Return how much longer the slices of flight take in which a scan is taken [s]."""
+    """Return the additional time that slices of flight with a scan take [s]."""
     taken = {int(scan.stamp / slice_time + 1e-6) for scan in scans}
     with_scan = [spent for index, spent in enumerate(busy) if index in taken]
     without = [spent for index, spent in enumerate(busy) if index not in taken]
@@ -216,19 +217,19 @@ def _computing_time(busy: list[float], scans: list[Scan], slice_time: float) -> 
 
 @dataclass(frozen=True)
 class JudgedScan:
-    """A scan compared with closed form, at its stamp and the recorded pose of the lidar.
+    """A scan compared with the closed form, at its stamp and the recorded pose of the lidar.
 
     Attributes:
         scan: what was delivered.
-        error: (n) measured less true length, of every return that has a true one [m].
+        error: (n) measured minus true length, of every return that has a true one [m].
         length: (n) the true lengths [m].
-        obstacle: (n) index of the obstacle that each ray meets, in the flight's order.
+        obstacle: (n) index of the obstacle that each ray hits, in the flight's order.
         p_WP: (n, 3) the measured points, at the pose that the scan states [m].
-        missed: for each ray that should return and does not, the index of its obstacle.
-        false: number of rays that return where there is no obstacle.
-        at_edges: number of rays that an edge within `EXACT` explains; they are not judged.
-        seen: indices of the obstacles with at least one right return.
-        displacement: of a point at the farthest range, by an error of the stated pose [m].
+        missed: index of the obstacle of each ray that should have a return and has none.
+        false: number of returns without an obstacle.
+        at_edges: number of rays explained by an edge within `EXACT`; they are not judged.
+        seen: indices of the obstacles with at least one correct return.
+        displacement: of a point at the farthest range, due to the error of the stated pose [m].
     """
 
     scan: Scan
@@ -255,7 +256,7 @@ class Errors:
 
     @classmethod
     def of(cls, error: np.ndarray) -> "Errors":
-        """Return the figures of errors (n) [m]; 95th percentile and maximum are of their size."""
+        """Return the statistics of errors (n) [m]; 95th percentile and maximum are absolute."""
         if not len(error):
             return cls(0, *[float("nan")] * 4)
         size = np.abs(error)
@@ -274,7 +275,7 @@ class Accuracy:
 
     Attributes:
         scans: each of them.
-        obstacles: how many the flight has.
+        obstacles: their number in the flight.
     """
 
     scans: tuple[JudgedScan, ...]
@@ -302,35 +303,35 @@ class Accuracy:
 
     @cached_property
     def total(self) -> Errors:
-        """Over all returns."""
+        """Statistics over all returns."""
         return Errors.of(self.error)
 
     @cached_property
     def by_obstacle(self) -> tuple[Errors, ...]:
-        """Over the returns of each obstacle, in the flight's order."""
+        """Statistics over the returns of each obstacle, in the flight's order."""
         return tuple(
             Errors.of(self.error[self.obstacle == number]) for number in range(self.obstacles)
         )
 
     @cached_property
     def missed(self) -> tuple[int, ...]:
-        """Rays that should have returned, by obstacle."""
+        """Number of missing returns, by obstacle."""
         missed = [number for scan in self.scans for number in scan.missed]
         return tuple(missed.count(number) for number in range(self.obstacles))
 
     @property
     def false(self) -> int:
-        """Rays that should not have returned."""
+        """Number of false returns."""
         return sum(scan.false for scan in self.scans)
 
     @property
     def at_edges(self) -> int:
-        """Rays that were not judged."""
+        """Number of rays that were not judged."""
         return sum(scan.at_edges for scan in self.scans)
 
     @property
     def displacement(self) -> float:
-        """Largest of any scan [m]."""
+        """Largest displacement of any scan [m]."""
         return max((scan.displacement for scan in self.scans), default=math.nan)
 
 
@@ -341,19 +342,19 @@ def judge(flight: TrialFlight) -> Accuracy:
 
 
 def rounding(lidar: Lidar) -> float:
-    """Return how far a range is rounded at most [m]."""
+    """Return the largest rounding error of a range [m]."""
     return 0.5 * (lidar.resolution or lidar.noise.precision)
 
 
 def tolerance(lidar: Lidar) -> float:
-    """Return how far a right range may lie from the true one [m]."""
+    """Return the tolerance of a correct range [m]."""
     noise = lidar.noise
     spread = DEVIATIONS * (noise.stddev + noise.bias_stddev)
     return EXACT + rounding(lidar) + abs(noise.mean + noise.bias_mean) + spread
 
 
 def judge_scan(flight: TrialFlight, scan: Scan) -> JudgedScan:
-    """Judge one scan against closed form."""
+    """Judge one scan against the closed form."""
     lidar, X_WS = flight.lidar, flight.X_WS(scan.stamp)
     allowed = tolerance(lidar)
     farthest = lidar.max_range + allowed
@@ -361,7 +362,7 @@ def judge_scan(flight: TrialFlight, scan: Scan) -> JudgedScan:
     hits = first_hits(flight.obstacles, scan.stamp, X_WS, flight.directions, farthest)
     length, obstacle = hits
     returned = np.isfinite(measured)
-    # Noise may take a length that is nearly out of range either way.
+    # Noise may move a length near the limit of range to either side.
     surely = (length >= lidar.min_range + allowed) & (length <= lidar.max_range - allowed)
     nearly = (length >= lidar.min_range - allowed) & (length <= farthest)
     missed, false = surely & ~returned, returned & ~nearly
@@ -394,7 +395,7 @@ def _at_edge(
     rays: np.ndarray,
     allowed: float,
 ) -> np.ndarray:
-    """Return which of some rays (k) agree with a ray that passes `EXACT` beside them at an edge."""
+    """Return which rays (k) agree with a ray that passes within `EXACT` of them at an edge."""
     if not len(rays):
         return np.zeros(0, dtype=bool)
     measured = scan.ranges.ravel()[rays]
@@ -420,12 +421,12 @@ def _at_edge(
 
 
 def _difference(one: np.ndarray, other: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """Return one less other where that is asked for, 0 elsewhere, where both may be infinite."""
+    """Return the difference where requested and 0 elsewhere, where both may be infinite."""
     return np.subtract(one, other, out=np.zeros(len(one)), where=where)
 
 
 def _across(d: np.ndarray) -> Iterable[np.ndarray]:
-    """Return four unit vectors around each direction (n, 3), at right angles to it."""
+    """Return four unit vectors perpendicular to each direction (n, 3)."""
     helper = np.where(np.abs(d[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
     one = np.cross(d, helper)
     one /= np.linalg.norm(one, axis=1, keepdims=True)
@@ -434,7 +435,7 @@ def _across(d: np.ndarray) -> Iterable[np.ndarray]:
 
 
 def _displacement(X_WS: RigidTransform, claimed: RigidTransform, farthest: float) -> float:
-    """Return how far a claimed pose moves a point at the farthest range, at most [m]."""
+    """Return the largest displacement of a point at the farthest range by a stated pose [m]."""
     apart = X_WS.inverse() @ claimed
     # sin(angle / 2) from the antisymmetric part is exact for small angles, as acos is not
     R = apart.rotation().matrix()
@@ -446,18 +447,18 @@ def _displacement(X_WS: RigidTransform, claimed: RigidTransform, farthest: float
 
 @dataclass(frozen=True)
 class Detection:
-    """How soon one obstacle was found; NaN where it never was.
+    """The delay until one obstacle was found; NaN if it never was.
 
-    It comes into view when, in closed form, a ray meets it first and within range, and keeps doing
-    so for a scan period or until a scan contains it: a scan must fall into that time. A ray that
+    An obstacle comes into view when, in closed form, a ray hits it first and within range, for at
+    least a scan period or until a scan contains it: a scan must fall into that time. A ray that
     only grazes it between two scans does not count.
 
     Attributes:
         obstacle: its name.
-        from_start: whether it was in view when the flight began.
+        from_start: whether it was in view at the start of the flight.
         entered: when it came into view [s].
         entered_distance: from the lidar to its nearest point then [m].
-        returned: when a scan with a return from it was delivered first [s].
+        returned: time of delivery of the first scan with a return from it [s].
         returned_distance: from the lidar to its nearest point then [m].
     """
 
@@ -480,7 +481,7 @@ class Detection:
 
 
 def detect(flight: TrialFlight, accuracy: Accuracy) -> tuple[Detection, ...]:
-    """Return how soon each obstacle of a flight was found, in their order."""
+    """Return the detection of each obstacle of a flight, in their order."""
     numbers = range(len(flight.obstacles))
     firsts = [
         next((each.scan for each in accuracy.scans if index in each.seen), None)
@@ -491,15 +492,15 @@ def detect(flight: TrialFlight, accuracy: Accuracy) -> tuple[Detection, ...]:
 
 
 def slowest_detection(flight: TrialFlight) -> float:
-    """Return the longest delay of a lidar that delivers as promised [s].
+    """Return the longest delay of a lidar that meets its specification [s].
 
-    A scan comes within a period; its reader looks for it once every control period.
+    A scan comes within a period. Its reader checks for it once every control period.
     """
     return flight.period + flight.latency + flight.control_period
 
 
 def _detection(flight: TrialFlight, index: int, entered: float, first: Scan | None) -> Detection:
-    """Return the record of one obstacle; `first` is the first scan that has it."""
+    """Return the record of one obstacle; `first` is the first scan that contains it."""
     obstacle = flight.obstacles[index]
     returned = first.delivered if first else math.nan
     entered_distance, returned_distance = (
@@ -519,12 +520,12 @@ def _detection(flight: TrialFlight, index: int, entered: float, first: Scan | No
 def _came_into_view(flight: TrialFlight, stamps: list[float]) -> list[float]:
     """Return when each obstacle came into view [s], see `Detection`; NaN if it never did.
 
-    A stay in view that has not lasted for a scan period when the flight ends does not count, as
-    no scan needs to fall into it.
+    An obstacle in view for less than a scan period at the end of the flight does not count, as no
+    scan needs to fall into that time.
 
     Args:
-        flight: what was flown.
-        stamps: for each obstacle, that of the first scan that has it [s].
+        flight: the flight.
+        stamps: of the first scan that contains each obstacle [s].
     """
     since = [math.nan] * len(stamps)
     entered = [math.nan] * len(stamps)
@@ -545,7 +546,7 @@ def _came_into_view(flight: TrialFlight, stamps: list[float]) -> list[float]:
 
 
 def _in_view(flight: TrialFlight, index: int, time: float, X_WS: RigidTransform) -> bool:
-    """Return whether a ray of the lidar meets an obstacle first, and within range."""
+    """Return whether a ray of the lidar hits an obstacle first, and within range."""
     lidar, d_S = flight.lidar, flight.directions
     length = flight.obstacles[index].first(time, X_WS, d_S, lidar.max_range)
     some = np.flatnonzero((length >= lidar.min_range) & (length <= lidar.max_range))
@@ -559,14 +560,14 @@ def _in_view(flight: TrialFlight, index: int, time: float, X_WS: RigidTransform)
 
 @dataclass(frozen=True)
 class Demand:
-    """A number of the trial that must not be larger than a limit.
+    """A number of the trial with an upper limit.
 
     Attributes:
         criterion: accuracy, detection, response or flight.
         quantity: its name.
         unit: of value and limit.
         value: the measured one.
-        limit: largest that will do.
+        limit: the largest value allowed.
     """
 
     criterion: str
@@ -583,11 +584,11 @@ class Demand:
 
 @dataclass(frozen=True)
 class Clearance:
-    """How near the flight came to an obstacle other than the ground.
+    """The smallest distance of the flight from an obstacle other than the ground.
 
     Attributes:
         distance: smallest from the base link's origin [m]; inf without obstacles.
-        obstacle: to which.
+        obstacle: the nearest one.
         time: when [s].
     """
 
@@ -598,16 +599,16 @@ class Clearance:
 
 @dataclass(frozen=True)
 class Response:
-    """How promptly scans were delivered; all times are simulated.
+    """The punctuality of scans; all times are simulated.
 
     Attributes:
-        expected: scans that were to be delivered before the flight's end.
-        delivered: scans that were.
-        late: those older than a scan period and the latency asked for when they were delivered.
-        lost: those that were left out.
+        expected: number of scans due before the end of the flight.
+        delivered: number of scans delivered.
+        late: number of scans older at delivery than a scan period plus the requested latency.
+        lost: number of missing scans.
         median_age: from stamp to delivery [s].
-        maximum_age: likewise [s].
-        rate: scans delivered a second of the flight between the first and the last [1/s].
+        maximum_age: from stamp to delivery [s].
+        rate: scans delivered per second between the first and the last [1/s].
     """
 
     expected: int
@@ -620,21 +621,21 @@ class Response:
 
     @property
     def share_on_time(self) -> float:
-        """Of the scans that were to come, those that came in time, 0 .. 1."""
+        """Share of the expected scans that came in time, 0 .. 1."""
         return (self.delivered - self.late) / self.expected if self.expected else math.nan
 
 
 @dataclass(frozen=True)
 class TrialReport:
-    """What a lidar trial found.
+    """The results of a lidar trial.
 
     Attributes:
         flight: with noise as the description has it.
-        accuracy: of this flight.
-        exact: the accuracy of the same flight without noise: what is not noise.
-        detections: how soon each obstacle was found.
-        response: how promptly scans were delivered.
-        clearance: how near the flight came to anything.
+        accuracy: in this flight.
+        exact: the accuracy in the same flight without noise, which shows all other errors.
+        detections: of each obstacle.
+        response: the punctuality of scans.
+        clearance: from the nearest obstacle.
     """
 
     flight: TrialFlight
@@ -646,19 +647,19 @@ class TrialReport:
 
     @property
     def reach(self) -> float:
-        """How far the drone reached into an obstacle, 0 if it touched none [m]."""
+        """Depth of the drone's overlap with an obstacle, 0 if it touched none [m]."""
         return max(0.0, 0.5 * self.flight.recording.vehicle.span - self.clearance.distance)
 
     @property
     def demands(self) -> list[Demand]:
-        """Return everything that is demanded."""
+        """Return all demands."""
         return [*self._accuracy_demands(), *self._time_demands()]
 
     def _accuracy_demands(self) -> list[Demand]:
-        """Errors as far as the declared noise explains them, and every ray right."""
+        """Return the demands on accuracy: no error beyond the declared noise, and no wrong ray."""
         noise, total = self.flight.lidar.noise, self.accuracy.total
         least = EXACT + rounding(self.flight.lidar)
-        # Five deviations of a mean of n samples; a bias drawn once does not average out.
+        # Five standard deviations of a mean of n samples; a bias drawn once does not average out.
         offset = abs(noise.mean + noise.bias_mean) + 5.0 * noise.bias_stddev
         bias = offset + 5.0 * noise.stddev / math.sqrt(max(1, total.returns)) + least
         rmse = 1.02 * math.hypot(noise.stddev, offset) + least
@@ -682,7 +683,7 @@ class TrialReport:
         ]
 
     def _time_demands(self) -> list[Demand]:
-        """Everything found in time, every scan in time, and nothing touched."""
+        """Return the demands on detection, delivery in time, and no contact."""
         delays = [each.delay for each in self.detections if not math.isnan(each.delay)]
         flight, response = self.flight, self.response
         return [
@@ -714,7 +715,7 @@ def fly_trial(
 ) -> TrialReport:
     """Fly a scenario twice, with the lidar's noise and without, and judge its lidar.
 
-    Sensors do not change a flight, so both are the same but for the noise.
+    Sensors do not affect a flight, so both differ only in the noise.
 
     Args:
         scenario: what to fly.
@@ -737,11 +738,11 @@ def fly_trial(
 
 
 def report_trial(noisy: TrialFlight, quiet: TrialFlight) -> TrialReport:
-    """Return what two flights come to.
+    """Return the report on two flights.
 
     Args:
         noisy: with noise as described.
-        quiet: the same without.
+        quiet: the same flight without noise.
     """
     accuracy = judge(noisy)
     return TrialReport(
@@ -755,7 +756,7 @@ def report_trial(noisy: TrialFlight, quiet: TrialFlight) -> TrialReport:
 
 
 def _clearance(flight: TrialFlight) -> Clearance:
-    """Return the nearest that the flight came to an obstacle."""
+    """Return the smallest distance of the flight from an obstacle."""
     record = flight.recording
     step = max(1, round(LOOK_PERIOD / float(record.time[1] - record.time[0])))
     nearest = Clearance(math.inf, "", math.nan)
@@ -774,10 +775,10 @@ def _clearance(flight: TrialFlight) -> Clearance:
 
 
 def respond(flight: TrialFlight) -> Response:
-    """Return how promptly the scans of a flight were delivered."""
+    """Return the punctuality of the scans of a flight."""
     stamps = np.array([scan.stamp for scan in flight.scans])
     ages = np.array([scan.delivered - scan.stamp for scan in flight.scans])
-    # What is taken less than this before the end may still be under way then.
+    # A scan taken later than this before the end may not be delivered by then.
     under_way = flight.latency + flight.control_period
     last = float(flight.recording.time[-1]) - under_way
     lost = _left_out(stamps, flight.period, last)
@@ -794,7 +795,7 @@ def respond(flight: TrialFlight) -> Response:
 
 
 def _left_out(stamps: np.ndarray, period: float, last: float) -> int:
-    """Return how many scans are missing before, between and after those with stamps (n) [s].
+    """Return the number of scans missing before, between and after those with stamps (n) [s].
 
     The first may be taken at any time of the first period, and the last up to `last` [s].
     """

@@ -38,8 +38,9 @@ class LoadResponse:
         recording: the whole flight; the load acts from `EDGE` on.
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
-        exchange: how that with a program went that ran the law, see `Session.exchange`.
-        ended: why that program ended in flight, "" else.
+        exchange: statistics of the exchange with a program that ran the law, see
+            `Session.exchange`.
+        ended: why that program ended in flight, else "".
     """
 
     load: str
@@ -62,7 +63,7 @@ class LoadResponse:
 
     @property
     def loss(self) -> "Loss | None":
-        """When and how the flight was lost, None if it was not; metrics mean little then."""
+        """When and how the flight was lost, else None; the metrics of a lost flight mean little."""
         from workbench.design.lost import find_loss
 
         return find_loss(self.recording)
@@ -83,15 +84,15 @@ def fly_load_step(
     Args:
         load: force_x, force_y, force_z (in W, at the centre of mass), torque_roll, torque_pitch or
             torque_yaw (in B), gust_x, gust_y or gust_z (in W).
-        amplitude: [N], [N·m], or [m/s] at the peak of a gust; without it see `usual_load`.
+        amplitude: [N], [N·m], or [m/s] at the peak of a gust; None for that of `usual_load`.
         duration: flown from the edge on [s].
-        acts: for how long the load acts [s]; without it to the flight's end, a gust for 1 s.
+        acts: duration of the load [s]; None for the rest of the flight, or for 1 s if it is a gust.
         scenario: its vehicle and rates are used; start and script are the step's own.
         settings: parameter values for this flight.
         progress: called with the flown share, 0 .. 1.
 
     Raises:
-        WorkbenchError: if load, amplitude or duration make no step, or it cannot be flown.
+        WorkbenchError: if load, amplitude or duration are invalid, or the step cannot be flown.
     """
     from workbench.plant.loading import make_vehicle
     from workbench.scenario.configured import read_configured
@@ -127,10 +128,10 @@ def predict_load_step(
     acts: float | None = None,
     heading: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return how a compiled flight answers a step of a load in hover.
+    """Return the response of a compiled flight to a step of a load in hover.
 
     Args:
-        engine: flies it.
+        engine: the one that flies it.
         gains: parameter values by name.
         load: see `fly_load_step`.
         amplitude: see `fly_load_step`.
@@ -139,8 +140,8 @@ def predict_load_step(
         heading: yaw of the drone [rad].
 
     Returns:
-        Times from the edge on (N) [s], the response then (N), NaN from where the drone is lost, and
-        the largest share of its speed limit at which any rotor ran.
+        Times from the edge on (N) [s], the response (N), NaN once the drone is lost, and the
+        largest share of its speed limit at which any rotor ran.
 
     Raises:
         WorkbenchError: as `fly_load_step` does.
@@ -163,10 +164,10 @@ def predict_load_step(
 
 
 def check_load(load: str, amplitude: float) -> None:
-    """Refuse what makes no step of a load.
+    """Check the load and amplitude of a step.
 
     Raises:
-        WorkbenchError: with what to give in its place.
+        WorkbenchError: that says what to give instead.
     """
     find_load(load)
     if not 0.0 < abs(amplitude) < math.inf:
@@ -220,10 +221,10 @@ def _settings(action: Action) -> dict[str, float]:
 
 
 def acting_time(load: Load, duration: float, acts: float | None) -> float:
-    """Return for how long a load acts [s].
+    """Return the duration of a load [s].
 
     Raises:
-        WorkbenchError: if that is no time within the flight.
+        WorkbenchError: if it is not within the flight.
     """
     if acts is None:
         return min(duration, load.longest)

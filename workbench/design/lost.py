@@ -9,7 +9,7 @@ from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.session.recording import Recording
 
 NEAR_GROUND = (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF, FlightMode.LANDING)
-"""Modes in which a drone may stand on the ground, which gives a little."""
+"""Modes in which a drone may stand on the ground, which yields a little."""
 
 
 @dataclass(frozen=True)
@@ -26,16 +26,16 @@ class Loss:
 
     @property
     def sentence(self) -> str:
-        """Both in one."""
+        """Time and cause in a sentence."""
         return f"the flight is lost at t = {self.time:.3f} s: {self.how}"
 
 
 def find_loss(recording: Recording) -> Loss | None:
-    """Return when and how a flight was lost, None if it was not.
+    """Return when and how a flight was lost, else None.
 
-    It is lost when a number is not finite; when it comes down to the ground, other than by taking
-    off, landing or with motors off; or when it is tilted over 90 degrees and turns faster than
-    10 rad/s or moves faster than 20 m/s.
+    A flight is lost when a number is not finite; when the drone touches the ground, except while
+    taking off, landing or with motors off; or when it is tilted over 90 degrees and turns faster
+    than 10 rad/s or moves faster than 20 m/s.
     """
     motion = (recording.p_WB, recording.q_WB, recording.v_WB, recording.w_WB)
     broken = ~np.isfinite(np.column_stack(motion)).all(axis=1)

@@ -1,7 +1,6 @@
 """The numbers by which steps, loops, rotors and flights are judged, in one table.
 
-A sweep measures those of `SWEPT`, a wish bounds those of `WISHED`, and a spec limits those of steps
-and flights.
+A sweep measures `SWEPT`, a wish bounds `WISHED`, and a spec limits metrics of steps and flights.
 """
 
 import math
@@ -10,9 +9,9 @@ from dataclasses import dataclass
 from workbench.common.errors import WorkbenchError, find_row
 
 STEP, LOOP, ROTORS, FLIGHT = "step", "loop", "rotors", "flight"
-"""What a metric is of."""
+"""Kinds of metrics."""
 SIGNAL = "signal"
-"""The unit that stands for that of the response, or of the signal that a spec judges."""
+"""Placeholder for the unit of the response, or of the signal that a spec judges."""
 _TINY = 1e-6
 
 
@@ -21,15 +20,15 @@ class Metric:
     """One number.
 
     Attributes:
-        name: as python-control has it, where it has it.
+        name: that of python-control, if it has one.
         kind: `STEP`, `LOOP`, `ROTORS` or `FLIGHT`.
         unit: of its values: SI, "1", %, or `SIGNAL`.
         help: what it is.
-        better: -1 if smaller is better, 1 if larger is, 0 if nearer to the command is, or neither.
-        minimum: no wish bounds it by less.
-        maximum: no wish bounds it by more.
-        scale: a distance from a wish's bound is counted as a share of the bound, or of this if
-            larger; 0 for what no wish bounds.
+        better: -1 if smaller is better, 1 if larger is, 0 if closer to the command is, or neither.
+        minimum: smallest bound that a wish may set.
+        maximum: largest bound that a wish may set.
+        scale: a distance from the bound of a wish counts as a share of the bound, or of this if
+            larger; 0 for metrics that no wish bounds.
     """
 
     name: str
@@ -42,7 +41,7 @@ class Metric:
     scale: float = 0.0
 
     def unit_for(self, signal: str) -> str:
-        """Return the unit where the response or the signal has this one."""
+        """Return the unit of the metric, given that of the response or the signal."""
         return self.unit.replace(SIGNAL, signal)
 
 
@@ -116,12 +115,12 @@ METRICS = (
 )
 _SWEPT_MARGINS = ("phase_margin", "gain_margin", "delay_margin", "disk_margin")
 FLOWN = tuple(metric for metric in METRICS if metric.kind == STEP)
-"""What a sweep measures of the flight."""
+"""Metrics of the flight that a sweep measures."""
 MARGINS = tuple(metric for metric in METRICS if metric.name in _SWEPT_MARGINS)
-"""What it measures of the linear model's loop."""
+"""Metrics of the loop of the linear model that a sweep measures."""
 SWEPT = (*FLOWN, *MARGINS)
 WISHED = tuple(metric for metric in METRICS if metric.scale)
-"""What a wish may bound."""
+"""Metrics that a wish may bound."""
 
 
 def find_metric(name: str, among: tuple[Metric, ...] = METRICS) -> Metric:
@@ -141,19 +140,19 @@ _UNITS: dict[str, dict[str, float]] = {
     "rad/s": {"": 1.0, "rad/s": 1.0, "Hz": 2.0 * math.pi},
     "N·s/rad": {"": 1.0, "N·s/rad": 1.0, "N*s/rad": 1.0, "N/(rad/s)": 1.0},
 }
-"""What a value is multiplied by, by the unit of its metric and the one that is written."""
+"""Factor on a value, by the unit of its metric and the unit as written."""
 
 
 def si_value(metric: Metric, number: float, unit: str) -> float:
     """Return a bound of a metric in the metric's own unit.
 
     Args:
-        metric: what is bounded.
+        metric: the bounded one.
         number: as written.
         unit: as written, "" for the metric's own; a gain margin may be in dB.
 
     Raises:
-        WorkbenchError: if the unit does not fit, or no such value is possible.
+        WorkbenchError: if the unit does not fit, or the value is impossible.
     """
     if metric.name == "gain_margin" and unit == "dB":
         value = 10.0 ** (number / 20.0) if abs(number) < 1000.0 else math.inf
@@ -175,14 +174,14 @@ def si_value(metric: Metric, number: float, unit: str) -> float:
 
 
 def for_people(unit: str) -> tuple[float, str]:
-    """Return what a value is multiplied by to be shown, and its unit then; angles in degrees."""
+    """Return the factor and the unit to show a value in; angles are shown in degrees."""
     if unit == "rad":
         return math.degrees(1.0), "deg"
     return 1.0, "" if unit == "1" else unit
 
 
 def shown(metric: Metric, value: float) -> str:
-    """Return a value with its unit, for people: angles in degrees."""
+    """Return a value with its unit as text; angles in degrees."""
     if math.isnan(value):
         return "—"
     scale, unit = for_people(metric.unit)

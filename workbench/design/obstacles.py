@@ -1,8 +1,8 @@
-"""The obstacles of a world in closed form: where each is, and what a ray meets first.
+"""The obstacles of a world in closed form: the pose of each, and what a ray hits first.
 
-It is what a perfect lidar measures. Nothing here is shared with the code that casts the lidar's
-rays, so that one can judge the other. A ray meets a convex solid in one stretch, from where it
-enters to where it leaves; what it meets first is the entry, or from inside the exit.
+This is what a perfect lidar measures. The code is independent of the code that casts the rays of
+the lidar, so that one can verify the other. A ray passes through a convex solid in one stretch,
+from entry to exit. It first hits the entry, or from inside the exit.
 """
 
 from collections.abc import Callable, Iterable
@@ -26,14 +26,14 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.worlds.world import GROUND, World
 
 Stretch = tuple[np.ndarray, np.ndarray]
-"""Where rays enter and leave (n) [m]; a ray that misses has inf and -inf."""
+"""Lengths at which rays enter and leave (n) [m]; inf and -inf for a ray that misses."""
 _MOST = 2_000_000
-"""Pairs of ray and triangle that are looked at together; they take 200 MB."""
+"""Largest number of pairs of ray and triangle computed together; they take 200 MB."""
 
 
 @dataclass(frozen=True)
 class Box:
-    """A box about the origin; half of its sides along x, y, z."""
+    """A box about the origin, given by half its sides along x, y, z."""
 
     half: tuple[float, float, float]
 
@@ -55,7 +55,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball about the origin."""
+    """A sphere about the origin."""
 
     radius: float
 
@@ -99,7 +99,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder along z with half balls on its ends; `length` is without them."""
+    """A cylinder along z with hemispherical ends; `length` excludes them."""
 
     radius: float
     length: float
@@ -125,7 +125,7 @@ class Capsule:
         return np.vstack([ball[ball[:, 2] * end[2] >= 0.0] + end for end in self._ends()])
 
     def _ends(self) -> np.ndarray:
-        """Return the centres of the half balls (2, 3)."""
+        """Return the centres of the hemispheres (2, 3)."""
         return np.array([[0.0, 0.0, -0.5 * self.length], [0.0, 0.0, 0.5 * self.length]])
 
 
@@ -140,13 +140,14 @@ class Ellipsoid:
         return max(self.radii)
 
     def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        # squeezed to the unit ball, lengths along a ray stay what they are
+        # scaled to the unit sphere; lengths along a ray stay the same
         return first_met(_ball(p_O / self.radii, d_O / self.radii, 1.0))
 
     def distance(self, p_O: np.ndarray) -> np.ndarray:
         """Return distances; the nearest point is r² p / (r² + s), where s >= 0 solves it outside.
 
-        |r p / (r² + s)| falls with s, from above 1 to below it: halved until the digits end.
+        |r p / (r² + s)| falls with s, from above 1 to below it. Bisection runs to machine
+        precision.
         """
         r = np.array(self.radii)
         outside = np.sum((p_O / r) ** 2, axis=1) > 1.0
@@ -191,7 +192,7 @@ def first_met(stretch: Stretch) -> np.ndarray:
 
 
 def _slabs(p: np.ndarray, d: np.ndarray, half: np.ndarray) -> Stretch:
-    """Return where rays are within ± half along every axis; p, d (n, k), half (k)."""
+    """Return the stretches of rays within ± half along every axis; p, d (n, k), half (k)."""
     d = d + 0.0  # makes -0 to 0, so that a ray along a face counts as inside it
     with np.errstate(divide="ignore", invalid="ignore"):
         one, other = (-half - p) / d, (half - p) / d
@@ -201,15 +202,15 @@ def _slabs(p: np.ndarray, d: np.ndarray, half: np.ndarray) -> Stretch:
 
 
 def _between_ends(p: np.ndarray, d: np.ndarray, length: float) -> Stretch:
-    """Return where rays are between the end planes of what lies along z."""
+    """Return the stretches of rays between the end planes of a solid along z."""
     return _slabs(p[:, 2:], d[:, 2:], np.array([0.5 * length]))
 
 
 def _ball(p: np.ndarray, d: np.ndarray, radius: float) -> Stretch:
-    """Return where rays are inside a ball of any dimension; d need not be unit vectors.
+    """Return the stretches of rays inside a ball of any dimension; d need not be unit vectors.
 
-    From the point nearest to the centre it is half a chord both ways, which loses fewer digits
-    than the usual quadratic formula.
+    They extend half a chord to both sides of the point nearest to the centre. This loses fewer
+    digits than the usual quadratic formula.
     """
     square = np.sum(d * d, axis=1)
     still = square == 0.0  # along a cylinder's axis nothing changes across it
@@ -222,13 +223,13 @@ def _ball(p: np.ndarray, d: np.ndarray, radius: float) -> Stretch:
 
 
 def _both(one: Stretch, other: Stretch) -> Stretch:
-    """Return where rays are inside both."""
+    """Return the intersection of two stretches."""
     enter, leave = np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
     return _whole(enter, leave, enter <= leave)
 
 
 def _whole(enter: np.ndarray, leave: np.ndarray, met: np.ndarray) -> Stretch:
-    """Return a stretch that is empty where a ray does not meet the solid."""
+    """Return a stretch that is empty where a ray misses the solid."""
     return np.where(met, enter, np.inf), np.where(met, leave, -np.inf)
 
 
@@ -254,12 +255,12 @@ class TriangleMesh:
 
     @classmethod
     def from_file(cls, path: Path, scale: np.ndarray, *, hull: bool) -> "TriangleMesh":
-        """Return the mesh of a file as Drake takes it.
+        """Return the mesh of a file in the way that Drake reads it.
 
         Args:
             path: .obj, .stl, .gltf or .glb.
             scale: along x, y, z (3).
-            hull: whether its convex hull is meant.
+            hull: whether to take its convex hull.
         """
         import trimesh
 
@@ -276,7 +277,7 @@ class TriangleMesh:
         return float(np.linalg.norm(self.triangles, axis=2).max())
 
     def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        """See `Solid`; by the barycentric coordinates of where a plane is met."""
+        """See `Solid`; uses the barycentric coordinates of the intersection with each plane."""
         chunk = max(1, _MOST // len(self.triangles))
         parts = [
             self._first(p_O[start : start + chunk], d_O[start : start + chunk])
@@ -285,7 +286,7 @@ class TriangleMesh:
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def distance(self, p_O: np.ndarray) -> np.ndarray:
-        """See `Solid`; from the surface, also inside."""
+        """See `Solid`; the distance from the surface, also inside."""
         from trimesh.triangles import closest_point
 
         found = []
@@ -301,8 +302,8 @@ class TriangleMesh:
     def _first(self, p: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Return the nearest crossing ahead of each ray, inf without one.
 
-        The normal n = e1 x e2 gives the length to the plane; the point is inside where it lies on
-        the inner side of all three edges.
+        The normal n = e1 x e2 gives the length to the plane. The point is inside if it lies on the
+        inner side of all three edges.
         """
         a, b, c = self.triangles.transpose(1, 0, 2)
         n = np.cross(b - a, c - a)
@@ -331,13 +332,13 @@ Part = tuple[Solid, RigidTransform]
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Something that rays meet.
+    """Something that rays can hit.
 
     Attributes:
         name: as the world calls it.
-        parts: what it is made of.
+        parts: its solids.
         pose: X_WO at a time [s].
-        moves: whether that changes.
+        moves: whether the pose changes.
     """
 
     name: str
@@ -348,13 +349,13 @@ class Obstacle:
     def first(
         self, time: float, X_WS: RigidTransform, d_S: np.ndarray, farthest: float
     ) -> np.ndarray:
-        """Return how far rays from one place go until they meet it (n) [m], inf at a miss.
+        """Return the lengths of rays from one point to the obstacle (n) [m], inf at a miss.
 
         Args:
             time: when [s].
-            X_WS: they begin at the origin of S.
+            X_WS: pose of the sensor; the rays begin at the origin of S.
             d_S: their directions in S (n, 3), unit vectors.
-            farthest: parts that lie wholly beyond need not be found [m].
+            farthest: parts wholly beyond this may be ignored [m].
         """
         found = np.full(len(d_S), np.inf)
         for solid, X_OG in self.parts:
@@ -368,14 +369,14 @@ class Obstacle:
         return found
 
     def distance(self, time: float, p_W: np.ndarray) -> float:
-        """Return how far a point (3) is from it [m]; 0 inside."""
+        """Return the distance of a point (3) from the obstacle [m]; 0 inside."""
         return min(
             float(solid.distance((self.pose(time) @ X_OG).inverse().multiply(p_W)[None, :])[0])
             for solid, X_OG in self.parts
         )
 
     def outline(self, time: float) -> np.ndarray:
-        """Return points in W (n, 3) whose convex hull is about that of it [m]."""
+        """Return points in W (n, 3) with about the convex hull of the obstacle [m]."""
         X_WO = self.pose(time)
         return np.vstack(
             [(X_WO @ X_OG).multiply(solid.outline().T).T for solid, X_OG in self.parts]
@@ -389,10 +390,10 @@ def first_hits(
     d_S: np.ndarray,
     farthest: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what rays from one place meet first, see `Obstacle.first`.
+    """Return what rays from one point hit first, see `Obstacle.first`.
 
     Returns:
-        Lengths (n) [m], inf without a hit, and the number of the obstacle (n), or -1.
+        Lengths (n) [m], inf without a hit, and the index of the obstacle (n), or -1.
     """
     length, which = np.full(len(d_S), np.inf), np.full(len(d_S), -1)
     for index, obstacle in enumerate(obstacles):
@@ -403,10 +404,10 @@ def first_hits(
 
 
 def world_obstacles(world: World) -> tuple[Obstacle, ...]:
-    """Return everything in a world that sensors see.
+    """Return all obstacles in a world that sensors see.
 
-    It is taken from the world's file and not from the scene that the rays are cast against, so
-    that an obstacle put in a wrong place is an error of the lidar too.
+    They come from the world file and not from the scene that the rays are cast against, so that a
+    misplaced obstacle in the scene also shows as an error of the lidar.
     """
     found = [
         Obstacle(each.name, tuple(map(_part, each.visuals)), _standing(each.X_WO))
@@ -422,19 +423,19 @@ def world_obstacles(world: World) -> tuple[Obstacle, ...]:
 
 
 def _standing(X_WO: RigidTransform) -> Callable[[float], RigidTransform]:
-    """Return the pose over time of what does not move."""
+    """Return the constant pose over time of what does not move."""
     return lambda time: X_WO
 
 
 def _part(geometry: GeometryInstance) -> Part:
-    """Return the closed form of a geometry, whose pose is that in its obstacle."""
+    """Return the closed form of a geometry with its pose in its obstacle."""
     return solid_of(geometry.shape()), geometry.pose()
 
 
 def _towards(p_GS: np.ndarray, against: np.ndarray, reach: float, farthest: float) -> np.ndarray:
-    """Return which rays from p_GS meet the ball of radius `reach` about the origin of G.
+    """Return which rays from p_GS hit the sphere of radius `reach` about the origin of G.
 
-    `against` (n) is the product of each ray's direction with p_GS.
+    `against` (n) is the dot product of each ray's direction with p_GS.
     """
     away = float(np.linalg.norm(p_GS))
     if away <= reach:

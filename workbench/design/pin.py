@@ -1,6 +1,6 @@
-"""Pin a step as a regression: a spec, the gains it is about, and the baseline of its flight.
+"""Pin a step as a regression: a spec, its gains, and the baseline of its flight.
 
-A log is pinned as a spec that holds later logs of the same flight to what this one is.
+A log is pinned as a spec that compares later logs of the same flight with it.
 """
 
 import dataclasses
@@ -53,42 +53,40 @@ SPANS = {"overshoot": 2.0, "steady_state_error": 0.5, "peak_rotor_use": 0.05}
 MOST = {"settling_time": (1.4, 0.0), "coupling_z": (1.5, 0.01), "coupling_yaw": (1.5, 0.005)}
 """Numbers with an upper limit only: a factor on the measured value, and an offset."""
 MEASURED = (*SHARES, *SPANS, *MOST)
-"""All that is limited of a step."""
+"""Numbers of a step that get limits."""
 PEAK = 0.08
-"""Share of room of a load's peak, to both sides."""
+"""Limits of the peak under a load lie this share of its value to both sides."""
 LOAD_MEASURED = ("peak", "settling_time", "steady_state_error", "peak_rotor_use")
-"""All that is limited of a step of a load."""
+"""Numbers of a step of a load that get limits."""
 LOAD_CURVE = 0.02
-"""How far the curve of what a load moves may be off, as share of its peak."""
+"""Tolerance of the curve of the response to a load, as a share of its peak."""
 CURVES = {
     "x": {"v_x": (0.015, 0.002), "p_x": (0.002, 0.0005)},
     "y": {"v_y": (0.015, 0.002), "p_y": (0.002, 0.0005)},
     "z": {"v_z": (0.02, 0.002), "p_z": (0.0016, 0.0005)},
     "yaw": {"yaw_rate": (0.02, 0.0005), "yaw": (0.003, 0.0002)},
 }
-"""Curves of an axis: how far each may be off, as share of the amplitude, and at least [SI].
+"""Tolerances of the curves of an axis: share of the amplitude, and smallest tolerance [SI].
 
-Half and twice the integrator's step stay within that; a gain of 0.7 times its value does not.
-"""
+Half and twice the step of the integrator stay within them, 0.7 times a gain does not."""
 CROSSOVER = 0.08
-"""Room of crossover frequencies, to both sides."""
+"""Tolerance of crossover frequencies to both sides."""
 LEAST = {"phase_margin": 0.93, "gain_margin": 0.8, "delay_margin": 0.85, "disk_margin": 0.85}
-"""Margins may not become smaller than this share; twice the integrator's step takes as much."""
+"""Lower limit of margins as a share of the value; twice the integrator step costs as much."""
 DIGITS = 3
 MUCH = 20.0
-"""Gain margins count up to this one: larger ones are ample, and depend on the physics step."""
+"""Gain margins count up to this value; larger ones are ample, and depend on the physics step."""
 ANYTHING = Limit(min=-1e300)
-"""A limit that only lets a number be measured."""
+"""A limit without effect, which only makes a number be measured."""
 _LOG_HEAD = """\
 # Pinned from a log: limits have the room that flights of one plan differ by. For another flight of
 # the plan change the file's name under log.
 """
 LOG_SHARES = {"rise_time": 0.25, "lag": 0.25, "measured_rise_time": 0.25}
-"""Numbers of a log that are held from both sides, with this share of room.
+"""Numbers of a log with limits on both sides, at this share of the value.
 
-It is what flights of one plan differ by: of 34 pairs of real flights of one trajectory (NanoBench),
-the second is within each limit of the first in 91 to 100 %.
-"""
+This is the usual difference between flights of one plan: in 34 pairs of real flights of one
+trajectory (NanoBench), the second is within each limit of the first in 91 to 100 %."""
 LOG_MOST = {
     "overshoot": (1.0, 5.0),
     "measured_overshoot": (1.0, 5.0),
@@ -102,9 +100,10 @@ LOG_MOST = {
 """Numbers of a log with an upper limit only: a factor on the measured value, and an offset."""
 OF_LOOP = ("rise_time", "settling_time", "overshoot", "tracking_error", "lag", "measured_rise_time",
            "measured_overshoot")  # fmt: skip
-"""Of them, those that need a loop."""
+"""Those of them that need a loop."""
 MARKED = ("rise_time", "settling_time", "overshoot")
-"""Numbers of steps, which are left out where they are marked: the step has not settled, say."""
+"""Numbers of steps that are left out where they are withheld, such as for a step that has not
+settled."""
 _NOT_IN_NAMES = re.compile(r"^[^A-Za-z0-9]+|[^A-Za-z0-9 _.+-]")
 
 
@@ -112,8 +111,8 @@ def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
     """Return the text of a spec of one step, with a line for each limit.
 
     Args:
-        content: of the spec.
-        path: where it will be; files that it names are found from there.
+        content: what the spec states.
+        path: of the spec; files named in it are relative to it.
         profile: the gain file beside it.
     """
     (case,) = content.cases
@@ -157,7 +156,7 @@ def _number(name: str, value: float, law: Controller) -> str:
 
 
 def limit_text(limit: Limit) -> str:
-    """Return a limit as a spec has it."""
+    """Return a limit in the form used in a spec."""
     if limit.min > -float("inf") and limit.max < float("inf"):
         return f"[{limit.min!r}, {limit.max!r}]"
     if limit.max < float("inf"):
@@ -166,12 +165,12 @@ def limit_text(limit: Limit) -> str:
 
 
 def _controller(name: str, folder: Path) -> str:
-    """Return a controller as a spec in a folder names it."""
+    """Return the name of a controller for a spec in a folder."""
     return _beside(Path(name).resolve(), folder) if name.endswith(".py") else name
 
 
 def vehicle_head(config: VehicleConfig, folder: Path) -> dict[str, object]:
-    """Return a vehicle as a spec in a folder names it, without its gains."""
+    """Return the head of a spec in a folder that names a vehicle, without its gains."""
     found: dict[str, object] = {"model": config.model}
     found |= yaml.safe_load(dump_changes(config)) or {}
     if config.model not in list_models():
@@ -188,7 +187,7 @@ def vehicle_head(config: VehicleConfig, folder: Path) -> dict[str, object]:
 
 
 def _beside(file: Path, folder: Path) -> str:
-    """Return a file's path as seen from a folder, where both lie in the same tree."""
+    """Return the path of a file relative to a folder, if both lie in the same tree."""
     home = folder.resolve()
     if Path(os.path.commonpath([file, home])) == Path(file.anchor):
         return str(file)
@@ -196,7 +195,7 @@ def _beside(file: Path, folder: Path) -> str:
 
 
 def step_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
-    """Return limits of a step's metrics, those that have a value."""
+    """Return limits of those metrics of a step that have a value."""
     found = {}
     for name, value in measured.items():
         if not math.isfinite(value):
@@ -213,12 +212,12 @@ def step_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
 
 
 def load_tolerances(load: str, peak: float) -> dict[str, Tolerance]:
-    """Return how far the curve of what a load moves may be from its baseline."""
+    """Return the tolerance of the response to a load."""
     return {AXIS_SIGNALS[load]: Tolerance(absolute=_rounded(LOAD_CURVE * peak, up=True))}
 
 
 def step_tolerances(axis: str, amplitude: float) -> dict[str, Tolerance]:
-    """Return how far the curves of a step along an axis may be from their baselines."""
+    """Return the tolerances of the curves of a step along an axis."""
     return {
         signal: Tolerance(absolute=_rounded(max(share * abs(amplitude), least), up=True))
         for signal, (share, least) in CURVES[axis].items()
@@ -226,7 +225,7 @@ def step_tolerances(axis: str, amplitude: float) -> dict[str, Tolerance]:
 
 
 def margin_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
-    """Return limits of a loop's margins, those that have a value."""
+    """Return limits of those margins of a loop that have a value."""
     found = {}
     for name, value in measured.items():
         if not math.isfinite(value):
@@ -239,14 +238,14 @@ def margin_limits(measured: Mapping[str, float]) -> dict[str, Limit]:
 
 
 def _less(name: str, value: float) -> float:
-    """Return the least that a margin may come to; a gain margin is a factor above 1."""
+    """Return the lower limit of a margin; a gain margin is a factor above 1."""
     if name == "gain_margin":
         return 1.0 + LEAST[name] * (min(value, MUCH) - 1.0)
     return LEAST[name] * value
 
 
 def limit_between(low: float, high: float) -> Limit:
-    """Return a limit with few digits around a span; none of its numbers can be below 0."""
+    """Return a limit with few digits around a span; its numbers are never below 0."""
     if low <= 0.0:
         return Limit(max=_rounded(high, up=True))
     return Limit(min=_rounded(low, up=False), max=_rounded(high, up=True))
@@ -268,10 +267,10 @@ class Pinned:
     Attributes:
         spec: its file.
         gains: the gain file beside it.
-        baseline: the folder of its curves.
-        limits: how many numbers of the step are limited.
-        curves: how many of its curves have a baseline.
-        loops: how many loops' margins are limited.
+        baseline: folder of its curves.
+        limits: number of limits on the step.
+        curves: number of its curves with a baseline.
+        loops: number of loops with limits on their margins.
     """
 
     spec: Path
@@ -295,26 +294,26 @@ def pin_step(
     overwrite: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Pinned:
-    """Fly a step from hover and write what `workbench regress` holds later flights to.
+    """Fly a step from hover and write a spec for `workbench regress` to judge later flights by.
 
-    What is written is judged before this returns, and is green.
+    The spec is judged before this returns, and passes.
 
     Args:
         path: of the spec, NAME.spec.yaml; NAME.gains.yaml and NAME.baseline are written beside it.
         scenario: its vehicle, estimator, sensors and rates are pinned; world, start and script are
-            a step's.
-        gains: parameter values over those of the scenario.
+            those of a step.
+        gains: parameter values that replace those of the scenario.
         axis: x, y, z or yaw, or the name of a load, see `fly_load_step`.
         amplitude: of the command [m/s] or [rad/s], of a load [N], [N·m] or [m/s].
         duration: flown after the edge [s].
-        acts: for how long the load acts [s], see `fly_load_step`.
-        margins: whether the margins of all loops at hover become limits too.
-        overwrite: whether files that are there may be replaced.
-        progress: called with the share that is done, 0 .. 1.
+        acts: duration of the load [s], see `fly_load_step`.
+        margins: whether to limit the margins of all loops at hover, too.
+        overwrite: whether to replace existing files.
+        progress: called with the share done, 0 .. 1.
 
     Raises:
-        WorkbenchError: if that makes no step, the flight is lost, a loop is unstable, a file is
-            there already or cannot be written.
+        WorkbenchError: if the step is invalid, the flight is lost, a loop is unstable, or a file
+            exists or cannot be written.
     """
     loaded = axis in LOADS
     (check_load if loaded else check_step)(axis, amplitude)
@@ -334,7 +333,7 @@ def pin_step(
     settings = parameter_table(law).checked(gains)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, law)
     kept = make_profile(vehicle, values, f"pinned for {path.name}", law)
-    # margins feel them, and those of a spec know no settings of its cases
+    # margins depend on them, and a spec computes margins without the settings of its cases
     table = parameter_table(law)
     felt = {name: x for name, x in gains.items() if table.find(name).system in SIGNAL_PATH}
     kept = dataclasses.replace(kept, gains={**kept.gains, **felt})
@@ -395,7 +394,7 @@ def pin_step(
 
 @contextmanager
 def _restoring(files: Sequence[Path]) -> Iterator[None]:
-    """Leave files as they were if what is done meanwhile fails."""
+    """Restore files if the body of the `with` statement fails."""
     before = {file: file.read_bytes() if file.is_file() else None for file in files}
     try:
         yield
@@ -411,15 +410,15 @@ def _restoring(files: Sequence[Path]) -> Iterator[None]:
 
 
 def _profile(path: Path) -> Path:
-    """Return where a spec's gains are kept."""
+    """Return the path of the gain file of a spec."""
     return path.with_name(f"{spec_name(path)}.gains.yaml")
 
 
 def check_name(path: Path, files: Sequence[Path], overwrite: bool) -> None:
-    """Refuse names that are no spec's, and files that must not be lost.
+    """Check the name of a spec, and that no file would be lost.
 
     Raises:
-        WorkbenchError: naming what is to be named otherwise.
+        WorkbenchError: if the name must be different.
     """
     if not path.name.endswith(SUFFIX) or path.name == SUFFIX:
         raise WorkbenchError(f"{path}: is no name for a spec: name it NAME{SUFFIX}")
@@ -438,7 +437,7 @@ def _make_folder(folder: Path) -> None:
 
 
 def _measured(spec: Spec, part: str, gains: Mapping[str, float]) -> CaseResult:
-    """Return what a part of a spec comes to with gains.
+    """Return the measured numbers of a part of a spec with gains.
 
     Raises:
         WorkbenchError: if the flight is lost.
@@ -450,7 +449,7 @@ def _measured(spec: Spec, part: str, gains: Mapping[str, float]) -> CaseResult:
 
 
 def _all_margins(law: Controller) -> dict[str, dict[str, Limit]]:
-    """Return limits on all margins, that let them be measured."""
+    """Return limits without effect on all margins, so that they are measured."""
     names = ("crossover", *LEAST)
     return {loop.name: dict.fromkeys(names, ANYTHING) for loop in law.loops}
 
@@ -475,10 +474,10 @@ def _margins(measured: CaseResult) -> dict[str, dict[str, Limit]]:
 
 
 def _prove(path: Path, controller: str) -> None:
-    """Judge what was written.
+    """Judge the spec written.
 
     Raises:
-        WorkbenchError: if it is not green.
+        WorkbenchError: if it does not pass.
     """
     as_flown = Changes(controller=controller)
     failures = [said for result in regress([path], as_flown) for said in result.failures]
@@ -492,8 +491,8 @@ class PinnedLog:
 
     Attributes:
         spec: its file.
-        limits: how many numbers are limited.
-        left_out: why others are not, by name.
+        limits: their number.
+        left_out: why other numbers have no limit, by name.
     """
 
     spec: Path
@@ -510,19 +509,19 @@ def pin_log(
     *,
     overwrite: bool = False,
 ) -> PinnedLog:
-    """Write a spec that holds later logs of a flight to what this one is.
+    """Write a spec that compares later logs of a flight with this one.
 
     Args:
         path: of the spec, NAME.spec.yaml.
-        vehicle: that flew.
-        log: which part of which log.
-        loop: whose response is judged; "" for none.
-        read_log: makes the flight, `workbench.logs.judged_log.read_case`.
-        overwrite: whether a spec that is there may be replaced.
+        vehicle: the one that flew.
+        log: the log and the part of it.
+        loop: the one to judge the response of; "" for none.
+        read_log: reads the flight, such as `workbench.logs.judged_log.read_case`.
+        overwrite: whether to replace an existing spec.
 
     Raises:
-        WorkbenchError: if the log cannot be read or tells of nothing, a file is there already, or
-            cannot be written.
+        WorkbenchError: if the log cannot be read or yields no number, or a file exists or cannot be
+            written.
     """
     path = Path(path).expanduser().absolute()
     check_name(path, (path,), overwrite)
@@ -543,7 +542,7 @@ def pin_log(
             left_out[name] = check.doubt
         else:
             found.setdefault(name, []).append(check.value)
-    # The spec will judge each step: where one of them tells nothing sure, none is held to it.
+    # The spec will judge each step. If the number is withheld for one of them, none gets a limit.
     limits = {
         name: log_limit(name, values) for name, values in found.items() if name not in left_out
     }
@@ -555,7 +554,7 @@ def pin_log(
 
 
 def log_limit(name: str, values: list[float]) -> Limit:
-    """Return the limit of a metric, of which a log has one value or one for each step."""
+    """Return the limit of a metric; a log has one value of it, or one for each step."""
     if name in LOG_SHARES:
         return limit_between(
             (1.0 - LOG_SHARES[name]) * min(values), (1.0 + LOG_SHARES[name]) * max(values)
@@ -565,7 +564,7 @@ def log_limit(name: str, values: list[float]) -> Limit:
 
 
 def _log_text(path: Path, vehicle: VehicleConfig, case: Case, limits: dict[str, Limit]) -> str:
-    """Return the spec's text."""
+    """Return the text of the spec."""
     assert case.log is not None
     log = {
         key: value

@@ -1,4 +1,4 @@
-"""What all figures share: style, titles, labels with units, and legends outside the data."""
+"""The common parts of figures: style, titles, labels with units, and legends outside the data."""
 
 import io
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ _SVG: Any = {"svg.fonttype": "none", "svg.hashsalt": "workbench", "path.simplify
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours that stay apart for every kind of colour vision; lines differ in dashes too."""
+    """Colours that are distinct for every kind of colour vision; lines also differ in dashes."""
 
     command: str = "0.25"
     ours: str = "#0072B2"
@@ -56,27 +56,27 @@ class Palette:
 
 
 LEFT, RIGHT, BOTTOM, TOP = 0.72, 2.35, 0.48, 0.6
-"""Room around stacked panels for labels, legends and the title [inch]; to measure every text, as a
-layout engine does, takes almost as long as to draw the figure."""
+"""Margins around stacked panels for labels, legends and the title [inch]. A layout engine measures
+every text, which takes almost as long as drawing the figure."""
 BETWEEN = 0.32
-"""Room between them, as share of a panel's height."""
+"""Space between panels, as a share of the height of a panel."""
 
 PALETTE = Palette()
 styled = rc_context(STYLE)
-"""Decorates a function that makes a figure, and leaves the reader's own style alone."""
+"""Decorate a function that makes a figure, without changing the user's own style."""
 
 
 def stacked(
     title: str, panels: int, *, width: float = 8.2, height: float = 2.1, right: float = RIGHT
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure of panels, one below the other, that share their time axis [s].
+    """Return a figure of panels stacked over a common time axis [s].
 
     Args:
         title: over all of them.
-        panels: how many.
+        panels: number of panels.
         width: of the figure [inch].
         height: of a panel [inch].
-        right: room for legends [inch].
+        right: margin for legends [inch].
     """
     tall = height * panels + 0.5
     figure = Figure(figsize=(width, tall))
@@ -94,14 +94,14 @@ def stacked(
 
 
 def titled(title: str, width: float, height: float) -> Figure:
-    """Return a figure with a title, that lays itself out; its size in inches."""
+    """Return a figure with a title and automatic layout; its size is in inches."""
     figure = Figure(figsize=(width, height), layout="constrained")
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
     return figure
 
 
 def label(axes: Axes, title: str, quantity: str) -> None:
-    """Give a panel its title and the label, with unit, of its y axis."""
+    """Set the title of a panel, and the label of its y axis with unit."""
     axes.set_title(title)
     axes.set_ylabel(quantity)
 
@@ -112,7 +112,7 @@ def legend(axes: Axes) -> None:
 
 
 def widen(axes: Axes, *values: np.ndarray | float, least: float = 0.0) -> None:
-    """Set y limits that hold all values with a margin; they span `least` or more.
+    """Set y limits around all values with a margin; they span at least `least`.
 
     Numerical noise around a constant would otherwise fill the panel.
     """
@@ -124,15 +124,15 @@ def widen(axes: Axes, *values: np.ndarray | float, least: float = 0.0) -> None:
 
 
 def write_png(figure: Figure, to: Path | BinaryIO) -> None:
-    """Write a figure; `savefig` would draw it twice, once only to lay it out.
+    """Write a figure; `savefig` would draw it twice, the first time only for the layout.
 
-    A tenth more of bytes takes two thirds of the time to compress.
+    The compression level makes files a tenth larger in two thirds of the time.
     """
     FigureCanvasAgg(figure).print_png(to, pil_kwargs={"compress_level": 3})
 
 
 def inline_svg(figure: Figure) -> str:
-    """Return a figure as an <svg> element to stand in a page."""
+    """Return a figure as an <svg> element for a page."""
     stream = io.StringIO()
     with rc_context(_SVG):
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})

@@ -1,4 +1,4 @@
-"""The picture of controllers beside each other."""
+"""The figure that compares controllers."""
 
 from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""An estimate over the truth: attitude, position and velocity with their 2 sigma."""
+"""An estimate and the truth: attitude, position and velocity with 2 sigma bounds."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,7 +9,7 @@ from workbench.design.estimation_errors import Estimated
 from workbench.design.plots import PALETTE, label, styled, titled, widen
 
 _LEAST_TIME = 0.1
-"""Shown even of a shorter flight [s]."""
+"""Smallest span of the time axis [s]."""
 _PANELS = (
     (("roll", "deg"), ("pitch", "deg"), ("yaw", "deg")),
     (("x", "m"), ("y", "m"), ("z", "m")),
@@ -19,9 +19,9 @@ _PANELS = (
 
 @styled
 def plot_estimate(recording: Estimated, title: str) -> Figure:
-    """Return the figure of a flight on an estimate, with a panel for each state.
+    """Return the figure of a flight that used an estimate, with a panel for each state.
 
-    The band is that of the deviations in B for angles: near enough where the drone is level.
+    For angles the band is that of the deviations in B, a good approximation near level flight.
     """
     figure = titled(title, 12.5, 8.0)
     panels = figure.subplots(3, 3, sharex=True)

@@ -14,14 +14,14 @@ from workbench.plant.worlds.world import EMPTY, GROUND, World
 from workbench.session.recording import Recording
 
 _FOLLOW = Reference._fields.index("follow")
-"""Where a reference says whether it means its place, which stands in the three numbers before."""
+"""Index in a reference of the flag for a valid position; the position is in the three before."""
 _MOST_POINTS = 20
 _TIMES = 8
-"""So often is drawn what moves."""
+"""Number of times at which a moving obstacle is drawn."""
 _LEAST_TIME = 0.1
-"""Shown even of a shorter flight [s]."""
+"""Smallest span of the time axis [s]."""
 _LEAST_SPAN = 1.0
-"""The path's panel shows at least this much [m]: hovering is a point, not a map of noise."""
+"""Smallest span of the panel of the path [m], so that hover shows as a point."""
 
 
 @styled
@@ -51,7 +51,7 @@ def plot_flight(recording: Recording, title: str, world: World = EMPTY) -> Figur
 
 
 def _draw_path(axes: Axes, recording: Recording, world: World) -> None:
-    """Draw the path from above, to scale, and the obstacles beside it."""
+    """Draw the path from above, to scale, with the obstacles near it."""
     x, y, _ = recording.p_WB.T
     for obstacle in world_obstacles(world):
         if obstacle.name != GROUND:
@@ -73,7 +73,7 @@ def _draw_path(axes: Axes, recording: Recording, world: World) -> None:
 
 
 def _draw_way(axes: Axes, recording: Recording) -> None:
-    """Draw the places that the pilot or a path asked for: a few points, or a line."""
+    """Draw the positions requested by the pilot or a path: a few points, or a line."""
     follows = recording.reference[:, _FOLLOW] == 1.0
     asked = recording.reference[follows, _FOLLOW - 3 : _FOLLOW - 1]
     points = np.unique(asked, axis=0)
@@ -139,7 +139,7 @@ def _draw_yaw_rate(axes: Axes, recording: Recording) -> None:
 
 
 def _draw_mode(axes: Axes, recording: Recording) -> None:
-    """Draw which flight mode was on when, by name."""
+    """Draw the flight mode over time, by name."""
     known = recording.mode[np.isfinite(recording.mode)].astype(int)
     names = [FlightMode(mode).label for mode in sorted(set(known))]
     places = np.searchsorted(sorted(set(known)), known)
@@ -153,7 +153,7 @@ def _draw_mode(axes: Axes, recording: Recording) -> None:
 
 
 def obstacle_times(recording: Recording, obstacle: Obstacle) -> list[float]:
-    """Return when to draw an obstacle [s]: once, or several times if it moves."""
+    """Return the times at which to draw an obstacle [s]: one, or several if it moves."""
     time = recording.time
     return np.linspace(time[0], time[-1], _TIMES).tolist() if obstacle.moves else [float(time[0])]
 
@@ -162,7 +162,7 @@ def draw_silhouette(axes: Axes, points: np.ndarray, obstacle: Obstacle) -> None:
     """Draw the outline of the convex hull of points in the picture (n, 2)."""
     try:
         corners = points[ConvexHull(points).vertices]
-    except QhullError:  # seen from here it is a line
+    except QhullError:  # seen from this direction it is a line
         corners = points
     style = "--" if obstacle.moves else "-"
     axes.fill(*corners.T, fill=False, ec="0.1", lw=0.8, ls=style, zorder=3)

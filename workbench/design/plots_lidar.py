@@ -21,16 +21,16 @@ from workbench.plant.worlds.world import GROUND
 from workbench.scenario.scenario import Scenario
 
 _MARGIN = 3.0
-"""Shown around obstacles and path [m]."""
+"""Margin around obstacles and path [m]."""
 _MOST_POINTS = 60_000
-"""Drawn of a cloud, in either picture: more make a file large and a picture no clearer."""
+"""Largest number of points drawn; more make the file larger and the picture no clearer."""
 _WIDE = 1.7
-"""A region this much longer from west to east leaves room for a legend beside its title."""
+"""A region longer than this from west to east leaves room for a legend next to its title."""
 _GROUND_COLOUR = "0.8"
 _POINT_SIZE = 0.04
 """[m]"""
 _EYE, _TARGET = np.array([-14.0, -12.0, 11.0]), np.array([12.0, 0.0, 0.0])
-"""Where the camera stands and looks, seen from where the flight begins [m]."""
+"""Position and target of the camera relative to the start of the flight [m]."""
 
 
 @styled
@@ -50,7 +50,7 @@ def plot_trial(report: TrialReport, title: str) -> Figure:
 
 
 def _shown_region(report: TrialReport) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and largest x, y, z that hold path and obstacles."""
+    """Return the smallest and largest x, y, z of path and obstacles."""
     points = [report.flight.recording.p_WB]
     for obstacle in report.flight.obstacles:
         if obstacle.name != GROUND:
@@ -66,7 +66,7 @@ def _thinned_cloud(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points (n, 3) of the cloud within the region, and their obstacles (n).
 
-    The ground, which has most of them, gets a quarter of what is drawn.
+    The ground has most of the points, and gets a quarter of those drawn.
     """
     points, obstacle = report.accuracy.p_WP, report.accuracy.obstacle
     inside = np.all((points >= low - [0.0, 0.0, 1.0]) & (points <= high), axis=1)
@@ -115,13 +115,13 @@ def _draw_from_above(
 
 
 def _cloud_title(report: TrialReport) -> str:
-    """Return what the cloud is, in words."""
+    """Return the title of the cloud."""
     returns, scans = report.accuracy.total.returns, len(report.flight.scans)
     return f"cloud of {scans} scans from above: {returns:,} returns in the colour of their obstacle"
 
 
 def _draw_outline(axes: Axes, report: TrialReport, obstacle: Obstacle) -> None:
-    """Draw where an obstacle is, its name beside it; where it moves, at some times."""
+    """Draw the outline and name of an obstacle, at several times if it moves."""
     times = obstacle_times(report.flight.recording, obstacle)
     for time in times:
         draw_silhouette(axes, obstacle.outline(time)[:, :2], obstacle)
@@ -157,7 +157,7 @@ def _draw_in_space(
     low: np.ndarray,
     high: np.ndarray,
 ) -> None:
-    """Draw cloud and path as a camera beside the way sees them, near points over far ones."""
+    """Draw cloud and path from a camera beside the path, near points over far ones."""
     eye = _Eye.overlooking(report.flight.recording.p_WB[0], low, high)
     points, obstacle = cloud
     for begin, end in _ground_lines(low, high):
@@ -189,14 +189,14 @@ def _draw_in_space(
 
 @dataclass(frozen=True)
 class _Eye:
-    """A pinhole camera: its place, and unit vectors to the right, upwards and ahead (3, 3)."""
+    """A pinhole camera: its position, and unit vectors right, up and forward (3, 3)."""
 
     p_WE: np.ndarray
     axes_W: np.ndarray
 
     @classmethod
     def overlooking(cls, start: np.ndarray, low: np.ndarray, high: np.ndarray) -> "_Eye":
-        """Return a camera beside a region's long side, somewhat towards the flight's start."""
+        """Return a camera beside the long side of a region, towards the start of the flight."""
         middle, size = 0.5 * (low + high), high - low
         along = int(np.argmax(size[:2]))
         length, far = float(size[along]), float(size[:2].min())
@@ -210,7 +210,7 @@ class _Eye:
         return cls(middle + away, np.stack([right, np.cross(right, ahead), ahead]))
 
     def project(self, points_W: np.ndarray) -> np.ndarray:
-        """Return place in the picture and distance ahead of points (n, 3)."""
+        """Return positions in the picture and depths of points (n, 3)."""
         right, up, ahead = ((points_W - self.p_WE) @ self.axes_W.T).T
         ahead = np.maximum(ahead, 1.0)
         return np.stack([right / ahead, up / ahead, ahead], axis=1)
@@ -237,7 +237,7 @@ def obstacle_colours(report: TrialReport) -> np.ndarray:
 
 
 def draw_histogram(axes: Axes, report: TrialReport) -> None:
-    """Draw how often which error occurs, and what the declared noise leads to expect."""
+    """Draw the histogram of errors, and the distribution expected from the declared noise."""
     error = 1000.0 * report.accuracy.error
     total, exact = report.accuracy.total, report.exact.total
     axes.set_xlabel("error of a distance [mm]")
@@ -268,7 +268,7 @@ def draw_histogram(axes: Axes, report: TrialReport) -> None:
 
 
 def draw_error_over_distance(axes: Axes, report: TrialReport) -> None:
-    """Draw errors over true distance, with mean and spread of each metre."""
+    """Draw errors over true distance, with mean and spread for each metre."""
     length, error = report.accuracy.length, 1000.0 * report.accuracy.error
     some = slice(None, None, max(1, len(error) // 15_000))
     axes.scatter(length[some], error[some], s=1.0, color="0.75", linewidths=0.0, rasterized=True)

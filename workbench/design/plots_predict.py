@@ -1,4 +1,4 @@
-"""Pictures of predictions: errors over the horizon, and flights from setpoints beside the real."""
+"""Figures of predictions: errors over the horizon, and simulated and real flights."""
 
 from collections.abc import Sequence
 
@@ -16,9 +16,9 @@ _FIELDS = (("position", "m", 1.0), ("velocity", "m/s", 1.0), ("attitude", "deg",
 
 @styled
 def plot_predictions(predictions: Sequence[Prediction], title: str) -> Figure:
-    """Return errors over the horizon, with a panel for each quantity, and errors of whole flights.
+    """Return the figure of errors over the horizon, a panel per quantity, and of whole flights.
 
-    Lines are RMS over all windows; the band is from the first to the ninth tenth of the flights.
+    Lines are the RMS over all windows; the band is from the 10th to the 90th percentile of flights.
     """
     figure = titled(title, 12.5, 7.0)
     panels = figure.subplots(2, 2).ravel()
@@ -44,14 +44,14 @@ def plot_predictions(predictions: Sequence[Prediction], title: str) -> Figure:
 
 
 def _limit(axes: Axes, predictions: Sequence[Prediction], field: str, factor: float) -> None:
-    """Limit the axis, so that methods far off do not hide the others."""
+    """Limit the axis, so that methods with large errors do not hide the others."""
     last = [factor * getattr(row, field) for row in summarized(predictions).methods]
     known = sorted(value for value in last if np.isfinite(value))
     axes.set_ylim(0.0, 1.3 * known[len(known) // 2])
 
 
 def _whole(axes: Axes, predictions: Sequence[Prediction]) -> None:
-    """Draw the error of each whole flight over that of the setpoint, late."""
+    """Draw the error of each whole flight over that of the delayed setpoint."""
     ours = np.array([each.whole.rmse for each in predictions])
     late = np.array([each.whole.late_rmse for each in predictions])
     most = 1.05 * float(max(ours.max(), late.max()))
@@ -65,7 +65,7 @@ def _whole(axes: Axes, predictions: Sequence[Prediction]) -> None:
 
 @styled
 def plot_what_if(found: WhatIf, title: str) -> Figure:
-    """Return a flight, the one that would have been with its band, and the disturbance."""
+    """Return the figure of a flight, of the predicted one with its band, and of the disturbance."""
     figure = titled(title, 12.5, 8.0)
     panels = figure.subplots(3, 3, sharex=True)
     places = (4, 5, 6, 10, 11, 12)

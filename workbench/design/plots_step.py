@@ -1,4 +1,4 @@
-"""The figures of steps: of a command, of a load, of a hover check, and beside the paper's."""
+"""Figures of steps: of a command, of a load, of a hover check, and compared with the paper."""
 
 import math
 import textwrap
@@ -25,16 +25,16 @@ from workbench.scenario.loads import find_load
 from workbench.session.recording import Recording
 
 _WIDTH = 26
-"""Of a sentence beside a panel [characters]."""
+"""Width of the text beside a panel [characters]."""
 BEFORE = 0.5
-"""Shown before the command's edge [s]."""
+"""Time shown before the edge of the command [s]."""
 _FAR = 3.0
-"""A paper's mean further off than this many spans of our curve is named instead of drawn."""
+"""A mean of the paper that is farther off than this many spans of our curve is only stated."""
 
 
 @styled
 def plot_step(step: StepResponse) -> Figure:
-    """Return a step's figure, with its settling band and metrics."""
+    """Return the figure of a step, with its settling band and metrics."""
     axis, metrics, unit = step.axis, step.metrics, find_axis(step.axis).unit
     shown = shown_part(step)
     time = shown.time - EDGE
@@ -67,7 +67,7 @@ def plot_step(step: StepResponse) -> Figure:
 
 
 def _draw_settling(axes: Axes, steady: float, band: float, settling_time: float, name: str) -> None:
-    """Draw the band within which the response counts as settled, and when it does."""
+    """Draw the settling band and the settling time."""
     axes.axhspan(steady - band, steady + band, color=PALETTE.window, lw=0, zorder=0, label=name)
     if np.isfinite(settling_time):
         axes.axvline(settling_time, color=PALETTE.mean, ls=":", label="settled")
@@ -89,7 +89,7 @@ def _write_beside(axes: Axes, *lines: str) -> None:
 
 @styled
 def plot_load(flown: LoadResponse) -> Figure:
-    """Return the figure of a load, with the band within which it counts as settled."""
+    """Return the figure of a step of a load, with its settling band."""
     load, metrics = find_load(flown.load), flown.metrics
     end = float(flown.time[-1])
     shown = flown.recording.between(EDGE - BEFORE, EDGE + end)
@@ -130,7 +130,7 @@ def plot_load(flown: LoadResponse) -> Figure:
 
 
 def shown_part(flight: StepResponse) -> Recording:
-    """Return the part of a step that a figure shows: all that moves, and some rest after it."""
+    """Return the part of a step that a figure shows: the motion, and some time at rest after it."""
     flown = float(flight.time[-1])
     settled = flight.metrics.settling_time
     end = min(flown, max(2.0, 2.0 * settled)) if np.isfinite(settled) else flown
@@ -175,7 +175,7 @@ def draw_acceleration(axes: Axes, shown: Recording, axis: str) -> None:
 
 
 def draw_rotor_use(axes: Axes, time: np.ndarray, shown: Recording) -> None:
-    """Draw every rotor's speed as a share of its limit."""
+    """Draw the speed of every rotor as a share of its limit."""
     limits = np.array([rotor.max_rot_velocity for rotor in shown.vehicle.rotors])
     for index, use in enumerate((100.0 * shown.rotor_speeds / limits).T):
         axes.plot(
@@ -211,7 +211,7 @@ def plot_hover(report: HoverReport) -> Figure:
 
 
 def _draw_hover(axes: Axes, time: np.ndarray, values: np.ndarray, limit: float) -> None:
-    """Draw what a hover must keep small, with its limit."""
+    """Draw the drift and tilt of a hover, with their limits."""
     axes.plot(time, values, color=PALETTE.ours, label="flown")
     axes.axhline(limit, color=PALETTE.limit, lw=1.0, label="limit")
     axes.set_xlim(time[0], time[-1])
@@ -220,7 +220,7 @@ def _draw_hover(axes: Axes, time: np.ndarray, values: np.ndarray, limit: float) 
 
 
 def _draw_demanded_step(axes: Axes, step: StepResponse) -> None:
-    """Draw command and response with the overshoot that is allowed."""
+    """Draw command and response with the limit of the overshoot."""
     shown = shown_part(step)
     draw_response(axes, shown, step.axis)
     steady = step.metrics.steady_state_value
@@ -235,7 +235,7 @@ def _draw_demanded_step(axes: Axes, step: StepResponse) -> None:
 
 @styled
 def plot_reproduced(row: Row) -> Figure:
-    """Return a step's figure, with the panels that the paper has."""
+    """Return the figure of a step, with the same panels as in the paper."""
     axis, paper = row.paper.axis, row.paper
     shown = shown_part(row.flight)
     figure, panels = stacked(
@@ -276,7 +276,7 @@ def plot_reproduced(row: Row) -> Figure:
 def _draw_means(
     axes: Axes, values: np.ndarray, t90: float, mean: float, paper: float, unit: str
 ) -> None:
-    """Draw a curve's mean over the window beside the paper's."""
+    """Draw the mean of a curve over the window, and that of the paper."""
     if np.isfinite(t90):
         axes.plot(
             [0.0, t90],

@@ -1,4 +1,4 @@
-"""The four steps of the paper's section 6, flown here, set beside its figures and judged."""
+"""Fly the four steps of the paper's section 6, and compare them with its figures."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,21 +18,21 @@ from workbench.scenario.scenario import Scenario
 
 WINDOW = "averages run from the command's edge until the response first reaches 90 % of it"
 MEAN_ACCELERATION = 5.0
-"""Largest difference from the paper [%]."""
+"""Limit of the difference from the paper [%]."""
 MEAN_FORCE = {"x": 5.0, "y": 5.0, "z": 3.0, "yaw": None}
-"""Largest difference from the paper [%]; the paper's yaw torque is not aimed at, see its remark."""
+"""Limit of the difference from the paper [%]; not for its yaw torque, see its remark."""
 OVERSHOOT = 5.0
-"""Most [%]."""
+"""Limit [%]."""
 STEADY_STATE_ERROR = 1.0
-"""Most [%]."""
+"""Limit [%]."""
 HEIGHT_CHANGE = 0.05
 SIDEWAYS_DRIFT = 0.01
-"""Most during the x step [m]."""
+"""Limits of the change in height and of the drift along y during the x step [m]."""
 
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """What the paper reports of one step; force is a torque [N·m] for yaw."""
+    """The figures that the paper reports for one step; force is a torque [N·m] for yaw."""
 
     axis: str
     number: int
@@ -44,7 +44,7 @@ class PaperFigure:
 
 @dataclass(frozen=True)
 class Row:
-    """One step here beside the paper's.
+    """One step compared with that of the paper.
 
     Attributes:
         paper: the paper's figures.
@@ -89,7 +89,7 @@ def reproduce(
     Args:
         scenario: its vehicle and rates are used.
         settings: parameter values for all four.
-        progress: called with the flown share of all four, 0 .. 1.
+        progress: called with the share flown of all four, 0 .. 1.
     """
     rows = []
     for index, figure in enumerate(PAPER):
@@ -106,7 +106,7 @@ def reproduce(
 
 
 def compare(figure: PaperFigure, flight: StepResponse) -> Row:
-    """Return the averages of a flown step beside the paper's."""
+    """Return the averages of a flown step, with those of the paper."""
     after = flight.recording.between(EDGE, np.inf)
     time = after.time - EDGE
     velocity = axis_velocity(after, flight.axis)
@@ -121,7 +121,7 @@ def compare(figure: PaperFigure, flight: StepResponse) -> Row:
 
 
 def mean_until(time: np.ndarray, values: np.ndarray, end: float) -> float:
-    """Return the mean from time 0 to `end` of a signal, by trapezoids between its samples."""
+    """Return the mean of a signal from time 0 to `end`, by the trapezoidal rule."""
     inner = time[time < end]
     grid = np.append(inner, end)
     return float(np.trapezoid(np.interp(grid, time, values), grid) / end)
@@ -129,15 +129,15 @@ def mean_until(time: np.ndarray, values: np.ndarray, end: float) -> float:
 
 @dataclass(frozen=True)
 class Check:
-    """One number of a step, and what is demanded of it.
+    """One number of a step, and the demand on it.
 
     Attributes:
         quantity: its name.
         unit: its unit.
-        paper: the paper's number; None where the paper has none.
+        paper: the number in the paper, or None.
         ours: the flown one.
-        limit: largest difference from the paper [%], or, where the paper has no number, largest
-            value; None where nothing is demanded.
+        limit: largest difference from the paper [%], or largest value if the paper has no number;
+            None without a demand.
     """
 
     quantity: str
@@ -148,7 +148,7 @@ class Check:
 
     @property
     def difference(self) -> float | None:
-        """Of ours from the paper's [%]."""
+        """Difference of our number from the paper's [%]."""
         return None if self.paper is None else 100.0 * (self.ours / self.paper - 1.0)
 
     @property
@@ -169,12 +169,12 @@ class Check:
 
 
 def implied_t90(row: Row) -> float:
-    """Return the time to 90 % that the paper's mean acceleration stands for [s]."""
+    """Return the time to 90 % that the paper's mean acceleration implies [s]."""
     return 0.9 * row.paper.command / row.paper.mean_acceleration
 
 
 def checks(row: Row) -> list[Check]:
-    """Return everything that is compared of a step."""
+    """Return all comparisons of a step."""
     axis, metrics, coupling = row.paper.axis, row.flight.metrics, row.flight.coupling
     found = [
         Check("t90", "s", implied_t90(row), row.t90, None),
@@ -202,7 +202,7 @@ def checks(row: Row) -> list[Check]:
 
 
 def violations(rows: list[Row]) -> list[str]:
-    """Return a phrase for everything that is not as demanded."""
+    """Return a phrase for each demand that is not met."""
     return [
         f"{check.quantity} of the {row.paper.axis} step is {check.ours:.4g} {check.unit}"
         + (f", the paper's {check.paper:g}" if check.paper is not None else "")
@@ -214,7 +214,7 @@ def violations(rows: list[Row]) -> list[str]:
 
 
 def heading(row: Row) -> str:
-    """Return which step it is, in words."""
+    """Return the name of the step."""
     paper = row.paper
     unit = find_axis(paper.axis).unit
     return f"{paper.axis}: command {paper.command:g} {unit} (figure {paper.number})"

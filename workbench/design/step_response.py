@@ -1,6 +1,6 @@
 """Fly one step of velocity or yaw rate from hover, on the full diagram.
 
-A step that cannot be flown is refused before Drake is loaded.
+An invalid step is rejected before Drake is loaded.
 """
 
 import copy
@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from workbench.session.session import Session
 
 EDGE = 1.0
-"""The command steps after hovering for this long [s]."""
+"""Time of hover before the edge of the command [s]."""
 HOVER = (0.0, 0.0, 0.0)
-"""The velocity of the flight before a step that begins at rest [m/s]."""
+"""Velocity before a step that begins at rest [m/s]."""
 LEAST_DURATION = 0.1
 MOST_DURATION = 600.0
-"""Of a step after its edge [s]."""
+"""Limit of the duration after the edge of a step [s]."""
 DURATIONS = f"{LEAST_DURATION:g} s or more, and {MOST_DURATION:g} s at most"
-"""The two in words."""
+"""Limits of the duration in words."""
 START_HEIGHT = 10.0
-"""Room enough for a step down [m]."""
+"""Initial height, enough for a step down [m]."""
 STEPS = (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.2))
-"""The usual steps: axis and amplitude, [m/s] and [rad/s]."""
+"""The usual steps: axis and amplitude [m/s, rad/s]."""
 
 
 @dataclass(frozen=True)
 class Coupling:
-    """How far the axes that were not commanded strayed from where they were, at most."""
+    """The largest deviations of the axes that were not commanded."""
 
     x: float
     y: float
@@ -56,10 +56,11 @@ class StepResponse:
         recording: the whole flight; the command steps at `EDGE`.
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
-        coupling: on the other axes, [m] and [rad]; the commanded one is 0.
+        coupling: deviations of the other axes, [m] and [rad]; that of the commanded one is 0.
         before: velocity or yaw rate at the edge of a step from a steady flight; 0 for hover.
-        exchange: how that with a program went that ran the law, see `Session.exchange`.
-        ended: why that program ended in flight, "" else.
+        exchange: statistics of the exchange with a program that ran the law, see
+            `Session.exchange`.
+        ended: why that program ended in flight, else "".
     """
 
     axis: str
@@ -79,19 +80,19 @@ class StepResponse:
 
     @property
     def response(self) -> np.ndarray:
-        """Velocity or yaw rate from the edge on, over that before."""
+        """Velocity or yaw rate from the edge on, relative to that before."""
         return axis_velocity(self.recording.between(EDGE, np.inf), self.axis) - self.before
 
     @property
     def loss(self) -> "Loss | None":
-        """When and how the flight was lost, None if it was not; metrics mean little then."""
+        """When and how the flight was lost, else None; the metrics of a lost flight mean little."""
         from workbench.design.lost import find_loss
 
         return find_loss(self.recording)
 
     @property
     def diverged_at(self) -> float:
-        """When it was lost, from the edge on [s]: 0 if before, NaN if it flew to the end."""
+        """Time from the edge to the loss [s]; 0 if it was before, NaN without a loss."""
         return max(0.0, self.loss.time - EDGE) if self.loss else math.nan
 
 
@@ -117,7 +118,7 @@ def fly_step(
         progress: called with the flown share, 0 .. 1.
 
     Raises:
-        WorkbenchError: if axis, amplitude or duration make no step, or it cannot be flown.
+        WorkbenchError: if axis, amplitude or duration are invalid, or the step cannot be flown.
     """
     check_step(axis, amplitude)
     check_duration(duration)
@@ -146,10 +147,10 @@ def fly_step(
 
 
 def check_step(axis: str, amplitude: float) -> None:
-    """Refuse what makes no step.
+    """Check axis and amplitude of a step.
 
     Raises:
-        WorkbenchError: with what to give in its place.
+        WorkbenchError: that says what to give instead.
     """
     if axis not in AXES:
         raise unknown_name("axis", axis, AXES)
@@ -158,10 +159,10 @@ def check_step(axis: str, amplitude: float) -> None:
 
 
 def check_duration(duration: float) -> None:
-    """Refuse what is too short to be measured, or too long to be flown [s].
+    """Check that a duration [s] is long enough to measure, and short enough to fly.
 
     Raises:
-        WorkbenchError: if it is.
+        WorkbenchError: if it is not.
     """
     if not LEAST_DURATION <= duration <= MOST_DURATION:
         raise WorkbenchError(f"a step cannot be measured in {duration:g} s: give it {DURATIONS}")
@@ -190,14 +191,14 @@ def step_scenario(
 
 
 def stepped(axis: str, amplitude: float, velocity: Sequence[float] = HOVER) -> list[float]:
-    """Return velocity in W and yaw rate (4) that a step commands; see `fly_step`."""
+    """Return the velocity in W and the yaw rate (4) that a step commands; see `fly_step`."""
     command = [*velocity, 0.0]
     command[AXES.index(axis)] += amplitude
     return command
 
 
 def axis_command(recording: "Recording", axis: str) -> np.ndarray:
-    """Return what was asked for along an axis of W [m/s], or as yaw rate [rad/s]."""
+    """Return the command along an axis of W [m/s], or of the yaw rate [rad/s]."""
     return recording.reference[:, AXES.index(axis)]
 
 
@@ -216,7 +217,7 @@ def axis_acceleration(recording: "Recording", axis: str) -> np.ndarray:
 
 
 def axis_force(recording: "Recording", axis: str) -> np.ndarray:
-    """Return what drives an axis, as the paper counts it.
+    """Return the force or torque along an axis, as defined in the paper.
 
     For z the total rotor thrust [N]; for x and y the horizontal component of the rotor thrust
     along the axis [N]; for yaw the torque about body z [N·m].
@@ -231,7 +232,7 @@ def axis_force(recording: "Recording", axis: str) -> np.ndarray:
 def _check_within_limit(
     session: "Session", axis: str, amplitude: float, velocity: Sequence[float]
 ) -> None:
-    """Refuse a step that the limits would cut, as its metrics would mean nothing."""
+    """Reject a step that exceeds the command limits, as its metrics would have no meaning."""
     row = find_axis(axis)
     for v_x, v_y, v_z, _ in ([*velocity, 0.0], stepped(axis, amplitude, velocity)):
         if any(velocity) and math.hypot(v_x, v_y) > session.get("max_speed"):
@@ -257,8 +258,8 @@ def coupling(after: "Recording", axis: str, velocity: Sequence[float] = HOVER) -
 
     Args:
         after: the flight from the edge on.
-        axis: the commanded one; "" counts all of them.
-        velocity: of the steady flight that goes on along the others, in W (3) [m/s].
+        axis: the commanded one; "" includes all of them.
+        velocity: of the steady flight, in W (3) [m/s].
     """
     yaw = unwrapped_yaw(after.q_WB)
     p_WB = after.p_WB - np.outer(after.time - after.time[0], velocity)

@@ -1,4 +1,4 @@
-"""The steps of a command that were flown, and the response to each."""
+"""Find the steps of a command in a flight, and the response to each."""
 
 from dataclasses import dataclass
 
@@ -7,22 +7,22 @@ import numpy as np
 from workbench.design.response_metrics import StepMetrics, step_metrics
 
 SHORTEST = 0.3
-"""A command has to stand so long before and after its edge [s]."""
+"""Time that a command must be constant before and after its edge [s]."""
 LEAST = 1e-3
-"""Change of a command that is an edge, in its unit."""
+"""Smallest change of a command that counts as an edge, in its unit."""
 FEWEST = 8
-"""Samples of a response that can be measured."""
+"""Smallest number of samples of a response."""
 
 
 @dataclass(frozen=True, eq=False)
 class StepResponse:
-    """A step and what was flown of it.
+    """A step of the command and the response to it.
 
     Attributes:
         begin: when the command changed [s].
         amplitude: by how much.
         time: from the edge on (n) [s].
-        response: (n), from the command before the edge.
+        response: (n), relative to the command before the edge.
         metrics: python-control's numbers.
     """
 
@@ -36,13 +36,13 @@ class StepResponse:
 def step_responses(
     command: tuple[np.ndarray, np.ndarray], flown: tuple[np.ndarray, np.ndarray]
 ) -> list[StepResponse]:
-    """Return the steps of a command that stands before and after its edge, in their order.
+    """Return the steps of a command that is constant before and after its edge, in order.
 
-    A command that changes from sample to sample, as a ramp or a stick does, has no steps.
+    A command that changes at every sample, such as a ramp or a stick, has no steps.
 
     Args:
         command: times (m) [s] and values.
-        flown: times (n) [s] and values of what the command asks for.
+        flown: times (n) [s] and values of the commanded quantity.
     """
     time, values = command
     edges = 1 + np.flatnonzero(np.abs(np.diff(values)) > LEAST)
