@@ -1,1 +1,1 @@
-"""One way to own a child process and talk to it."""
+"""Starts a child process and exchanges messages with it."""

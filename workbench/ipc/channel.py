@@ -1,7 +1,7 @@
-"""A connection that never waits, in either direction, for who must not stand still.
+"""A connection that never blocks, in either direction, for loops that must keep running.
 
-The other side is a `multiprocessing.connection.Connection`: a record is a pickle after its length,
-4 bytes, high byte first.
+The other side is a `multiprocessing.connection.Connection`: each record is a pickle, preceded by
+its length in 4 bytes, big-endian.
 """
 
 import pickle
@@ -13,17 +13,17 @@ from multiprocessing.connection import Connection
 
 LENGTH = struct.Struct("!i")
 PIECE = 65536
-"""Bytes that are read at once."""
+"""Bytes per read."""
 
 
 class Channel:
     """Sends and receives records over a connection without a thread.
 
-    A record that does not fit into the system's buffer waits here, and goes on its way with the
-    next call; of one that has not come as a whole nothing is seen yet.
+    A record that does not fit into the system's buffer waits here and is sent with the next calls.
+    A received record is yielded only when it is complete.
 
     Args:
-        connection: stays the caller's, and is used by nobody else as long as this is.
+        connection: still belongs to the caller; nothing else may use it while this object does.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -33,21 +33,21 @@ class Channel:
         self._unread = bytearray()
 
     def fileno(self) -> int:
-        """Return its number, to be watched."""
+        """Return the file descriptor, for an event loop to watch."""
         return self._socket.fileno()
 
     @property
     def unsent(self) -> int:
-        """Bytes that wait to be sent."""
+        """Number of bytes that wait to be sent."""
         return len(self._unsent)
 
     @property
     def has_more(self) -> bool:
-        """Whether a whole record waits to be yielded."""
+        """Whether a complete record waits to be yielded."""
         return len(self._unread) >= LENGTH.size and len(self._unread) >= self._end()
 
     def offer(self, record: object, most: int) -> bool:
-        """Send a record, unless more than so many bytes would wait; return whether it will be."""
+        """Queue a record unless more than `most` bytes would wait; return whether it was queued."""
         self.flush()
         data = pickle.dumps(record)
         if self._unsent and len(self._unsent) + LENGTH.size + len(data) > most:
@@ -57,16 +57,16 @@ class Channel:
         return True
 
     def flush(self) -> None:
-        """Send as much of what waits as goes."""
-        with suppress(OSError):  # it would have to wait; or nobody is there, as `received` says
+        """Send as many waiting bytes as possible without blocking."""
+        with suppress(OSError):  # would block, or nobody is there, which `received` reports
             while self._unsent:
                 del self._unsent[: self._socket.send(self._unsent)]
 
     def received(self, most: int) -> Iterator[object]:
-        """Yield up to so many records that have come.
+        """Yield at most this many received records.
 
         Raises:
-            EOFError: if the other side is gone, and all that it sent was yielded.
+            EOFError: if the other side is gone and everything that it sent was yielded.
         """
         gone = self._read()
         for _ in range(most):
@@ -80,7 +80,7 @@ class Channel:
             yield record
 
     def close(self) -> None:
-        """Let go of the connection; what waits is lost."""
+        """Release the connection; unsent records are lost."""
         self._socket.close()
 
     def _end(self) -> int:
@@ -88,7 +88,7 @@ class Channel:
         return LENGTH.size + int(LENGTH.unpack_from(self._unread)[0])
 
     def _read(self) -> bool:
-        """Take a piece of what has come; return whether the other side is gone."""
+        """Read the next bytes; return whether the other side is gone."""
         try:
             piece = self._socket.recv(PIECE)
         except BlockingIOError:

@@ -1,8 +1,8 @@
-"""A child process and the connection to it: how it is started, ended, and why it ended.
+"""A child process and the connection to it: start, end, and the reason for its end.
 
-It is a fresh interpreter: Drake's threads and compiled code do not survive a fork, and
+The child is a fresh interpreter: Drake's threads and compiled code do not survive a fork, and
 multiprocessing would run the caller's main file again. It is not in the terminal's foreground
-group, so Ctrl-C reaches the caller alone, who ends the child.
+process group, so Ctrl-C reaches only the caller, which then ends the child.
 """
 
 import contextlib
@@ -17,9 +17,9 @@ from typing import IO, Any
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 
 LONGEST_TAIL = 4 * LONGEST_ECHO
-"""Characters of a process's last line that a sentence repeats."""
+"""Largest number of characters of a process's last line that a message repeats."""
 DYING = 5.0
-"""Time in which a process must end once it has closed its end of the connection [s]."""
+"""Time limit for a process to exit after it closed its end of the connection [s]."""
 
 
 def start_module(module: str, *arguments: str, **options: Any) -> subprocess.Popen[bytes]:
@@ -27,16 +27,16 @@ def start_module(module: str, *arguments: str, **options: Any) -> subprocess.Pop
 
     Args:
         module: full name of the module.
-        arguments: its command line.
-        options: of `subprocess.Popen`.
+        arguments: command-line arguments.
+        options: keyword arguments of `subprocess.Popen`.
 
     Raises:
-        OSError: if no process can be started.
+        OSError: if the process cannot be started.
     """
     root = str(Path(__file__).resolve().parents[2])
     paths = [root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
     return subprocess.Popen(
-        # -P: a file json.py in the user's folder is not to be imported
+        # -P: do not import a file such as json.py from the user's folder
         [sys.executable, "-P", "-m", module, *arguments],
         env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in paths if path)},
         **options,
@@ -44,30 +44,30 @@ def start_module(module: str, *arguments: str, **options: Any) -> subprocess.Pop
 
 
 def last_line(output: IO[bytes], longest: int) -> str:
-    """Return the last line that a process printed into a file, so many characters at most."""
+    """Return the last line that a process printed to a file, at most `LONGEST_TAIL` characters."""
     output.seek(max(0, output.seek(0, os.SEEK_END) - 4 * longest))
     text = output.read().decode(errors="replace").strip()
     return text.rpartition("\n")[2][:longest]
 
 
 class ChildProcess:
-    """Owns a process of this machine: starts it, ends it, and says why it ended.
+    """Starts and ends a child process, and tells why it ended.
 
     Attributes:
-        connection: to it, a `multiprocessing.connection.Connection` over a socket. Its file
-            descriptor serves an event loop (see `Channel`), `send` and `recv` serve a thread; at
-            the process's end, `recv` raises EOFError or OSError.
+        connection: connection to the child, a `multiprocessing.connection.Connection` over a
+            socket. An event loop can watch its file descriptor (see `Channel`), and a thread can
+            call `send` and `recv`; when the process ends, `recv` raises EOFError or OSError.
 
     Args:
-        module: runs there as `python -m MODULE FD`, where FD is the other end of the connection.
-        name: what it is, for messages: "the NAME's process crashed".
+        module: module to run as `python -m MODULE FD`, where FD is the other end of the connection.
+        name: name for messages: "the NAME's process crashed".
 
     Raises:
-        WorkbenchError: if no process can be started.
+        WorkbenchError: if the process cannot be started.
     """
 
     def __init__(self, module: str, name: str) -> None:
-        from multiprocessing import Pipe  # slow to load, and most who import this start none
+        from multiprocessing import Pipe  # slow to load, and not always needed
 
         self.name = name
         with contextlib.ExitStack() as opened:
@@ -76,7 +76,7 @@ class ChildProcess:
                 opened.callback(self.connection.close)
                 self._output = tempfile.TemporaryFile()  # noqa: SIM115
                 opened.callback(self._output.close)
-                with other:  # so that the connection ends when the process does
+                with other:  # so that the connection ends with the process
                     self._process = start_module(
                         module,
                         str(other.fileno()),
@@ -108,7 +108,7 @@ class ChildProcess:
         return True
 
     def cause(self) -> str:
-        """Return why it ended, a sentence; it is killed if it does not end within `DYING`."""
+        """Return why it ended, as a sentence; kill it if it does not exit within `DYING`."""
         self.end(DYING)
         code = self._process.returncode
         if code == -signal.SIGKILL:
@@ -123,6 +123,6 @@ class ChildProcess:
         return said
 
     def release(self) -> None:
-        """Close the connection and the file of its output; the last call."""
+        """Close the connection and its output file; must be the last call."""
         self.connection.close()
         self._output.close()

@@ -1,6 +1,6 @@
-"""Run work on a stranger's data in a process of its own, within bounds of time, memory and output.
+"""Processes untrusted data in a child process with limits on time, memory and output.
 
-The parent calls `run_limited`; the module that it names calls `serve` when it is run.
+The parent calls `run_limited`; the module that it names calls `serve` when it runs.
 """
 
 import json
@@ -20,14 +20,15 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.child_process import last_line, start_module
 
 LARGEST_FILE = 128_000_000
-"""Of what a process writes, its answer included [bytes]."""
+"""Largest file that the process may write, its answer included [bytes]."""
 _SLOWNESS, _START = 3.0, 10.0
-"""Wall time is so many times the computing time, plus a start [s]: machines are shared."""
+"""Limit of wall time as a multiple of the computing time, plus a time to start [s], as machines are
+shared."""
 _LONGEST_TEXT = 300
 
 
 class LimitedError(WorkbenchError):
-    """Why a process gave no answer, a clause that names no file."""
+    """Tells why a process gave no answer, in a clause that names no file."""
 
 
 def run_limited(module: str, request: object, *, seconds: float, megabytes: int) -> Any:
@@ -35,21 +36,22 @@ def run_limited(module: str, request: object, *, seconds: float, megabytes: int)
 
     Args:
         module: full name of a module that calls `serve`.
-        request: what its function gets; anything that JSON can say.
-        seconds: computing time it may take; wall time is bounded too, generously.
-        megabytes: address space it may use.
+        request: argument of its function; anything that JSON can hold.
+        seconds: limit of computing time; wall time has a larger limit.
+        megabytes: limit of address space.
 
     Returns:
-        What the function returned, after a way through JSON.
+        The function's result, after a round trip through JSON.
 
     Raises:
-        LimitedError: if it broke a bound, died, or raised what is no WorkbenchError.
-        WorkbenchError: as the function raised it.
+        LimitedError: if it exceeded a limit, died, or raised an exception other than
+            WorkbenchError.
+        WorkbenchError: the function's own.
     """
     try:
         message = json.dumps({"seconds": seconds, "megabytes": megabytes, "request": request})
         with (
-            tempfile.TemporaryFile() as given,  # files, as they can be bounded and never block
+            tempfile.TemporaryFile() as given,  # files: of limited size, and never blocking
             tempfile.TemporaryFile() as answer,
             tempfile.TemporaryFile() as noise,
         ):
@@ -80,9 +82,9 @@ def run_limited(module: str, request: object, *, seconds: float, megabytes: int)
 def _run(
     module: str, given: IO[bytes], answer: IO[bytes], noise: IO[bytes], wall: float
 ) -> int | None:
-    """Return the exit code, negative for a signal, None if time was up."""
+    """Return the exit code: negative for a signal, None if the time was up."""
     process = start_module(module, stdin=given, stdout=answer, stderr=noise, start_new_session=True)
-    # A thread, as `wait(timeout)` looks only every 50 ms.
+    # A thread, because `wait(timeout)` polls only every 50 ms.
     timer = threading.Timer(wall, _kill, (process,))
     end = time.monotonic() + wall
     timer.start()
@@ -96,13 +98,13 @@ def _run(
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process and those that it started, if it is running."""
+    """Kill a running process and its children."""
     if process.poll() is None:
         os.killpg(process.pid, signal.SIGKILL)
 
 
 def _cause(code: int, seconds: float, noise: IO[bytes]) -> str:
-    """Say why a process ended without an answer."""
+    """Return why a process ended without an answer."""
     if code == -signal.SIGXCPU:
         return f"it took more than {seconds:g} s"
     if code == -signal.SIGKILL:
@@ -113,9 +115,9 @@ def _cause(code: int, seconds: float, noise: IO[bytes]) -> str:
 
 
 def serve(function: Callable[[Any], Any]) -> None:
-    """Answer the request on standard input with what a function returns for it.
+    """Answer the request on standard input with the result of a function.
 
-    What libraries print goes to standard error.
+    Output of libraries goes to standard error.
     """
     answer = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -142,7 +144,7 @@ def serve(function: Callable[[Any], Any]) -> None:
 
 
 def _limit(what: int, soft: int, hard: int) -> None:
-    """Set a limit, unless a stricter one holds already."""
+    """Set a limit, unless a stricter one is already set."""
     most = resource.getrlimit(what)[1]
     if most != resource.RLIM_INFINITY:
         soft, hard = min(soft, most), min(hard, most)
@@ -150,7 +152,7 @@ def _limit(what: int, soft: int, hard: int) -> None:
 
 
 def one_line(error: BaseException) -> str:
-    """Return what an exception says, short and in one line; its type where it says nothing."""
+    """Return an exception's message, short and in one line; its type if the message is empty."""
     text = " ".join(str(error)[: 10 * _LONGEST_TEXT].split())
     short = text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
     return short or type(error).__name__

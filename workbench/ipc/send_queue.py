@@ -1,4 +1,4 @@
-"""Sends messages without ever letting the sender wait, whatever the other side does."""
+"""Sends messages without blocking the sender, whatever the reader does."""
 
 import logging
 import pickle
@@ -8,15 +8,14 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 
 MOST_OFFERED = 100
-"""Messages that wait, beyond which no further one is taken that may be left out."""
+"""Number of waiting messages at which `offer` refuses further ones."""
 
 
 class SendQueue:
-    """A queue in front of a connection, emptied by a thread.
+    """A queue in front of a connection; a thread empties it.
 
-    Messages are sent in their order. Of what is only shown the newest counts: one that was not
-    sent yet is replaced by the next, so a reader that is slow, or stands still, costs neither time
-    nor memory.
+    Messages are sent in order. Of messages for display only the newest counts: it replaces one that
+    is not sent yet, so a slow or stopped reader costs neither time nor memory.
 
     Args:
         connection: to the reader.
@@ -32,19 +31,19 @@ class SendQueue:
         self._thread.start()
 
     def post(self, message: object) -> None:
-        """Send a message, some time; it is copied now."""
+        """Queue a message; it is pickled now."""
         data = pickle.dumps(message)
         with self._change:
-            if self._shown is not None:  # it is older, so it goes first
+            if self._shown is not None:  # the shown message is older, so it goes first
                 self._waiting.append(self._shown)
                 self._shown = None
             self._waiting.append(data)
             self._change.notify()
 
     def offer(self, message: object) -> bool:
-        """Send a message unless many wait; return whether it will be sent.
+        """Queue a message unless many wait; return whether it was queued.
 
-        It does not hold what is shown to its place in the order.
+        It may overtake a message for display.
         """
         with self._change:
             if len(self._waiting) >= MOST_OFFERED:
@@ -56,31 +55,31 @@ class SendQueue:
         return True
 
     def show(self, message: object) -> None:
-        """Send a message, unless a newer one is shown before that."""
+        """Queue a message for display; a newer one replaces it."""
         data = pickle.dumps(message)
         with self._change:
             self._shown = data
             self._change.notify()
 
     def close(self, limit: float) -> None:
-        """Send what waits, within a time [s], and no more."""
+        """Send waiting messages for at most a time [s], and accept no more."""
         with self._change:
             self._closing = True
             self._change.notify()
         self._thread.join(limit)
 
     def _empty(self) -> None:
-        """Send until closed, or until nobody reads any more."""
+        """Send until closed, or until the reader is gone."""
         while (data := self._next()) is not None:
             try:
                 self._connection.send_bytes(data)
-            # The reader is gone, as who listens to it finds out; or (TypeError) the connection was
+            # The reader is gone, which its listener notices; or (TypeError) the connection was
             # closed here in the middle of a message.
             except (OSError, TypeError):
                 return
 
     def _next(self) -> bytes | None:
-        """Wait for something to send; None at the end."""
+        """Wait for a message to send; None at the end."""
         with self._change:
             while True:
                 if self._waiting:
@@ -94,11 +93,11 @@ class SendQueue:
 
 
 class LogPoster(logging.Handler):
-    """Sends what is logged.
+    """Sends log messages.
 
     Args:
-        queue: that sends it.
-        message: makes a message of a sentence.
+        queue: sends them.
+        message: makes a message from a sentence.
     """
 
     def __init__(self, queue: SendQueue, message: Callable[[str], object]) -> None:

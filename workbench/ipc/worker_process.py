@@ -1,4 +1,4 @@
-"""A child process that answers requests, without letting its caller wait."""
+"""A child process that answers requests without blocking its caller."""
 
 import math
 import pickle
@@ -16,7 +16,7 @@ from workbench.ipc.child_process import DYING, ChildProcess
 
 @dataclass(frozen=True)
 class Request:
-    """Something to do; what answers it has the same number. Numbers rise."""
+    """Something to do; its answer has the same number. Numbers increase."""
 
     number: int
     what: Any
@@ -24,7 +24,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Answer:
-    """A request was done: what came of it."""
+    """Result of a request."""
 
     number: int
     value: object
@@ -32,7 +32,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Refusal:
-    """A request was not done, and why, in a sentence."""
+    """Reason why a request failed, as a sentence."""
 
     number: int
     said: str
@@ -40,35 +40,35 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Superseded:
-    """A request waited until a newer one of its kind came, and is dropped."""
+    """A request that was dropped because a newer one of its kind arrived."""
 
     number: int
 
 
 class SupersededError(WorkbenchError):
-    """A newer request took the place of this one; nobody need be told."""
+    """A newer request replaced this one; the user need not be told."""
 
 
 class WorkerProcess(ChildProcess):
-    """A child process that answers requests; no method but `end` and `close` waits.
+    """A child process that answers requests; only `end` and `close` block.
 
-    A thread sends what is asked, another one hears the process until it is gone. What was not
-    answered by then fails with the reason.
+    One thread sends requests, and another receives messages until the process is gone. Requests
+    without an answer then fail with the reason.
 
     Args:
         module: see `ChildProcess`; it reads Requests and writes Answers, Refusals, Superseded.
         name: see `ChildProcess`.
-        hear: called with every other message, in a thread of this object's.
-        on_end: called there when the process is gone, with the reason; what it returns is the
-            reason that counts.
-        most_unanswered: requests without an answer; further ones are refused.
+        hear: called with every other message, in a thread of this object.
+        on_end: called in that thread when the process is gone, with the reason; the reason that it
+            returns replaces it.
+        most_unanswered: limit of requests without an answer; further ones are refused.
 
     Attributes:
-        answered: whether it ever answered or refused a request.
-        ended: why it has ended, a sentence; "" while it lives.
+        answered: whether it has ever answered or refused a request.
+        ended: why it has ended, as a sentence; "" while it runs.
 
     Raises:
-        WorkbenchError: if no process can be started.
+        WorkbenchError: if the process cannot be started.
     """
 
     def __init__(
@@ -100,15 +100,16 @@ class WorkerProcess(ChildProcess):
         return self._requests
 
     def send(self, message: object) -> None:
-        """Send a message that is not answered; it is pickled now, and whatever that raises."""
+        """Send a message that has no answer; raises here if it cannot be pickled."""
         self._to_send.put(pickle.dumps(message))
 
     def ask(self, make: Callable[[], object], answer: "Future[Any] | None" = None) -> "Future[Any]":
-        """Send a request, which is pickled now, and return what will be its answer.
+        """Send a request, which is pickled now, and return a Future of its answer.
 
         Args:
-            make: makes what is asked; a WorkbenchError that it raises is the answer's exception.
-            answer: an `unanswered_future` to be returned, where somebody has it already.
+            make: makes the request's content; a WorkbenchError that it raises becomes the answer's
+                exception.
+            answer: an `unanswered_future` to return, if the caller already has one.
         """
         answer = answer or unanswered_future()
         try:
@@ -129,35 +130,35 @@ class WorkerProcess(ChildProcess):
         return answer
 
     def close(self, limit: float = 0.0, last: object = None) -> None:
-        """Wait for the process's end for a time [s], then kill it; nothing of it is left.
+        """Wait for the process's end for a time [s], then kill it, and release everything.
 
         Args:
-            limit: to wait before it is killed [s].
+            limit: time before it is killed [s].
             last: a message that asks it to end, if any.
         """
         self._closed = True
         if last is not None:
             self.send(last)
         self.end(limit)
-        if threading.current_thread() is not self._listener:  # an answer's callback may close
+        if threading.current_thread() is not self._listener:  # a callback may call close
             self._listener.join(DYING)
 
     def _send(self) -> None:
-        """Send what is queued until the end, or until nobody reads any more."""
-        # The process is gone, as `_listen` finds out; or (TypeError) the connection was closed
+        """Send queued messages until the end, or until the reader is gone."""
+        # The process is gone, which `_listen` notices; or (TypeError) the connection was closed
         # here in the middle of a message.
         with suppress(OSError, TypeError):
             while (data := self._to_send.get()) is not None:
                 self.connection.send_bytes(data)
 
     def _listen(self) -> None:
-        """Hear the process until it is gone, and let go of it."""
+        """Receive messages until the process is gone, then release it."""
         try:
-            with suppress(EOFError, OSError):  # it is gone
+            with suppress(EOFError, OSError):  # the process is gone
                 while True:
                     self._take(self.connection.recv())
             reason = f"the {self.name} is closed" if self._closed else self.cause()
-        except Exception as error:  # what cannot be read: nothing can be trusted now
+        except Exception as error:  # an unreadable message: the stream can no longer be trusted
             reason = f"the {self.name}'s process said what cannot be read: {error!r:.100}"
             self.end(0.0)
         reason = self._on_end(reason)
@@ -190,7 +191,7 @@ class WorkerProcess(ChildProcess):
 
 
 def unanswered_future() -> "Future[Any]":
-    """Return what will be the answer to a request; it cannot be cancelled."""
+    """Return a Future for the answer to a request; it cannot be cancelled."""
     answer: Future[Any] = Future()
     answer.set_running_or_notify_cancel()
     return answer
