@@ -1,1 +1,1 @@
-"""A flight that keeps real time in a process of its own, beside a screen that paints."""
+"""A live flight: simulated in real time in its own process, beside the screen that shows it."""

@@ -1,6 +1,6 @@
-"""Alarms of a live flight: what goes wrong, with what to do about it; each once while it lasts.
+"""Alarms of a live flight: each states a problem and its remedy, once while the problem lasts.
 
-Those of battery and estimate are the announcer's.
+The announcer reports the battery and the estimate.
 """
 
 import cmath
@@ -18,17 +18,17 @@ from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
 
 LEAST_HIT = 0.6
-"""A change of velocity of a hard hit, beyond what flying makes [m/s]; a landing makes 0.4."""
+"""Least change of velocity of a hard hit beyond what flight explains [m/s]; a landing makes 0.4."""
 
 
 def hit_speed(vehicle: Vehicle, before: np.ndarray, after: np.ndarray, duration: float) -> float:
-    """Return by how much a hit changed a velocity [m/s], 0 where flying explains the change.
+    """Return the change of velocity caused by a hit [m/s], 0 if flight explains the change.
 
     Args:
-        vehicle: that flies.
-        before: velocity (3) [m/s].
-        after: velocity (3) [m/s].
-        duration: between the two [s].
+        vehicle: the flying vehicle.
+        before: velocity before (3) [m/s].
+        after: velocity after (3) [m/s].
+        duration: time between the two [s].
     """
     change = float(np.linalg.norm(after - before))
     flown = (1.0 + vehicle.thrust_to_weight) * GRAVITY * max(0.0, duration)
@@ -36,55 +36,56 @@ def hit_speed(vehicle: Vehicle, before: np.ndarray, after: np.ndarray, duration:
 
 
 PERIOD = 1 / 64
-"""Between two looks at the motion [s]: a swing of 20 Hz is seen."""
+"""Period between samples of the motion [s]: short enough to detect a swing of 20 Hz."""
 LOOK = 1 / 16
-"""Between two looks at everything else [s]."""
+"""Period between checks of everything else [s]."""
 QUIET = 10.0
-"""What has been away for so long is told again [s]."""
+"""An alarm is repeated if its cause was absent for this long [s]."""
 SEEN, PARTS = 2.0, 3
-"""A swing is seen over this time [s], and in each of so many parts of it."""
+"""A swing is detected over this time [s], and must be present in each of this number of parts."""
 LEAST_RATE, LEAST_SPEED = 0.6, 0.3
-"""Of a swing to both sides [rad/s] and, up and down, [m/s]."""
+"""Least amplitude of a swing: of rates [rad/s], and of vertical speed [m/s]."""
 TURNS, UNEVEN = 4, 0.3
-"""A swing passes its middle so often at least, at times as even as this share."""
+"""A swing crosses its mean at least this often, at times with at most this relative spread."""
 SLOW_SEEN = (5.0, 15.0)
-"""A slow swing, of a velocity or position loop, is seen over one of these times [s]."""
+"""A slow swing, of a velocity or position loop, is detected over one of these times [s]."""
 SLOW_TURNS, SLOW_UNEVEN, STEADY = 5, 0.2, 0.6
-"""It passes its middle so often at least, so evenly, and each wave is so large as the one before
-at least: air that shakes has waves of all sizes, and a drone with damping of 0.16 comes to rest."""
+"""Least crossings of the mean, largest relative spread of the times between, and least ratio of
+each half wave to the one before: waves in turbulence vary in size, and a drone with a damping ratio
+of 0.16 comes to rest."""
 SLOW_LOOK = 0.5
-"""Between two looks for a slow swing [s]."""
+"""Period between checks for a slow swing [s]."""
 LEAST_ASKED = 0.05
-"""Of what a pilot asks for from one side to the other [m/s] or [rad/s]."""
+"""Least command of a pilot that counts as a change of side [m/s] or [rad/s]."""
 ASKED_TURNS = 2
-"""A pilot who asks for one side and the other so often within `SEEN` swings the drone himself."""
+"""A pilot whose command changes side this often within `SEEN` causes the swing himself."""
 RESONANT, BLAMED = 1.25, 0.7
-"""What swings by so many times what is asked of it is to blame, seen over whole waves for this
-long at least [s]."""
+"""A loop that amplifies its command by this factor causes the swing, observed over whole waves for
+at least this time [s]."""
 ANGLES = ("1", "rad")
 """Units of the error of an attitude loop."""
 SPEEDS = ("m/s",)
-"""And of a velocity loop."""
+"""Units of the error of a velocity loop."""
 FULL, FULL_TIME = 0.985, 0.5
-"""A rotor at this share of its largest thrust for this long saturates [s]."""
+"""A rotor at this share of its largest thrust for this long [s] is saturated."""
 SLOW_TIME = 2.0
-"""Real time is lost where it is for so long [s of wall]."""
+"""Time of falling behind real time before the alarm [s of wall]."""
 TOUCH_DOWN = 0.3
-"""A hit this near the ground is a touch-down [m]."""
+"""A hit below this height above the ground can be a touch-down [m]."""
 UPRIGHT, FASTEST_TOUCH_DOWN = 0.8, 4.0
-"""And of a drone whose z axis points up by this much, and that sinks no faster [m/s]: others have
-crashed."""
+"""A touch-down also needs a drone whose z axis points up by at least this much and that sinks no
+faster than this [m/s]; otherwise it is a crash."""
 
 
 class Swing:
-    """Finds a steady swing in a signal.
+    """Detects a steady swing in a signal.
 
     Args:
-        least: amplitude to both sides.
-        seen: over which time [s].
-        turns: how often it passes its middle, at least.
-        uneven: spread of the times between, as a share of their mean, at most.
-        steady: size of each half wave over that of the one before, at least.
+        least: least amplitude to each side.
+        seen: observed time [s].
+        turns: least number of crossings of the mean.
+        uneven: largest spread of the times between crossings, as a share of their mean.
+        steady: least ratio of each half wave to the one before.
     """
 
     def __init__(
@@ -100,23 +101,23 @@ class Swing:
         self._seen: deque[tuple[float, float]] = deque()
 
     def look(self, time: float, value: float) -> None:
-        """Take the signal at a time [s]."""
+        """Add the signal's value at a time [s]."""
         self._seen.append((time, value))
         while self._seen[0][0] < time - self._span - 1e-9:
             self._seen.popleft()
 
     def clear(self) -> None:
-        """Forget what was seen."""
+        """Forget all values."""
         self._seen.clear()
 
     @property
     def turns(self) -> int:
-        """How often the signal passes its middle, evenly or not."""
+        """Number of crossings of the mean, even or not."""
         return len(self._passes()[2]) if self._seen else 0
 
     @property
     def frequency(self) -> float:
-        """Of the swing that there is [Hz], 0 for none."""
+        """Frequency of the present swing [Hz], 0 for none."""
         if not self._seen or self._seen[-1][0] - self._seen[0][0] < self._span - 2.0 * LOOK:
             return 0.0
         time, value, places = self._passes()
@@ -128,21 +129,21 @@ class Swing:
         gaps = np.diff(time[places])
         if gaps.std() > self._uneven * gaps.mean():
             return 0.0
-        # the first and the last half wave are seen in part
+        # the first and the last half wave are incomplete
         sizes = np.maximum.reduceat(np.abs(value), places)[:-1]
         if (sizes[1:] < self._steady * sizes[:-1]).any():
             return 0.0
         return float(0.5 / gaps.mean())
 
     def _about_middle(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times [s] and the signal about its mean."""
+        """Return the times [s] and the signal minus its mean."""
         time, value = np.array(self._seen).T
         return time, value - value.mean()
 
     def _passes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return times and signal outside a dead band, and where it has come to the other side.
+        """Return times and signal outside a dead band, and the indices at which the sign changes.
 
-        The dead band keeps noise around the middle from counting.
+        The dead band suppresses crossings caused by noise.
         """
         time, value = self._about_middle()
         kept = np.abs(value) > 0.3 * self._least
@@ -154,8 +155,8 @@ class Alarms:
     """Watches a flight.
 
     Args:
-        session: that is flown.
-        told: told of every alarm: a sentence, and behind it what to do.
+        session: the flown session.
+        told: called with every alarm: a sentence, and what to do about it.
     """
 
     def __init__(self, session: Session, told: Callable[[str], None]) -> None:
@@ -177,7 +178,7 @@ class Alarms:
         self.begin()
 
     def begin(self) -> None:
-        """Begin with a new flight."""
+        """Start again with a new flight."""
         self._forget_swings()
         for swing in self._asked:
             swing.clear()
@@ -190,7 +191,7 @@ class Alarms:
         self._motion = self._session.state()
 
     def parts(self, steps: int) -> Iterator[int]:
-        """Yield how many steps are to be flown one after the other, each followed by a look."""
+        """Yield numbers of steps to fly one after the other; a sample follows each."""
         longest = max(1, round(PERIOD / self._step))
         while steps:
             part = min(steps, longest)
@@ -198,7 +199,7 @@ class Alarms:
             steps -= part
 
     def look(self, *, excited: bool) -> None:
-        """Look at what the flight has become.
+        """Check the present state of the flight.
 
         Args:
             excited: whether something makes the drone swing on purpose.
@@ -219,10 +220,10 @@ class Alarms:
             self._look_at(session.snapshot())
 
     def look_at_pace(self, pace: Pace, now: float) -> None:
-        """Look at how the flight keeps its time.
+        """Check whether the flight keeps up with real time.
 
         Args:
-            pace: that it has.
+            pace: its pace.
             now: wall time [s].
         """
         if not pace.too_slow:
@@ -263,7 +264,7 @@ class Alarms:
             self._suspect = Suspect(law, axis, found[axis], time)
 
     def _look_for_slow_swing(self, time: float, state: np.ndarray) -> None:
-        """Look for a swing of a velocity or position loop, while one thing is asked for."""
+        """Look for a swing of a velocity or position loop while the command is constant."""
         wish = self._session.asked
         if wish != self._wish or self._session.scenario.figure_eight:
             self._wish = wish
@@ -299,7 +300,7 @@ class Alarms:
         self._forget_slow_swings()
 
     def _look_at_suspect(self, time: float) -> None:
-        """Find out which loop swings, and tell it."""
+        """Find out which loop swings, and report it."""
         suspect = self._suspect
         if suspect is None:
             return
@@ -368,7 +369,7 @@ class Alarms:
             )
 
     def _alarm(self, kind: str, said: str, remedy: str) -> None:
-        """Tell of it, unless it has been so all the time."""
+        """Report an alarm, unless its cause has been present all the time."""
         now = self._session.time
         before = self._last.get(kind, -math.inf)
         self._last[kind] = now
@@ -377,19 +378,20 @@ class Alarms:
 
 
 class Suspect:
-    """Finds out which loop along an axis makes the drone swing.
+    """Finds out which loop along an axis causes a swing.
 
-    A loop that amplifies what the loops around it ask of it is to blame; one that follows that is
-    not, and the loop around it is: T = y / (y + e) at the frequency of the swing, of what the loop
-    controls y and its error e. For a swing of roll and pitch that is the attitude's, and velocity
-    is around it; for a slow one the velocity's, and position is around it where a place is held.
+    The loop that amplifies its command is the cause. A loop that only follows its command is not;
+    then the loop around it is. With T = y / (y + e) at the frequency of the swing, y is the
+    controlled signal of a loop and e its error. For a swing of roll and pitch the inner loop is
+    attitude and the outer one velocity; for a slow swing the inner one is velocity, and the outer
+    one position while a place is held.
 
     Args:
-        controller: that flies.
+        controller: the flying controller.
         axis: roll, pitch, yaw, height, or x and y of a slow swing.
-        frequency: of the swing [Hz].
-        begun: when it is looked at first [s].
-        slow: whether it is one of a velocity or position loop.
+        frequency: frequency of the swing [Hz].
+        begun: time at which observation starts [s].
+        slow: whether it is a swing of a velocity or position loop.
         held: whether a place is held.
     """
 
@@ -420,17 +422,18 @@ class Suspect:
 
     @property
     def needs_signals(self) -> bool:
-        """Whether the law's signals tell more than the axis does."""
+        """Whether the law's signals are needed beside the axis's own."""
         return self._inner is not None and self._inner is not self._outer
 
     def look(self, time: float, value: float, signals: np.ndarray, update: int) -> None:
-        """Take what the inner loop controls, and the signals at the loop points.
+        """Add the inner loop's controlled signal, and the signals at the loop points.
 
         Args:
-            time: now [s].
-            value: of the loop, in its unit.
-            signals: that the next update sees.
-            update: its number; a part that does not run in it says nothing of its signal.
+            time: present time [s].
+            value: controlled signal, in its unit.
+            signals: signals that the next update reads.
+            update: number of that update; a part of the law that does not run in it leaves its
+                signal out.
         """
         if update % self._divider == 0:
             self._error = float(signals[self._place])
@@ -439,13 +442,13 @@ class Suspect:
             self._phasors[index] += turn * each
 
     def is_known(self, time: float) -> bool:
-        """Return whether enough was seen at a time [s]."""
+        """Return whether enough was observed by a time [s]."""
         waves = math.ceil(BLAMED * self.frequency) / self.frequency
         return not self.needs_signals or time >= self._begun + waves
 
     @property
     def loop(self) -> str:
-        """The loop to blame, in words."""
+        """The loop that causes the swing, in words."""
         if self._outer is None:
             return self.axis
         found = self._outer

@@ -1,4 +1,4 @@
-"""What happens on board, in sentences, and as payloads of topics."""
+"""Events on board, as sentences and as payloads of topics."""
 
 import struct
 import time
@@ -12,28 +12,28 @@ from workbench.scenario.faults import PARTS, TURBULENCES
 from workbench.scenario.scenario import Action
 
 INFORMATION, WARNING, FAILURE = 0, 1, 2
-"""How severe an event is."""
+"""Severity of an event."""
 RESERVE = "battery_reserve"
-"""The parameter that is the charge at which a flight lands by itself."""
+"""Name of the parameter for the charge at which the drone lands by itself."""
 REMEDIES = {
     Reason.DEAD_RECKONING: "Land, or repair the GPS",
     Reason.POSITION_LOST: "It lands where it is: repair the GPS, then reset",
     Reason.IMU_FAILED: "The rotors are off: repair the IMU, then reset",
     Reason.HEADING_DRIFTS: "Land, or repair the magnetometer",
 }
-"""What to do where an estimate lacks something."""
+"""What to do about a limitation of the estimate."""
 TOLD_ELSEWHERE = (Reason.BATTERY_LOW, Reason.BATTERY_EMPTY, Reason.AUTOPILOT_ENDED)
-"""Reasons for which there is a sentence of its own."""
+"""Reasons that have a sentence elsewhere."""
 LOW_CHARGE = 0.1
-"""Up to this charge above the reserve a battery is low."""
+"""A battery is low below the reserve plus this charge."""
 
 
 class Announcer:
-    """Makes events of what happens.
+    """Makes events from changes in the flight.
 
     Args:
-        topics: of the flight.
-        reserve: tells the battery's charge, 0 .. 1, at which the flight lands by itself.
+        topics: topics of the flight.
+        reserve: returns the battery's charge, 0 .. 1, at which the drone lands by itself.
     """
 
     def __init__(self, topics: Sequence[Topic], reserve: Callable[[], float]) -> None:
@@ -43,7 +43,7 @@ class Announcer:
         self.begin()
 
     def begin(self) -> None:
-        """Begin with a new flight."""
+        """Start again with a new flight."""
         self._mode: FlightMode | None = None
         self._was_low = False
         self._reason = Reason.NONE
@@ -64,10 +64,10 @@ class Announcer:
                 yield from self._state(FlightMode(mode), charge)
 
     def reasons(self, now: Reason) -> Iterator[tuple[str, int]]:
-        """Yield a sentence and its severity where something failed, or works again.
+        """Yield a sentence and its severity for each new failure, and for each end of one.
 
-        The battery's reasons are told with its charge, see `changes`, and that the autopilot has
-        ended is told with its cause by `Flying`.
+        `changes` reports the battery's reasons with its charge, and `Flying` reports the end of the
+        autopilot with its cause.
         """
         before, self._reason = self._reason, now
         if now is before or now in TOLD_ELSEWHERE:
@@ -95,7 +95,7 @@ class Announcer:
 
 
 def percent(charge: float) -> str:
-    """Return a charge 0 .. 1 in words."""
+    """Return a charge 0 .. 1 in percent, as text."""
     return f"{100.0 * charge:.0f}\N{NO-BREAK SPACE}%"
 
 

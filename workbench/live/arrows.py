@@ -1,4 +1,4 @@
-"""Thrusts and wind as arrows beside the drone, in plain numbers: for Meshcat, and for Qt's view."""
+"""Thrusts and wind as arrows beside the drone, as plain numbers for Meshcat and the Qt view."""
 
 import numpy as np
 
@@ -8,17 +8,17 @@ from workbench.session.snapshot import Snapshot
 from workbench.systems.sensors.mounting import rotation
 
 RADIUS = 0.35
-"""Of a rotor's disc, as a share of its way from the middle."""
+"""Radius of a rotor's disc, as a share of the rotor's distance from the centre."""
 HOVER = 2.0
-"""Length of a thrust that carries the rotor's share of the weight, in radii of its disc."""
+"""Length of the thrust arrow of a hovering rotor, in radii of its disc."""
 WIND = 0.25
-"""Length of an arrow for one m/s of wind [m]."""
+"""Length of the wind arrow per m/s [m]."""
 STILL = 0.05
-"""A slower wind has no arrow [m/s]."""
+"""Least wind speed with an arrow [m/s]."""
 
 
 def disc_radius(vehicle: Vehicle) -> float:
-    """Return the radius with which a rotor's disc is drawn [m]; no description states it."""
+    """Return the drawn radius of a rotor's disc [m]; no description states it."""
     ways = np.array([rotor.p_BR for rotor in vehicle.rotors]) - np.asarray(vehicle.p_BoBcm_B)
     return RADIUS * float(np.linalg.norm(ways, axis=1).mean())
 
@@ -26,7 +26,7 @@ def disc_radius(vehicle: Vehicle) -> float:
 def arrows(vehicle: Vehicle, now: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     """Return tails and tips of arrows in W (N + 1, 3) [m]: of each rotor's thrust, and of the wind.
 
-    The wind's ends in the centre of mass, and has no length in calm air.
+    The wind arrow ends in the centre of mass, and has no length in calm air.
     """
     R_WB = rotation(np.array(now.q_WB))
     hubs = np.array([rotor.p_BR for rotor in vehicle.rotors]) @ R_WB.T + now.p_WB

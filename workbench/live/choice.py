@@ -1,4 +1,4 @@
-"""What to fly, by names, so that the caller need not read scenarios, which loads parts of Drake."""
+"""What to fly, by name: the caller need not read scenarios, which would load parts of Drake."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -19,19 +19,19 @@ from workbench.scenario.scenario import (
 
 @dataclass(frozen=True)
 class Choice:
-    """What to fly; what is "" or None stays as the scenario has it.
+    """What to fly; values that are "" or None stay as in the scenario.
 
     Attributes:
-        scenario: a shipped one's name, or a file's path; "" for the default one, which hovers.
-        model: a shipped model's name, or a description's path; it comes without the scenario's
-            arguments and gains, which were for its own.
-        world: a shipped world's name, or a file's path.
+        scenario: name of a shipped one, or path of a file; "" for the default one, which hovers.
+        model: name of a shipped model, or path of a description; it does not use the scenario's
+            arguments and gains, which belong to the scenario's own model.
+        world: name of a shipped world, or path of a file.
         gains: path of a gain file.
-        sensors: that measure, by name or kind; "all" for all.
+        sensors: active sensors, by name or kind; "all" for all.
         args: values of arguments of the drone's xacro file, by name.
-        packages: folders that its description refers to, by the package's name.
-        controller: a shipped one's name, or a file's path.
-        estimator: a name of `ESTIMATORS`, or a file's path.
+        packages: folders that the description refers to, by name of the package.
+        controller: name of a shipped one, or path of a file.
+        estimator: name in `ESTIMATORS`, or path of a file.
     """
 
     scenario: str = ""
@@ -45,10 +45,10 @@ class Choice:
     estimator: str = ""
 
     def check(self) -> None:
-        """Refuse what is not there, without a look inside.
+        """Check that all named files exist, without reading them.
 
         Raises:
-            WorkbenchError: for the first that is missing.
+            WorkbenchError: for the first one that is missing.
         """
         for name, find in (
             (self.scenario, find_scenario),
@@ -67,7 +67,7 @@ class Choice:
         """Return the scenario.
 
         Raises:
-            WorkbenchError: if a file is missing, or what it says is wrong.
+            WorkbenchError: if a file is missing or invalid.
         """
         self.check()
         scenario = Scenario()
@@ -75,7 +75,7 @@ class Choice:
             scenario = load_scenario(find_scenario(self.scenario), self.controller, self.estimator)
         if self.model:
             scenario.vehicle = VehicleConfig(model=self.model)
-            # rates and latencies were for the sensors of the scenario's own drone
+            # rates and latencies belong to the sensors of the scenario's own drone
             scenario.sensors = dataclasses.replace(scenario.sensors, rates={}, latency={})
         scenario.controller = self.controller or scenario.controller
         scenario.estimator = self.estimator or scenario.estimator
@@ -92,7 +92,7 @@ class Choice:
 
 
 def with_arguments(what: Choice | Scenario, args: Mapping[str, str]) -> Choice | Scenario:
-    """Return what is to be flown with values for more arguments of its drone's xacro file."""
+    """Return the choice with values for more arguments of its drone's xacro file."""
     if isinstance(what, Choice):
         return dataclasses.replace(what, args={**what.args, **args})
     vehicle = dataclasses.replace(what.vehicle, args={**what.vehicle.args, **args})

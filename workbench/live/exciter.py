@@ -1,8 +1,8 @@
 """Flies excitations and injections, at steps that do not depend on the machine's speed.
 
-A drone that has strayed during a round goes back to where it began, so that no excitation wanders
-off. One that has no room is refused; one that leads into an obstacle, or makes the drone swing or
-hit something, ends, and the drone hovers.
+A drone that has drifted during a round returns to its start, so repeated rounds do not carry it
+off. An excitation without enough room is refused; one that leads towards an obstacle, or makes the
+drone swing or hit something, ends, and the drone hovers.
 """
 
 import bisect
@@ -25,59 +25,59 @@ from workbench.session.injected import Injected
 from workbench.session.session import Session
 
 _ROUNDING = 1e-6
-"""A time this share of a step after a step is at it."""
+"""A time at most this share of a step after a step counts as that step's."""
 SLOWING = 4.0
-"""Deceleration that any drone reaches [m/s²]."""
+"""Deceleration that every drone can reach [m/s²]."""
 REACTION = 0.5
-"""Until it slows down so, and until this is looked for again [s]."""
+"""Time before a drone decelerates at that rate, and between checks for obstacles [s]."""
 MARGIN = 0.1
-"""That is left free [m]."""
+"""Distance kept free [m]."""
 OVERTILT = math.radians(20.0)
-"""Beyond `max_tilt`: a step swings over it by less [rad]."""
+"""Overshoot above `max_tilt`: a step swings past it by less [rad]."""
 CALM = 1.0
-"""A step has died out after this [s] …"""
+"""A step has settled after this time [s] …"""
 SWING_RATE = 1.0
 """… to tilt rates below this [rad/s], unless the drone swings."""
 SEEN = 1.0
-"""A swing goes to both sides within this [s]."""
+"""A swing goes to both sides within this time [s]."""
 DIRECTIONS = {"x": ("east", "west"), "y": ("north", "south"), "z": ("up", "down")}
-"""Along the axis, and against it."""
+"""Direction along the axis, and against it."""
 IN_FLIGHT = (
     FlightMode.HOVERING,
     FlightMode.ASCENDING,
     FlightMode.DESCENDING,
     FlightMode.CRUISING,
 )
-"""Modes in which a drone flies as it is told."""
+"""Modes in which a drone follows commands."""
 WATCH_PERIOD = 1 / 32
-"""About so often the drone is watched [s]."""
+"""Approximate period of checks of the drone [s]."""
 NEAR = 0.1
-"""A drone this near to where it began is back [m] or [rad]."""
+"""Distance from its start at which a drone counts as back [m] or [rad]."""
 STILL = 0.05
-"""A drone slower than this stands [m/s] or [rad/s]."""
+"""Speed below which a drone counts as at rest [m/s] or [rad/s]."""
 STRAY, STRAY_TIME = 0.5, 0.5
-"""Between rounds without a rest a drone may stray by so much, and by this time at the amplitude
-[m] or [rad], [s]."""
+"""Allowed drift between rounds without a rest: this distance, plus this time at the amplitude [m]
+or [rad], [s]."""
 PATIENCE = 3.0
-"""A way back that comes no nearer for so long, as in wind, is over [s]."""
+"""A return that comes no nearer for this long, as in wind, ends [s]."""
 TURN_RATE = 1.0
-"""Yaw rate per angle on the way back [1/s]."""
+"""Yaw rate per angle during the return [1/s]."""
 LOADED_TURN_RATE = 0.5
-"""Yaw rate on the way back from a load, at most [rad/s]."""
+"""Largest yaw rate during the return from a load [rad/s]."""
 
 
 class StepPlan:
-    """Tells at which steps of a round a command or a load changes, and to what.
+    """Tells at which steps of a round a command or a load changes, and its new value.
 
-    A round is a whole number of control periods, the nearest: begun with a control update, every
-    round looks the same to the law. A chirp changes with every control update.
+    A round takes the nearest whole number of control periods and begins with a control update, so
+    every round looks the same to the law. A chirp changes with every control update.
 
     Args:
-        excitation: what is flown.
-        rates: of the flight.
+        excitation: the flown excitation.
+        rates: rates of the flight.
 
     Attributes:
-        length: of a round, in steps.
+        length: length of a round, in steps.
     """
 
     def __init__(self, excitation: Excitation, rates: Rates) -> None:
@@ -89,7 +89,7 @@ class StepPlan:
         self._changes = edges or range(0, self.length, control)
 
     def next_change(self, step: int) -> int:
-        """Return the first step after one at which the command changes, or the round ends."""
+        """Return the next step after a given one at which the command changes or the round ends."""
         place = bisect.bisect_right(self._changes, step)
         return min(self._changes[place], self.length) if place < len(self._changes) else self.length
 
@@ -99,11 +99,11 @@ class StepPlan:
 
 
 class ExcitationGuard:
-    """Watches one excitation.
+    """Monitors one excitation.
 
     Args:
-        session: that is flown.
-        excitation: that is to be flown, None for an injection, which hardly moves the drone.
+        session: the flown session.
+        excitation: excitation to be flown, None for an injection, which hardly moves the drone.
     """
 
     def __init__(self, session: Session, excitation: Excitation | None = None) -> None:
@@ -113,10 +113,10 @@ class ExcitationGuard:
         self._rates: deque[tuple[float, float, float]] = deque()
 
     def check_room(self) -> None:
-        """Refuse an excitation that leads into an obstacle.
+        """Refuse an excitation that leads towards an obstacle.
 
         Raises:
-            WorkbenchError: with what is in the way.
+            WorkbenchError: names the obstacle.
         """
         if self._excitation is None or self._excitation.axis not in DIRECTIONS:
             return
@@ -140,12 +140,12 @@ class ExcitationGuard:
                 )
 
     def step(self) -> None:
-        """Take note that the command steps now."""
+        """Record that the command steps now."""
         self._calm_from = self._session.time + CALM
         self._rates.clear()
 
     def trouble(self) -> str:
-        """Return how the drone has hit something or swings, "" if it has not and does not."""
+        """Return a sentence if the drone has hit something or swings, else ""."""
         session = self._session
         state, now, before = session.state(), session.time, self._v_WB
         duration, self._time, self._v_WB = now - self._time, now, state[10:13]
@@ -155,7 +155,7 @@ class ExcitationGuard:
         return self._swing(state)
 
     def obstacle(self) -> str:
-        """Return what is so near ahead that the drone must stop now, "" if nothing is."""
+        """Return the obstacle that is so close ahead that the drone must stop now, "" for none."""
         v_WB = self._session.state()[10:13]
         speed = float(np.linalg.norm(v_WB))
         if not 0.0 < speed < math.inf:
@@ -187,22 +187,22 @@ class ExcitationGuard:
 
 
 def _stopping_way(speed: float) -> float:
-    """Return how far a drone flies on until it stands [m]."""
+    """Return the stopping distance of a drone [m]."""
     return REACTION * speed + 0.5 * speed * speed / SLOWING + MARGIN
 
 
 class SetpointDrive:
-    """Makes a command of what an excitation asks for along an axis.
+    """Turns the value of an excitation into a command along an axis.
 
     Args:
-        session: that is flown.
-        axis: of the command.
-        amplitude: of the excitation [m/s] or [rad/s].
+        session: the flown session.
+        axis: axis of the command.
+        amplitude: amplitude of the excitation [m/s] or [rad/s].
 
     Attributes:
-        limit: largest amplitude that is flown.
-        stray: between rounds without a rest a drone may stray by so much [m] or [rad].
-        turn_rate: of the way back, at most [rad/s].
+        limit: largest allowed amplitude.
+        stray: allowed drift between rounds without a rest [m] or [rad].
+        turn_rate: largest yaw rate during the return [rad/s].
     """
 
     def __init__(self, session: Session, axis: Axis, amplitude: float) -> None:
@@ -212,22 +212,22 @@ class SetpointDrive:
         self.turn_rate = abs(amplitude)
 
     def action(self, value: float, duration: float) -> Action:
-        """Command a value on the axis, and nothing on the others; until another command."""
+        """Command a value on the axis and zero on the others, until the next command."""
         numbers = [value if axis == self._axis.name else 0.0 for axis in AXES]
         return Action(velocity=numbers[:3], yaw_rate=numbers[3])
 
     def left_behind(self, value: float) -> Action | None:
-        """Return what ends it where the drone still does as it was told here, though others fly."""
+        """Return the action that ends a command still in force when someone else takes over."""
         asked = self._session.snapshot().reference[AXES.index(self._axis.name)]
         return self.action(0.0, 0.0) if value and asked == value else None
 
 
 class LoadDrive:
-    """Makes a push or a gust of what an excitation asks for, while the drone is asked to stay.
+    """Turns the value of an excitation into a push or a gust, while the drone holds.
 
     Args:
-        session: that is flown.
-        load: that acts.
+        session: the flown session.
+        load: the acting load.
 
     Attributes:
         limit, stray, turn_rate: see `SetpointDrive`.
@@ -240,12 +240,12 @@ class LoadDrive:
         self.limit = parameter_table().find(load.limit).maximum
 
     def action(self, value: float, duration: float) -> Action:
-        """Load the drone with a value for a time [s] at most, and command it to stay."""
+        """Apply a load of a value for at most a time [s], and command the drone to hold."""
         load = self._load_with(value, duration)
         return dataclasses.replace(load, velocity=[0.0] * 3, yaw_rate=0.0)
 
     def left_behind(self, value: float) -> Action | None:
-        """Return what ends the load where others fly."""
+        """Return the action that ends the load when someone else takes control."""
         return self._load_with(0.0, 0.0) if value else None
 
     def _load_with(self, value: float, duration: float) -> Action:
@@ -255,7 +255,7 @@ class LoadDrive:
 
 
 def drive(session: Session, excitation: Excitation) -> SetpointDrive | LoadDrive:
-    """Return what makes actions of an excitation."""
+    """Return the drive that turns values of an excitation into actions."""
     row = excitation.row
     if isinstance(row, Load):
         return LoadDrive(session, row)
@@ -263,16 +263,16 @@ def drive(session: Session, excitation: Excitation) -> SetpointDrive | LoadDrive
 
 
 class Exciter:
-    """Cuts what is flown where a command of an excitation changes, and gives the command there.
+    """Splits a flight at steps where the command of an excitation changes, and commands it there.
 
     Args:
-        session: that is flown.
-        operates: tells whether the operator is who flies; who else does ends an excitation.
-        did: told of every command that came into force.
+        session: the flown session.
+        operates: tells whether the operator has control; any other pilot ends an excitation.
+        did: called with every command that took effect.
 
     Attributes:
-        exciting: what is flown, None while nothing is.
-        ended: why the last one ended before it was over, "" where a pilot ended it.
+        exciting: the present excitation, None without one.
+        ended: why the last one ended early, "" if a pilot ended it.
     """
 
     def __init__(
@@ -298,10 +298,10 @@ class Exciter:
         self._nearest, self._nearer_at = math.inf, 0
 
     def check(self, excitation: Excitation) -> None:
-        """Refuse what cannot be flown now.
+        """Check that an excitation can be flown now.
 
         Raises:
-            WorkbenchError: for the first thing that is wrong.
+            WorkbenchError: for the first problem.
         """
         excitation.check()
         excitation.check(drive(self._session, excitation).limit)
@@ -313,8 +313,8 @@ class Exciter:
         ExcitationGuard(self._session, excitation).check_room()
 
     def begin(self, excitation: Excitation) -> float:
-        """Fly what was checked, from the next control update on; return its time [s]."""
-        if not self.end():  # another one in its place goes back to where the first one began
+        """Fly a checked excitation from the next control update on; return its time [s]."""
+        if not self.end():  # one that replaces another returns to where the first one started
             self._home = self._session.snapshot()
         self.ended = ""
         self._plan = StepPlan(excitation, self._session.scenario.rates)
@@ -326,7 +326,7 @@ class Exciter:
         return self.exciting.began
 
     def end(self) -> bool:
-        """Hover where it is, if anything is flown; return whether it was."""
+        """Hover in place if an excitation is flown; return whether it was."""
         if self._plan is None:
             return False
         self._give(0.0)
@@ -334,18 +334,18 @@ class Exciter:
         return True
 
     def drop(self) -> None:
-        """Forget what is flown, without a command."""
+        """Forget the excitation without a command."""
         self._plan = self.exciting = None
 
     def watch(self) -> None:
-        """End it where somebody else flies, or the drone flies no more, or not as it should."""
+        """End it if someone else has control, or the drone no longer flies, or misbehaves."""
         if self._plan is None or self._guard is None:
             return
         if self._now % self._watch == 0 and self._operates():
             self._end_in_trouble(self._guard)
             if self._plan is None:
                 return
-        at_mode = self._now % self._mode == 1 % self._mode  # the mode is as it was in between
+        at_mode = self._now % self._mode == 1 % self._mode  # the mode did not change in between
         if self._operates() and not (at_mode and self._session.snapshot().mode not in IN_FLIGHT):
             return
         assert self._drive
@@ -354,10 +354,10 @@ class Exciter:
         self.drop()
 
     def _end_in_trouble(self, guard: ExcitationGuard) -> None:
-        """End it where it must end.
+        """End it for a reason.
 
-        In wind a drone that is asked for no velocity drifts on, so before an obstacle it is sent
-        back to where it began.
+        In wind a drone with a commanded velocity of zero still drifts, so near an obstacle it is
+        sent back to its start.
         """
         assert self.exciting
         trouble, ahead = guard.trouble(), guard.obstacle()
@@ -370,7 +370,7 @@ class Exciter:
             self.ended = f"{trouble or ahead}: it hovers where it is"
 
     def parts(self, steps: int) -> Iterator[int]:
-        """Yield how many steps are to be flown one after the other, and act before each part."""
+        """Yield numbers of steps to fly one after the other, and act before each part."""
         while steps:
             self._act()
             part = min(steps, self._next_stop() - self._now) if self._plan else steps
@@ -380,11 +380,11 @@ class Exciter:
 
     @property
     def _now(self) -> int:
-        """Steps flown."""
+        """Number of flown steps."""
         return round(self._session.time / self._step)
 
     def _next_stop(self) -> int:
-        """Return the next step at which to act, or to watch, also after a script or the mode."""
+        """Return the next step with an action, a check, a script's action or a new mode."""
         now = self._now
         watch = (now // self._watch + 1) * self._watch
         mode = ((now - 1) // self._mode + 1) * self._mode + 1
@@ -417,7 +417,7 @@ class Exciter:
         self._next = self._first + change
 
     def _goes_back(self, guard: ExcitationGuard) -> bool:
-        """Go back to where the first round began, if need be; return whether it is on the way."""
+        """Return to the start of the first round if necessary; tell whether the drone does."""
         assert self.exciting and self._drive
         left, speed = self._left()
         if not self.exciting.returning:
@@ -446,7 +446,7 @@ class Exciter:
         return True
 
     def _left(self) -> tuple[float, float]:
-        """Return the way to where it began [m] or [rad], and the speed [m/s] or [rad/s]."""
+        """Return the distance to the start [m] or [rad], and the speed [m/s] or [rad/s]."""
         assert self.exciting
         now = self._session.snapshot()
         if self.exciting.excitation.row.turns:
@@ -455,7 +455,7 @@ class Exciter:
         return math.dist(now.p_WB, self._home.p_WB), math.hypot(*now.v_WB)
 
     def _give(self, value: float, duration: float = 0.0) -> None:
-        """Ask for a value along the axis of the excitation, a load for a time [s]."""
+        """Command a value along the axis of the excitation; a load for a time [s]."""
         assert self._drive
         self._value = value
         self._do(self._drive.action(value, duration))
@@ -466,20 +466,20 @@ class Exciter:
 
 
 LEAST_PERIODS = 2
-"""Periods of an injection from which on there is a result."""
+"""Least number of periods of an injection for a result."""
 
 
 class Measurer:
-    """Flies an injection until it is over, somebody else flies, or the drone does not as it should.
+    """Flies an injection until it is over, someone else takes control, or the drone misbehaves.
 
     Args:
-        session: that is flown.
-        operates: tells whether the operator is who flies; who else does ends a measurement.
-        did: told of every command that came into force.
-        tell: told of what was measured, after each whole period.
+        session: the flown session.
+        operates: tells whether the operator has control; any other pilot ends a measurement.
+        did: called with every command that took effect.
+        tell: called with the measurement after each whole period.
 
     Attributes:
-        ended: why the last one ended before it was over, "" where a pilot ended it.
+        ended: why the last one ended early, "" if a pilot ended it.
     """
 
     def __init__(
@@ -501,14 +501,14 @@ class Measurer:
 
     @property
     def share(self) -> float | None:
-        """How much of a measurement is flown, 0 .. 1; None while none is."""
+        """Share of the measurement that is flown, 0 .. 1; None without one."""
         return self._session.injecting if self._guard is not None else None
 
     def check(self) -> None:
-        """Refuse what cannot be measured now.
+        """Check that a measurement can be flown now.
 
         Raises:
-            WorkbenchError: with what to do first.
+            WorkbenchError: says what to do first.
         """
         if self._session.scenario.figure_eight:
             raise WorkbenchError("the scenario flies its figure of eight: measure in another one")
@@ -529,7 +529,7 @@ class Measurer:
         return self._session.time
 
     def end(self) -> bool:
-        """Hover where it is, if anything is measured; return whether it was."""
+        """Hover in place if a measurement is flown; return whether it was."""
         if self._guard is None:
             return False
         self.drop()
@@ -537,11 +537,11 @@ class Measurer:
         return True
 
     def drop(self) -> None:
-        """Forget what is measured, without a command."""
+        """Forget the measurement without a command."""
         self._guard = None
 
     def parts(self, steps: int) -> Iterator[int]:
-        """Yield how many steps are to be flown one after the other, and look after each part."""
+        """Yield numbers of steps to fly one after the other, with a check after each part."""
         while steps:
             now = round(self._session.time / self._step)
             part = steps
@@ -552,12 +552,12 @@ class Measurer:
             self._look()
 
     def _look(self) -> None:
-        """Tell what is new, and end what is over, or must end."""
+        """Report new periods, and end a measurement that is over or must end."""
         guard, injected = self._guard, self._session.injected
         if guard is None:
             return
         if injected is None or not self._operates():
-            if injected is not None:  # somebody else flies
+            if injected is not None:  # someone else has control
                 self._do(Action(injection=Injection()))
             self.drop()
             return

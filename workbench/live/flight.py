@@ -1,4 +1,4 @@
-"""A live flight as its caller sees it: orders that never wait, and the newest snapshot."""
+"""A live flight as its caller sees it: orders that never block, and the newest snapshot."""
 
 import threading
 import time
@@ -35,36 +35,36 @@ from workbench.session.pilot_numbers import finite
 from workbench.systems.sensors.readings import Reading
 
 LOOK = 0.1
-"""Between two looks at a flight that begins [s]."""
+"""Period between checks of a starting flight [s]."""
 QUIET = 2.0
-"""A wait longer than this says what is being done [s]."""
+"""A start that takes longer than this reports its progress [s]."""
 CLOSING = 3.0
-"""Time that the process has to end by itself [s]."""
+"""Time limit for the process to exit by itself [s]."""
 MOST_WAITING = 1000
-"""Orders without an answer; further ones are refused."""
+"""Limit of orders without an answer; further ones are refused."""
 MOST_STREAMED = 4000
-"""Samples that are kept for who draws them, some 20 s; then the oldest go."""
+"""Number of kept samples for charts, about 20 s; then the oldest ones are dropped."""
 
 
 class LiveFlight:
     """Flies a scenario in real time, in a process of its own.
 
-    It begins at once, and goes on past the scenario's duration until it is closed. No method but
-    `wait` and `close` ever waits. An order returns a Future: of the simulated time at which it took
-    effect [s], between two steps, or of what was asked for. Its exception is a WorkbenchError that
+    The flight begins at once, and continues past the scenario's duration until it is closed. Only
+    `wait` and `close` block. An order returns a Future of the simulated time at which it took
+    effect [s], between two steps, or of the requested value. Its exception is a WorkbenchError that
     says why it was refused. When it is done, `latest` shows its effect.
 
     Args:
-        scenario: what to fly, or its name and what differs from it, to be read in the process; the
+        scenario: what to fly, as a scenario, or as a name with changes that the process reads; the
             default one hovers.
         settings: parameter values that override those of the scenario's gains.
         draw: whether the flight is drawn in Meshcat, at `latest().url`.
-        stream: whether `streamed` is wanted; `flown` has next to no recording then.
-        watch: whether the controller's file takes over again, in flight, whenever it is saved.
+        stream: whether `streamed` is used; then `flown` has almost no recording.
+        watch: whether the controller's file is loaded again, in flight, whenever it is saved.
 
     Raises:
-        WorkbenchError: if no process can be started, or the scenario cannot be sent to one. What is
-            wrong with the scenario, `wait` says.
+        WorkbenchError: if no process can be started, or the scenario cannot be sent to it. `wait`
+            reports errors in the scenario.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class LiveFlight:
         watch: bool = False,
     ) -> None:
         self._view = LiveView()
-        self._begun = threading.Event()  # set once the flight has begun, or has ended before
+        self._begun = threading.Event()  # set once the flight has begun, or has ended early
         self._streamed: deque[Published] = deque(maxlen=MOST_STREAMED)
         self._missed = 0
         self._failed = Failed("")
@@ -89,7 +89,7 @@ class LiveFlight:
             self._process.send(
                 Begin(scenario or Scenario(), dict(settings or {}), draw, stream, watch)
             )
-        except Exception as error:  # a stranger's object may fail in any way
+        except Exception as error:  # a user's object may fail in any way
             self._process.close()
             raise WorkbenchError(f"the scenario cannot be sent to a process: {error}") from error
 
@@ -106,34 +106,34 @@ class LiveFlight:
 
     @property
     def pid(self) -> int:
-        """Number of the process."""
+        """Process ID."""
         return self._process.pid
 
     def latest(self) -> LiveView:
-        """Return the present, as far as it is known here."""
+        """Return the newest view that arrived here."""
         return self._view
 
     def streamed(self) -> list[Published]:
-        """Return what was published since the last call, of the last 20 s or so.
+        """Return what was published since the last call, at most the last 20 s or so.
 
-        Each has the topics of one time; `latest().topics` unpack their payloads.
+        Each item has the topics of one time; `latest().topics` unpack their payloads.
         """
         return [self._streamed.popleft() for _ in range(len(self._streamed))]
 
     @property
     def missed(self) -> int:
-        """How many times are missing in all of `streamed`, as they were not taken soon enough."""
+        """Number of times that `streamed` has lost in all, as it was not called soon enough."""
         return self._missed
 
     def wait(self, limit: float = 120.0, progress: Callable[[str], None] | None = None) -> LiveView:
         """Wait until the flight has begun, and return its first view.
 
         Args:
-            limit: without any news, to wait no longer than [s].
-            progress: called with each sentence on what is being done, from 2 s on.
+            limit: longest time without news [s].
+            progress: called with each sentence about the progress, from 2 s on.
 
         Raises:
-            WorkbenchError: if it cannot begin, or nothing is heard of it for that time.
+            WorkbenchError: if the flight cannot begin, or there is no news for that time.
         """
         began = news = time.monotonic()
         said = told = ""
@@ -154,11 +154,11 @@ class LiveFlight:
         return view
 
     def set(self, name: str, value: float) -> Future[float]:
-        """Give a live parameter a value."""
+        """Set a live parameter."""
         return self._order(lambda: Action(set={_text("parameter", name): _number(name, value)}))
 
     def set_all(self, values: Mapping[str, float]) -> Future[float]:
-        """Give live parameters values, by name, at one step; if one is refused, all are."""
+        """Set live parameters by name at one step; if one is refused, none is set."""
         return self._order(
             lambda: Action(
                 set={
@@ -170,7 +170,7 @@ class LiveFlight:
     def command(
         self, velocity: Sequence[float] | None = None, yaw_rate: float | None = None
     ) -> Future[float]:
-        """Ask for a velocity in W [m/s] and a yaw rate [rad/s]; what is None stays as it was."""
+        """Command a velocity in W [m/s] and a yaw rate [rad/s]; None leaves a value unchanged."""
         return self._order(
             lambda: Action(
                 velocity=None if velocity is None else _triple("velocity", velocity),
@@ -179,15 +179,15 @@ class LiveFlight:
         )
 
     def go_to(self, p_WB: Sequence[float]) -> Future[float]:
-        """Ask for a place in W [m] and stay there."""
+        """Fly to a position in W [m] and stay there."""
         return self._order(lambda: Action(go_to=_triple("position", p_WB)))
 
     def request(self, what: str, height: float = Action.height) -> Future[float]:
-        """Ask the flight mode to arm, take_off (to a height [m]), hold, land, or stop."""
+        """Request arm, take_off (to a height [m]), hold, land, or stop."""
         return self._order(lambda: Action(request=_text("request", what), height=_height(height)))
 
     def gust(self, velocity: Sequence[float], duration: float = 1.0) -> Future[float]:
-        """Let a gust rise to a velocity in W [m/s] and fall, within a duration [s] from now on."""
+        """Start a gust, rising to a velocity in W [m/s] and falling, within a duration [s]."""
         return self._order(
             lambda: Action(gust=Gust(_triple("gust", velocity), _number("gust_duration", duration)))
         )
@@ -212,22 +212,22 @@ class LiveFlight:
         )
 
     def fly_controller(self, name_or_path: Path | str) -> Future[float]:
-        """Let another controller take over in flight, see `Session.fly_controller`."""
+        """Switch to another controller in flight, see `Session.fly_controller`."""
         return self._order(lambda: Action(controller=_named(name_or_path)))
 
     def excite(self, excitation: Excitation) -> Future[float]:
-        """Fly an excitation; the answer is when it begins, with the next control update [s].
+        """Fly an excitation; the answer is its start time, with the next control update [s].
 
-        It ends with any other order that flies, as `command` or `request`, when somebody else
-        takes control, and when the drone flies no more; then the drone hovers where it is.
+        It ends with any other flight command, as `command` or `request`, when someone else takes
+        control, and when the drone no longer flies; then the drone hovers in place.
         """
         return self._order(lambda: Order(Do.EXCITE, _excitation(excitation)))
 
     def measure(self, injection: Injection, *, hold: bool) -> Future[float]:
-        """Measure a loop by an injection; the answer is when it begins [s].
+        """Measure a loop by an injection; the answer is its start time [s].
 
-        What it measured is `LiveView.measured`, after each of its periods. It ends as an excitation
-        does, and the drone goes back to where it began.
+        `LiveView.measured` has the measurement after each of its periods. It ends as an excitation
+        does, and the drone returns to its start.
 
         Args:
             injection: see `design.judge.loop_measurement`.
@@ -236,74 +236,74 @@ class LiveFlight:
         return self._order(lambda: Order(Do.MEASURE, (injection, hold)))
 
     def stop_exciting(self) -> Future[float]:
-        """End an excitation or a measurement, if one is flown, and hover where it is."""
+        """End an excitation or a measurement, if one is flown, and hover in place."""
         return self._order(lambda: Order(Do.STOP_EXCITING))
 
     def reset(self) -> Future[float]:
-        """Begin again from the scenario's start, with the values it was built with."""
+        """Restart from the scenario's start, with its initial parameter values."""
         return self._order(lambda: Order(Do.RESET))
 
     def pause(self) -> Future[float]:
-        """Let simulated time stand."""
+        """Pause simulated time."""
         return self._order(lambda: Order(Do.PAUSE))
 
     def resume(self) -> Future[float]:
-        """Let simulated time go on."""
+        """Resume simulated time."""
         return self._order(lambda: Order(Do.RESUME))
 
     def set_speed(self, factor: float) -> Future[float]:
-        """Fly so many simulated seconds in a second, 0.01 to 20."""
+        """Set the number of simulated seconds per second, 0.01 to 20."""
         return self._order(lambda: Order(Do.SET_SPEED, _number("speed", factor)))
 
     def fly_on(self, duration: float) -> Future[float]:
-        """Fly on for a time [s], up to 60, as fast as it goes; only in a pause."""
+        """Fly on for a time [s], up to 60, as fast as possible; only while paused."""
         return self._order(lambda: Order(Do.FLY_ON, _number("duration", duration)))
 
     def foresee(self, ends: float, p_WB: np.ndarray) -> Future[float]:
-        """Draw a way that is predicted in Meshcat, until a simulated time [s]."""
+        """Draw a predicted path in Meshcat, until a simulated time [s]."""
         return self._order(lambda: Order(Do.FORESEE, (float(ends), np.asarray(p_WB, dtype=float))))
 
     def get(self, name: str) -> Future[float]:
-        """Ask for the present value of a live parameter."""
+        """Return the present value of a live parameter."""
         return self._order(lambda: Order(Do.GET, _text("parameter", name)))
 
     def reading(self, sensor: str) -> Future[Reading | None]:
-        """Ask what a sensor, by name or kind, delivered last; None if nothing yet."""
+        """Return the last delivered reading of a sensor, by name or kind; None if nothing yet."""
         return self._order(lambda: Order(Do.READ, _text("sensor", sensor)))
 
     def flown(self) -> Future[Flown]:
-        """Ask for all that was flown since the start, and the scenario that flies it again."""
+        """Return everything flown since the start, and the scenario that repeats it."""
         return self._order(lambda: Order(Do.GET_FLOWN))
 
     def checkpoint(self) -> Future[Checkpoint]:
-        """Ask for all that decides how the flight goes on, see `Session.begin_from`."""
+        """Return the state that determines the rest of the flight, see `Session.begin_from`."""
         return self._order(lambda: Order(Do.GET_CHECKPOINT))
 
     instant = checkpoint
     """The name of `checkpoint` in earlier versions."""
 
     def serve(self, config: ServerConfig | None = None) -> Future[str]:
-        """Let clients watch and fly; the answer is the address where it listens."""
+        """Let clients watch and fly; the answer is the server's address."""
         return self._order(lambda: Order(Do.SERVE, _checked(config or ServerConfig())))
 
     def stop_serving(self) -> Future[float]:
-        """Send all clients away."""
+        """Disconnect all clients and end the server."""
         return self._order(lambda: Order(Do.STOP_SERVING))
 
     def take_over(self) -> Future[float]:
-        """Take control for the operator here; a command given here does that, too."""
+        """Take control for the operator; a command given here does that, too."""
         return self._order(lambda: Order(Do.TAKE_OVER))
 
     def give_back(self) -> Future[float]:
-        """Let clients ask for control again."""
+        """Allow clients to request control again."""
         return self._order(lambda: Order(Do.GIVE_BACK))
 
     def disconnect(self, peer: int, reason: str = "the operator ended it") -> Future[float]:
-        """Send a client away, by its number in `latest().network.server.clients`."""
+        """Disconnect a client, by its number in `latest().network.server.clients`."""
         return self._order(lambda: Order(Do.DISCONNECT, Disconnect(peer, reason)))
 
     def keep_log(self, path: Path | str) -> Future[str]:
-        """Write a log (MCAP) from now on; after a reset it goes on in the next file."""
+        """Write a log (MCAP) from now on; after a reset it continues in the next file."""
         return self._order(lambda: Order(Do.KEEP_LOG, str(Path(path).absolute())))
 
     def stop_log(self) -> Future[str]:
@@ -311,9 +311,9 @@ class LiveFlight:
         return self._order(lambda: Order(Do.STOP_LOG))
 
     def close(self, limit: float = CLOSING) -> None:
-        """End the flight; its process is killed if that takes longer than a time [s].
+        """End the flight; kill its process if that takes longer than a time [s].
 
-        It is killed at once if nothing was flown yet.
+        The process is killed at once if nothing was flown yet.
         """
         self._process.close(limit if self._begun.is_set() else 0.0, CLOSE)
 
@@ -331,7 +331,7 @@ class LiveFlight:
                     self._begun.set()
 
     def _end(self, reason: str) -> str:
-        """Show that the flight has ended, and return why."""
+        """Mark the flight as ended, and return why."""
         said = self._failed.said or reason
         self._view = self._view.ended(said, self._failed.needed)
         self._begun.set()
@@ -360,7 +360,7 @@ def _height(value: float) -> float:
 
 
 def _triple(what: str, values: Sequence[float]) -> list[float]:
-    """Return three numbers that a script may have."""
+    """Return three numbers that a script can hold."""
     x, y, z = finite(what, values, 3)
     if max(abs(x), abs(y), abs(z)) > FARTHEST:
         raise WorkbenchError(f"{what} is {values!r:.60}: give it numbers within ±{FARTHEST:g}")
@@ -368,13 +368,13 @@ def _triple(what: str, values: Sequence[float]) -> list[float]:
 
 
 def _named(name_or_path: Path | str) -> str:
-    """Return a controller's name, or the whole path of its file."""
+    """Return a controller's name, or the absolute path of its file."""
     name = str(name_or_path)
     return str(Path(name).absolute()) if name.endswith(".py") else name
 
 
 def _text(what: str, value: object) -> str:
-    """Return a name; it may be anything."""
+    """Return a name as text; the argument may be anything."""
     if not isinstance(value, str):
         raise WorkbenchError(f"the {what} is {value!r:.60}: give its name")
     return value

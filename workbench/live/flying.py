@@ -1,4 +1,4 @@
-"""The loop that flies a session in real time, and does what a pilot wants between its steps."""
+"""The loop that flies a session in real time and executes the pilot's orders between its steps."""
 
 import math
 from collections import deque
@@ -44,37 +44,38 @@ from workbench.systems.bridge import Bridge
 from workbench.systems.flight_computer import has_machine_code
 
 LONGEST_LAG = 0.25
-"""Of the flight behind the wall clock; what is more is given up and never flown [s of wall].
+"""Largest lag of the flight behind the wall clock; time beyond it is skipped and never flown [s of
+wall].
 
-A machine with other work keeps a process waiting for a tenth of a second now and then; that is
-caught up within a hundredth.
+Other work delays a process by a tenth of a second now and then; the flight catches up on that
+within a hundredth.
 """
 SLICE = 1 / 128
-"""Wall time that is flown at once; between slices a pilot is heard [s]."""
+"""Wall time of one slice; orders are read between slices [s]."""
 WINDOW = 1.0
-"""Over which the real-time factor is taken [s of wall]."""
+"""Averaging time of the real-time factor [s of wall]."""
 SLOWEST, FASTEST = 0.01, 20.0
-"""Bounds of the speed; beyond the upper one few machines keep up."""
+"""Limits of the speed; few machines keep up beyond the upper one."""
 PERIOD = 0.25
-"""Between two looks at the file [s of wall]."""
+"""Period between checks of the controller's file [s of wall]."""
 REPORT_PERIOD = 1 / 60
-"""Between two reports [s of wall]."""
+"""Period between reports [s of wall]."""
 LONGEST_FLY_ON = 60.0
-"""Flown at once in a pause [s]: no order is heard meanwhile."""
+"""Longest time that is flown at once while paused [s]: orders wait meanwhile."""
 MOST_ORDERS = 100
-"""Obeyed between two slices; the others wait, so that orders cannot stop the flight."""
+"""Limit of orders between two slices; the others wait, so orders cannot stop the flight."""
 ONE_HIT = 1.0
-"""What bounces within this [s] is one hit."""
+"""Impacts within this time count as one hit [s]."""
 LONGEST_WAIT = 0.5
-"""After which the loop looks whether it is still wanted [s]."""
+"""Longest wait before the loop checks whether it should end [s]."""
 
 
 class FlightClock:
-    """Tells how many steps to fly now, and how well that goes.
+    """Tells how many steps to fly now, and whether the flight keeps up.
 
-    A flight that has fallen behind by more than `LONGEST_LAG` does not run after the wall clock:
-    it goes on from where it is, and `pace` says so. It looks at no clock itself: every method is
-    told the time, so that it can be tried with any.
+    A flight that falls behind by more than `LONGEST_LAG` does not catch up: it continues from its
+    present time, and `pace` reports it. The class reads no clock itself: every method takes the
+    time, so that tests can use any clock.
 
     Args:
         step: simulated time of a physics step [s].
@@ -96,26 +97,26 @@ class FlightClock:
 
     @property
     def slice(self) -> int:
-        """Steps that are flown at once."""
+        """Number of steps in a slice."""
         return max(1, round(self._speed * SLICE / self._step))
 
     def pause(self) -> None:
-        """Let no step be due."""
+        """Stop making steps due."""
         self._paused = True
 
     def resume(self, now: float) -> None:
-        """Let steps be due from now on."""
+        """Make steps due from now on."""
         if self._paused:
             self._paused = False
             self.restart(now)
 
     def set_speed(self, speed: float, now: float) -> None:
-        """Fly so many seconds in a second from now on."""
+        """Set the number of simulated seconds per second from now on."""
         self._speed = speed
         self.restart(now)
 
     def restart(self, now: float) -> None:
-        """Be neither early nor late now."""
+        """Count as neither early nor late now."""
         self._origin = now
         self._flown = 0
         self._last_given_up = -math.inf
@@ -137,20 +138,20 @@ class FlightClock:
         return self.slice if behind >= self.slice else 0
 
     def flown(self, steps: int, now: float) -> None:
-        """Take note of what was flown."""
+        """Record the flown steps."""
         self._flown += steps
         self._marks.append((now, self._flown))
         while now - self._marks[1][0] >= WINDOW:
             self._marks.popleft()
 
     def wait(self, now: float) -> float:
-        """Return how long it is until the next slice is due [s], infinite in a pause."""
+        """Return the time until the next slice is due [s], infinite while paused."""
         if self._paused:
             return math.inf
         return max(0.0, self.slice * self._step / self._speed - self._lag(now))
 
     def pace(self, now: float) -> Pace:
-        """Return how well the flight keeps up; the lag is the worst one since the last call."""
+        """Return how well the flight keeps up; the lag is the largest since the last call."""
         began, flown = self._marks[0]
         wall = now - began
         achieved = (self._flown - flown) * self._step / wall if wall > 0.0 else self._speed
@@ -164,18 +165,18 @@ class FlightClock:
         )
 
     def _lag(self, now: float) -> float:
-        """Return by how much wall time the flight is behind [s]."""
+        """Return the lag of the flight in wall time [s]."""
         return now - self._origin - self._flown * self._step / self._speed
 
 
 class LawFile:
-    """Tells when the file of a controller was saved with another text.
+    """Tells when a controller's file was saved with a different text.
 
-    It looks at the file from time to time: editors write in place, or another file of the name.
+    It polls the file: editors write in place, or replace the file.
 
     Args:
-        law: that flies.
-        now: the wall time [s].
+        law: the flying law.
+        now: wall time [s].
     """
 
     def __init__(self, law: Controller, now: float) -> None:
@@ -184,20 +185,20 @@ class LawFile:
         self._due = now
 
     def edited(self, now: float) -> bool:
-        """Return whether there is a text that was not told of before."""
+        """Return whether there is a new text that was not reported before."""
         if now < self._due:
             return False
         self._due = now + PERIOD
         state = self._look()
-        if state in (None, self._state):  # gone for a moment, as some editors do
+        if state in (None, self._state):  # briefly absent, as with some editors
             return False
         self._state = state
         try:
             text = self._path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError):
-            return True  # who loads it says what is wrong
+            return True  # the loader reports what is wrong
         changed, self._text = text != self._text, text
-        return changed and bool(text)  # empty is what is about to be written
+        return changed and bool(text)  # an empty file is about to be written
 
     def _look(self) -> tuple[int, int, int] | None:
         try:
@@ -208,20 +209,20 @@ class LawFile:
 
 
 class Flying:
-    """Flies a session until its caller wants no more.
+    """Flies a session until its caller ends it.
 
     Args:
-        session: at its start.
-        bridge: of the session.
-        settings: values that it was built with, which no scenario has.
-        send_queue: where answers and reports go.
-        now: tells the wall time [s].
-        stream: where everything that is published goes.
-        watch: whether the controller's file takes over again whenever it is saved.
+        session: a session at its start.
+        bridge: bridge of the session.
+        settings: parameter values that the session was built with beside the scenario's.
+        send_queue: takes answers and reports.
+        now: returns the wall time [s].
+        stream: takes everything that is published.
+        watch: whether the controller's file is loaded again whenever it is saved.
 
     Attributes:
-        shown: told of every snapshot that is reported, and in a pause again and again.
-        foresee: told of a way that is predicted.
+        shown: called with every reported snapshot, repeatedly while paused.
+        foresee: called with a predicted path.
     """
 
     def __init__(
@@ -265,11 +266,11 @@ class Flying:
         self._next_report = now()
 
     def run(self, connection: Connection, wanted: Callable[[], bool]) -> None:
-        """Fly until told to close, or until the caller is gone.
+        """Fly until the order to close, or until the caller is gone.
 
         Args:
-            connection: orders.
-            wanted: whether the caller is still there.
+            connection: source of orders.
+            wanted: tells whether the caller is still there.
         """
         self.report()
         self._note_interpreted()
@@ -286,20 +287,20 @@ class Flying:
                 self._network.hear()
                 self._watch()
                 self.fly()
-                if self._network.view is not self._shown:  # in a pause, too
+                if self._network.view is not self._shown:  # also while paused
                     self.report()
-                elif self._clock.paused and not self._broken:  # who begins to look sees it, too
+                elif self._clock.paused and not self._broken:  # a new viewer sees it, too
                     self.shown(self._seen, self._clock.pace(self._now()))
                 for answer in self._network.answers():
                     self._send_queue.post(answer)
 
     def wait(self) -> float:
-        """Return how long nothing is due [s]."""
+        """Return the time until something is due [s]."""
         due = LONGEST_WAIT if self._broken else self._clock.wait(self._now())
         return min(due, LONGEST_WAIT, self._network.wait_time)
 
     def fly(self) -> None:
-        """Fly the steps that are due, if any, and report if a report is due."""
+        """Fly the steps that are due, and report if a report is due."""
         steps = 0 if self._broken else self._clock.due(self._now())
         if steps:
             self._fly(steps)
@@ -308,7 +309,7 @@ class Flying:
                 self.report()
 
     def obey(self, orders: list[Request]) -> None:
-        """Do what is wanted, at the present step, and answer after a report that shows it."""
+        """Execute an order at the present step, and answer after a report that shows its effect."""
         answers: list[Answer | Refusal] = []
         for order in orders:
             try:
@@ -325,13 +326,13 @@ class Flying:
             self._send_queue.post(answer)
 
     def report(self) -> None:
-        """Show the present."""
+        """Report the present state."""
         now = self._now()
         self._next_report = max(self._next_report + REPORT_PERIOD, now)
         self._shown = self._network.view
         paused = Phase.PAUSED if self._clock.paused else Phase.FLYING
         phase = Phase.BROKEN if self._broken else Phase.STARTING if self._starting else paused
-        if not self._broken:  # of what broke, nothing can be computed any more
+        if not self._broken:  # nothing can be computed of a broken flight
             self._seen = self._session.snapshot()
         snapshot, pace = self._seen, self._clock.pace(now)
         if not self._broken:
@@ -357,7 +358,7 @@ class Flying:
             self.shown(snapshot, pace)
 
     def _do(self, order: Request) -> object:
-        """Do what is wanted, and return what answers it."""
+        """Execute an order, and return its answer."""
         match order.what:
             case Order(Do.GET, str(name)):
                 return self._session.get(name)
@@ -405,7 +406,7 @@ class Flying:
                     self._measurer.ended = "a parameter was changed: it hovers where it is"
             case Action() as asked:
                 action = self._network.in_landing(asked)
-                self._session.act(action)  # what is refused takes nothing from anybody
+                self._session.act(action)  # a refused order takes control from nobody
                 if self._network.operate() or self._exciter.end() or self._measurer.end():
                     self._session.act(action)  # again, after the hold
                 self._network.did(action)
@@ -414,9 +415,9 @@ class Flying:
         return self._session.time
 
     def _watch(self) -> None:
-        """Let the law's file take over where it was saved; what cannot fly changes nothing.
+        """Load the law's file again if it was saved; a law that cannot fly changes nothing.
 
-        Machine code that was made meanwhile takes the place of Python.
+        Machine code that has become ready replaces Python.
         """
         if made := self._compiler.made():
             self._use_compiled(*made)
@@ -432,25 +433,25 @@ class Flying:
             self._tell(f"{error}; {law.name} flies on as it was", WARNING)
 
     def _take_over(self, name_or_path: str) -> None:
-        """Let another law fly from here on, interpreted where there is no machine code of it."""
+        """Switch to another law from now on, interpreted if there is no machine code of it."""
         estimator = self._session.controller.estimator
         law = with_estimator(load_controller(name_or_path), estimator)
-        # a script that sets what it has not would break the flight later, or after a reset
+        # a script that sets missing parameters would break the flight later, or after a reset
         check_scenario(replace(self._session.flown_scenario, controller=name_or_path))
         action = Action(controller=name_or_path, interpreted=not has_machine_code(law))
         self._session.act(action)
-        # with all gains: who flies the log again may have no gain file
+        # with all gains: another machine that repeats the log may not have the gain file
         gains = {row.name: self._session.get(row.name) for row in law.parameters}
         self._network.did(replace(action, set=gains))
         if law is self._law:
             self._tell(f"{law.name} flies already, with this very text")
         self._show_law()
         self._begin_compiling()
-        self._clock.restart(self._now())  # what was not flown meanwhile is not caught up
+        self._clock.restart(self._now())  # do not catch up on the time that this took
         self.report()
 
     def _show_law(self) -> None:
-        """Let everybody know of another law that flies: an edit's, the script's, a reset's."""
+        """Announce a new law: of an edit, of the script, or of a reset."""
         law, session = self._session.controller, self._session
         if law is self._law:
             return
@@ -463,7 +464,7 @@ class Flying:
         self._network.taken_over(same_rows)
 
     def _note_interpreted(self) -> None:
-        """Let the log know of a law that Python runs from the start: the last bits may differ."""
+        """Log that Python runs a law from the start: the last bits may differ."""
         if self._session.interpreted and has_machine_code(self._law):
             self._session.run_law(interpreted=False)
         if self._session.interpreted:
@@ -488,12 +489,12 @@ class Flying:
         self._tell(f"compiled {law.name}, which flies as machine code now")
 
     def _tell(self, said: str, severity: int = INFORMATION) -> None:
-        """Let the caller know what happened, and everybody else."""
+        """Report an event to the caller and to all clients."""
         self._send_queue.post(Told(said))
         self._network.event(said, severity)
 
     def _reset(self) -> None:
-        if self._broken:  # by a program that does not arm, it may be
+        if self._broken:  # a program that does not arm may do so
             self._session.end_program()
         self._session.reset()
         self._flight += 1
@@ -552,7 +553,7 @@ class Flying:
             for whole in self._exciter.parts(steps):
                 for part in self._measurer.parts(whole):
                     self._fly_part(part)
-        except WorkbenchError as error:  # what Drake refuses, or what the script asks for
+        except WorkbenchError as error:  # an error of Drake, or of an action of the script
             self._broken = str(error)
             self._exciter.drop()
             self._measurer.drop()
@@ -564,7 +565,7 @@ class Flying:
             self._show_law()
 
     def _start_program(self) -> None:
-        """Start the program that runs the law, after a reset, where there is one: that takes long.
+        """Start the program that runs the law, if any, after a reset: that takes long.
 
         Raises:
             WorkbenchError: if it cannot be started.
@@ -580,7 +581,7 @@ class Flying:
         self._clock.restart(self._now())
 
     def _note_ended(self) -> None:
-        """Tell once that the program that runs the law has ended; the flight goes on."""
+        """Report once that the program that runs the law has ended; the flight continues."""
         if self._session.ended == self._ended:
             return
         self._ended = self._session.ended
@@ -597,7 +598,7 @@ class Flying:
         return AutopilotView(self._session.exchange, self._ended)
 
     def _fly_part(self, steps: int) -> None:
-        """Fly steps that nothing is to be done between."""
+        """Fly steps without an action between them."""
         excited = self._exciter.exciting is not None or self._measurer.share is not None
         for part in self._alarms.parts(steps):
             before = self._session.state()
@@ -606,7 +607,7 @@ class Flying:
             self._alarms.look(excited=excited)
 
     def _look_for_hit(self, before: np.ndarray, duration: float) -> None:
-        """Take note of a hard hit within a part that was flown."""
+        """Record a hard hit within a flown part."""
         after = self._session.state()[10:13]
         speed = hit_speed(self._session.vehicle, before, after, duration)
         again = self._hit is not None and self._session.time - self._hit.time < ONE_HIT
@@ -620,7 +621,7 @@ class Flying:
 
 
 def _received(connection: Connection) -> Iterator[object]:
-    """Yield what has arrived, up to a bound; EOFError if the other side is gone."""
+    """Yield received messages, up to a limit; EOFError if the other side is gone."""
     for _ in range(MOST_ORDERS):
         if not connection.poll():
             return

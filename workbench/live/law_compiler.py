@@ -1,4 +1,4 @@
-"""Makes a law's machine code in a process of its own, while the law flies interpreted."""
+"""Compiles a law to machine code in a separate process, while the law flies interpreted."""
 
 import threading
 from queue import Empty, SimpleQueue
@@ -10,13 +10,13 @@ from workbench.ipc.limited import run_limited, serve
 from workbench.systems.flight_computer import FlightComputer
 
 LONGEST, MOST_MEMORY = 300.0, 16_000
-"""Of making machine code [s, MB]."""
+"""Limits of the compilation [s, MB]."""
 
 
 class LawCompiler:
-    """Makes machine code of one law at a time, in the background.
+    """Compiles one law at a time, in the background.
 
-    While one is made, the law that was wanted last waits; those before it are forgotten.
+    During a compilation only the newest requested law waits; earlier ones are forgotten.
     """
 
     def __init__(self) -> None:
@@ -27,10 +27,10 @@ class LawCompiler:
         self._ends: SimpleQueue[tuple[Controller, str]] = SimpleQueue()
 
     def begin(self, law: Controller) -> bool:
-        """Make machine code of a law, unless that is under way already, or has failed before.
+        """Compile a law, unless its compilation is in progress or has failed before.
 
         Returns:
-            Whether it is begun, at once or after the one that is being made.
+            Whether it is started, at once or after the present compilation.
         """
         with self._lock:
             if law in (self._making, self._waiting, *self._failed):
@@ -43,7 +43,7 @@ class LawCompiler:
         return True
 
     def made(self) -> tuple[Controller, str] | None:
-        """Return a law of which there is machine code now, or why there is none, else ""."""
+        """Return a law whose machine code is ready, or why a compilation failed, else ""."""
         try:
             return self._ends.get_nowait()
         except Empty:
@@ -65,7 +65,7 @@ class LawCompiler:
 
 
 def make(request: dict[str, Any]) -> None:
-    """Make the machine code of a controller's text, by flying one update."""
+    """Compile a controller's text by flying one update."""
     from pydrake.systems.analysis import Simulator
 
     from workbench.common.resources import find_model

@@ -1,4 +1,4 @@
-"""The log of a live flight, begun and ended at any time, and the history of what was done."""
+"""The log of a live flight, started and ended at any time, and the history of actions."""
 
 import math
 from array import array
@@ -15,27 +15,27 @@ if TYPE_CHECKING:
     from workbench.logs.flight_log import FlightLog
 
 WIDTH = 5
-"""Numbers of a command: time, velocity, yaw rate."""
+"""Numbers per command: time, velocity, yaw rate."""
 
 
 class LogKeeper:
-    """Keeps what was done since the start, and writes a log where one is wanted.
+    """Keeps the actions since the start, and writes a log on request.
 
     Args:
-        session: that is flown.
-        settings: values that it was built with, which no scenario has.
+        session: the flown session.
+        settings: parameter values that the session was built with beside the scenario's.
         values: all live parameters at the start.
 
     Attributes:
-        done: actions since the start, and who wanted them.
-        said: why a log ended by itself, "" else.
+        done: actions since the start, and who requested them.
+        said: why a log ended by itself, else "".
     """
 
     def __init__(
         self, session: Session, settings: Mapping[str, float], values: Mapping[str, float]
     ) -> None:
         self._session, self._settings, self._values = session, settings, values
-        self._laws = [session.controller]  # of the start, and those that took over
+        self._laws = [session.controller]  # of the start, and of the laws that followed
         self._log: FlightLog | None = None
         self._flights = 1
         self._first: Path | None = None
@@ -44,14 +44,14 @@ class LogKeeper:
 
     @property
     def path(self) -> str:
-        """Where it writes, "" if nowhere."""
+        """Path of the log, "" without one."""
         return str(self._log.path) if self._log else ""
 
     def start(self, path: str) -> str:
-        """Write a log from now on, with all that was done before; return its path.
+        """Start a log now, with all earlier actions; return its path.
 
         Raises:
-            WorkbenchError: if there is one already, or it cannot be written.
+            WorkbenchError: if there is one already, or the file cannot be written.
         """
         if self._log:
             raise WorkbenchError(f"the log {self._log.path} is being written: stop it first")
@@ -60,7 +60,7 @@ class LogKeeper:
         return self.path
 
     def stop(self) -> str:
-        """End the log, if there is one, and return its path; "" where it is not whole."""
+        """End the log, if there is one, and return its path; "" if it is incomplete."""
         if self._log:
             path = self.path
             self._log.close()
@@ -71,13 +71,13 @@ class LogKeeper:
         return ""
 
     def look(self) -> None:
-        """Notice that a log's file was moved or deleted, in a pause, too."""
+        """Notice that a log's file was moved or deleted, also while paused."""
         if self._log:
             self._log.look()
             self._take_end()
 
     def act(self, action: Action, by: str) -> None:
-        """Keep what came into force."""
+        """Keep an action that took effect."""
         self.done.append(action, by)
         if action.controller is not None:
             self._laws.append(self._session.controller)
@@ -91,13 +91,13 @@ class LogKeeper:
             self._take_end()
 
     def publish(self, published: Published) -> None:
-        """Keep what was published besides samples."""
+        """Keep published data other than samples."""
         if self._log:
             self._log.publish(published)
             self._take_end()
 
     def begin_anew(self) -> None:
-        """Begin with a new flight: a log goes on in the next file, as `flight-2.mcap`."""
+        """Start again with a new flight: the log continues in the next file, as `flight-2.mcap`."""
         self.done.clear()
         self._laws = [self._session.controller]
         self._values = self._session.parameters()
@@ -108,7 +108,7 @@ class LogKeeper:
                 self.said = str(error)
 
     def _next_path(self, first: Path) -> Path:
-        """Return the next name that no file has: what was logged yesterday stays."""
+        """Return the next free name: existing logs stay."""
         while True:
             self._flights += 1
             path = first.with_name(f"{first.stem}-{self._flights}{first.suffix}")
@@ -136,17 +136,17 @@ class LogKeeper:
             self._log.act(action.at, action, by, law)
 
     def _take_end(self) -> None:
-        """Notice that a log ended by itself: a disk that is full does not end the flight."""
+        """Notice that a log ended by itself: a full disk does not end the flight."""
         if self._log and self._log.said:
             self.said = self._log.said
             self._log = None
 
 
 class History:
-    """Actions since the flight's start, and who wanted them, in little memory.
+    """Actions since the flight's start, and who requested them, in little memory.
 
-    A pilot may steer for hours: a command, of which there may be a hundred a second, is kept as
-    five numbers; anything else as it is.
+    A pilot may steer for hours with a hundred commands a second, so a command is kept as five
+    numbers; any other action is kept as it is.
     """
 
     def __init__(self) -> None:
@@ -168,7 +168,7 @@ class History:
         return [action for action, _ in self]
 
     def append(self, action: Action, by: str) -> None:
-        """Keep an action that came into force at its time."""
+        """Append an action that took effect at its time."""
         if by not in self._names:
             self._names.append(by)
         if _is_command(action):
@@ -180,7 +180,7 @@ class History:
         self._who.append(self._names.index(by))
 
     def clear(self) -> None:
-        """Forget all."""
+        """Forget all actions."""
         del self._numbers[:]
         del self._who[:]
         self._others.clear()
@@ -194,7 +194,7 @@ class History:
 
 
 def _is_command(action: Action) -> bool:
-    """Return whether a velocity and a yaw rate are all that an action has."""
+    """Return whether an action has nothing but a velocity and a yaw rate."""
     if action.velocity is None or action.yaw_rate is None:
         return False
     return action == Action(action.at, velocity=action.velocity, yaw_rate=action.yaw_rate)

@@ -1,6 +1,6 @@
-"""What goes between a live flight's process and the one that shows it: frozen records.
+"""Messages between a live flight's process and the process that shows it: frozen records.
 
-None carries an object of Drake's, so that who shows a flight need not load Drake.
+None contains an object of Drake's, so a process that shows a flight need not load Drake.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 
 class Phase(Enum):
-    """Where a live flight is."""
+    """State of a live flight."""
 
     STARTING = "starting"
     FLYING = "flying"
     PAUSED = "paused"
     BROKEN = "broken"
-    """The simulation cannot go on; what was flown is there, and it can begin again."""
+    """The simulation cannot continue; everything flown so far is available, and it can restart."""
     ENDED = "ended"
-    """The process is gone."""
+    """The process has ended."""
 
 
 KEPT = 0.98
-"""Share of real time, or of a slower speed that is asked for, from which a flight keeps it."""
+"""A flight keeps up if it reaches this share of real time, or of a slower requested speed."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Pace:
     """How well a flight keeps up with the wall clock.
 
     Attributes:
-        asked: simulated seconds in a second that are wanted.
-        achieved: that were flown over the last second or so.
-        lag: largest wall time by which the flight was behind since the last report [s].
-        given_up: wall time that was not flown as the machine was too slow, in all [s].
+        asked: requested number of simulated seconds per second.
+        achieved: simulated seconds per second over the last second or so.
+        lag: largest lag behind the wall clock since the last report [s].
+        given_up: total wall time that was not flown because the machine was too slow [s].
         slow: whether that happened within the last second.
     """
 
@@ -60,12 +60,12 @@ class Pace:
 
     @property
     def too_slow(self) -> bool:
-        """Whether the flight is slower than real time, and than asked, as the machine is."""
+        """Whether a slow machine keeps the flight below real time and below the requested speed."""
         return self.slow and self.achieved < KEPT * min(self.asked, 1.0)
 
     @property
     def text(self) -> str:
-        """The speed in a few characters, with the speed that is asked for where that is missed."""
+        """The speed as short text, with the requested speed if the flight misses it."""
         reached = f"{self.achieved:.2f}\N{NO-BREAK SPACE}×"
         missed = self.slow and self.achieved < KEPT * self.asked
         return f"{reached} of {self.asked:g}\N{NO-BREAK SPACE}×" if missed else reached
@@ -91,11 +91,11 @@ class Begin:
 
     Attributes:
         scenario: what to fly, see `Session`.
-        settings: values that override those of its gains.
+        settings: parameter values that override those of the scenario's gains.
         draw: whether to draw it in Meshcat.
         stream: whether to send everything that is published, sample by sample; the flight's own
-            recording is sparse then.
-        watch: whether the controller's file takes over again whenever it is saved.
+            recording is then sparse.
+        watch: whether the controller's file is loaded again whenever it is saved.
     """
 
     scenario: Scenario | Choice
@@ -106,55 +106,56 @@ class Begin:
 
 
 class Do(Enum):
-    """What an `Order` asks for; it is answered by the simulated time [s], where nothing is said."""
+    """What an `Order` requests; unless stated otherwise, the answer is the simulated time [s]."""
 
     PAUSE = "pause"
     RESUME = "resume"
     RESET = "reset"
     SET_SPEED = "set the speed"
-    """Fly so many seconds in a second."""
+    """Set the number of simulated seconds per second."""
     FLY_ON = "fly on"
-    """Fly on for a time [s] at once, in a pause."""
+    """Fly on for a time [s] at once, while paused."""
     GET = "get"
-    """The answer is the value of a live parameter, by its name."""
+    """The answer is the value of a live parameter, given by name."""
     READ = "read"
-    """The answer is what a sensor, by name or kind, delivered last."""
+    """The answer is the last delivered reading of a sensor, given by name or kind."""
     GET_FLOWN = "get what was flown"
     """The answer is a `Flown`."""
     GET_CHECKPOINT = "get a checkpoint"
-    """The answer is all that decides how the flight goes on."""
+    """The answer is the state that determines the rest of the flight."""
     EXCITE = "excite"
-    """Fly an `Excitation` from the next control update on; the answer is its time."""
+    """Fly an `Excitation` from the next control update on; the answer is the time of that
+    update."""
     MEASURE = "measure"
-    """Measure a loop by an `Injection` from the next control update on; the answer is its time.
-    With it comes whether the loop is one that holds a place."""
+    """Measure a loop by an `Injection` from the next control update on; the answer is its time. The
+    value also says whether the loop is one that holds a place."""
     STOP_EXCITING = "stop exciting"
-    """Hover where it is, if an excitation or a measurement is flown."""
+    """Hover in place, if an excitation or a measurement is flown."""
     FORESEE = "foresee"
-    """Draw a way that is predicted instead of the one drawn before: when it is over, in simulated
-    time [s], and places on it (N, 3) [m]; fewer than two draw none."""
+    """Draw a predicted path in place of the last one. The value is its end in simulated time [s],
+    and points on it (N, 3) [m]; fewer than two draw none."""
     SERVE = "serve"
-    """Start a server by a `ServerConfig`; the answer is its address."""
+    """Start a server from a `ServerConfig`; the answer is its address."""
     STOP_SERVING = "stop serving"
     KEEP_LOG = "keep a log"
-    """Write all that happens from the flight's start on to a file; the answer is its path."""
+    """Write everything from the flight's start on to a file; the answer is its path."""
     STOP_LOG = "stop the log"
     """The answer is the log's path."""
     DISCONNECT = "disconnect"
-    """Send a client away, by a `Disconnect`."""
+    """Disconnect a client, by a `Disconnect`."""
     TAKE_OVER = "take over"
     """Take control for the operator."""
     GIVE_BACK = "give back"
-    """Let clients ask for control again."""
+    """Allow clients to request control again."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """What is asked of a flight besides an `Action`.
+    """A request to a flight other than an `Action`.
 
     Attributes:
-        what: is asked.
-        value: that belongs to it, see `Do`; None where nothing does.
+        what: the request.
+        value: its argument, see `Do`; None without one.
     """
 
     what: Do
@@ -170,10 +171,10 @@ CLOSE = "close"
 
 @dataclass(frozen=True)
 class Changed:
-    """Attributes of the `LiveView` that have other values now.
+    """Attributes of the `LiveView` with new values.
 
     Attributes:
-        values: by the attribute's name.
+        values: new values, by name of the attribute.
     """
 
     values: Mapping[str, object]
@@ -181,20 +182,20 @@ class Changed:
 
 @dataclass(frozen=True)
 class Told:
-    """A remark on what was read or built."""
+    """A remark about something that was read or built."""
 
     said: str
 
 
 @dataclass(frozen=True)
 class TakenOver:
-    """Another controller flies, or another text of its file.
+    """Another controller, or another text of its file, now flies.
 
     Attributes:
-        controller: that flies.
-        values: of the live parameters now, by name.
+        controller: the flying controller.
+        values: present values of the live parameters, by name.
         named: the controller as a scenario names it.
-        gains: its gain file, "" without.
+        gains: its gain file, "" without one.
     """
 
     controller: Controller
@@ -209,7 +210,7 @@ class Hit:
 
     Attributes:
         time: simulated [s].
-        speed: by how much it changed the drone's velocity [m/s].
+        speed: change of the drone's velocity [m/s].
     """
 
     time: float
@@ -218,12 +219,11 @@ class Hit:
 
 @dataclass(frozen=True)
 class AutopilotView:
-    """How the exchange with a program goes that runs the law.
+    """State of the exchange with a program that runs the law.
 
     Attributes:
-        exchange: numbers of it since the program's start, by name, see `Program.report`; none
-            before.
-        ended: why the program has ended in flight, and what to do; "" while it lives.
+        exchange: statistics since the program's start, by name, see `Program.report`; empty before.
+        ended: why the program ended in flight, and what to do; "" while it runs.
     """
 
     exchange: Mapping[str, float]
@@ -232,15 +232,15 @@ class AutopilotView:
 
 @dataclass(frozen=True)
 class NetworkView:
-    """How the network and the log do.
+    """State of the network and the log.
 
     Attributes:
-        server: as it said last, None where none runs.
-        control: who flies, None until it was said.
-        said: why there is no server any more; "" else.
-        starts_again: whether the server has ended by itself and is being started again.
-        log: path of the log that is being written, "" without.
-        log_said: why the last log is not whole; "" else.
+        server: its last status, None if no server runs.
+        control: who has control, None until this is known.
+        said: why the server ended; else "".
+        starts_again: whether the server ended by itself and is being restarted.
+        log: path of the present log, "" without one.
+        log_said: why the last log is incomplete; else "".
     """
 
     server: ServerStatus | None = None
@@ -253,13 +253,13 @@ class NetworkView:
 
 @dataclass(frozen=True)
 class Report:
-    """The present: where the flight is, a sentence where it is broken, its network, and more.
+    """The present: state of the flight, a sentence if it is broken, its network, and more.
 
-    `exciting` is the excitation that is flown, None while none is; `flight` counts the flights that
-    this process has begun, one at its start and one with every reset; `excitation_ended` says why
-    the last excitation ended before it was over, "" where it did not; `hit` is the last hard hit,
-    if any; `measuring` is how much of a measurement is flown, 0 .. 1, None while none is;
-    `autopilot` is the program that runs the law, None where none does.
+    `exciting` is the present excitation, None without one; `flight` counts the flights of this
+    process, one at its start and one with every reset; `excitation_ended` says why the last
+    excitation ended early, else ""; `hit` is the last hard hit, if any; `measuring` is the flown
+    share of a measurement, 0 .. 1, None without one; `autopilot` is the state of the program that
+    runs the law, None without one.
     """
 
     phase: Phase
@@ -277,11 +277,11 @@ class Report:
 
 @dataclass(frozen=True)
 class Streamed:
-    """What was published since the last of these.
+    """What was published since the last message of this class.
 
     Attributes:
-        published: in the order of time.
-        lost: how many before them were left out, as the reader was too slow.
+        published: topics in order of time.
+        lost: number of times left out before them because the reader was too slow.
     """
 
     published: tuple[Published, ...]
@@ -290,7 +290,7 @@ class Streamed:
 
 @dataclass(frozen=True)
 class Failed:
-    """The flight cannot begin, or ends: a sentence, and arguments that its xacro file needs."""
+    """The flight cannot start, or ends: a sentence, and missing arguments of its xacro file."""
 
     said: str
     needed: tuple[XacroArgument, ...] = ()
@@ -298,12 +298,12 @@ class Failed:
 
 @dataclass(frozen=True)
 class Flown:
-    """All that was flown since the start.
+    """Everything flown since the start.
 
     Attributes:
-        recording: of the flight.
-        samples: of the sensors, where the scenario keeps them.
-        scenario: which flies the same again, to the bit: what the pilot did is in its script.
+        recording: recording of the flight.
+        samples: samples of the sensors, if the scenario keeps them.
+        scenario: scenario that repeats the flight to the bit: its script has the pilot's actions.
     """
 
     recording: Recording

@@ -1,4 +1,4 @@
-"""A flight's network: its server, its clients and what they ask for, who commands, and its log."""
+"""A flight's network: its server, its clients and their requests, control, and the log."""
 
 import dataclasses
 import math
@@ -57,16 +57,16 @@ from workbench.systems.pilot import urgency
 
 
 class ClientRequests:
-    """Carries out what clients ask for.
+    """Executes the requests of clients.
 
     Args:
-        session: that is flown.
-        bridge: of the session.
-        did: told of every action that came into force, and by whom.
+        session: the flown session.
+        bridge: bridge of the session.
+        did: called with every action that took effect, and who requested it.
 
     Attributes:
-        broken: why the flight cannot go on, "" while it can.
-        ended: why the program that runs the law is gone, "" while it is not.
+        broken: why the flight cannot continue, "" while it can.
+        ended: why the program that runs the law has ended, else "".
     """
 
     def __init__(
@@ -74,23 +74,23 @@ class ClientRequests:
     ) -> None:
         self._session, self._bridge, self._did = session, bridge, did
         self.broken = self.ended = ""
-        self._values: dict[str, float] = {}  # to look all of them up takes milliseconds
+        self._values: dict[str, float] = {}  # looking all of them up takes milliseconds
         self._seen = -1
 
     def apply_effects(self) -> None:
-        """Do what a change of hands asks for before anything else is done: hold."""
+        """Apply the effect of a change of control before anything else: hold."""
         while effect := self._bridge.authority.effect_due(self._session.time):
             action = effect_action(effect)
             self._session.act(action)
             self._did(action, self._bridge.authority.effect_by)
 
     def gone(self, peer: int) -> None:
-        """Take control from a client whose connection has ended, if it has it."""
+        """Take control from a client whose connection has ended, if it has control."""
         self._bridge.authority.gone(peer)
         self.apply_effects()
 
     def answer(self, request: backplane.Request) -> backplane.Reply:
-        """Do what is asked for, and return what to say."""
+        """Execute a request, and return the answer."""
         operation = request.operation
         try:
             with sentences("the flight cannot do that"):
@@ -129,17 +129,17 @@ class ClientRequests:
                 self._act(action, now)
                 return FlightDone(id, what, round(now * 1e9))
             case SetParameters(id, values):
-                self._get(tuple(values))  # all are there, or none is set
+                self._get(tuple(values))  # all exist, or none is set
                 self._act(
                     Action(set=parameter_table(self._session.controller).checked(values)), now
                 )
                 return ParameterValues(id, self._get(tuple(values)), round(now * 1e9))
 
     def _is_free(self) -> None:
-        """Refuse control where the drone would not do as it is told.
+        """Refuse control if the drone would not follow commands.
 
         Raises:
-            DeniedError: if it flies a path of its own.
+            DeniedError: if the drone flies its scenario's path.
         """
         if self._session.scenario.figure_eight:
             raise DeniedError(
@@ -147,14 +147,14 @@ class ClientRequests:
             )
 
     def _listens(self, what: str, action: Action) -> None:
-        """Refuse what would be answered as done, and have no effect.
+        """Refuse a request that would have no effect although it is answered as done.
 
         Args:
-            what: a client asks for.
-            action: that comes of it.
+            what: request of a client.
+            action: action that it leads to.
 
         Raises:
-            DeniedError: if the flight mode does not hear a request now.
+            DeniedError: if the flight mode ignores requests now.
         """
         if self.ended and what != "stop":
             raise DeniedError("not_now", self.ended)
@@ -180,7 +180,7 @@ class ClientRequests:
         """Return live parameters, all if no names are given.
 
         Raises:
-            DeniedError: if this flight has not one of them.
+            DeniedError: if this flight lacks one of them.
         """
         if self._seen != self._bridge.settings:
             self._values, self._seen = self._session.parameters(), self._bridge.settings
@@ -195,10 +195,10 @@ class ClientRequests:
 
 
 def in_landing(action: Action, session: Session, bridge: Bridge) -> Action:
-    """Return what a pilot's action is in a landing, in the air: some end it.
+    """Return the form of a pilot's action during a landing, in the air: some actions end it.
 
-    A take-off climbs again, if the drone is lower than its height; a hold holds, and so does a
-    stick that leaves neutral, or a place to go to. Anything else is returned as it is.
+    A take-off climbs again, if the drone is below its height. A hold, a stick that leaves neutral,
+    and a place to go to become a hold. Any other action is returned unchanged.
     """
     steered = (*(action.velocity or ()), action.yaw_rate or 0.0)
     is_command = action.velocity is not None or action.yaw_rate is not None
@@ -216,32 +216,33 @@ def in_landing(action: Action, session: Session, bridge: Bridge) -> Action:
 
 
 def effect_action(effect: Effect, at: float = 0.0) -> Action:
-    """Return what a script does to fly what the ladder, or a change of hands, does."""
+    """Return the script's action that repeats an effect of the ladder or of a new pilot."""
     return Action(at, velocity=[0.0, 0.0, 0.0], yaw_rate=0.0, request=effect.value)
 
 
 STOPPED = "the server was stopped"
 STOOD_STILL = "the server read nothing any more, and was ended"
 PAUSES = (0.1, 0.5, 1.0, 2.0, 4.0)
-"""Before a server is started again, one after the other [s]; after the last one it is not."""
+"""Pauses before successive restarts of a server [s]; after the last one it is not restarted."""
 STABLE = 60.0
-"""A server that has listened for so long may be started again as often as a new one [s]."""
+"""After listening for this long a server has all its restarts again [s]."""
 MOST_TOPICS = 1_000_000
-"""Bytes that wait for the server, a second of topics or more; further topics are left out."""
+"""Limit of waiting bytes for the server, a second of topics or more; further topics are left
+out."""
 MOST_ANSWERS = 8_000_000
-"""The same of answers and of who flies, without which clients would wait for ever."""
+"""The same limit for answers and control messages, without which clients would wait for ever."""
 MOST_RECEIVED = 200
-"""Records of the server that are dealt with at once, so that it cannot stop the flight."""
+"""Limit of the server's records that are handled at once, so that it cannot stop the flight."""
 RETRY = 0.01
-"""After which what did not go at once is tried again [s]."""
+"""Pause before unsent data is tried again [s]."""
 CLOSING = 2.0
-"""Time that the server has to say goodbye [s]."""
+"""Time limit for the server to say goodbye [s]."""
 BROADCAST_PERIOD = 1.0
-"""Between two broadcasts of who flies [s]."""
+"""Period of broadcasts of who has control [s]."""
 LONGEST_TURN = 0.002
-"""Of clients between two slices of 1/128 s [s of wall]."""
+"""Limit of the time for clients between two slices of 1/128 s [s of wall]."""
 OPERATOR = "operator"
-"""Who acts at the screen, in the log."""
+"""Name of the person at the screen, in the log."""
 NETWORK_ORDERS = (
     Do.SERVE,
     Do.STOP_SERVING,
@@ -251,18 +252,18 @@ NETWORK_ORDERS = (
     Do.TAKE_OVER,
     Do.GIVE_BACK,
 )
-"""What is asked of the network and the log."""
+"""Orders to the network and the log."""
 
 
 class ServerProcess(Channel):
     """A server's process, and the channel to it.
 
     Args:
-        config: what it is to do.
-        flight: what is flown.
+        config: configuration of the server.
+        flight: description of the flight.
 
     Raises:
-        WorkbenchError: if no process can be started.
+        WorkbenchError: if the process cannot be started.
     """
 
     def __init__(self, config: ServerConfig, flight: Flight) -> None:
@@ -273,35 +274,35 @@ class ServerProcess(Channel):
 
     @property
     def connection(self) -> Connection:
-        """Readable when the server has said something, or is gone."""
+        """Readable when the server has sent something, or is gone."""
         return self._process.connection
 
     @property
     def wait_time(self) -> float:
-        """How long nothing is to be done here, whatever comes [s]."""
+        """Time until something is due here, whatever arrives [s]."""
         if self.has_more:
             return 0.0
         return RETRY if self.unsent else math.inf
 
     def publish(self, published: Published) -> None:
-        """Send topics, unless the server does not keep up: newer ones will come."""
+        """Send topics, unless the server does not keep up: newer ones will follow."""
         self.offer(published, MOST_TOPICS)
 
     def tell(self, record: object) -> None:
-        """Send what must not be lost.
+        """Send a message that must not be lost.
 
         Raises:
-            EOFError: if the server has read nothing for so long that it is of no use.
+            EOFError: if the server has read nothing for so long that it is useless.
         """
         if not self.offer(record, MOST_ANSWERS):
             raise EOFError
 
     def cause(self) -> str:
-        """Say why it ended."""
+        """Return why it ended."""
         return self._process.cause()
 
     def close(self) -> None:
-        """Let it say goodbye, and end it; this may take seconds."""
+        """Let the server say goodbye, and end it; this may take seconds."""
         self.offer(Stop.STOP, 2 * MOST_ANSWERS)
         end = time.monotonic() + CLOSING
         while self.unsent and time.monotonic() < end:
@@ -313,11 +314,11 @@ class ServerProcess(Channel):
 
 
 class Ending:
-    """Ends a server in a thread, as no flight waits for a server that stands still.
+    """Ends a server in a thread, as no flight waits for a server that hangs.
 
     Args:
-        process: the server's.
-        said: why it ends; None if it ended by itself, so that the cause is to be found.
+        process: the server's process.
+        said: why it ends; None if it ended by itself and the cause is still unknown.
 
     Attributes:
         said: why it ended, once `connection` is readable.
@@ -346,20 +347,20 @@ class Ending:
 
 
 class ServerSupervisor:
-    """Starts a server, takes what it says, and notices its end; nothing here waits.
+    """Starts a server, receives its messages, and notices its end; nothing here blocks.
 
-    A server that ends by itself, be it killed, is started again at the same address. The flight
-    goes on meanwhile: the drone holds, as the connection of its pilot has ended.
+    A server that ends by itself, even if killed, is restarted at the same address. Meanwhile the
+    flight continues: the drone holds, because the connection of its pilot has ended.
 
     Args:
-        flight: tells what is flown.
-        time: tells the simulated time [s].
-        now: rises, whatever happens to the date [s].
+        flight: returns the description of the flight.
+        time: returns the simulated time [s].
+        now: returns a monotonic time [s].
 
     Attributes:
-        status: as the server said last, None where none runs.
-        said: why it ended by itself, and what comes of it, "" else.
-        answers: to the operator's orders, to be sent.
+        status: last status from the server, None if none runs.
+        said: why it ended by itself, and what happens next; else "".
+        answers: unsent answers to the operator's orders.
     """
 
     def __init__(
@@ -385,30 +386,30 @@ class ServerSupervisor:
 
     @property
     def starts_again(self) -> bool:
-        """Whether a server that has ended by itself is being started again."""
+        """Whether a server that ended by itself is being restarted."""
         return self._again_due is not None or (self._restarts > 0 and self.status is None)
 
     @property
     def serves(self) -> bool:
-        """Whether there is a server that has not been told to end."""
+        """Whether there is a server without an order to end."""
         return self._process is not None
 
     @property
     def connections(self) -> list[Connection]:
-        """Readable when there is something to hear."""
+        """Connections that become readable when a message arrives."""
         return [each.connection for each in (self._process, self._ending) if each]
 
     def serve(self, number: int, config: ServerConfig) -> None:
-        """Begin a server, once the last one is gone; its address answers an order.
+        """Start a server once the last one is gone; its address answers an order.
 
         Raises:
-            WorkbenchError: if there is one, or the configuration is no good.
+            WorkbenchError: if there is one, or the configuration is invalid.
         """
         if self._process or self._next:
             raise WorkbenchError("the flight is served already: stop its server first")
         config.check()
         self._config, self._again_due, self._restarts = config, None, 0
-        if self._ending:  # its port may be the one that is wanted
+        if self._ending:  # the new server may need its port
             self._next = number, config
             return
         self._process, self._starting = ServerProcess(config, self._flight()), number
@@ -430,7 +431,7 @@ class ServerSupervisor:
 
     @property
     def wait_time(self) -> float:
-        """How long nothing is to be done here, whatever comes [s]."""
+        """Time until something is due here, whatever arrives [s]."""
         if self._again_due is not None:
             return max(0.0, self._again_due - self._now())
         return self._process.wait_time if self._process else math.inf
@@ -441,7 +442,7 @@ class ServerSupervisor:
             self._process.publish(published)
 
     def tell(self, record: object) -> None:
-        """Send what must not be lost, if there is a server."""
+        """Send a message that must not be lost, if there is a server."""
         if self._process:
             try:
                 self._process.tell(record)
@@ -449,7 +450,7 @@ class ServerSupervisor:
                 self._end(self._process, STOOD_STILL)
 
     def heard(self) -> Iterator[object]:
-        """Yield what clients ask for; the rest is dealt with here."""
+        """Yield the requests of clients; other messages are handled here."""
         if self._ending and self._ending.connection.poll():
             self._ended(self._ending)
         if self._again_due is not None and self._now() >= self._again_due:
@@ -488,7 +489,7 @@ class ServerSupervisor:
             self._starting = None
 
     def _end(self, process: ServerProcess, said: str | None) -> None:
-        """End the server and say why; None where that is to be found out."""
+        """End the server for a reason; None if the reason is still unknown."""
         self._ending, self._process = Ending(process, said), None
         if self.status is not None and self._now() - self._since > STABLE:
             self._restarts = 0
@@ -496,7 +497,7 @@ class ServerSupervisor:
         self.status, self.said = None, said or ""
 
     def _ended(self, ending: Ending) -> None:
-        """Say what came of it, now that the server is gone."""
+        """Report the end of a server that is gone."""
         ending.join()
         self._ending, self.said = None, ending.said
         if self._starting is not None:
@@ -514,7 +515,7 @@ class ServerSupervisor:
                 self.answers.append(Refusal(number, str(error)))
 
     def _plan_again(self, cause: str) -> None:
-        """Have a server that has ended by itself started again, but not for ever."""
+        """Restart a server that ended by itself, a limited number of times."""
         if self._restarts == len(PAUSES):
             self._restarts = 0
             self.said = f"{cause}; it was started again {len(PAUSES)} times in vain: start it anew"
@@ -528,32 +529,32 @@ class ServerSupervisor:
         try:
             self._config.check()
             self._process = ServerProcess(self._config, self._flight())
-        except WorkbenchError as error:  # the token file is gone, or the system has no room
+        except WorkbenchError as error:  # the token file is gone, or the system is out of resources
             self._plan_again(str(error))
 
 
 def _at_the_same_ports(config: ServerConfig, status: ServerStatus) -> ServerConfig:
-    """Return the configuration of a server that listens where this one does."""
+    """Return the configuration of a server that listens at the same address as this one."""
     page = urlsplit(status.page).port if status.page else None
     port = int(status.address.rpartition(":")[2])
     return dataclasses.replace(config, port=port, web_port=page or config.web_port)
 
 
 class Deferred:
-    """Stands for an answer that is given when it is known."""
+    """Stands for an answer that follows later."""
 
 
 class FlightNetwork:
     """Serves a flight's network between two slices; it waits only for the disk.
 
     Args:
-        session: that is flown.
-        bridge: of the session.
-        log: keeps the flight's log, where one is wanted.
-        stream: takes everything that is published, where it is wanted.
+        session: the flown session.
+        bridge: bridge of the session.
+        log: writes the flight's log, on request.
+        stream: takes everything that is published, on request.
 
     Attributes:
-        view: of the network, to be shown.
+        view: state of the network, for display.
     """
 
     def __init__(
@@ -576,25 +577,25 @@ class FlightNetwork:
         self.view = NetworkView()
         self._control: ControlState | None = None
         self._broadcast_due = 0.0
-        self._scripted = 0  # actions of the script that were told
+        self._scripted = 0  # reported actions of the script
         self._serves, self._said = False, ""
         self._watch_server()
 
     @property
     def connections(self) -> list[Connection]:
-        """What to wait on besides the caller."""
+        """Connections to wait for, other than the caller's."""
         return self._server.connections
 
     def order(self, number: int, what: Do, value: object) -> object:
-        """Do what the operator wants, and return the answer, or a `Deferred`.
+        """Execute the operator's order, and return the answer, or a `Deferred`.
 
         Args:
-            number: of the order.
-            what: is wanted, of `NETWORK_ORDERS`.
-            value: that belongs to it.
+            number: number of the order.
+            what: one of `NETWORK_ORDERS`.
+            value: its argument.
 
         Raises:
-            WorkbenchError: if it cannot be done.
+            WorkbenchError: if it cannot be executed.
         """
         answer: object
         match what, value:
@@ -623,7 +624,7 @@ class FlightNetwork:
         return answer
 
     def operate(self) -> bool:
-        """Let the operator fly; return whether a client did, so that the drone holds first."""
+        """Give the operator control; return whether a client had it and the drone must hold."""
         holds = self._bridge.authority.take_over(self._session.time)
         if holds:
             self._hold()
@@ -632,24 +633,24 @@ class FlightNetwork:
 
     @property
     def operates(self) -> bool:
-        """Whether the operator flies."""
+        """Whether the operator has control."""
         return self._bridge.authority.state(self._session.time).hand is Hand.OPERATOR
 
     def in_landing(self, action: Action) -> Action:
-        """Return what an action of the operator is in a landing, which some end."""
+        """Return the form of an operator's action during a landing, which some actions end."""
         if not self.operates:
-            self._bridge.moves()  # the sticks of another say nothing of the operator's
+            self._bridge.moves()  # another pilot's sticks say nothing about the operator's
         return in_landing(action, self._session, self._bridge)
 
     def did(self, action: Action, by: str = OPERATOR) -> None:
-        """Take note of an action that came into force now."""
+        """Record an action that took effect now."""
         self._note(dataclasses.replace(action, at=self._session.time), by)
 
     def taken_over(self, same_rows: bool) -> None:
-        """Let clients know of the parameters of the controller that flies from now on.
+        """Announce the parameters of a new controller to clients.
 
         Args:
-            same_rows: whether those of the one before were the same, apart from their values.
+            same_rows: whether they equal those of the last controller, except for their values.
         """
         self._server.tell(self._flight())
         if self._serves and not same_rows:
@@ -657,16 +658,16 @@ class FlightNetwork:
 
     @property
     def done(self) -> list[Action]:
-        """What was done since the start, at times of whole steps."""
+        """Actions since the start, at times of whole steps."""
         return self._log.done.actions
 
     @property
     def wait_time(self) -> float:
-        """How long nothing is to be done here, whatever comes [s]."""
+        """Time until something is due here, whatever arrives [s]."""
         return self._server.wait_time
 
     def hear(self) -> None:
-        """Do what clients ask for, for so long that the flight is not kept; the rest waits."""
+        """Execute requests of clients for at most `LONGEST_TURN`; the rest waits."""
         end = time.perf_counter() + LONGEST_TURN
         for record in self._server.heard():
             match record:
@@ -684,12 +685,12 @@ class FlightNetwork:
         self._show_log()
 
     def answers(self) -> list[Answer | Refusal]:
-        """Return what is known by now of orders that had to wait, once the view shows it."""
+        """Return new answers to deferred orders, once the view shows their effect."""
         answers, self._server.answers = self._server.answers, []
         return answers
 
     def flown(self) -> None:
-        """Pass on what came of the steps that were flown."""
+        """Publish the results of the steps that were flown."""
         script = self._session.script
         for action in script[self._scripted :]:
             for name, value in {**self._gains_after(action), **action.set}.items():
@@ -709,11 +710,11 @@ class FlightNetwork:
         self._show_log()
 
     def event(self, said: str, severity: int = INFORMATION) -> None:
-        """Let everybody know what happened."""
+        """Announce an event to everyone."""
         self._publish(self._announcer.event(self._session.time, said, severity))
 
     def begin(self) -> None:
-        """Begin with a new flight: it has a log of its own, if any, and its values of the start."""
+        """Start again with a new flight: it has its own log, if any, and its initial values."""
         script = self._session.scenario.script
         actions = (*self.done, *script)
         changed = {n for each in actions for n in (*each.set, *self._gains_after(each))}
@@ -731,11 +732,11 @@ class FlightNetwork:
         self._watch_control()
 
     def ended(self, said: str) -> None:
-        """Let clients ask for no flight operation but stop, for a reason; "" lets them again."""
+        """Refuse clients every flight request but stop, for a reason; "" allows them again."""
         self._requests.ended = said
 
     def broke(self, said: str) -> None:
-        """Let everybody know that the flight cannot go on."""
+        """Announce that the flight cannot continue."""
         self.flown()
         self._requests.broken = said
         self.event(said, FAILURE)
@@ -760,7 +761,7 @@ class FlightNetwork:
         )
 
     def _gains_after(self, action: Action) -> dict[str, float]:
-        """Return the present gains where an action lets a controller take over."""
+        """Return the present gains if an action switches to another controller."""
         if action.controller is None:
             return {}
         return {
@@ -780,7 +781,7 @@ class FlightNetwork:
         self.did(hold)
 
     def _note(self, action: Action, by: str) -> None:
-        """Keep an action, and let all know of parameters that it sets, and of a disturbance."""
+        """Record an action, and announce parameters that it sets, and a disturbance."""
         self._log.act(action, by)
         for name, value in action.set.items():
             self._publish(self._announcer.parameter(action.at, name, value))
@@ -788,7 +789,7 @@ class FlightNetwork:
             self.event(said)
 
     def _watch_control(self) -> None:
-        """Tell who flies, on change and once in a while."""
+        """Announce who has control, on change and periodically."""
         now = self._session.time
         state = self._bridge.authority.state(now)
         last = self._control
@@ -807,11 +808,11 @@ class FlightNetwork:
             self._server.tell(refused)
 
     def _watch_server(self) -> None:
-        """Notice that a server is there or gone: who commanded through it has lost control."""
+        """Notice that a server started or ended: a pilot connected through it has lost control."""
         serves = self._server.serves
         self._bridge.wanted = serves or bool(self._log.path) or self._stream.wanted
         if serves and not self._serves:
-            self._control = None  # a server is told who flies, and what time it is
+            self._control = None  # a new server needs to know who has control, and the time
             now = round(self._session.time * 1e9)
             self._server.publish(Published(now, time.time_ns(), ()))
         elif self._serves and not serves:
@@ -824,7 +825,7 @@ class FlightNetwork:
             return
         news = ""
         if said != self._said and (self.view.server is not None or self.view.starts_again):
-            news = said  # that one cannot begin is answered to who asked for it
+            news = said  # the order that started it gets the answer that it failed
         elif self.view.starts_again and status is not None:
             news = f"the server listens again at {status.address}"
         self._said = said
@@ -842,12 +843,12 @@ class FlightNetwork:
             self._show(log=self._log.path, log_said=self._log.said)
 
     def _show(self, **changes: object) -> None:
-        """Let the view show how it goes."""
+        """Update the view."""
         self.view = dataclasses.replace(self.view, **changes)  # type: ignore[arg-type]
 
 
 def _action(applied: Applied) -> Action:
-    """Return what a script does to fly the same."""
+    """Return the action of a script that repeats a request."""
     if isinstance(applied.what, Effect):
         return effect_action(applied.what, applied.at)
     flown = applied.what

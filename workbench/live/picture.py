@@ -1,4 +1,4 @@
-"""The flight in Meshcat: drawn by the wall clock, as often as flight and machine carry."""
+"""The flight in Meshcat: drawn by the wall clock, as often as flight and machine allow."""
 
 import math
 from collections import deque
@@ -16,66 +16,66 @@ from workbench.session.snapshot import Snapshot
 from workbench.systems.sensors.readings import LidarScan, Reading
 
 SHORTEST, LONGEST = 1 / 30, 0.5
-"""Between two pictures [s of wall]."""
+"""Limits of the period between pictures [s of wall]."""
 BEHIND = 0.1
-"""Lag of a flight from which pictures come half as often, before it has to give up time [s]."""
+"""Lag of a flight at which the rate of pictures is halved, before time must be skipped [s]."""
 CALM = 5.0
-"""After so long without such a lag they come twice as often [s of wall]."""
+"""After this time without such a lag the rate is doubled [s of wall]."""
 DRONE = "/drone"
-"""Meshcat's path whose transform is the drone's place and heading; pages follow it."""
+"""Meshcat's path whose transform has the drone's position and heading; pages follow it."""
 TRAIL = "/trail"
-"""Meshcat's path of the line that was flown."""
+"""Meshcat's path of the flown line."""
 TRAIL_TIME = 30.0
-"""Simulated time of which the line is shown [s]."""
+"""Length of the flown line in simulated time [s]."""
 TRAIL_STEP = 0.1
 """Simulated time between its points [s]."""
 TRAIL_PERIOD = 0.25
-"""Between two lines sent, each of which is a new object for the page [s of wall]."""
+"""Period between sent lines, each of which is a new object for the page [s of wall]."""
 TRAIL_COLOUR = Rgba(1.0, 0.55, 0.0, 1.0)
 AHEAD = "/ahead"
-"""Meshcat's path of the line that is predicted."""
+"""Meshcat's path of the predicted line."""
 AHEAD_COLOUR = Rgba(0.65, 0.35, 0.95, 0.6)
 ARROWS = "/arrows"
-"""Meshcat's path of the arrows: `thrust_1` and so on, and `wind`."""
+"""Meshcat's path of the arrows: `thrust_1` to `thrust_n`, and `wind`."""
 THICK, HEAD = 0.25, 0.3
 """Radius of an arrow's head in radii of a rotor's disc, and its share of the length."""
 SHORTEST_ARROW = 1e-4
-"""Nothing is drawn by a matrix that cannot be inverted [m]."""
+"""Shorter arrows are not drawn, as their matrix could not be inverted [m]."""
 THRUST_COLOUR, WIND_COLOUR = Rgba(0.1, 0.7, 0.35, 1.0), Rgba(0.2, 0.65, 0.95, 1.0)
 LIDAR = "/lidar"
-"""Meshcat's path of the points that the lidar has met."""
+"""Meshcat's path of the lidar's points."""
 MOST_POINTS = 3000
-"""Of a scan that are drawn."""
+"""Largest number of drawn points per scan."""
 LIDAR_PERIOD = 0.25
-"""Between two clouds sent, each of which is a new object for the page [s of wall]..."""
+"""Least period between sent clouds, each of which is a new object for the page [s of wall]..."""
 LIDAR_SHARE = 6.0
-"""... and at least so many pictures."""
+"""... and least number of pictures between them."""
 POINT_SIZE = 0.04
 LIDAR_COLOUR = Rgba(0.95, 0.25, 0.45, 1.0)
 FARTHEST = 1e5
-"""A drone farther off is lost, and a page's numbers with it [m]."""
+"""A drone farther away is lost, and so would be the page's numbers [m]."""
 
 SIZES = 7.0
-"""Distance of the camera, in reaches of the drone's rotors."""
+"""Distance of the camera, in distances from the drone's origin to its farthest rotor."""
 CAMERA_NEAREST, CAMERA_FARTHEST = 1.0, 20.0
-"""Bounds of that [m]."""
+"""Limits of the camera's distance [m]."""
 DIRECTION = np.array([-0.75, -0.55, 0.37])
 """From the drone to the camera, in W: behind, to the right and above."""
 ORBIT = "/Cameras/default"
-"""Meshcat's name of the point around which the mouse turns its camera."""
+"""Meshcat's name of the point that the mouse turns its camera around."""
 
 
 class Picture:
-    """Draws what is reported, where a page looks on.
+    """Draws the reported flight for the pages that are open.
 
-    A picture costs the flight half a millisecond, and the machine much more where its processor
-    draws. So the flight comes first: one that falls behind is drawn half as often.
+    A picture costs the flight half a millisecond, and the machine much more if its processor draws.
+    So the flight has priority: if it falls behind, it is drawn half as often.
 
     Args:
-        meshcat: where to draw.
-        draw: draws the scene there as it is now.
-        vehicle: that flies.
-        now: tells the wall time [s].
+        meshcat: the Meshcat to draw in.
+        draw: draws the present scene there.
+        vehicle: the flying vehicle.
+        now: returns the wall time [s].
         scan: returns the lidar's last scan, None before the first.
     """
 
@@ -104,8 +104,8 @@ class Picture:
         self.period = SHORTEST
 
     def show(self, snapshot: Snapshot, pace: Pace) -> None:
-        """Draw the present, if a picture is due."""
-        if not all(abs(x) < FARTHEST for x in snapshot.p_WB):  # nor is it where that is NaN
+        """Draw the present if a picture is due."""
+        if not all(abs(x) < FARTHEST for x in snapshot.p_WB):  # never, where this is NaN
             return
         self._remember(snapshot)
         now = self._now()
@@ -127,7 +127,7 @@ class Picture:
             self._meshcat.SetLine(TRAIL, points, 2.0, TRAIL_COLOUR)
 
     def foresee(self, ends: float, p_WB: np.ndarray) -> None:
-        """Show a predicted way (N, 3) [m] until a simulated time [s]; an empty one shows none."""
+        """Show a predicted path (N, 3) [m] until a simulated time [s]; an empty one shows none."""
         if len(p_WB) > 1:
             self._ahead_ends = ends
             self._meshcat.SetLine(AHEAD, p_WB.T, 2.0, AHEAD_COLOUR)
@@ -136,7 +136,7 @@ class Picture:
             self._meshcat.Delete(AHEAD)
 
     def _show_scan(self, snapshot: Snapshot, now: float) -> None:
-        """Show the lidar's points, where there is a new scan and it is due."""
+        """Show the lidar's points, if there is a new scan and it is due."""
         seen = snapshot.lidar
         if seen is None or seen.stamp == self._stamp or now < self._scan_due:
             return
@@ -152,7 +152,7 @@ class Picture:
         self._meshcat.SetObject(LIDAR, cloud, POINT_SIZE, LIDAR_COLOUR)
 
     def _remember(self, snapshot: Snapshot) -> None:
-        """Keep where the drone is for the trail; a reset begins it anew."""
+        """Add the drone's position to the trail; a reset starts a new trail."""
         if snapshot.time < self._time:
             self._trail.clear()
             self._meshcat.Delete(TRAIL)
@@ -163,7 +163,7 @@ class Picture:
                 self._trail.popleft()
 
     def _adapt(self, pace: Pace, now: float) -> None:
-        """Let pictures come as often as the flight stands."""
+        """Adapt the rate of pictures to the flight's lag."""
         if pace.lag > BEHIND and now >= self._late + self.period:
             self.period = min(2.0 * self.period, LONGEST)
             self._late = now
@@ -176,14 +176,14 @@ class Arrows:
     """Arrows that are drawn once, and then only turned, moved and stretched.
 
     Args:
-        meshcat: where.
-        colours: of each, by its path there.
-        radius: of their heads [m].
+        meshcat: the Meshcat to draw in.
+        colours: colour of each arrow, by its path there.
+        radius: radius of their heads [m].
     """
 
     def __init__(self, meshcat: Meshcat, colours: Mapping[str, Rgba], radius: float) -> None:
         self._meshcat, self._paths, self._radius = meshcat, tuple(colours), radius
-        # of length and radius 1 along z; a cone of Meshcat's stands on its tip
+        # of length and radius 1 along z; Meshcat's cones stand on their tips
         tip = RigidTransform(RollPitchYaw(math.pi, 0.0, 0.0), np.array([0.0, 0.0, 1.0]))
         shaft = 1.0 - HEAD
         for path, colour in colours.items():
@@ -193,10 +193,10 @@ class Arrows:
             meshcat.SetTransform(f"{path}/shaft", RigidTransform(np.array([0.0, 0.0, shaft / 2])))
 
     def reach(self, tails: np.ndarray, tips: np.ndarray) -> None:
-        """Reach from tails to tips in W (N, 3) [m]; one without a length is too small to be seen.
+        """Stretch the arrows from tails to tips in W (N, 3) [m]; one without length is invisible.
 
-        The columns of a matrix are the arrow's x, y and z, and its tail. All are worked out at
-        once: an arrow by itself takes numpy as long as all of them.
+        The columns of a matrix are the arrow's x, y and z axes, and its tail. All are computed at
+        once: numpy takes as long for a single arrow.
         """
         z = tips - tails
         length = np.sqrt((z * z).sum(axis=1))
@@ -217,17 +217,17 @@ class Arrows:
 
 
 def place_camera(meshcat: Meshcat, reach: float) -> None:
-    """Place Meshcat's camera behind a drone, as far off as it is large; the mouse may move it.
+    """Place Meshcat's camera behind a drone, farther off if it is larger; the mouse may move it.
 
     Args:
-        meshcat: whose camera.
-        reach: from the drone's origin to its farthest rotor [m].
+        meshcat: the camera's Meshcat.
+        reach: distance from the drone's origin to its farthest rotor [m].
     """
     distance = float(np.clip(SIZES * reach, CAMERA_NEAREST, CAMERA_FARTHEST))
     meshcat.SetCameraPose(distance * DIRECTION / np.linalg.norm(DIRECTION), np.zeros(3))
 
 
 def move_camera(meshcat: Meshcat, p_WB: np.ndarray) -> None:
-    """Move Meshcat's camera along with a drone, as it was placed or as the mouse has moved it."""
+    """Move Meshcat's camera along with a drone, from where it was placed or the mouse left it."""
     meshcat.SetTransform(ORBIT, RigidTransform(p_WB))
     meshcat.SetCameraTarget(p_WB)

@@ -1,4 +1,4 @@
-"""Everything that a flight publishes, sample by sample, on its way to who draws it."""
+"""Everything that a flight publishes, sample by sample, on its way to the charts."""
 
 from workbench.ipc.send_queue import SendQueue
 from workbench.link.backplane import Published
@@ -6,12 +6,12 @@ from workbench.live.messages import Streamed
 
 
 class Stream:
-    """Gathers what is published between two reports, and sends it in one message.
+    """Collects what is published between two reports, and sends it in one message.
 
-    A reader that stands still costs no memory: what it is too slow for is left out, and counted.
+    A stopped reader costs no memory: data that it is too slow for is left out and counted.
 
     Args:
-        send_queue: where it goes; None where it is not wanted.
+        send_queue: destination; None without one.
     """
 
     def __init__(self, send_queue: SendQueue | None = None) -> None:
@@ -21,16 +21,16 @@ class Stream:
 
     @property
     def wanted(self) -> bool:
-        """Whether it goes anywhere."""
+        """Whether there is a destination."""
         return self._send_queue is not None
 
     def add(self, published: Published) -> None:
-        """Take topics at one time."""
+        """Add topics of one time."""
         if self.wanted:
             self._gathered.append(published)
 
     def flush(self) -> None:
-        """Send what was gathered."""
+        """Send the collected topics."""
         if self._send_queue is None or not self._gathered:
             return
         gathered, self._gathered = tuple(self._gathered), []

@@ -1,4 +1,4 @@
-"""A live flight as a screen shows it, put together from what its process says."""
+"""A live flight as a screen shows it, assembled from the messages of its process."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -29,31 +29,31 @@ from workbench.session.snapshot import Snapshot
 
 @dataclass(frozen=True)
 class LiveView:
-    """A live flight at one time: all that a screen shows of it.
+    """Everything that a screen shows of a live flight at one time.
 
     Attributes:
-        phase: where the flight is.
-        said: what is being done while it starts; why it is broken, or has ended; "" else.
-        snapshot: the newest, None until the flight has begun.
-        pace: how well it keeps up.
-        vehicle: what flies, None until the flight has begun.
-        values: of the live parameters at the start, by name, or when the controller took over.
-        url: of Meshcat's page, "" without.
-        scenario: what is flown, None until the flight has begun.
-        topics: that it publishes.
-        controller: that flies it, None until the flight has begun.
-        remarks: on what was read and built.
-        network: who watches and who commands.
-        exciting: the excitation that is flown, None while none is.
-        flight: its number in its process; a reset begins the next one.
-        measuring: how much of a measurement is flown, 0 .. 1, None while none is.
-        measured: what the last one has measured by now, None before the first.
-        excitation_ended: why the last excitation ended before it was over, "" where it did not.
+        phase: state of the flight.
+        said: progress of a start; why the flight is broken, or has ended; else "".
+        snapshot: the newest one, None until the flight has begun.
+        pace: how well the flight keeps up with the wall clock.
+        vehicle: the flying vehicle, None until the flight has begun.
+        values: live parameters at the start or when the controller changed, by name.
+        url: address of Meshcat's page, "" without one.
+        scenario: the flown scenario, None until the flight has begun.
+        topics: topics that the flight publishes.
+        controller: the flying controller, None until the flight has begun.
+        remarks: remarks about files read and parts built.
+        network: who is connected and who has control.
+        exciting: the present excitation, None without one.
+        flight: number of the flight in its process; a reset starts the next one.
+        measuring: flown share of a measurement, 0 .. 1, None without one.
+        measured: result of the last measurement so far, None before the first.
+        excitation_ended: why the last excitation ended early, else "".
         hit: the last hard hit of this flight, None before the first.
-        needed: arguments of its xacro file without which it could not begin.
-        autopilot: the program that runs the law, None where none does.
-        outlines: of the obstacles around it.
-        home: where on the earth the world's origin lies.
+        needed: arguments of the xacro file without which the flight could not start.
+        autopilot: state of the program that runs the law, None without one.
+        outlines: outlines of the obstacles.
+        home: geodetic position of the world's origin.
     """
 
     phase: Phase = Phase.STARTING
@@ -80,7 +80,7 @@ class LiveView:
     home: Home = DEFAULT_HOME
 
     def after(self, message: object) -> "LiveView":
-        """Return the view once a message was heard; itself where that changes nothing."""
+        """Return the view after a message; the same object if nothing changes."""
         match message:
             case Report():
                 return dataclasses.replace(self, **vars(message))
@@ -97,7 +97,7 @@ class LiveView:
         return self
 
     def ended(self, said: str, needed: tuple[XacroArgument, ...] = ()) -> "LiveView":
-        """Return the view of the flight that has ended, and why."""
+        """Return the view of the flight after its end, with the reason."""
         return dataclasses.replace(
             self,
             phase=Phase.ENDED,

@@ -1,6 +1,6 @@
 """The live flight's process: `python -m workbench.live.worker FD`, a socket to the caller.
 
-It ends when it is told to, or when its caller does.
+It exits on request, or when its caller exits.
 """
 
 import logging
@@ -20,11 +20,11 @@ from workbench.live.messages import Begin, Changed, Failed, Told
 from workbench.plant.formats.xacro import MissingArgumentsError
 
 LAST_WORDS = 2.0
-"""Time to send what is left to say [s]."""
+"""Time limit for sending the last messages [s]."""
 
 
 def main(connection: Connection) -> int:
-    """Fly what the first message says, and return the exit code."""
+    """Fly according to the first message, and return the exit code."""
     caller = os.getppid()
     send_queue = SendQueue(connection)
     try:
@@ -37,7 +37,7 @@ def main(connection: Connection) -> int:
         send_queue.post(Failed(str(error), error.arguments))
     except WorkbenchError as error:
         send_queue.post(Failed(str(error)))
-    except Exception as error:  # a fault of ours: the caller is to know
+    except Exception as error:  # a fault of ours: report it to the caller
         send_queue.post(Failed(f"the flight's process failed: {type(error).__name__}: {error}"))
         return 1
     finally:
@@ -46,12 +46,12 @@ def main(connection: Connection) -> int:
 
 
 def _starting(said: str) -> Changed:
-    """Return what tells what is being done until the flight begins."""
+    """Return a callback that reports progress until the flight begins."""
     return Changed({"said": said})
 
 
 def _first(connection: Connection) -> Begin | None:
-    """Return what is to be flown, None if the caller has changed its mind."""
+    """Return the first message, None if the caller has changed its mind."""
     try:
         begin = connection.recv()
     except (EOFError, OSError):
@@ -92,18 +92,18 @@ def _fly(
     progress.addHandler(LogPoster(send_queue, _starting))
     progress.propagate = False
     with sentences("the flight could not be built"):
-        # left to itself, Meshcat shows the flight to the whole network
+        # by default Meshcat would show the flight to the whole network
         params = MeshcatParams(host="localhost", show_stats_plot=False)
         meshcat = Meshcat(params) if begin.draw else None
         bridge = Bridge()
         wanted_flight = begin.scenario
         scenario = wanted_flight.load() if isinstance(wanted_flight, Choice) else wanted_flight
-        # who hears every sample needs no arrays, which would fill the memory in hours
+        # the stream has every sample; a recording's arrays would fill the memory in hours
         flown = without_arrays(scenario) if begin.stream else scenario
         session = Session(flown, begin.settings, meshcat, bridge, picture_period=math.inf)
         opened.enter_context(session.programs())
         law = session.controller
-        # making machine code takes up to a minute: it flies meanwhile
+        # compilation takes up to a minute: fly meanwhile
         session.run_law(interpreted=not has_machine_code(law))
         send_queue.post(_starting("flying the first step"))
         # It loads compiled code, and a camera's first picture is slow.
@@ -138,5 +138,5 @@ def _fly(
 
 
 if __name__ == "__main__":
-    # all is said and nothing is left to be written: Drake need not be taken down piece by piece
+    # all messages are sent and nothing is left to write: Drake's slow teardown is unnecessary
     os._exit(main(Connection(int(sys.argv[1]))))

@@ -1,1 +1,1 @@
-"""A flight that the caller steps: Session, its context, checkpoint, recording, snapshot."""
+"""A flight that the caller advances: Session, its Context, checkpoint, recording and snapshot."""

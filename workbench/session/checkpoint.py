@@ -1,15 +1,15 @@
-"""A flight at one time, all of it, so that another process can fly on from there."""
+"""The complete state of a flight at one time, from which another process can continue it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 Groups = tuple[tuple[float, ...], ...]
-"""Vectors of numbers, one after the other."""
+"""Groups of numbers, in order."""
 
 
 @dataclass(frozen=True)
 class SystemState:
-    """What one system of the diagram remembers.
+    """State of one system of the diagram.
 
     Attributes:
         state: groups of its discrete state.
@@ -24,20 +24,20 @@ class SystemState:
 class Checkpoint:
     """Everything that determines the rest of a flight, as plain numbers.
 
-    Sensors, recorder and telemetry only observe the flight and are not in it.
+    It excludes sensors, recorder and telemetry, which only observe the flight.
 
     Attributes:
-        time: simulated [s].
-        steps: of the physics that were flown.
-        due: time that was to be flown until now, whole steps or not [s].
-        acted: how many actions of the scenario's script were done.
-        velocity: that the pilot asks for, in W [m/s].
-        yaw_rate: that the pilot asks for [rad/s].
-        systems: what each system of the diagram remembers, by its path.
+        time: simulated time [s].
+        steps: number of flown physics steps.
+        due: requested time until now, of whole steps or not [s].
+        acted: number of executed actions of the scenario's script.
+        velocity: commanded velocity in W [m/s].
+        yaw_rate: commanded yaw rate [rad/s].
+        systems: state of each system of the diagram, by its path.
         controller: name of the controller.
         source: SHA-256 of its file.
         parameters: names of its parameters.
-        memory: names of what it remembers.
+        memory: names of its states.
     """
 
     time: float

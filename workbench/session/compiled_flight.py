@@ -1,7 +1,7 @@
-"""A flight in compiled code, from the Context and back into it; `flight_loop` has the order.
+"""A flight in compiled code, from the Context and back into it; `flight_loop` defines the order.
 
-Drake's systems have every number before and after: what asks, sets, draws or forks finds the flight
-as if the Simulator had flown it, and the Simulator goes on from there where compiled code cannot.
+Drake's systems have every number before and after. Reading, setting, drawing and forking thus find
+the flight as if the Simulator had flown it, and the Simulator continues where compiled code cannot.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,7 @@ from workbench.systems.vehicle_dynamics import (
 
 
 def why_not_compiled(scenario: Scenario, bench: Workbench) -> str:
-    """Return what of a flight compiled code does not do, "" if it does all of it."""
+    """Return why compiled code does not support a flight, "" if it does."""
     controller = bench.controller
     step = scenario.rates.physics_step
     periods = (scenario.rates.mode_period, PERIOD)
@@ -54,11 +54,11 @@ def why_not_compiled(scenario: Scenario, bench: Workbench) -> str:
 
 
 class CompiledFlight:
-    """Flies the numbers of a diagram's Context on.
+    """Advances the numbers of a diagram's Context.
 
     Args:
-        bench: the diagram, of which `why_not_compiled` says nothing.
-        rates: at which it flies.
+        bench: a diagram that `why_not_compiled` accepts.
+        rates: rates of the flight.
     """
 
     def __init__(self, bench: Workbench, rates: Rates) -> None:
@@ -84,20 +84,20 @@ class CompiledFlight:
         last: int,
         keep: Callable[[np.ndarray, np.ndarray], None],
     ) -> int:
-        """Fly from a step on up to before another one, as far as it goes.
+        """Fly from one step up to just before another one, as far as possible.
 
         Args:
-            root: the diagram's, at the time of the first step; it is changed, its time as well.
+            root: the diagram's Context at the time of the first step; it is changed, with its time.
             first: number of the first step.
-            last: the one before which it ends.
-            keep: takes the times [s] (N) and rows (N, sizes) of what is recorded.
+            last: step before which the flight ends.
+            keep: takes the times [s] (N) and rows (N, sizes) to record.
 
         Returns:
-            The number of the step to be done next, which is not the last one where the vehicle may
-            touch the ground in it; the diagram can go on from there.
+            The number of the next step. It is less than `last` if the vehicle may touch the ground
+            in that step; the diagram can continue there.
 
         Raises:
-            RuntimeError: if forces or motion are no finite numbers, as the diagram does.
+            RuntimeError: if forces or motion are not finite, as in the diagram.
         """
         flown = _Numbers(self._bench, root)
         dynamics, number, came = self._bench.airframe.dynamics, first, DONE
@@ -151,19 +151,19 @@ class CompiledFlight:
 
 
 class _Numbers:
-    """What the systems of a flight have in a Context, as plain numbers.
+    """State of a flight's systems in a Context, as plain numbers.
 
     Attributes:
-        state: of the body (13).
-        memory: of the vehicle, see `vehicle_dynamics.MEMORY`.
-        commands: speeds that the rotors are to reach (n) [rad/s].
-        filtered: what the stages before the law remember.
-        remembered: what the law does.
-        reference: what the pilot asks for (8).
-        mode: of the flight.
-        guide: what it lets the law do (22).
-        charge: of the battery, 0 .. 1.
-        law: what a control update takes besides, see `FlightComputer.known`.
+        state: state of the body (13).
+        memory: state of the vehicle, see `vehicle_dynamics.MEMORY`.
+        commands: commanded rotor speeds (n) [rad/s].
+        filtered: state of the stages before the law.
+        remembered: state of the law.
+        reference: the pilot's command (8).
+        mode: flight mode.
+        guide: guidance for the law (22).
+        charge: charge of the battery, 0 .. 1.
+        law: further arguments of a control update, see `FlightComputer.known`.
         values: numeric parameter 0 of the vehicle.
         constants: see `vehicle_dynamics.advance`.
     """
@@ -195,7 +195,7 @@ class _Numbers:
         self._duration, self._compensation = battery.get_numeric_parameter(0).CopyToVector()
 
     def _of(self, system: System) -> Context:
-        """Return a system's part of the Context."""
+        """Return a system's Context."""
         return system.GetMyMutableContextFromRoot(self._root)
 
     def next_mode(self, time: float) -> tuple[ModeState, np.ndarray]:
@@ -225,14 +225,14 @@ class _Numbers:
         return after
 
     def supply_at(self, charge: float) -> list[float]:
-        """Return what the battery supplies with a charge (4)."""
+        """Return the battery's supply at a charge (4)."""
         if not self._bench.airframe.dynamics.HasInputPort("supply"):
             return list(FULL)
         supply: list[float] = self._battery.supply_at(charge, self._duration, self._compensation)
         return supply
 
     def write(self) -> None:
-        """Put the numbers into the Context."""
+        """Write the numbers to the Context."""
         dynamics, computer = self._of(self._bench.airframe.dynamics), self._of(self._bench.computer)
         dynamics.SetDiscreteState(BODY, self.state)
         dynamics.SetDiscreteState(MEMORY, self.memory)
@@ -247,5 +247,5 @@ class _Numbers:
 
 
 def _multiple(number: int, of: int) -> int:
-    """Return the first multiple that is larger than a number."""
+    """Return the first multiple larger than a number."""
     return (number // of + 1) * of

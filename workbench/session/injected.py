@@ -1,4 +1,4 @@
-"""An injection that is flown: a multisine at a loop point, and what comes there."""
+"""A flown injection: a multisine at a loop point, and the response there."""
 
 import math
 from array import array
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Injected:
-    """What was injected at a loop point, and what came there, update by update from a period on.
+    """A signal injected at a loop point, and the response, at each update after a first period.
 
-    The first period is left out, as the flight has yet to settle to it. What came is what the law
-    sees before the injection is added.
+    The first period is left out, as it has the transient. The response is the signal that the law
+    reads before the injection is added.
 
     Attributes:
         asked: the injection.
-        multisine: one period of what was injected, of unit rms.
-        came: (P, N) signal in each whole period, in the unit of the point.
+        multisine: one period of the injected signal, of unit RMS.
+        came: (P, N) response in each whole period, in the unit of the point.
     """
 
     asked: Injection
@@ -33,27 +33,27 @@ class Injected:
 
     @property
     def sent(self) -> np.ndarray:
-        """What was added in each period (N)."""
+        """The injected signal of a period (N)."""
         return self.asked.size * self.multisine.values
 
 
 @dataclass
 class Injecting:
-    """Adds the values of an injection, one each control update, or each n-th one.
+    """Adds the values of an injection, one at each control update, or at each n-th one.
 
-    Where the part of the law that reads the point runs in every n-th update only, a value is held
-    over n of them, and what comes counts in the updates in which that part runs.
+    If the part of the law that reads the point runs only in every n-th update, each value is held
+    over n updates, and the response counts in the updates in which that part runs.
 
     Args:
-        injection: that was checked.
-        place: of its point among those of the controller.
-        first: physics step from which on it may begin.
-        rates: of the flight.
+        injection: a checked injection.
+        place: index of its point among those of the controller.
+        first: earliest physics step at which it may start.
+        rates: rates of the flight.
         divider: n.
 
     Attributes:
-        came: signal at each update so far.
-        is_over: whether nothing is added any more.
+        came: response at each update so far.
+        is_over: whether it has ended.
     """
 
     injection: Injection
@@ -68,21 +68,21 @@ class Injecting:
         wanted, period = self.injection, self.divider * self.rates.control_period
         self.multisine = multisine(wanted.lowest, wanted.highest, period)
         self._steps = round(period / self.rates.physics_step)
-        self.first = math.ceil(self.first / self._steps) * self._steps  # the part runs then
+        self.first = math.ceil(self.first / self._steps) * self._steps  # that part runs here
 
     @property
     def length(self) -> int:
-        """Number of updates that it takes."""
+        """Number of updates in the injection."""
         return self.injection.periods * len(self.multisine.values)
 
     @property
     def share(self) -> float:
-        """Share of it that is flown, 0 .. 1."""
+        """Flown share of the injection, 0 .. 1."""
         return 1.0 if self.is_over else len(self.came) / self.length
 
     @property
     def next_step(self) -> int:
-        """The physics step of the next update that has a value, or of the first without one."""
+        """The physics step of the next update with a value, or of the first one after the end."""
         return self.first + len(self.came) * self._steps
 
     @property

@@ -1,6 +1,6 @@
-"""The Context of a flying workbench: what reads it, and writes to it between steps.
+"""The Context of a flying workbench: reads it, and writes to it between steps.
 
-A Context of a diagram with systems in Python cannot be pickled; the numbers in it can. See also
+A Context of a diagram with systems in Python cannot be pickled, but its numbers can. See also
 `compiled_flight`.
 """
 
@@ -53,13 +53,13 @@ from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
 
 R = TypeVar("R", bound=Reading)
 Place = tuple[System, int, int]
-"""A system, the number of its numeric parameter, and an index in that."""
+"""A system, the index of its numeric parameter, and an index in that."""
 START_HEIGHT = 1.5
-"""Where a flight begins that starts hovering and says no place [m]."""
+"""Initial height of a flight that starts hovering without a stated position [m]."""
 
 
 class LiveContext:
-    """A Simulator at a scenario's start, and what may be changed while it flies."""
+    """A Simulator that begins at a scenario's start, and the state that may change in flight."""
 
     def __init__(
         self,
@@ -71,15 +71,15 @@ class LiveContext:
         """Begin a flight.
 
         Args:
-            bench: what flies.
+            bench: the flying diagram.
             scenario: its start and seed are used.
-            values: of parameters by name; those of faults and of what may not be there are set,
+            values: values of parameters by name. Those of faults and of optional systems are set;
                 the others stay as built.
-            checkpoint: to continue from; without one the flight begins at its start.
+            checkpoint: state to continue from; without one the flight begins at its start.
 
         Raises:
-            WorkbenchError: if Drake cannot begin, a fault is ordered of what is not there, the
-                checkpoint is one of another flight, or another controller cannot fly on from it.
+            WorkbenchError: if Drake cannot begin, a fault names an absent system, the checkpoint
+                belongs to another flight, or another controller cannot continue from it.
         """
         self._bench = bench
         self._table = parameter_table(bench.controller)
@@ -109,7 +109,7 @@ class LiveContext:
             root.SetTime(checkpoint.time)
             if checkpoint.source != bench.controller.digest:  # before anything is published
                 bench.computer.try_update(self._of(bench.computer))
-            # what happens at the start did; what is due at the present time is still to come
+            # events of the start are done; those due at the present time are still to come
             begin.suppress_initialization_events = True
         with sentences("the flight could not begin"):
             self.simulator.Initialize(begin)
@@ -118,12 +118,12 @@ class LiveContext:
 
     @property
     def root(self) -> Context:
-        """The whole diagram's, to be read."""
+        """The whole diagram's Context, for reading."""
         return self.simulator.get_context()
 
     def advance(self, step: int) -> None:
-        """Let the Simulator fly up to a step of the physics."""
-        if self._moved:  # what is due now is still to come, as at a checkpoint
+        """Let the Simulator advance to a step of the physics."""
+        if self._moved:  # events that are due now are still to come, as at a checkpoint
             go_on = InitializeParams()
             go_on.suppress_initialization_events = True
             self.simulator.Initialize(go_on)
@@ -131,13 +131,13 @@ class LiveContext:
         self.simulator.AdvanceTo(step * self._step)
 
     def advance_compiled(self, flight: CompiledFlight, first: int, last: int) -> int:
-        """Let compiled code fly between steps, see `CompiledFlight.fly`."""
+        """Let compiled code fly a range of steps, see `CompiledFlight.fly`."""
         self._moved = True
         root = self.simulator.get_mutable_context()
         return flight.fly(root, first, last, lambda *rows: self._flown.append(rows))
 
     def recorded(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Return when was recorded (N) [s], and what (N, size) each."""
+        """Return the recorded times (N) [s], and the signals (N, size) each."""
         recorder = self._bench.recorder
         if not self._flown:
             return recorder.times(self.root), recorder.signals(self.root)
@@ -152,17 +152,17 @@ class LiveContext:
         return _read_states(self._bench, self.root)
 
     def snapshot(self, start: Sequence[float]) -> Snapshot:
-        """Return the present of the flight, read off its ports; it began at `start` in W [m]."""
+        """Return the present of a flight that began at `start` in W [m], read from the ports."""
         return _observed(self._bench, self.root, start)
 
     @property
     def next_update(self) -> float:
-        """Time of the first control update that is still to come [s]."""
+        """Time of the next control update [s]."""
         return math.ceil(self.root.get_time() / self._period - 1e-6) * self._period
 
     @property
     def wish(self) -> Wish:
-        """What the pilot asks for."""
+        """The pilot's command."""
         pilot = self._bench.pilot
         return pilot.wish(self._of(pilot))
 
@@ -172,30 +172,30 @@ class LiveContext:
         pilot.set_wish(self._of(pilot), wish)
 
     def probed(self, place: int, value: float) -> float:
-        """Inject a value at the loop point at a place, and return the signal that comes there now.
+        """Inject a value at a loop point, and return the present signal there.
 
         Args:
-            place: in the controller's points.
-            value: that is added from the next update on, which is due now.
+            place: index among the controller's points.
+            value: value added from the next update on, which is due now.
         """
         computer = self._bench.computer
         computer.inject(self._of(computer), place, value)
         return float(self.loop_signals()[place])
 
     def loop_signals(self) -> np.ndarray:
-        """Return what the next update sees at the loop points (P)."""
+        """Return the signals that the next update reads at the loop points (P)."""
         return self._bench.computer.signals(self._of(self._bench.computer))
 
     def close_loops(self) -> None:
-        """Inject nothing from the next update on."""
+        """Stop the injection from the next update on."""
         self._bench.computer.close_loops(self._of(self._bench.computer))
 
     def set(self, values: Mapping[str, float]) -> None:
-        """Give live parameters values by name, or none of them if one is refused.
+        """Set live parameters by name; if one is refused, none is set.
 
         Raises:
-            WorkbenchError: if one is unknown or out of range, nothing in this flight has it, or
-                the law cannot fly with the payload that it then knows.
+            WorkbenchError: if one is unknown, out of range, or absent in this flight, or the law
+                cannot fly with the new payload.
         """
         good = self._table.checked(values)
         places = {n: (self._find(self._table.find(n)), v) for n, v in good.items()}
@@ -219,21 +219,21 @@ class LiveContext:
                     self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
 
     def get(self, row: Parameter) -> float:
-        """Return a live parameter's value; exceptions as for `set`."""
+        """Return a live parameter's value; raises as `set` does."""
         system, number, index = self._find(row)[0]
         return float(system.GetMyContextFromRoot(self.root).get_numeric_parameter(number)[index])
 
     def _find(self, row: Parameter) -> list[Place]:
-        """Return where in the Context a parameter is; looked up once, as that takes long."""
+        """Return a parameter's place in the Context; cached, as the look-up is slow."""
         if row.name not in self._places:
             self._places[row.name] = self._looked_up(row)
         return self._places[row.name]
 
     def _looked_up(self, row: Parameter) -> list[Place]:
-        """Return where in the Context a parameter is.
+        """Look up a parameter's place in the Context.
 
         Raises:
-            WorkbenchError: if nothing in this flight has it.
+            WorkbenchError: if this flight does not have it.
         """
         check_parameters(self._bench.vehicle, [row.name], self._table)
         index = self._table.of(row.system).index(row)
@@ -256,7 +256,7 @@ class LiveContext:
         return [(each, 0, index) for each in systems]
 
     def _systems(self, name: str) -> list[System]:
-        """Return the systems that rows of a name belong to."""
+        """Return the systems that have rows of a name."""
         if name in SENSOR_KINDS:
             return [mounted.system for mounted in self._bench.sensing.of_kind(name)]
         if name == "air":
@@ -271,7 +271,7 @@ class LiveContext:
         return [self._bench.diagram.GetSubsystemByName(name)]
 
     def _taken_over(self, checkpoint: Checkpoint) -> Mapping[str, SystemState]:
-        """Return what the systems remember, the controller's by name where it is another one."""
+        """Return the systems' states; by name for the controller, if it is another one."""
         law, computer = self._bench.controller, self._bench.computer
         path = computer.GetSystemPathname()
         if checkpoint.source in ("", law.digest):
@@ -280,7 +280,7 @@ class LiveContext:
         gains = dict(zip(checkpoint.parameters, before.parameters[GAINS], strict=False))
         known = dict(zip(checkpoint.memory, before.state[-1], strict=False))
         earlier, label = split_label(checkpoint.controller)
-        if earlier != law.unscheduled:  # a gain of another law may have the same name
+        if earlier != law.unscheduled:  # another law may have a gain of the same name
             gains = {row.name: gains[row.name] for row in COMMON if row.group == LIMITS}
             known = {}
         elif label:
@@ -305,10 +305,10 @@ class LiveContext:
     def _flown_gains(
         self, checkpoint: Checkpoint, schedule: Schedule, sets: Mapping[str, float]
     ) -> Mapping[str, float]:
-        """Return the gains between the sets of a schedule that flew, by name."""
+        """Return the gains interpolated in a schedule that flew, by name."""
         body = checkpoint.systems[self._bench.airframe.dynamics.GetSystemPathname()]
         state, payload = body.state[BODY], Payload(*body.parameters[PAYLOAD])
-        # the voltage is not known before the flight goes on: that of a full battery serves
+        # the voltage is unknown before the flight continues: that of a full battery stands in
         now = schedule.value(
             height=state[6], velocity=state[10:13], payload=payload.known_payload_mass
         )
@@ -320,7 +320,7 @@ class LiveContext:
         return found
 
     def _start(self, start: Start) -> None:
-        """Put a scenario's start into the Context."""
+        """Write a scenario's start to the Context."""
         bench, vehicle = self._bench, self._bench.vehicle
         flying = start.mode == "hovering"
         frame = thrust_frame(vehicle)
@@ -341,7 +341,7 @@ class LiveContext:
         bench.modes.set_mode(self._of(bench.modes), initial_state(mode, p_WB), p_WB)
 
     def _fill_delay(self) -> None:
-        """Let what comes late have been as at the start until now."""
+        """Fill delay lines with the initial values."""
         bench = self._bench
         state = bench.airframe.dynamics.body_state(self._of(bench.airframe.dynamics))
         commands = bench.computer.GetOutputPort("commands").Eval(self._of(bench.computer))
@@ -352,18 +352,18 @@ class LiveContext:
                 context.SetDiscreteState(np.tile(values, many))
 
     def _of(self, system: System) -> Context:
-        """Return a subsystem's part of the Context."""
+        """Return a subsystem's Context."""
         return system.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
 
 
 def start_position(start: Start, vehicle: Vehicle) -> list[float]:
-    """Return where a flight begins [m]: as said, or standing, or hovering at `START_HEIGHT`."""
+    """Return where a flight begins [m]: as stated, on the ground, or hovering at `START_HEIGHT`."""
     height = START_HEIGHT if start.mode == "hovering" else vehicle.ground_clearance
     return [0.0, 0.0, height] if start.position is None else [float(p) for p in start.position]
 
 
 def _remedy(system: str) -> str:
-    """Return what to do about a system that is not there."""
+    """Return what to do about an absent system."""
     if system in SENSOR_KINDS:
         said = f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
         if system in HEARD:
@@ -391,7 +391,7 @@ def _write_states(bench: Workbench, root: Context, states: Mapping[str, SystemSt
     """Write the states of a checkpoint to the systems.
 
     Raises:
-        WorkbenchError: if the states are those of a flight of something else.
+        WorkbenchError: if the states belong to a different flight.
     """
     here = _read_states(bench, root)
     if _shapes(here) != _shapes(states):
@@ -412,7 +412,7 @@ def _write_states(bench: Workbench, root: Context, states: Mapping[str, SystemSt
 def _deciding(bench: Workbench) -> Iterator[tuple[str, System]]:
     """Yield the systems that determine the rest of the flight, with their paths.
 
-    Left out are sensors that no estimator listens to, with their noise, and what draws.
+    This excludes sensors that no estimator reads, with their noise, and everything that draws.
     """
     unheard = [m for m in bench.sensing.mounted if not isinstance(m.noise, CountedNoise)]
     looking = {mounted.system.GetSystemPathname() for mounted in unheard}
@@ -424,7 +424,7 @@ def _deciding(bench: Workbench) -> Iterator[tuple[str, System]]:
 
 
 def _leaves(diagram: Diagram) -> Iterator[System]:
-    """Yield the systems in a diagram, and in diagrams within it."""
+    """Yield the systems in a diagram, and in its nested diagrams."""
     for system in diagram.GetSystems():
         if isinstance(system, Diagram):
             yield from _leaves(system)
@@ -433,7 +433,7 @@ def _leaves(diagram: Diagram) -> Iterator[System]:
 
 
 def _discrete(context: Context) -> Groups:
-    """Return the discrete state; none of these systems has another kind."""
+    """Return the discrete state; these systems have no other kind."""
     assert not context.num_abstract_states() and not context.num_continuous_states()
     groups = range(context.num_discrete_state_groups())
     return tuple(tuple(context.get_discrete_state(i).CopyToVector().tolist()) for i in groups)
@@ -445,7 +445,7 @@ def _parameters(context: Context) -> Groups:
 
 
 def _shapes(states: Mapping[str, SystemState]) -> dict[str, tuple[list[int], list[int]]]:
-    """Return how many numbers there are in each group."""
+    """Return the number of numbers in each group."""
     return {
         path: (list(map(len, each.state)), list(map(len, each.parameters)))
         for path, each in states.items()
@@ -490,7 +490,7 @@ def _observed(bench: Workbench, root_context: Context, start: Sequence[float]) -
 
 
 def _voltage(bench: Workbench, root_context: Context) -> float:
-    """Return that under load over that of the full battery, 1 where no battery is stated."""
+    """Return the voltage under load over that of a full battery, 1 without a stated battery."""
     dynamics = bench.airframe.dynamics
     if not dynamics.HasOutputPort("voltage"):
         return 1.0
@@ -499,7 +499,7 @@ def _voltage(bench: Workbench, root_context: Context) -> float:
 
 
 def _first(readings: Iterable[Reading | None], wanted: type[R]) -> R | None:
-    """Return the first reading of a type, None without any."""
+    """Return the first reading of a type, None without one."""
     return next((reading for reading in readings if isinstance(reading, wanted)), None)
 
 
@@ -521,7 +521,7 @@ def _clearance(obstacle: np.ndarray) -> Clearance:
 def _status(root_context: Context, mounted: Mounted, reading: Reading | None) -> SensorStatus:
     sensor, period = mounted.choice.sensor, mounted.choice.period
     time, taken = root_context.get_time(), mounted.samples_taken(root_context)
-    periods = math.ceil(time / period - 1e-6)  # begun so far; a sample comes with each
+    periods = math.ceil(time / period - 1e-6)  # periods begun so far; each has a sample
     context = mounted.system.GetMyContextFromRoot(root_context)
     return SensorStatus(
         name=sensor.name,

@@ -1,4 +1,4 @@
-"""Flights without a controller: under a table of rotor commands, or an autopilot outside."""
+"""Flights without a controller: under a table of rotor commands, or under an external autopilot."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -29,30 +29,30 @@ from workbench.systems.rotor_playback import load_rotor_commands
 from workbench.systems.sensors.barometer import altitude_at, pressure_at
 
 NOISE = {"gyro": 0.001, "force": 0.02, "field": 2e-7, "pressure": 1.0}
-"""Deviations of a sample [rad/s, m/s², T, Pa]: for PX4 a sensor that stands still is dead."""
+"""Standard deviations of a sample [rad/s, m/s², T, Pa]: PX4 treats a constant sensor as failed."""
 
 
 class AutopilotFlight:
     """A drone in its world that takes rotor speeds and returns its motion.
 
     Attributes:
-        vehicle: what flies.
-        period: between two commands [s].
+        vehicle: the flying vehicle.
+        period: time between two commands [s].
 
     Args:
-        scenario: its vehicle, world, start, and rates are used; the air is calm.
-        rate: of commands [Hz].
-        order: the rotor of each output, counted from 0; () for that of a quad X.
+        scenario: source of vehicle, world, start and rates; the air is calm.
+        rate: rate of commands [Hz].
+        order: rotor of each output, counted from 0; () for that of a quad X.
         noise: whether sensors are noisy.
 
     Raises:
-        WorkbenchError: if it cannot be built, or the rate is none of whole physics steps.
+        WorkbenchError: if it cannot be built, or the period is not a whole number of physics steps.
     """
 
     def __init__(
         self, scenario: Scenario, rate: float, order: Sequence[int] = (), *, noise: bool = True
     ) -> None:
-        from workbench.plant.magnetic_field import magnetic_field  # with it comes pymap3d
+        from workbench.plant.magnetic_field import magnetic_field  # imports pymap3d
 
         check_scenario(scenario)
         step = scenario.rates.physics_step
@@ -76,11 +76,11 @@ class AutopilotFlight:
         self._field = magnetic_field(self._home)
         self._noise = NOISE if noise else dict.fromkeys(NOISE, 0.0)
         self.reset()
-        self.fly(())  # what has to be compiled is compiled now: an autopilot would not wait for it
+        self.fly(())  # compile now: an autopilot would not wait
         self.reset()
 
     def reset(self) -> None:
-        """Begin again at time 0."""
+        """Restart at time 0."""
         scenario = self._scenario
         self._random = np.random.default_rng(scenario.sensors.seed)
         self._simulator = Simulator(self._bench.diagram)
@@ -100,7 +100,7 @@ class AutopilotFlight:
         return self._count * self._steps * self._step
 
     def fly(self, outputs: Sequence[float]) -> None:
-        """Fly on for a period under outputs of the autopilot, 0 .. 1: shares of the full speed."""
+        """Fly one period with outputs of the autopilot, 0 .. 1: shares of the full speed."""
         speeds = np.zeros(len(self.vehicle.rotors))
         for output, rotor in zip(outputs, self._order, strict=False):
             speeds[rotor] = output * self.vehicle.rotors[rotor].max_rot_velocity
@@ -115,8 +115,8 @@ class AutopilotFlight:
             self.fly(())
 
     def motion(self) -> Motion:
-        """Return what sensors at the base link see now."""
-        from workbench.plant.geodesy import geodetic  # as above
+        """Return what sensors at the base link measure now."""
+        from workbench.plant.geodesy import geodetic  # see above
 
         dynamics = self._bench.airframe.dynamics
         context = dynamics.GetMyContextFromRoot(self._context)
@@ -143,7 +143,7 @@ class AutopilotFlight:
         )
 
     def recording(self) -> Recording:
-        """Return everything flown since the last reset; signals that do not exist are NaN."""
+        """Return everything flown since the last reset; absent signals are NaN."""
         return _recorded(self._context, self._bench, self.vehicle)
 
     def _draw(self, what: str, size: int) -> np.ndarray:
@@ -157,11 +157,11 @@ class AutopilotFlight:
 def checked_order(vehicle: Vehicle, order: Sequence[int]) -> tuple[int, ...]:
     """Return the rotor of each output, counted from 0.
 
-    Without an order, that of PX4's and ArduPilot's quad X: front right and rear left, which turn
-    counter-clockwise, front left and rear right, which turn clockwise.
+    Without an order it is that of PX4's and ArduPilot's quad X: front right and rear left, which
+    turn counter-clockwise, then front left and rear right, which turn clockwise.
 
     Raises:
-        WorkbenchError: if it does not name each rotor once, or the vehicle is no such quad.
+        WorkbenchError: if it does not name each rotor once, or the vehicle is not such a quad.
     """
     rotors = vehicle.rotors
     if order:
@@ -190,12 +190,13 @@ def fly_open_loop(
 ) -> Recording:
     """Fly a CSV file of rotor thrusts for a scenario's duration.
 
-    The vehicle begins as the scenario says, with its rotors at the first row's speeds; script,
-    gains, sensors and flight mode play no part. The commands go through the rotors' lag. What
-    there is none of is NaN in the recording: reference, mode and charge; clearance is not measured.
+    The vehicle starts as the scenario states, with its rotors at the speeds of the first row;
+    script, gains, sensors and flight mode have no effect. The commands pass through the rotors'
+    lag. Absent signals are NaN in the recording: reference, mode and charge; clearance is not
+    measured.
 
     Args:
-        scenario: its vehicle, world, start, rates and duration are used.
+        scenario: source of vehicle, world, start, rates and duration.
         table: see `systems.rotor_playback.load_rotor_commands`; its last row holds to the end.
         progress: called with the flown share, 0 .. 1.
 
@@ -225,7 +226,7 @@ def fly_open_loop(
 def _place_at_start(
     context: Context, bench: OpenLoop, scenario: Scenario, vehicle: Vehicle, speeds: np.ndarray
 ) -> None:
-    """Put a scenario's start and rotor speeds (n) [rad/s] into the Context."""
+    """Write a scenario's start and rotor speeds (n) [rad/s] to the Context."""
     start, dynamics = scenario.start, bench.airframe.dynamics
     state = body_state(
         p_WB=start_position(start, vehicle),

@@ -1,4 +1,4 @@
-"""Checks of the numbers that a pilot gives."""
+"""Checks numbers from a pilot."""
 
 import math
 from collections.abc import Sequence
@@ -8,18 +8,18 @@ from workbench.common.errors import WorkbenchError
 
 
 def finite(what: str, values: Sequence[float], count: int) -> list[float]:
-    """Return a given count of numbers as floats.
+    """Return an expected count of numbers as floats.
 
     Args:
-        what: they are, for the message.
-        values: from outside, so they may be anything.
-        count: how many there must be.
+        what: name of the numbers, for the message.
+        values: untrusted input of any type.
+        count: expected count.
 
     Raises:
-        WorkbenchError: if there are more or fewer, or one is no finite number.
+        WorkbenchError: if the count is wrong, or a number is not finite.
     """
     try:
-        # Texts are left out, so that '123' is none of three numbers.
+        # Exclude strings, so that '123' does not count as three numbers.
         numbers = [float(value) for value in values if not isinstance(value, str)]
     except (TypeError, ValueError, OverflowError):
         numbers = []
@@ -29,10 +29,10 @@ def finite(what: str, values: Sequence[float], count: int) -> list[float]:
 
 
 def place_above(name: str, numbers: Sequence[float], standing: float) -> list[float]:
-    """Return a place as floats, no lower than the drone stands [m].
+    """Return a position as floats, no lower than the drone on the ground [m].
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is not a valid position.
     """
     place = finite(name, numbers, 3)
     if place[2] < standing:
@@ -47,13 +47,13 @@ def check_height(what: str, height: object, standing: float, ceiling: float) -> 
     """Refuse a height that no request can have [m].
 
     Args:
-        what: is requested; only a take_off flies to a height.
-        height: from outside, so it may be anything.
-        standing: of the drone on the ground [m].
-        ceiling: largest that is allowed [m].
+        what: the request; only take_off has a height.
+        height: untrusted input of any type.
+        standing: height of the drone on the ground [m].
+        ceiling: largest allowed height [m].
 
     Raises:
-        WorkbenchError: if it is no number, or no height to take off to.
+        WorkbenchError: if it is not a number, or not a height to take off to.
     """
     if not isinstance(height, Real):
         raise WorkbenchError(f"the height of a {what} is {height!r:.60}: give it a number")

@@ -1,4 +1,4 @@
-"""The record of a flown flight: arrays over time, and what follows from them."""
+"""The recording of a flight: arrays over time, and quantities derived from them."""
 
 import contextlib
 import csv
@@ -15,7 +15,7 @@ from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import Vehicle
 
 ESTIMATED = ("estimate", "deviations", "covariance", "innovations")
-"""Signals of a flight on an estimate."""
+"""Signals of a flight with an estimator."""
 
 
 def _nothing() -> np.ndarray:
@@ -27,34 +27,33 @@ class Recording:
     """A flight at evenly spaced times; N samples, n rotors, SI units.
 
     Attributes:
-        vehicle: what flew.
+        vehicle: the flown vehicle.
         time: (N) [s].
         p_WB: (N, 3) position [m].
         q_WB: (N, 4) orientation, unit quaternion w, x, y, z.
         v_WB: (N, 3) velocity in W [m/s].
         w_WB: (N, 3) angular velocity in W [rad/s].
-        vdot_WB: (N, 3) acceleration in W, mean of the physics step before [m/s²].
-        wdot_WB: (N, 3) angular acceleration in W, of the same step [rad/s²].
-        commanded_speeds: (N, n) rotor speeds asked for in the control period that ends now
-            [rad/s].
-        rotor_speeds: (N, n) of the rotors [rad/s].
-        thrusts: (N, n) of the rotors [N].
-        reference: (N, 8) what the pilot asked for until now, see `control.guidance.Reference`.
+        vdot_WB: (N, 3) acceleration in W, mean over the preceding physics step [m/s²].
+        wdot_WB: (N, 3) angular acceleration in W, over the same step [rad/s²].
+        commanded_speeds: (N, n) commanded rotor speeds of the control period that ends now [rad/s].
+        rotor_speeds: (N, n) speeds of the rotors [rad/s].
+        thrusts: (N, n) thrusts of the rotors [N].
+        reference: (N, 8) the pilot's command until now, see `control.guidance.Reference`.
         mode: (N) flight mode, see `systems.flight_mode.FlightMode`.
-        charge: (N) of the battery, 0 .. 1.
+        charge: (N) charge of the battery, 0 .. 1.
         wind_W: (N, 3) velocity of the air at the drone [m/s].
-        clearance: (N) free way to the nearest obstacle [m], infinite where there is none.
-        estimate: (N, 13) motion as the controller knew it: q_WB, p_WB [m], w_WB [rad/s] and v_WB
-            [m/s] in W; (N, 0) where it knew the true one. So the next three.
+        clearance: (N) free distance to the nearest obstacle [m], infinite without one.
+        estimate: (N, 13) motion as known to the controller: q_WB, p_WB [m], w_WB [rad/s] and v_WB
+            [m/s] in W; (N, 0) if it knew the true one. The same applies to the next three.
         deviations: (N, 15) standard deviations of its errors: attitude in B [rad], position and
-            velocity of the IMU in W, biases of gyro and accelerometer; NaN where the estimator
-            does not know them. So the next two.
-        covariance: (N, 45) of the first nine errors, its upper triangle row by row.
-        innovations: (N, 20) of each measured number, see `ekf.CHANNELS`, the innovation and its
-            variance; NaN where none came at that time.
-        known_charge: (N, 1) the charge as the controller knew it, 0 .. 1; (N, 0) where it knew the
+            velocity of the IMU in W, biases of gyro and accelerometer; NaN if the estimator does
+            not know them. The same applies to the next two.
+        covariance: (N, 45) covariance of the first nine errors, upper triangle row by row.
+        innovations: (N, 20) innovation and its variance for each measured number, see
+            `ekf.CHANNELS`; NaN without a measurement at that time.
+        known_charge: (N, 1) the charge as known to the controller, 0 .. 1; (N, 0) if it knew the
             true one, or no battery is stated.
-        reason: (N) why the mode is not the requested one, see `control.mode.Reason`.
+        reason: (N) why the mode differs from the requested one, see `control.mode.Reason`.
     """
 
     vehicle: Vehicle
@@ -87,16 +86,16 @@ class Recording:
     def from_signals(
         cls, vehicle: Vehicle, time: np.ndarray, signals: Mapping[str, np.ndarray]
     ) -> "Recording":
-        """Return the recording of logged signals.
+        """Return a recording made from logged signals.
 
         Args:
-            vehicle: what flew.
+            vehicle: the flown vehicle.
             time: (N) [s].
-            signals: (N, size) each, as the recorder has them: state (13) and acceleration (6) of
-                the body, speeds, commands and thrusts of the rotors (n), reference (8), mode
-                (mode, ...), charge (1), wind (3); obstacle (clearance, ...) in a world that has
-                obstacles; estimate (13), deviations (15), covariance (45) and innovations (20)
-                where an estimator flies, and known_charge (1) where it knows of a battery.
+            signals: (N, size) each, as in the recorder: state (13) and acceleration (6) of the
+                body, speeds, commands and thrusts of the rotors (n), reference (8), mode (mode,
+                ...), charge (1), wind (3); obstacle (clearance, ...) in a world that has obstacles;
+                estimate (13), deviations (15), covariance (45) and innovations (20) with an
+                estimator, and known_charge (1) if it knows of a battery.
         """
         state, acceleration = signals["state"], signals["acceleration"]
         return cls(
@@ -125,12 +124,12 @@ class Recording:
 
     @property
     def estimated(self) -> bool:
-        """Whether the controller knew an estimate in place of the true motion."""
+        """Whether the controller used an estimate instead of the true motion."""
         return self.estimate.size > 0
 
     @property
     def p_BI(self) -> np.ndarray:
-        """Place of the IMU that an estimator reads in B (3) [m]: the first one."""
+        """Position of the estimator's IMU in B (3) [m]: the first one."""
         places = (each.p_BS for each in self.vehicle.sensors if isinstance(each, Imu))
         return np.array(next(places, (0.0, 0.0, 0.0)))
 
@@ -147,20 +146,20 @@ class Recording:
 
     @property
     def force_W(self) -> np.ndarray:
-        """Force of all rotors in W, (N, 3) [N]; for rotors that push along body z."""
+        """Total force of all rotors in W, (N, 3) [N]; for rotors that push along body z."""
         return self.total_thrust[:, None] * self.z_axis_W
 
     @property
     def moment_B(self) -> np.ndarray:
         """Moment of all rotors about the centre of mass in B, (N, 3) [N·m].
 
-        Drag torques are those of the thrusts that are recorded, inflow and ground effect included.
+        Drag torques follow from the recorded thrusts, with inflow and ground effect.
         """
         return self._wrench_B()[:, 3:]
 
     @property
     def rotor_use(self) -> np.ndarray:
-        """Largest share of its speed limit that any rotor runs at, (N)."""
+        """Largest share of its speed limit that any rotor has, (N)."""
         limits = np.array([rotor.max_rot_velocity for rotor in self.vehicle.rotors])
         return np.max(self.rotor_speeds / limits, axis=1)
 
@@ -182,10 +181,10 @@ class Recording:
         return Recording(vehicle=self.vehicle, **kept)
 
     def write_csv(self, path: Path) -> None:
-        """Write one row a sample, with units in the header.
+        """Write one row per sample, with units in the header.
 
         Raises:
-            WorkbenchError: if the file cannot be written; nothing half-written is left.
+            WorkbenchError: if the file cannot be written; no partial file remains.
         """
         columns = self._columns()
         table = np.column_stack(list(columns.values()))
@@ -203,7 +202,7 @@ class Recording:
             raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error
 
     def _columns(self) -> dict[str, np.ndarray]:
-        """Return every signal as a named column."""
+        """Return every signal as named columns."""
         columns = {"t [s]": self.time}
         groups = (
             ("p_W", "xyz", "m", self.p_WB),
@@ -240,7 +239,7 @@ class Recording:
         return columns | self._estimated_columns()
 
     def _estimated_columns(self) -> dict[str, np.ndarray]:
-        """Return the estimate and its deviations as named columns, none where there is none."""
+        """Return the estimate and its deviations as named columns, none without an estimator."""
         if not self.estimated:
             return {}
         columns = estimate_columns(self.estimate, self.deviations)
@@ -270,6 +269,6 @@ def estimate_columns(estimate: np.ndarray, deviations: np.ndarray) -> dict[str, 
 
 
 def _reasons(mode: np.ndarray) -> np.ndarray:
-    """Return the reasons in recorded states of the flight mode, none where it was another state."""
+    """Return the reasons in recorded states of the flight mode, zeros if they have none."""
     found: np.ndarray = mode[:, REASON] if mode.shape[1] > REASON else np.zeros(len(mode))
     return found

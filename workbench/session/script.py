@@ -11,7 +11,7 @@ from workbench.systems.reference import figure_eight, path_acceleration
 
 
 class Script:
-    """Returns actions at the first physics step at or after their time."""
+    """Returns each action at the first physics step at or after its time."""
 
     def __init__(self, actions: Iterable[Action], physics_step: float) -> None:
         self._actions = sorted(actions, key=lambda action: action.at)
@@ -20,34 +20,34 @@ class Script:
 
     @property
     def next_step(self) -> int | float:
-        """The step of the next action, infinite where there is none."""
+        """The step of the next action, infinite without one."""
         if self._done == len(self._actions):
             return math.inf
         return math.ceil(self._actions[self._done].at / self._physics_step - 1e-6)
 
     def due(self, step: int) -> Iterator[Action]:
-        """Yield what is to be done at a step or was before it; each action once."""
+        """Yield the actions that are due at a step, each once."""
         while self.next_step <= step:
             self._done += 1
             yield self._actions[self._done - 1]
 
     @property
     def done(self) -> int:
-        """Number of actions returned so far."""
+        """Number of returned actions."""
         return self._done
 
     @property
     def actions_done(self) -> list[Action]:
-        """The actions returned so far."""
+        """The returned actions."""
         return self._actions[: self._done]
 
     def rewind(self, done: int = 0) -> None:
-        """Begin again, at the start or after this number of actions."""
+        """Start again, at the beginning or after this number of actions."""
         self._done = done
 
 
 def scenario_path(scenario: Scenario) -> PiecewisePolynomial | None:
-    """Return the path that a scenario flies beside its script, None where it has none."""
+    """Return the path that a scenario flies beside its script, None without one."""
     eight = scenario.figure_eight
     if eight is None:
         return None
@@ -55,7 +55,7 @@ def scenario_path(scenario: Scenario) -> PiecewisePolynomial | None:
 
 
 def scenario_feedforward(scenario: Scenario) -> PiecewisePolynomial | None:
-    """Return the acceleration along a scenario's path, None where the law is not to hear of it."""
+    """Return the acceleration along a scenario's path, None if the law does not use it."""
     path = scenario_path(scenario)
     fed = scenario.figure_eight is not None and scenario.figure_eight.feedforward
     return path_acceleration(path) if path is not None and fed else None
@@ -64,16 +64,16 @@ def scenario_feedforward(scenario: Scenario) -> PiecewisePolynomial | None:
 def repeated(
     scenario: Scenario, settings: Mapping[str, float], done: Sequence[Action], duration: float
 ) -> Scenario:
-    """Return the scenario of a flight with what the pilot did live in its script.
+    """Return the scenario of a flight, with the pilot's live actions in its script.
 
-    At one step a pilot comes before the script, as a script acts when the step is flown. So
-    actions of the script move to the step at which they act, and stand after the pilot's.
+    At one step the pilot's actions precede the script's, because a script acts when the step is
+    flown. So actions of the script move to the step at which they act, and stand after the pilot's.
 
     Args:
-        scenario: that was flown.
+        scenario: the flown scenario.
         settings: parameter values that the flight was built with.
-        done: what the pilot did, at times of whole steps, in order.
-        duration: flown [s].
+        done: the pilot's actions, at times of whole steps, in order.
+        duration: flown time [s].
     """
     step = scenario.rates.physics_step
     scripted = [

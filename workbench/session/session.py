@@ -78,19 +78,19 @@ if TYPE_CHECKING:
 
 
 ENGINES = ("diagram", "compiled")
-"""What may fly."""
+"""Choices of the `engine`."""
 LOOK = 0.125
-"""So long flies the diagram where compiled code cannot, before that is tried again [s]."""
+"""Time that the diagram flies before compiled code is tried again [s]."""
 
 
 @dataclass(frozen=True)
 class _BuiltFlight:
-    """A scenario's diagram, and what it was built from.
+    """A scenario's diagram, and its sources.
 
     Attributes:
-        scenario: that was built.
-        world: in which it flies.
-        values: of all parameters, by name.
+        scenario: the built scenario.
+        world: its world.
+        values: values of all parameters, by name.
         bench: the diagram.
     """
 
@@ -108,9 +108,9 @@ def _build_flight(
     picture_period: float,
     estimator: Estimator | None = None,
 ) -> _BuiltFlight:
-    """Read and build what a scenario names; arguments and exceptions are those of `Session`.
+    """Read and build everything that a scenario names; arguments and exceptions as for `Session`.
 
-    An estimator of the user's own that flew before flies on, whatever its file has by now.
+    The user's own estimator continues as it flew before, even if its file has changed.
     """
     check_scenario(scenario)
     description = read_configured(scenario.vehicle)
@@ -147,12 +147,12 @@ def _build_flight(
 
 
 def _check_script(scenario: Scenario, vehicle: Vehicle, payload: Payload) -> None:
-    """Refuse what a script sets, before it flies: rows and payloads that the vehicle cannot have.
+    """Refuse actions of a script with rows or payloads that the vehicle cannot have.
 
     Args:
-        scenario: with the script.
-        vehicle: as the controller knows it.
-        payload: at the start.
+        scenario: scenario with the script.
+        vehicle: vehicle as known to the controller.
+        payload: payload at the start.
     """
     tables = zip(scenario.script, flown_tables(scenario), strict=True)
     for action, table in sorted(tables, key=lambda each: each[0].at):
@@ -165,10 +165,10 @@ def _check_script(scenario: Scenario, vehicle: Vehicle, payload: Payload) -> Non
 
 @dataclass(frozen=True)
 class _Earlier:
-    """What was recorded before another controller took over.
+    """Recording before another controller took over.
 
     Attributes:
-        time: of the recording (N) [s].
+        time: recorded times (N) [s].
         signals: (N, size) each, by name.
         samples: rows of each kept sensor.
     """
@@ -182,17 +182,17 @@ class Session:
     """Builds a scenario's diagram and flies it.
 
     Attributes:
-        records: what a program that ran the law recorded, see `Program.records`.
+        records: recordings of programs that ran the law, see `Program.records`.
 
     Args:
         scenario: what to fly; the default one hovers.
         settings: parameter values that override those of the scenario's gains.
-        meshcat: where to draw, if anywhere.
-        bridge: to listeners and commanders, if any.
-        picture_period: between pictures in Meshcat [s]; infinite if only `draw` makes them.
-        engine: "diagram", or "compiled", which flies the same numbers without Drake, a thousand
+        meshcat: the Meshcat to draw in, if any.
+        bridge: bridge to listeners and commanders, if any.
+        picture_period: time between pictures in Meshcat [s]; infinite if only `draw` makes them.
+        engine: "diagram", or "compiled", which computes the same numbers without Drake, a thousand
             times as fast as real time. The diagram takes over while the vehicle may touch the
-            ground, Python runs the law, or something is injected.
+            ground, Python runs the law, or an injection is flown.
 
     Raises:
         WorkbenchError: if the scenario cannot be built, or compiled code does not support it.
@@ -215,9 +215,9 @@ class Session:
         self._build = partial(
             _build_flight, meshcat=meshcat, bridge=bridge, picture_period=picture_period
         )
-        # what a reset begins, which flies unless a script's controller took over
+        # flown after a reset, unless a script's controller has taken over
         self._first = self._flown_with = self._build(self.scenario, self._settings)
-        self._owner = self._first.bench.controller  # gain file and settings are for it
+        self._owner = self._first.bench.controller  # the gain file and settings belong to it
         self._gains = self.scenario.vehicle.gains
         self.vehicle: Vehicle = self._first.bench.vehicle
         self.world: World = self._first.world
@@ -297,7 +297,7 @@ class Session:
 
     @property
     def diagram(self) -> Diagram:
-        """The diagram of the flight, to be read."""
+        """The diagram of the flight, for reading."""
         return self._bench.diagram
 
     @property
@@ -363,7 +363,7 @@ class Session:
 
     @property
     def flown_scenario(self) -> Scenario:
-        """The scenario as it would begin with the controller, and its gain file, that fly now."""
+        """Return the present scenario with the flying controller and its gain file."""
         return dataclasses.replace(self._flown_with.scenario, script=self._first.scenario.script)
 
     @property
@@ -377,12 +377,12 @@ class Session:
 
     @property
     def script(self) -> Sequence[Action]:
-        """What the scenario's script has done so far, in the order of its times."""
+        """Executed actions of the scenario's script, in order of time."""
         return self._script.actions_done
 
     @property
     def waiting_request(self) -> Request:
-        """The request that the flight mode has not seen yet, NONE without one."""
+        """The request that the flight mode has not read yet, NONE without one."""
         wish = self._live.wish
         seen = self._bench.recorder.now(self._live.root)["mode"][1]
         return Request(int(wish.request)) if seen < wish.serial else Request.NONE
@@ -420,7 +420,7 @@ class Session:
     def inject(self, injection: Injection) -> None:
         """Add a multisine to a signal of the law from the next control update on.
 
-        It replaces one that has not ended; an injection without a point only ends that.
+        It replaces an unfinished one; an injection without a point only ends that.
 
         Raises:
             WorkbenchError: if it cannot be flown.
@@ -466,7 +466,7 @@ class Session:
         """Return the live parameters that the flight has, by name."""
         values = {}
         for row in vehicle_parameters(self.vehicle, self._table):
-            with suppress(WorkbenchError):  # of a sensor that does not measure
+            with suppress(WorkbenchError):  # of an inactive sensor
                 values[row.name] = self.get(row.name)
         return values
 
@@ -485,7 +485,7 @@ class Session:
 
     @property
     def program(self) -> Program | None:
-        """What runs the law, where it is a program of its own that runs."""
+        """The running program that runs the law, if the law is a program."""
         return self._bench.computer.program
 
     @property
@@ -502,9 +502,9 @@ class Session:
         return self._bench.computer.ended
 
     def end_program(self) -> None:
-        """End the program that runs the law, and keep what it has to say of the flight.
+        """End the program that runs the law, and keep its recordings of the flight.
 
-        The next tick starts another.
+        The next tick starts another program.
         """
         if program := self._bench.computer.program:
             self._exchange, self.records = program.report(), program.records()
@@ -525,7 +525,7 @@ class Session:
         target = math.floor(self._due / step + 1e-6)
         while self._steps < target:
             for action in self._script.due(self._steps):
-                if self._bridge and action.flies:  # it comes before clients, as an operator does
+                if self._bridge and action.flies:  # it precedes clients, as an operator does
                     from workbench.link.authority import SCRIPT_FLIES
 
                     self._bridge.authority.begin(self.time, SCRIPT_FLIES)
@@ -545,11 +545,11 @@ class Session:
 
     @property
     def topics(self) -> "tuple[Topic, ...]":
-        """What is published; nothing without a bridge."""
+        """Topics that are published; none without a bridge."""
         return self._bench.topics
 
     def drain(self) -> "list[Sampled]":
-        """Return what was published since the last call, of the last 20 s at most."""
+        """Return what was published since the last call, at most the last 20 s."""
         return self._bridge.drain() if self._bridge else []
 
     def recording(self) -> Recording:
@@ -576,19 +576,19 @@ class Session:
         return self._live.snapshot(start)
 
     def draw(self) -> None:
-        """Draw the present in Meshcat, if the session draws at all."""
+        """Draw the present in Meshcat, if the session draws."""
         visualizer = self._bench.visualizer
         if visualizer is not None:
             visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(self._live.root))
 
     def state(self) -> np.ndarray:
-        """Return the state of the body now (13): q_WB, p_WB, w_WB and v_WB, SI units."""
+        """Return the present state of the body (13): q_WB, p_WB, w_WB and v_WB, SI units."""
         dynamics = self._bench.airframe.dynamics
         state: np.ndarray = dynamics.body_state(dynamics.GetMyContextFromRoot(self._live.root))
         return state
 
     def free_way(self, direction_W: Sequence[float], most: float) -> tuple[float, str]:
-        """Return how far the drone can fly straight on now before it may touch something [m].
+        """Return how far the drone can fly straight ahead before it may touch something [m].
 
         Args:
             direction_W: unit vector in W.
@@ -607,27 +607,27 @@ class Session:
         return found
 
     def pose(self, a: str, b: str) -> RigidTransform:
-        """Return X_AB, the pose of frame B in frame A as it is now; `workbench frames` lists them.
+        """Return X_AB, the present pose of frame B in frame A; `workbench frames` lists them.
 
         Raises:
-            WorkbenchError: if there is no frame of a name.
+            WorkbenchError: if a frame does not exist.
         """
         frames = self._bench.frames
         return frames.pose(frames.GetMyContextFromRoot(self._live.root), a, b)
 
     def frames(self) -> FrameTransforms:
-        """Return the pose of every frame in its parent's, as it is now."""
+        """Return the present pose of every frame in its parent frame."""
         frames = self._bench.frames
         return frames.transforms(frames.GetMyContextFromRoot(self._live.root))
 
     def act(self, action: Action) -> None:
-        """Do what an action says, now; `at` says nothing here."""
+        """Execute an action now; its `at` is ignored."""
         if action.controller is not None:
             self.fly_controller(action.controller, interpreted=action.interpreted)
         self._act(action)
 
     def _act(self, action: Action) -> None:
-        """Do what an action says besides a controller."""
+        """Execute an action other than a change of controller."""
         if action.set:
             self._live.set(action.set)
             self._tell_limits()
@@ -646,7 +646,7 @@ class Session:
             self.inject(action.injection)
 
     def _use(self, built: _BuiltFlight) -> None:
-        """Fly what was built from now on."""
+        """Fly a newly built diagram from now on."""
         if built is not self._flown_with:
             self.end_program()
         self._flown_with = built
@@ -656,10 +656,10 @@ class Session:
         self._compiled = self._make_compiled(built)
 
     def _make_compiled(self, built: _BuiltFlight) -> CompiledFlight | None:
-        """Return what flies in place of the diagram; None where that flies.
+        """Return the compiled flight; None if the diagram flies.
 
         Raises:
-            WorkbenchError: if it is asked for what it does not fly.
+            WorkbenchError: if compiled code is requested but does not support the flight.
         """
         if self._engine != "compiled":
             return None
@@ -671,7 +671,7 @@ class Session:
         return CompiledFlight(built.bench, built.scenario.rates)
 
     def _begin(self, checkpoint: Checkpoint | None) -> None:
-        """Begin at a checkpoint, at the start where there is none."""
+        """Begin at a checkpoint, or at the start without one."""
         if self._bridge:
             self._bridge.reset()
         self._begin_telemetry()
@@ -683,7 +683,7 @@ class Session:
         self._tell_limits()
 
     def _take_over(self, name_or_path: str, interpreted: bool) -> None:
-        """Let another controller fly from now on, or the same one in another way."""
+        """Switch to another controller, or fly the same one in another way, from now on."""
         scenario = self._first.scenario
         law = with_estimator(load_controller(name_or_path), self.controller.estimator)
         if law is self.controller:
@@ -719,12 +719,12 @@ class Session:
             self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
 
     def _recorded(self) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
-        """Return when was recorded (N) [s], and what."""
+        """Return the recorded times (N) [s], and the signals."""
         time, signals = self._live.recorded()
         if self._earlier is None:
             return time, signals
         before = self._earlier.signals
-        # the instant itself may be recorded by both
+        # both recordings may contain the instant itself
         new = time > self._earlier.time[-1:].max(initial=-math.inf)
         return np.concatenate([self._earlier.time, time[new]]), {
             name: np.concatenate([before[name], values[new]]) for name, values in signals.items()
@@ -741,7 +741,7 @@ class Session:
         ]
 
     def _tell_limits(self) -> None:
-        """Let commands from the network be held to the present limits."""
+        """Apply the present limits to commands from the network."""
         if self._bridge:
             from workbench.link.authority import Limits
 
@@ -750,7 +750,7 @@ class Session:
             self._bridge.authority.limits = Limits(*map(self.get, names))
 
     def _inject(self) -> int | float:
-        """Add what is due of an injection; return the next step at which something is."""
+        """Add the injection's value that is due; return the next step with one."""
         injecting = self._injecting
         if injecting is None or injecting.is_over:
             return math.inf

@@ -19,9 +19,9 @@ class LidarSummary:
     """A lidar's last scan in a few numbers.
 
     Attributes:
-        stamp: when it was taken [s].
-        returns: rays that met something.
-        rays: all of them.
+        stamp: time of the scan [s].
+        returns: number of rays with a return.
+        rays: number of all rays.
         nearest: smallest range [m], infinite without a return.
         direction: unit vector of that ray in the sensor's frame, None without a return.
     """
@@ -35,12 +35,12 @@ class LidarSummary:
 
 @dataclass(frozen=True)
 class Clearance:
-    """What is nearest to the drone, besides the ground.
+    """The nearest obstacle, other than the ground.
 
     Attributes:
-        distance: free way from the sphere around the drone [m]; infinite where nothing is near.
-        direction: unit vector in W to it, zero where nothing is near.
-        warning: whether that is less than the warning distance.
+        distance: free distance from the sphere around the drone [m]; infinite if nothing is near.
+        direction: unit vector in W to the obstacle, zero if nothing is near.
+        warning: whether the distance is less than the warning distance.
     """
 
     distance: float
@@ -50,15 +50,15 @@ class Clearance:
 
 @dataclass(frozen=True)
 class SensorStatus:
-    """How a sensor does.
+    """State of a sensor.
 
     Attributes:
-        name: as declared.
+        name: its declared name.
         kind: imu, gps, lidar, range_finder, barometer, depth_camera or magnetometer.
-        asked_rate: samples a second that were asked for [1/s].
-        rate: samples a second that it took, over the periods begun since the start [1/s].
-        age: of what it delivered last [s]; infinite if that is nothing.
-        fault: that was ordered.
+        asked_rate: requested rate of samples [1/s].
+        rate: achieved rate of samples, over the periods begun since the start [1/s].
+        age: age of the last delivered sample [s]; infinite before the first.
+        fault: the commanded fault.
     """
 
     name: str
@@ -71,32 +71,32 @@ class SensorStatus:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a flight is at one time: all that a home screen shows; vectors in W, SI units.
+    """A flight at one time, with everything that a home screen shows; vectors in W, SI units.
 
     Attributes:
-        time: simulated [s].
+        time: simulated time [s].
         p_WB: position of the base link.
         q_WB: orientation, unit quaternion w, x, y, z.
         v_WB: velocity.
         w_WB: angular velocity.
         vdot_WB: acceleration.
-        displacement: from where the flight began.
-        roll_pitch_yaw: orientation as angles [rad].
-        thrusts: of the rotors [N].
-        reference: what the pilot asks for, see `control.guidance.Reference`.
+        displacement: position relative to the start of the flight.
+        roll_pitch_yaw: orientation as Euler angles [rad].
+        thrusts: thrusts of the rotors [N].
+        reference: the pilot's command, see `control.guidance.Reference`.
         mode: flight mode.
-        charge: of the battery, 0 .. 1.
-        voltage: of it, see `guidance.Measured`.
+        charge: charge of the battery, 0 .. 1.
+        voltage: voltage of the battery, see `guidance.Measured`.
         wind: velocity of the air at the drone.
-        imu: last reading, None where no IMU measures; so the next three.
+        imu: last reading, None without an active IMU; the same applies to the next three.
         gps: location and altitude.
         barometer: pressure and altitude.
         lidar: last scan in a few numbers.
-        height: what the range finder read last [m], inf beyond its range, -inf too near for it.
-        clearance: from obstacles, None in a world without.
-        sensors: how each of them does.
-        magnetometer: last reading, None where none measures.
-        reason: why the mode is not the requested one, or what has failed.
+        height: last reading of the range finder [m], inf beyond its range, -inf below it.
+        clearance: distance from obstacles, None in a world without any.
+        sensors: state of each sensor.
+        magnetometer: last reading, None without an active one.
+        reason: why the mode differs from the requested one, or what has failed.
     """
 
     time: float
