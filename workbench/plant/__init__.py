@@ -1,5 +1,5 @@
-"""What flies: a drone description becomes a Drake plant and a frozen `Vehicle` record.
+"""The vehicle: from a drone description to a Drake plant and a frozen `Vehicle` record.
 
-Frames, said once for the whole project: the world W is east-north-up with z up; the body B is
-the description's base link, x forward, y left, z up. SI units and radians throughout.
+Frames of the whole project: the world W has x east, y north, z up. The body B is the base link of
+the description, with x forward, y left, z up. All units are SI, angles in radians.
 """

@@ -1,4 +1,4 @@
-"""Contact with what stands still: Drake's discrete plant, asked where a vehicle may touch."""
+"""Contact with static obstacles: Drake's discrete plant, used near possible contact."""
 
 import copy
 import math
@@ -18,25 +18,25 @@ from workbench.plant.reach import reach
 from workbench.plant.worlds.world import World
 
 FASTEST_CHANGE = 1000.0
-"""No vehicle speeds up by more than this [m/s²]: a bound on how soon it can be near."""
+"""Upper bound of the acceleration of a vehicle [m/s²]; it bounds how soon contact is possible."""
 FARTHEST = 1000.0
-"""What is farther than this is not looked for [m]."""
+"""Obstacles farther than this are ignored [m]."""
 
 
 class Contact:
-    """A discrete plant of the vehicle in its world, in a diagram and a Context of its own.
+    """A discrete plant of the vehicle in its world, in its own diagram and Context.
 
-    Drake's contact solver steps the vehicle while it touches. It is of first order, which contact
-    asks for: what hits something has no second derivative.
+    Drake's contact solver steps the vehicle during contact. It is of first order, as velocities
+    jump at an impact.
 
     Args:
-        description: what flies, without its payload, see `carry`.
-        world: where.
+        description: of the vehicle without its payload, see `carry`.
+        world: where it flies.
         step: of the physics [s].
 
     Attributes:
-        above_ground: middle in B and radius of the sphere that holds the vehicle (4) [m], where
-            there is nothing but the ground, at z = 0; None where there is more.
+        above_ground: centre in B and radius of the sphere around the vehicle (4) [m] if the ground
+            at z = 0 is the only obstacle, else None.
     """
 
     def __init__(self, description: Description, world: World, step: float) -> None:
@@ -61,11 +61,11 @@ class Contact:
         self._payload = NO_PAYLOAD
 
     def carry(self, payload: Payload) -> None:
-        """Let the vehicle carry a payload; it has mass and no shape, so it touches nothing."""
+        """Add a payload to the vehicle; it has mass and no shape, so it touches nothing."""
         if payload == self._payload:
             return
         self._payload = payload
-        # from the bare one each time: what it carried before must leave no rounding behind
+        # Each time from the bare vehicle, so that an earlier payload leaves no rounding errors.
         whole = copy.copy(self._drone.default_spatial_inertia())
         if payload.payload_mass > 0.0:
             box = payload.inertial
@@ -76,7 +76,7 @@ class Contact:
         self._drone.SetSpatialInertiaInBodyFrame(self._context, whole)
 
     def steps_away(self, state: np.ndarray) -> float:
-        """Return for how many steps a vehicle touches nothing for sure, infinite where nothing is.
+        """Return the number of steps certain to be without contact; infinite without obstacles.
 
         Args:
             state: of the body (13).
@@ -95,8 +95,7 @@ class Contact:
 
         Args:
             state: of the body (13).
-            acceleration: angular, and of the origin, in W (6), that it would have if it touched
-                nothing [rad/s², m/s²].
+            acceleration: angular, and of the origin, in W (6), without contact [rad/s², m/s²].
         """
         self._load(state, acceleration)
         after = self._plant.EvalUniquePeriodicDiscreteUpdate(self._context)
@@ -105,13 +104,13 @@ class Contact:
         return found
 
     def _place(self, state: np.ndarray) -> None:
-        """Put the body there; what Drake has worked out for the same state stays."""
+        """Set the state of the body; Drake's cached results stay valid if it is the same."""
         if not np.array_equal(state, self._at):
             self._plant.SetPositionsAndVelocities(self._context, state)
             self._at = state.copy()
 
     def _load(self, state: np.ndarray, acceleration: np.ndarray) -> None:
-        """Let the body be in a state, under the forces that give it the acceleration."""
+        """Set the state of the body, and the forces that cause the acceleration."""
         self._place(state)
         gravity = MultibodyForces(self._plant)
         self._plant.CalcForceElementsContribution(self._context, gravity)
@@ -119,7 +118,7 @@ class Contact:
         self._forces.FixValue(self._context, forces)
 
     def _distance(self, state: Sequence[float]) -> float:
-        """Return how far the sphere that holds the vehicle is from what stands still [m]."""
+        """Return the distance of the sphere around the vehicle from static obstacles [m]."""
         centre = sphere_centre(state, self._p_BC)
         if self.above_ground is not None:
             return centre[2] - self._radius
@@ -134,11 +133,11 @@ class Contact:
 
 @register_jitable
 def sphere_centre(state: Any, p_BC: Any) -> tuple[float, float, float]:
-    """Return the middle of a sphere in W (3) [m].
+    """Return the centre of a sphere in W (3) [m].
 
     Args:
         state: of the body (13).
-        p_BC: that middle in B (3) [m].
+        p_BC: centre in B (3) [m].
     """
     w, x, y, z = state[0:4]
     c_x, c_y, c_z = p_BC
@@ -154,12 +153,12 @@ def sphere_centre(state: Any, p_BC: Any) -> tuple[float, float, float]:
 
 @register_jitable
 def steps_to(distance: float, state: Any, p_BC: Any, step: float) -> float:
-    """Return for how many steps a vehicle gets nowhere at a distance for sure.
+    """Return the number of steps in which a vehicle certainly does not cover a distance.
 
     Args:
-        distance: from the sphere that holds it [m].
+        distance: from the sphere around it [m].
         state: of the body (13).
-        p_BC: middle of that sphere in B (3) [m].
+        p_BC: centre of that sphere in B (3) [m].
         step: [s].
     """
     if math.isinf(distance):

@@ -1,8 +1,8 @@
-"""From a data sheet to a description: what is known before a multirotor is built, and the rest.
+"""From a data sheet to a description: known numbers of a multirotor not yet built, and estimates.
 
-The rest is estimated, each number with its source. `write_xacro` writes every `Figure` as it
-stands, formulas included, so a description says what was estimated and how, and follows when a
-number in it is replaced by a measured one.
+Each estimate states its source. `write_xacro` writes every `Figure` with its formula. So a
+description states what was estimated and how, and changes with a number in it that is replaced by a
+measured one.
 """
 
 import csv
@@ -21,7 +21,7 @@ from workbench.plant.rotors import PROPELLER_DENSITY, propeller_inertia
 COUNTS = {"x": (4, 6, 8, 10, 12), "plus": (4, 6, 8, 10, 12), "coaxial": (6, 8, 12)}
 """Numbers of rotors by layout: two arms in front, one arm in front, or two with two rotors each."""
 MOST_END_SHARE = 0.8
-"""Of the mass; something has to hold the motors together."""
+"""Largest share of the mass at the ends of the arms; the frame has mass, too."""
 COLUMNS = {
     "rpm": 2.0 * math.pi / 60.0,
     "rad/s": 1.0,
@@ -29,31 +29,32 @@ COLUMNS = {
     "thrust_g": 0.001 * 9.80665,
     "torque_Nm": 1.0,
 }
-"""What a column's head may be, and the factor to the SI unit."""
+"""Allowed heads of columns, with the factor to the SI unit."""
 _SPEEDS, _THRUSTS, _TORQUES = ("rpm", "rad/s"), ("thrust_N", "thrust_g"), ("torque_Nm",)
 END_SHARE = 0.35
-"""Of the mass: motors, speed controllers and propellers, at the ends of the arms."""
+"""Share of the mass at the ends of the arms: motors, speed controllers and propellers."""
 ARM_SHARE = 0.10
-"""Of the mass: the arms."""
+"""Share of the mass in the arms."""
 BODY_SIDE = 0.6
-"""Of an arm's length."""
+"""Side of the body, as a share of the length of an arm."""
 _PITCHES = (0.47, 0.75)
 _THRUST_COEFFICIENTS = (0.1185, 0.134)
 _POWER_COEFFICIENTS = (0.048, 0.0825)
-"""Static means of APC 10x4.7 Slow Flyer and DA4002 9x6.75, by pitch over diameter."""
+"""Static power coefficients, means of APC 10x4.7 Slow Flyer and DA4002 9x6.75, by pitch over
+diameter."""
 _NARROWEST_PITCH, _WIDEST_PITCH = 0.4, 0.8
-"""Pitch over diameter outside this counts as this: the line between two propellers ends."""
+"""Limits of pitch over diameter: the interpolation between two propellers ends there."""
 _USUAL_PITCH = 0.47
 _BLADE_EXPONENT = 0.75
 _COAXIAL = 0.85
 _LOADED = 0.65
-"""Speed under the propeller's load at full throttle, over KV times nominal voltage."""
+"""Speed at full throttle under the load of the propeller, over KV times nominal voltage."""
 _LAG, _LAG_DIAMETER = 0.033, 0.1295
-"""Time constant [s] of a 5.1-inch propeller's rotor, and that diameter [m]."""
+"""Time constant [s] of the rotor of a 5.1-inch propeller, and that diameter [m]."""
 _MOTOR_EFFICIENCY = 0.7
-"""Of motor and speed controller."""
+"""Efficiency of motor and speed controller."""
 _USABLE = 0.8
-"""Of a battery's charge."""
+"""Usable share of the charge of a battery."""
 UIUC = "UIUC Propeller Data Site, static tests"
 GIVEN = "as given"
 HOVER_TIME_SOURCE = (
@@ -130,7 +131,7 @@ _TEXT = """\
 
 @dataclass(frozen=True)
 class Propeller:
-    """A propeller as its name says it; lengths in m, pitch None where it is not known."""
+    """A propeller as its name states it; lengths in m, pitch None if unknown."""
 
     diameter: float
     pitch: float | None = None
@@ -138,7 +139,7 @@ class Propeller:
 
     @property
     def label(self) -> str:
-        """Its name in inches, for people."""
+        """Its name in inches."""
         pitch = "" if self.pitch is None else f"x{self.pitch / 0.0254:.3g}"
         blades = "" if self.blades == 2 else f" with {self.blades} blades"
         return f"{self.diameter / 0.0254:.3g}{pitch} in{blades}"
@@ -146,13 +147,13 @@ class Propeller:
 
 @dataclass(frozen=True)
 class Measured:
-    """What was measured of one motor with its propeller.
+    """Measurements of one motor with its propeller.
 
     Attributes:
         motor_constant: thrust over squared speed [N s²].
         max_speed: largest speed [rad/s].
-        moment_constant: torque over thrust [m]; None where no torque was measured.
-        source: where it stands.
+        moment_constant: torque over thrust [m]; None if no torque was measured.
+        source: of the numbers.
     """
 
     motor_constant: float
@@ -163,22 +164,21 @@ class Measured:
 
 @dataclass(frozen=True)
 class DataSheet:
-    """What is known of a multirotor before it is built.
+    """The known numbers of a multirotor before it is built.
 
     Attributes:
         name: of the drone.
         mass: all-up, with battery [kg].
-        arm: from the centre to a rotor's axis [m].
+        arm: distance from the centre to the axis of a rotor [m].
         propeller: of every rotor.
-        rotors: how many.
+        rotors: their number.
         layout: one of `COUNTS`.
-        measured: of one motor with this propeller, None where there is no thrust curve.
-        max_thrust: of one motor with this propeller [N], None where it is not known.
-        motor_kv: speed over voltage without load [RPM/V], None where it is not known.
-        voltage: the battery's, nominal [V], None where it is not known.
-        capacity: the battery's [A·h], None where it is not known.
-        motor_mass: of one motor with its propeller and speed controller [kg]; None where it is not
-            known.
+        measured: for one motor with this propeller, None without a thrust curve.
+        max_thrust: of one motor with this propeller [N], None if unknown.
+        motor_kv: speed over voltage without load [RPM/V], None if unknown.
+        voltage: nominal voltage of the battery [V], None if unknown.
+        capacity: of the battery [A·h], None if unknown.
+        motor_mass: of one motor with its propeller and speed controller [kg], None if unknown.
     """
 
     name: str
@@ -196,14 +196,14 @@ class DataSheet:
 
     @property
     def arms(self) -> int:
-        """How many arms there are."""
+        """Number of arms."""
         return self.rotors // 2 if self.layout == "coaxial" else self.rotors
 
     def check(self) -> None:
-        """Refuse what cannot be built, or cannot fly.
+        """Check that the multirotor can be built and can fly.
 
         Raises:
-            WorkbenchError: a sentence that says what does not go with what.
+            WorkbenchError: that names the contradicting numbers.
         """
         if self.rotors not in COUNTS[self.layout]:
             known = ", ".join(map(str, COUNTS[self.layout]))
@@ -235,14 +235,14 @@ class DataSheet:
 
 
 def read_thrust_curve(path: Path) -> Measured:
-    """Return the constants that fit a CSV file of one motor with its propeller.
+    """Return the constants fitted to a CSV file of one motor with its propeller.
 
-    Its first line names the columns: `rpm` or `rad/s`, `thrust_g` or `thrust_N`, and `torque_Nm`
-    where it was measured; others are not read. Thrust is fitted by k w², torque by a factor of
-    thrust, both with least squares.
+    Its first line names the columns: `rpm` or `rad/s`, `thrust_g` or `thrust_N`, and `torque_Nm` if
+    measured; others are ignored. Thrust is fitted by k w², torque by a multiple of thrust, both
+    with least squares.
 
     Raises:
-        WorkbenchError: with file and line, for what is missing or no number.
+        WorkbenchError: with file and line, if something is missing or not a number.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
@@ -266,7 +266,7 @@ def read_thrust_curve(path: Path) -> Measured:
 
 
 def _head(row: dict[str, str], names: tuple[str, ...]) -> str | None:
-    """Return which of some columns a table has."""
+    """Return the one of several columns that a table has."""
     return next((name for name in names if name in row), None)
 
 
@@ -274,7 +274,7 @@ def _column(path: Path, rows: list[dict[str, str]], names: tuple[str, ...]) -> l
     """Return a column [SI].
 
     Raises:
-        WorkbenchError: if there is none, or one of its cells is no positive number.
+        WorkbenchError: if it is missing, or one of its cells is not a positive number.
     """
     head = _head(rows[0], names) if rows else None
     if head is None:
@@ -301,9 +301,9 @@ class Figure:
         name: of the xacro property.
         value: [SI].
         unit: "1" for none.
-        label: what it is, for people.
-        source: where it comes from, a clause.
-        formula: how it follows from other figures, in xacro's language; "" for a plain number.
+        label: its meaning in words.
+        source: its origin, as a clause.
+        formula: its xacro expression of other figures; "" for a plain number.
     """
 
     name: str
@@ -315,12 +315,12 @@ class Figure:
 
 
 def figures(sheet: DataSheet) -> list[Figure]:
-    """Return the numbers of a description, each after those that its formula uses."""
+    """Return the figures of a description, each after those that its formula uses."""
     return [*_body(sheet), *_rotor(sheet)]
 
 
 def hover_time(sheet: DataSheet, hover_power: float) -> float | None:
-    """Return how long a full battery hovers [s], None where the battery is not known.
+    """Return the hover time with a full battery [s], None if the battery is unknown.
 
     Args:
         sheet: with the battery.
@@ -474,7 +474,7 @@ def _rotor(sheet: DataSheet) -> list[Figure]:
 
 
 def _largest_speed(sheet: DataSheet, motor_constant: float, pair: float) -> Figure:
-    """Return a rotor's largest speed."""
+    """Return the largest speed of a rotor."""
     name, unit, label = "max_speed", "rad/s", "largest rotor speed"
     if sheet.measured:
         return Figure(name, sheet.measured.max_speed, unit, label, sheet.measured.source)
@@ -501,7 +501,7 @@ def _largest_speed(sheet: DataSheet, motor_constant: float, pair: float) -> Figu
 
 
 def _lag(propeller: Propeller) -> Figure:
-    """Return a rotor's time constant."""
+    """Return the time constant of a rotor."""
     return Figure(
         "time_constant",
         _LAG * math.sqrt(propeller.diameter / _LAG_DIAMETER),
@@ -514,7 +514,7 @@ def _lag(propeller: Propeller) -> Figure:
 
 
 def _inertia(propeller: Propeller) -> Figure:
-    """Return a rotor's inertia about its axis."""
+    """Return the inertia of a rotor about its axis."""
     return Figure(
         "rotor_inertia",
         propeller_inertia(propeller.diameter, propeller.blades),
@@ -527,16 +527,16 @@ def _inertia(propeller: Propeller) -> Figure:
 
 
 def _between(values: Sequence[float], pitch: float) -> float:
-    """Return the value at a pitch over diameter, on the line through two propellers."""
+    """Return the value at a pitch over diameter, interpolated between two propellers."""
     low, high = _PITCHES
     return values[0] + (values[1] - values[0]) * (pitch - low) / (high - low)
 
 
 def check_lift(sheet: DataSheet, found: Sequence[Figure]) -> None:
-    """Refuse a drone that is heavier than what its rotors lift.
+    """Check that the rotors can lift the drone.
 
     Raises:
-        WorkbenchError: if it is.
+        WorkbenchError: if they cannot.
     """
     by_name = {figure.name: figure.value for figure in found}
     thrust = by_name["motor_constant"] * by_name["max_speed"] ** 2
@@ -553,7 +553,7 @@ def write_xacro(sheet: DataSheet, figures: Sequence[Figure]) -> str:
 
     Args:
         sheet: name, rotors and their layout.
-        figures: its numbers, each after those that its formula uses.
+        figures: in an order with each after those that its formula uses.
     """
     name = quoteattr(sheet.name)
     rotors = "\n".join(f"  {line}" for line in _rotors(sheet))
@@ -567,7 +567,7 @@ def write_xacro(sheet: DataSheet, figures: Sequence[Figure]) -> str:
 
 
 def _properties(figures: Sequence[Figure]) -> str:
-    """Return a property with a comment for each figure."""
+    """Return a commented property for each figure."""
     return "\n".join(line for figure in figures for line in _property(figure))
 
 
@@ -584,7 +584,7 @@ def _property(figure: Figure) -> list[str]:
 
 
 def _rotors(sheet: DataSheet) -> list[str]:
-    """Return a line for each rotor: arms counted from the front to the left."""
+    """Return a line for each rotor; arms count from the front to the left."""
     first = 0.0 if sheet.layout == "plus" else 180.0 / sheet.arms
     levels = (1, -1) if sheet.layout == "coaxial" else (1,)
     lines: list[str] = []

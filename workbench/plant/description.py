@@ -1,4 +1,4 @@
-"""Read a drone description: xacro, URDF, SDF or MJCF in; links, rotors, sensors and remarks out."""
+"""Read links, rotors, sensors and remarks from a description in xacro, URDF, SDF or MJCF."""
 
 import dataclasses
 import math
@@ -45,10 +45,10 @@ from workbench.plant.tree import find_base_link, one_body
 from workbench.plant.vehicle import BatteryPack
 
 _ROUNDING = 1e-6
-"""Moments of a flat plate meet the triangle rule exactly; beyond it, this share of the largest is
-how few digits they are written with, and needs no remark."""
+"""Moments of a flat plate meet the triangle inequality exactly. A violation up to this share of the
+largest moment comes from the few digits written, and needs no remark."""
 _EXACT = 1e-15
-"""Beyond the rule by more than this share, Drake takes a quite different inertia."""
+"""For a violation above this share, Drake uses a very different inertia."""
 _BATTERY_KIND = "battery plugin"
 _BATTERY_FILE = "linear-battery"
 _BATTERY_CLASS = "::LinearBatteryPlugin"
@@ -57,17 +57,17 @@ _HOUR = 3600.0
 
 @dataclass(frozen=True)
 class Description:
-    """A drone description as understood: nothing in it is refused by Drake any more.
+    """A drone description as interpreted; Drake accepts all of it.
 
     Attributes:
         source: the file that was read.
         name: the robot's name.
-        base_link: the link that no joint has as its child; its frame is the body frame.
-        model: links and joints, one tree, with meshes that Drake draws.
+        base_link: the link that is not the child of a joint; its frame is the body frame.
+        model: links and joints as one tree, with meshes that Drake can draw.
         rotors: in the order in which every thrust or speed vector of the project lists them.
-        sensors: those that are used.
-        remarks: what was repaired, assumed, missing or left unused.
-        battery: where it is stated; its voltage weakens the rotors.
+        sensors: the supported ones.
+        remarks: on what was repaired, assumed, missing or ignored.
+        battery: None if not stated; the rotors weaken with its voltage.
     """
 
     source: Path
@@ -80,10 +80,10 @@ class Description:
     battery: BatteryPack | None = None
 
     def undrawn(self) -> "Description":
-        """Return it without shapes that are only drawn, for a flight without pictures.
+        """Return the description without visual shapes, for a flight without pictures.
 
-        Drake moves every shape at every physics step: 40 of them take an eighth of one. A drone's
-        own sensors do not see it.
+        Drake moves every shape at every physics step: 40 shapes take an eighth of the step. A drone
+        is invisible to its own sensors.
         """
         links = tuple(dataclasses.replace(link, visuals=()) for link in self.model.links)
         return dataclasses.replace(self, model=dataclasses.replace(self.model, links=links))
@@ -95,17 +95,17 @@ def read_description(
     packages: Mapping[str, str] | None = None,
     rotors: Path | str = "",
 ) -> Description:
-    """Read a `.xacro`, `.urdf`, `.sdf` or MuJoCo's `.xml` file (or another with one), or a folder.
+    """Read a `.xacro`, `.urdf`, `.sdf` or MuJoCo `.xml` file, or a folder.
 
     Args:
         path: the file, or the folder of a Gazebo model.
         args: values for a xacro file's arguments.
-        packages: folders of ROS packages and Gazebo models by name, besides those that are found
-            above and beside the file and through the environment.
-        rotors: a YAML file of rotors, "" for those in the description or beside it.
+        packages: folders of ROS packages and Gazebo models by name, in addition to those found near
+            the file and through the environment.
+        rotors: a YAML file of rotors, "" for those in the description or in a sidecar.
 
     Raises:
-        WorkbenchError: if it cannot be read, or its meaning is not plain.
+        WorkbenchError: if it cannot be read, or is ambiguous.
     """
     path = description_file(Path(path))
     if args and path.suffix == ".sdf":
@@ -114,7 +114,7 @@ def read_description(
     remarks = Remarks()
     model = _read(path, args or {}, finder, remarks)
     base_link = find_base_link(model)
-    # before links without mass become mere frames
+    # before links without mass become frames
     read = read_rotors(model, base_link, remarks, Path(rotors) if rotors else None)
     found = tuple(_lifting(path, rotor, remarks) for rotor in read)
     model = one_body(model, base_link, {rotor.joint for rotor in found}, remarks)
@@ -136,9 +136,9 @@ def read_description(
 
 
 def _read(path: Path, args: Mapping[str, str], finder: PackageFinder, remarks: Remarks) -> Model:
-    """Return what a file says: its root element tells the format, where its name does not.
+    """Return the model in a file; the root element determines the format if the name does not.
 
-    What reads the others of the formats takes a tenth of Drake's time to load.
+    The readers of the other formats take a tenth of Drake's time to load.
     """
     if path.suffix == ".sdf":
         from workbench.plant.formats.sdf import read_sdf
@@ -168,12 +168,13 @@ def _read(path: Path, args: Mapping[str, str], finder: PackageFinder, remarks: R
 
 
 def _lifting(path: Path, rotor: Rotor, remarks: Remarks) -> Rotor:
-    """Return a rotor as it takes part in hovering, and note where it has to turn backwards.
+    """Return a rotor with the direction for hover, and note if it has to turn backwards.
 
     A fixed propeller that turns backwards pushes the other way, and Gazebo's motor models turn
-    backwards for a negative speed: so fly those that point down, as four of an omnicopter's eight
-    do. Thrust and torque are taken to be as large that way. Turning ccw seen from one tip of the
-    axis, backwards is ccw seen from the other. Those that push across are left at rest.
+    backwards for a negative speed. Rotors that point down fly this way, such as four of the eight
+    of an omnicopter. Thrust and torque are assumed equally large in both directions. A rotor that
+    turns counter-clockwise seen from one tip of its axis does so backwards seen from the other.
+    Rotors that push sideways stay at rest.
     """
     backwards = dataclasses.replace(rotor, axis_B=triple(-np.array(rotor.axis_B)))
     if not rotor.lifts and not backwards.lifts:
@@ -187,7 +188,7 @@ def _lifting(path: Path, rotor: Rotor, remarks: Remarks) -> Rotor:
 
 
 def _note_plugins(model: Model, remarks: Remarks) -> None:
-    """Note plugins that tell nothing of rotors or battery: their code is Gazebo's."""
+    """Note plugins that say nothing about rotors or battery; they need Gazebo's code."""
     read = (is_motor_plugin, is_velocity_plugin, is_battery_plugin)
     for plugin in model.plugins:
         if not any(is_read(plugin) for is_read in read):
@@ -201,14 +202,14 @@ def _note_plugins(model: Model, remarks: Remarks) -> None:
 
 
 def repair_inertias(model: Model, remarks: Remarks) -> Model:
-    """Return the model with inertias that bodies can have, and remarks on those that could not.
+    """Return the model with physically possible inertias, and remark on those that were not.
 
-    A link without mass becomes a frame. Where the largest moment exceeds the other two together,
-    which no body's does, it is lowered to their sum: one number changes, and of a drone it is that
-    of yaw. Products of inertia too large for their moments are left out.
+    A link without mass becomes a frame. A largest moment above the sum of the other two is
+    impossible, and is lowered to that sum. This changes one number, for a drone that of yaw.
+    Products of inertia too large for their moments are set to zero.
 
     Raises:
-        WorkbenchError: for a negative mass or a negative moment, whose meaning is not plain.
+        WorkbenchError: for a negative mass or moment, as its meaning is unclear.
     """
     links = tuple(
         link
@@ -220,7 +221,7 @@ def repair_inertias(model: Model, remarks: Remarks) -> Model:
 
 
 def _repaired(model: Model, link: Link, inertial: Inertial, remarks: Remarks) -> Inertial | None:
-    """Return a link's inertia as a body can have it, None for a link without mass."""
+    """Return a physically possible inertia of a link, None for a link without mass."""
     element = f"inertia of link '{shortened(link.name)}'"
     if inertial.mass < 0.0:
         raise WorkbenchError(
@@ -260,7 +261,7 @@ def _repaired(model: Model, link: Link, inertial: Inertial, remarks: Remarks) ->
 
 
 def _principal(inertial: Inertial) -> tuple[np.ndarray, np.ndarray]:
-    """Return principal moments, smallest first, and their axes in I as columns."""
+    """Return the principal moments, smallest first, and their axes in I as columns."""
     xx, yy, zz = inertial.moments
     xy, xz, yz = inertial.products
     moments, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
@@ -285,19 +286,19 @@ def _listed_numbers(values: object) -> str:
 def read_rotors(
     model: Model, base_link: str, remarks: Remarks, sidecar: Path | None = None
 ) -> tuple[Rotor, ...]:
-    """Return the rotors that a description or the sidecar beside it declares, or none.
+    """Return the rotors declared by a description or its sidecar, if any.
 
-    Of several ways in one description the one that says most counts: sidecar, motor-model
-    plugins, the paper's plugin block, gym-pybullet-drones' properties, MuJoCo's actuators.
+    The first of these sources counts: sidecar, motor-model plugins, the paper's plugin block,
+    gym-pybullet-drones' properties, MuJoCo's actuators.
 
     Args:
         model: what the description says.
-        base_link: whose frame is the body frame B.
-        remarks: where to note what was assumed, and what was there besides.
-        sidecar: a file of rotors that was asked for, instead of one that lies beside.
+        base_link: its frame is the body frame B.
+        remarks: receives remarks on assumptions, and on declarations not used.
+        sidecar: a requested file of rotors, instead of the one next to the description.
 
     Raises:
-        WorkbenchError: with file and line, where rotors are declared and cannot be read.
+        WorkbenchError: with file and line, if rotors are declared and cannot be read.
     """
     sidecar = sidecar or find_sidecar(model.source)
     if sidecar:
@@ -331,7 +332,7 @@ def _declares_rotors(model: Model) -> bool:
 def _note_others(
     model: Model, rotors: tuple[Rotor, ...], blocks: list[DeclaredPlugin], remarks: Remarks
 ) -> None:
-    """Note what tells of rotors besides motor-model plugins, where it says something else."""
+    """Note declarations of rotors that differ from the motor-model plugins."""
     for block in blocks:
         named = velocity_plugin_joints(block)
         if not all(any(same_name(name, rotor.joint) for rotor in rotors) for name in named):
@@ -343,19 +344,19 @@ def _note_others(
 
 
 def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks: Remarks) -> Model:
-    """Return a model with the body of a sidecar, where that states one.
+    """Return a model with the body that a sidecar states, if any.
 
-    All mass is in the base link then, whose frame the centre of mass is given in: that changes
-    nothing of how a rigid body moves.
+    All mass then is in the base link, and the centre of mass is given in its frame. The motion of a
+    rigid body stays the same.
 
     Args:
-        model: whose links carry all of the drone.
-        base_link: whose frame is the body frame.
-        sidecar: a file that was asked for, instead of one that lies beside.
-        remarks: where to note it.
+        model: its links make up the drone.
+        base_link: its frame is the body frame.
+        sidecar: a requested file, instead of the one next to the description.
+        remarks: receives a remark.
 
     Raises:
-        WorkbenchError: with file and line, for what cannot be.
+        WorkbenchError: with file and line, for impossible numbers.
     """
     path = sidecar or find_sidecar(model.source)
     found = load_body(path) if path else None
@@ -391,25 +392,25 @@ def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks
 
 
 def is_battery_plugin(plugin: DeclaredPlugin) -> bool:
-    """Return whether a plugin is gz-sim's linear battery, by its file or its class."""
+    """Return whether a plugin is gz-sim's linear battery, by its file or class name."""
     name, file = (plugin.element.get(key, "").strip() for key in ("name", "filename"))
     return name.endswith(_BATTERY_CLASS) or _BATTERY_FILE in file
 
 
 def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> BatteryPack | None:
-    """Return the battery of a sidecar, else that of gz-sim's LinearBatteryPlugin, else None.
+    """Return the battery of the sidecar, else that of gz-sim's LinearBatteryPlugin, else None.
 
-    The plugin's voltage without load is E0 + E1 (1 - q/c) with q/c the share of charge (its
-    LinearBatteryPlugin.cc); our `openCircuitVoltage` in it, pairs of share and voltage, counts
-    more.
+    The open-circuit voltage of the plugin is E0 + E1 (1 - q/c) with the state of charge q/c (see
+    its LinearBatteryPlugin.cc). Our element `openCircuitVoltage` in it, pairs of share and voltage,
+    takes precedence.
 
     Args:
         model: with the plugins.
-        sidecar: a file that was asked for, instead of one that lies beside.
-        remarks: where to note a plugin that tells too little.
+        sidecar: a requested file, instead of the one next to the description.
+        remarks: receives a remark on an incomplete plugin.
 
     Raises:
-        WorkbenchError: with file and line, for what cannot be.
+        WorkbenchError: with file and line, for impossible numbers.
     """
     path = sidecar or find_sidecar(model.source)
     found = load_battery(path) if path else None
@@ -445,10 +446,10 @@ def _battery_of_plugin(plugin: DeclaredPlugin, remarks: Remarks) -> BatteryPack 
 def _checked_battery(
     capacity: float, resistance: float, points: list[list[float]], where: str
 ) -> BatteryPack:
-    """Return a battery that can be.
+    """Return a battery with possible numbers.
 
     Raises:
-        WorkbenchError: saying what cannot.
+        WorkbenchError: for an impossible number.
     """
     if not (0.0 < capacity < math.inf and 0.0 <= resistance < math.inf):
         raise WorkbenchError(

@@ -1,4 +1,4 @@
-"""What the air takes from a moving vehicle, from its record alone."""
+"""Drag of a moving vehicle, from its `Vehicle` record alone."""
 
 import math
 from typing import NamedTuple
@@ -9,16 +9,16 @@ from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 
 AIR_DENSITY = 1.225
-"""At sea level in the International Standard Atmosphere (ISO 2533) [kg/m³]."""
+"""Density of air at sea level in the International Standard Atmosphere (ISO 2533) [kg/m³]."""
 BODY_DENSITY = 1000.0
-"""Drones are about as dense as water [kg/m³]."""
+"""Assumed density of a drone, that of water [kg/m³]."""
 
 
 def drag_area(mass: float) -> float:
-    """Return drag coefficient times area of a body of which only the mass is known [m²].
+    """Return drag coefficient times area of a body, estimated from its mass [m²].
 
-    It is that of a cube as dense as water with a drag coefficient of 1, a little below the 1.05
-    of a cube face on (Hoerner, Fluid-Dynamic Drag, 1965, chapter 3).
+    The body is taken as a cube with the density of water and a drag coefficient of 1, a little
+    below the 1.05 of a cube face on (Hoerner, Fluid-Dynamic Drag, 1965, chapter 3).
 
     Args:
         mass: all-up [kg].
@@ -27,10 +27,10 @@ def drag_area(mass: float) -> float:
 
 
 class DragRates(NamedTuple):
-    """How fast drag brakes a hovering vehicle that begins to move.
+    """Deceleration by drag of a hovering vehicle that begins to move.
 
     Attributes:
-        across: by the rotors, across their axes, over speed [1/s].
+        across: by the rotors, perpendicular to their axes, over speed [1/s].
         squared: by the body, over squared speed [1/m].
         yaw: by the rotors, about the vertical, over yaw rate [1/s].
     """
@@ -41,11 +41,11 @@ class DragRates(NamedTuple):
 
 
 def drag_rates(vehicle: Vehicle, area: float | None = None) -> DragRates:
-    """Return the decelerations that a vehicle's rotors, turning as in hover, and body make.
+    """Return the decelerations by the rotors of a vehicle, at hover speed, and by its body.
 
     Args:
         vehicle: with its payload.
-        area: see `drag_area`; that of the mass where it is not given [m²].
+        area: see `drag_area` [m²]; estimated from the mass if not given.
     """
     area = drag_area(vehicle.mass) if area is None else area
     frame = thrust_frame(vehicle)

@@ -1,4 +1,4 @@
-"""A model whose meshes Drake draws and touches: converted, or replaced by something simple."""
+"""Make the meshes of a model usable by Drake: convert them, or replace them by simple shapes."""
 
 import contextlib
 import dataclasses
@@ -23,38 +23,38 @@ from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Cylinder, Mesh, Shape
 
 MOST_BYTES = 200_000_000
-"""Of one mesh file."""
+"""Size limit of a mesh file [bytes]."""
 _CHILD = "workbench.plant.meshes.child"
 _SECONDS, _MEGABYTES = 60.0, 3000
 _PATIENCE = 180.0
-"""For all meshes together [s]; what is not begun by then is refused."""
+"""Time limit for all meshes together [s]; a mesh not begun by then is rejected."""
 _REFUSED_FOR = 600.0
-"""How long a mesh that could not be converted is not tried again [s]."""
+"""Time before another attempt at a mesh that could not be converted [s]."""
 _GREY = (0.55, 0.57, 0.6, 1.0)
 _SMALLEST, _LARGEST = 0.02, 0.6
-"""Of a stand-in's sides [m]."""
+"""Limits of the sides of a substitute shape [m]."""
 _DISC_SHARE = 0.45
-"""A propeller's radius over the distance to the nearest other rotor, so that discs keep apart."""
+"""Radius of a propeller over the distance to the nearest rotor, so that discs do not overlap."""
 
 
 Use = Literal["visual", "collision"]
 _Task = tuple[MeshJob, Path]
-"""A conversion and where it goes."""
+"""A conversion and its destination."""
 
 
 @dataclass(frozen=True)
 class MeshUse:
-    """A mesh and what it is for.
+    """A mesh and its use.
 
-    For drawing it becomes a .gltf file with colours and pictures in it. Units of COLLADA, the
-    transforms of the file's scene, the scale, and the choice and centring of a submesh are in its
-    vertices: it is to be drawn at scale 1 with its z along the visual's. To touch, it becomes an
+    For drawing it becomes a .gltf file with colours and pictures included. Its vertices account for
+    COLLADA units, the transforms in the scene of the file, the scale, and the choice and centring
+    of a submesh: draw it at scale 1 with its z along that of the visual. For contact it becomes an
     .obj file of its convex hull, at least a millimetre thick.
 
     Attributes:
         mesh: with its path.
-        use: `visual`: to be drawn; `collision`: to touch.
-        rgba: colour 0 .. 1 where the file has none, for drawing; light grey if None.
+        use: `visual` for drawing, `collision` for contact.
+        rgba: colour 0 .. 1 for drawing if the file has none; light grey if None.
     """
 
     mesh: Mesh
@@ -63,16 +63,16 @@ class MeshUse:
 
 
 Files = Mapping[MeshUse, Path | WorkbenchError]
-"""The converted file of each use, or why there is none."""
+"""The converted file of each use, or the reason why there is none."""
 
 
 def convert(uses: Iterable[MeshUse]) -> dict[MeshUse, Path | WorkbenchError]:
-    """Return for each use the converted file, or why there is none, beginning with the mesh file.
+    """Return the converted file of each use, or the reason why there is none.
 
-    One process converts all that are not in the cache: it takes a second to start.
+    One process converts all meshes that are not in the cache, as it takes a second to start.
 
     Args:
-        uses: may repeat.
+        uses: may contain duplicates.
     """
     found: dict[MeshUse, Path | WorkbenchError] = {}
     tasks: dict[MeshUse, _Task] = {}
@@ -110,7 +110,7 @@ def _task(use: MeshUse) -> _Task:
 
 
 def _outcome(task: _Task) -> str | None:
-    """Return why a conversion failed a short while ago, "" if it is done, None if it is to do."""
+    """Return why a conversion failed recently, "" if it is done, None if it is still to do."""
     if is_sealed(task[1]):
         return ""
     note = _note(task)
@@ -127,10 +127,10 @@ def _note(task: _Task) -> Path:
 
 
 def _run(tasks: Sequence[_Task]) -> dict[_Task, str]:
-    """Convert, and return why that failed, "" where it did not.
+    """Convert, and return why that failed, or "".
 
-    Where the process for all of them dies, each has one of its own: one bad mesh does not
-    spoil the others, and it is known which one it was.
+    If the process for all of them dies, each is tried in its own process. So a bad mesh is
+    identified and does not affect the others.
     """
     if not tasks:
         return {}
@@ -143,7 +143,7 @@ def _run(tasks: Sequence[_Task]) -> dict[_Task, str]:
             reasons[task] = "" if is_sealed(task[1]) else _ask_alone(task, until)
     for task, reason in reasons.items():
         if reason:
-            with contextlib.suppress(OSError):  # then it is tried again, that is all
+            with contextlib.suppress(OSError):  # then it is only tried again
                 write_whole(_note(task), reason.encode("utf-8", "replace"))
     return reasons
 
@@ -164,10 +164,10 @@ def _ask(tasks: Sequence[_Task]) -> list[str]:
 
 
 def stand_ins(link: Link, rotors: Sequence[Rotor]) -> list[tuple[RigidTransform, Shape]]:
-    """Return shapes to draw a link by, with their poses in it.
+    """Return substitute shapes to draw a link, with their poses in it.
 
-    They are its collision shapes if it has any, a disc for a rotor, else the box that has the
-    link's mass and moments of inertia.
+    They are its collision shapes if it has any, a disc for a rotor, else the box with the mass and
+    moments of inertia of the link.
     """
     collisions = [
         (each.X_LS, each.shape) for each in link.collisions if not isinstance(each.shape, Mesh)
@@ -185,7 +185,7 @@ def stand_ins(link: Link, rotors: Sequence[Rotor]) -> list[tuple[RigidTransform,
 def without_missing_meshes(
     visuals: Sequence[LinkShape], shapes: Sequence[tuple[RigidTransform, Shape]]
 ) -> tuple[LinkShape, ...]:
-    """Return visuals with those of missing meshes replaced, all of them together, by shapes."""
+    """Return visuals with all those of missing meshes replaced by substitute shapes."""
     kept = [visual for visual in visuals if not visual.is_missing]
     drawn = [
         LinkShape(f"stand_in_{index}", X_LS, shape, _GREY)
@@ -195,7 +195,7 @@ def without_missing_meshes(
 
 
 def disc_radius(link: str, rotors: Sequence[Rotor]) -> float:
-    """Return a radius for a rotor's disc that does not touch the next [m], 0 for another link."""
+    """Return a radius for a rotor disc that does not touch the next [m], 0 for other links."""
     own = next((rotor for rotor in rotors if rotor.joint and rotor.link == link), None)
     if own is None:
         return 0.0
@@ -208,9 +208,9 @@ def disc_radius(link: str, rotors: Sequence[Rotor]) -> float:
 
 
 def inertia_box(inertial: Inertial) -> Box:
-    """Return the even box of a mass and its moments of inertia, within what a drone may measure.
+    """Return the homogeneous box with a mass and moments of inertia, within the size of a drone.
 
-    A side's square is 6/m times the sum of the other two moments less its own: the inverse of
+    The square of a side is 6/m times the sum of the other two moments minus its own: the inverse of
     I_xx = m (y² + z²)/12.
     """
     total = sum(inertial.moments)
@@ -228,7 +228,7 @@ def inertia_box(inertial: Inertial) -> Box:
 
 
 def with_bumper(link: Link, rotors: Sequence[Rotor]) -> Link:
-    """Return a base link with a box to stand on, as wide as the rotors are apart."""
+    """Return a base link with a box to stand on, as wide as the span of the rotors."""
     reach = [max((abs(rotor.p_BR[axis]) for rotor in rotors), default=0.1) for axis in (0, 1)]
     x, y = (float(np.clip(2.0 * half, _SMALLEST, 10.0)) for half in reach)
     bumper = LinkShape("stand_in", RigidTransform(), Box((x, y, 0.1 * max(x, y))))
@@ -238,13 +238,13 @@ def with_bumper(link: Link, rotors: Sequence[Rotor]) -> Link:
 def with_drawable_meshes(
     model: Model, base_link: str, rotors: Sequence[Rotor], remarks: Remarks
 ) -> Model:
-    """Return a model with meshes as Drake takes them, and something to touch the ground with.
+    """Return a model with meshes that Drake can use, and a shape for contact with the ground.
 
     Args:
         model: as read.
-        base_link: gets a box to stand on where no link touches anything.
-        rotors: for the size of stand-ins.
-        remarks: where to note meshes that were not found or could not be read.
+        base_link: gets a box to stand on if no link has a collision shape.
+        rotors: determine the size of substitute shapes.
+        remarks: receives remarks on meshes that were not found or could not be read.
     """
     links = tuple(
         _with_stand_ins(link, rotors)
@@ -260,22 +260,21 @@ def with_drawable_meshes(
 
 
 def with_converted_meshes(model: Model, remarks: Remarks, fate: str) -> tuple[Link, ...]:
-    """Return a model's links with meshes as Drake takes them, hulls for those that touch.
+    """Return the links of a model with meshes that Drake can use, and hulls for contact.
 
-    What touches and has no mesh to be had is left out; a visual without one keeps a mesh without
-    a path.
+    A collision shape without a usable mesh is left out; a visual keeps a mesh without a path.
 
     Args:
         model: as read.
-        remarks: where to note meshes that were not found or could not be read.
-        fate: a clause on what becomes of such visuals.
+        remarks: receives remarks on meshes that were not found or could not be read.
+        fate: a clause that says what happens to such visuals.
     """
     files = convert(use for link in model.links for use in _uses(link))
     return tuple(_drawable(model, link, files, remarks, fate) for link in model.links)
 
 
 def _with_stand_ins(link: Link, rotors: Sequence[Rotor]) -> Link:
-    """Return a link with something simple in the place of meshes that it is drawn by and lacks."""
+    """Return a link with substitute shapes for its missing visual meshes."""
     if not any(each.is_missing for each in link.visuals):
         return link
     visuals = without_missing_meshes(link.visuals, stand_ins(link, rotors))
@@ -283,7 +282,7 @@ def _with_stand_ins(link: Link, rotors: Sequence[Rotor]) -> Link:
 
 
 def _uses(link: Link) -> Iterator[MeshUse]:
-    """Yield every use that a link makes of a mesh that was found."""
+    """Yield every use of a mesh that was found in a link."""
     parts: tuple[tuple[Use, tuple[LinkShape, ...]], ...] = (
         ("visual", link.visuals),
         ("collision", link.collisions),
@@ -295,10 +294,10 @@ def _uses(link: Link) -> Iterator[MeshUse]:
 
 
 def _drawable(model: Model, link: Link, files: Files, remarks: Remarks, fate: str) -> Link:
-    """Return a link with its meshes converted, and hulls for those that touch."""
+    """Return a link with its meshes converted, and hulls for contact."""
 
     def converted(use: Use, shape: LinkShape, fate: str) -> LinkShape:
-        """Return a shape with its mesh as Drake takes it, or without a file where it has none."""
+        """Return a shape with its converted mesh, or without a file if there is none."""
         mesh = shape.shape
         if not isinstance(mesh, Mesh):
             return shape

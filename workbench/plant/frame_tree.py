@@ -1,4 +1,4 @@
-"""The tree of all frames: world, drone, links, sensors, parts of the world; any to any."""
+"""The tree of all frames: world, drone, links, sensors and parts of the world."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -40,13 +40,13 @@ class TreeFrame:
 
     @property
     def motion(self) -> str:
-        """How it moves, in words."""
+        """Its kind of motion in words."""
         if self.X_PF is None:
             return ", flies"
         return "" if isinstance(self.X_PF, RigidTransform) else ", moves"
 
     def pose(self, X_WB: RigidTransform, time: float) -> RigidTransform:
-        """Return X_PF at a time [s], where the base link is at a pose."""
+        """Return X_PF at a time [s] and a pose of the base link."""
         if self.X_PF is None:
             return X_WB
         return self.X_PF if isinstance(self.X_PF, RigidTransform) else self.X_PF(time)
@@ -64,7 +64,7 @@ class Transform:
 
 @dataclass(frozen=True)
 class FrameTree:
-    """Frames by name, each after its parent; the world itself is not listed."""
+    """Frames by name, each after its parent, without the world itself."""
 
     frames: tuple[TreeFrame, ...]
 
@@ -85,17 +85,17 @@ class FrameTree:
     def X(self, a: str, b: str, X_WB: RigidTransform, time: float = 0.0) -> RigidTransform:
         """Return X_AB, the pose of frame b in frame a.
 
-        It is multiplied up and down from the lowest frame that has both below it, so that frames
-        of the drone keep their poses to each other exactly, wherever it flies.
+        The product starts at the lowest common ancestor of both frames, so that relative poses of
+        frames on the drone are exact wherever it flies.
 
         Args:
             a: frame A.
-            b: frame B' whose pose is wanted.
+            b: frame B', the pose of which is returned.
             X_WB: pose of the base link.
             time: for parts of the world that move [s].
 
         Raises:
-            WorkbenchError: if there is no frame of a name.
+            WorkbenchError: if a frame does not exist.
         """
         way_a, way_b = self._way_down(a), self._way_down(b)
         shared = 0
@@ -112,12 +112,12 @@ class FrameTree:
         )
 
     def lines(self, X_WB: RigidTransform, time: float = 0.0) -> Iterator[str]:
-        """Yield the tree as lines: name, place in its parent [m] and roll, pitch, yaw [°]."""
+        """Yield the tree as lines: name, position in its parent [m] and roll, pitch, yaw [°]."""
         yield WORLD
         yield from self._lines_below(WORLD, "", X_WB, time)
 
     def check(self, name: str) -> None:
-        """Raise a WorkbenchError with the nearest name if there is no frame of this one."""
+        """Raise a WorkbenchError with the nearest name if there is no frame of this name."""
         if name not in self.names:
             raise unknown_name("frame", name, self.names)
 
@@ -132,7 +132,7 @@ class FrameTree:
         )
 
     def _way_down(self, name: str) -> list[TreeFrame]:
-        """Return the frames from below the world down to a name's."""
+        """Return the frames on the path from the world, without it, down to a name."""
         self.check(name)
         way: list[TreeFrame] = []
         while name != WORLD:
@@ -154,7 +154,7 @@ class FrameTree:
 
 
 def _product(way: list[TreeFrame], X_WB: RigidTransform, time: float) -> RigidTransform:
-    """Return the pose of the last frame of a way down in the parent of its first."""
+    """Return the pose of the last frame of a path in the parent of its first frame."""
     X = RigidTransform()
     for frame in way:
         X = X @ frame.pose(X_WB, time)
@@ -175,7 +175,7 @@ def roll_pitch_yaw(X: RigidTransform) -> list[float]:
 
 
 def _place(X_PF: RigidTransform) -> str:
-    """Return where a frame is in its parent."""
+    """Return the pose of a frame in its parent in words."""
     place = _numbers(X_PF.translation())
     angles = [math.degrees(angle) for angle in roll_pitch_yaw(X_PF)]
     return f"{place}; rpy {_numbers(np.array(angles))}" if any(angles) else place
@@ -193,16 +193,16 @@ def frame_tree(
 ) -> FrameTree:
     """Return all frames of a drone and of the world around it.
 
-    Links and frames of the description have their names. A sensor has its own where that is free,
-    and else NAME_sensor; a depth camera has an optical frame besides. Where a sensor's readings
-    are labelled with a frame that the description does not have, that is another name for the
-    sensor's. What is left without a free name gets a number.
+    Links and frames of the description keep their names. A sensor keeps its name if it is free, and
+    else becomes NAME_sensor. A depth camera also has an optical frame. If the readings of a sensor
+    are labelled with a frame that is not in the description, that is an alias of the sensor frame.
+    Any name still taken gets a number.
 
     Args:
-        vehicle: whose frames, sensors and base link these are.
-        model: its links and joints, which tell what hangs on what.
-        fixed: parts F of the world that stay, by name, with X_WF.
-        moving: parts of the world that move, by name, with X_WF over time.
+        vehicle: has the frames, sensors and base link.
+        model: its links and joints, which define parents.
+        fixed: static parts F of the world, by name, with X_WF.
+        moving: moving parts F of the world, by name, with X_WF over time.
     """
     frames = [TreeFrame(vehicle.base_link, WORLD, None)]
     poses = {
@@ -233,7 +233,7 @@ def frame_tree(
 
 
 def frames_in_world(vehicle: Vehicle, model: Model, world: World) -> FrameTree:
-    """Return all frames of a drone in a world, obstacles included; see `frame_tree`."""
+    """Return all frames of a drone in a world with its obstacles, see `frame_tree`."""
     return frame_tree(
         vehicle,
         model,
@@ -245,7 +245,7 @@ def frames_in_world(vehicle: Vehicle, model: Model, world: World) -> FrameTree:
 def _add_links(
     frames: list[TreeFrame], model: Model, poses: dict[str, RigidTransform], base_link: str
 ) -> None:
-    """Add the links, each after the one that it hangs on; the model is a tree below its base."""
+    """Add the links, each after its parent; the model is a tree below its base."""
     todo = [base_link]
     while todo:
         parent = todo.pop(0)

@@ -1,7 +1,7 @@
-"""A drone's links as one body, which is how it flies: none of them moves against another.
+"""Merge the links of a drone into one rigid body, as none of them moves relative to another.
 
-Drake carries every body through each step, moving or welded, about a microsecond each; most drones
-have five to a dozen.
+In Drake every body, moving or welded, costs about a microsecond per step, and most drones have five
+to a dozen links.
 """
 
 import dataclasses
@@ -13,14 +13,14 @@ from pydrake.math import RigidTransform
 from workbench.plant.model import Inertial, Link, LinkShape, Model, NamedFrame
 
 _BETWEEN = "::"
-"""Stands between a link's name and its shape's; Meshcat makes a folder of what is before it."""
+"""Separator between the names of link and shape; Meshcat makes a folder of the first."""
 
 
 def gathered(model: Model, base_link: str) -> Model:
     """Return the model with all mass and all shapes of its links in the base link.
 
-    The other links are frames on it, which are all the frames that it has, and there are no
-    joints. Shapes are named as `link_of` reads it.
+    The other links become frames on it, its only frames, and there are no joints. The names of
+    shapes are those that `link_of` reads.
 
     Args:
         model: one tree of links.
@@ -50,7 +50,7 @@ def gathered(model: Model, base_link: str) -> Model:
 
 
 def link_of(geometry: str, drone: str) -> str:
-    """Return the name of the link that a shape of the one body comes from.
+    """Return the name of the link that a shape of the merged body comes from.
 
     Args:
         geometry: its name in Drake's scene graph.
@@ -64,10 +64,10 @@ def _named(link: Link, shape: str) -> str:
 
 
 def whole_inertial(parts: Sequence[tuple[RigidTransform, Inertial | None]]) -> Inertial | None:
-    """Return mass and inertia of all parts together, None where none has mass.
+    """Return mass and inertia of all parts together, None if none has mass.
 
-    With c_i a part's centre of mass from that of the whole, in B:
-    I = sum of R_i I_i R_i^T + m_i (c_i . c_i 1 - c_i c_i^T), the parallel-axis theorem.
+    With c_i the centre of mass of a part relative to that of the whole, in B: I = sum of R_i I_i
+    R_i^T + m_i (c_i . c_i 1 - c_i c_i^T), the parallel-axis theorem.
 
     Args:
         parts: X_BL and inertia of each link.

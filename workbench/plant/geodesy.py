@@ -1,4 +1,4 @@
-"""Places on the earth from places in the world, and back: east, north and up of the home."""
+"""Convert between geodetic positions and positions in the world, east, north and up of the home."""
 
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ _WGS84 = Ellipsoid.from_name("wgs84")
 
 
 class Geodetic(NamedTuple):
-    """A place: latitude and longitude [rad], altitude above the ellipsoid [m]."""
+    """A position: latitude and longitude [rad], altitude above the ellipsoid [m]."""
 
     latitude: float
     longitude: float
@@ -19,19 +19,19 @@ class Geodetic(NamedTuple):
 
 
 def geodetic(p_W: tuple[float, float, float], home: Home) -> Geodetic:
-    """Return the place of a point in W [m]."""
+    """Return the geodetic position of a point in W [m]."""
     found = enu2geodetic(*p_W, home.latitude, home.longitude, home.altitude, _WGS84, deg=False)
     return Geodetic(*map(float, found))
 
 
 def in_world(latitude: Any, longitude: Any, altitude: Any, home: Home) -> tuple[Any, Any, Any]:
-    """Return the point in W [m] of a place, or of many as arrays.
+    """Return the point in W [m] of a geodetic position, or of arrays of them.
 
     Args:
         latitude: geodetic [rad].
-        longitude: likewise.
+        longitude: geodetic [rad].
         altitude: above the ellipsoid [m].
-        home: where the world's origin lies.
+        home: the origin of the world.
     """
     origin = (home.latitude, home.longitude, home.altitude)
     found: tuple[Any, Any, Any] = geodetic2enu(

@@ -1,4 +1,4 @@
-"""Where on the earth the world's origin lies."""
+"""The position of the world's origin on the earth."""
 
 import math
 from dataclasses import dataclass
@@ -6,19 +6,19 @@ from dataclasses import dataclass
 Triple = tuple[float, float, float]
 
 STRONGEST_FIELD = 1e-3
-"""No magnetic field that is stated has a component beyond this [T]; the earth's are below 7e-5."""
+"""Limit of the components of a stated magnetic field [T]; those of the earth are below 7e-5."""
 
 
 @dataclass(frozen=True)
 class Home:
-    """The origin of the world frame on the WGS84 ellipsoid; east, north and up are seen from it.
+    """The origin of the world frame on the WGS84 ellipsoid; it defines east, north and up.
 
     Attributes:
         latitude: geodetic, north is positive [rad].
         longitude: east is positive [rad].
         altitude: above the ellipsoid [m].
-        magnetic_field: east, north and up, where it is stated [T]; else it follows from the
-            place, see `magnetic_field.magnetic_field`.
+        magnetic_field: east, north and up [T], or None to compute it from the position, see
+            `magnetic_field.magnetic_field`.
     """
 
     latitude: float
@@ -28,5 +28,4 @@ class Home:
 
 
 DEFAULT_HOME = Home(math.radians(47.397742), math.radians(8.545594), 488.0)
-"""Where nothing says another place: Irchel in Zurich, the home of PX4's simulations, whose users
-know its figures."""
+"""The default home: Irchel in Zurich, as in PX4's simulations."""

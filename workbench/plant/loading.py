@@ -1,4 +1,4 @@
-"""From a description to the `Vehicle` record of what was understood."""
+"""From a description to a `Vehicle` record."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -33,9 +33,9 @@ def load_vehicle(
 
 
 def make_vehicle(description: Description) -> Vehicle:
-    """Return the record of what was understood of a description.
+    """Return the `Vehicle` record of a description that was read.
 
-    Mass, centre and inertia are those of the one body that Drake flies, rotors at standstill.
+    Mass, centre of mass and inertia are those of the single body in Drake, with rotors at rest.
 
     Raises:
         WorkbenchError: if it has fewer than four rotors or they cannot control it.
@@ -81,7 +81,7 @@ def make_vehicle(description: Description) -> Vehicle:
 
 
 def _check_rotors(description: Description) -> None:
-    """Refuse what has no mass, or too few rotors to fly."""
+    """Reject a drone without mass, or with too few rotors to fly."""
     count = len(description.rotors)
     if count < 4:
         found = f"{count} rotors are declared" if count else "no rotors are declared"
@@ -98,7 +98,7 @@ def _check_rotors(description: Description) -> None:
 
 
 def _check_inertia(description: Description, I_BBcm_B: np.ndarray) -> None:
-    """Refuse a drone that would turn without any resistance."""
+    """Reject a drone without rotational inertia."""
     moments = np.linalg.eigvalsh(I_BBcm_B)
     if not moments[0] > 1e-12:
         raise WorkbenchError(
@@ -108,7 +108,7 @@ def _check_inertia(description: Description, I_BBcm_B: np.ndarray) -> None:
 
 
 def _check_lift(vehicle: Vehicle) -> None:
-    """Refuse a drone that is too heavy for its rotors."""
+    """Reject a drone that is too heavy for its rotors."""
     for rotor, speed in zip(vehicle.rotors, vehicle.hover_speeds, strict=True):
         if speed >= rotor.max_rot_velocity:
             raise WorkbenchError(
@@ -129,11 +129,11 @@ def _rows(matrix: np.ndarray) -> tuple[tuple[float, float, float], ...]:
 
 
 def ground_clearance(model: Model, base_link: str) -> float:
-    """Return the depth of the lowest point of all collision shapes below the base's origin [m].
+    """Return the depth of the lowest collision point below the origin of the base link [m].
 
     Args:
-        model: whose meshes that touch are convex hulls, as .obj files.
-        base_link: whose frame is upright.
+        model: its collision meshes are convex hulls in .obj files.
+        base_link: its frame is upright.
     """
     base = model.link(base_link)
     assert base
@@ -147,7 +147,7 @@ def ground_clearance(model: Model, base_link: str) -> float:
 
 
 def _depth(X_BC: RigidTransform, shape: Shape) -> float:
-    """Return how far a shape C reaches down from the origin of B: by its support function."""
+    """Return the depth of a shape C below the origin of B, by its support function."""
     down_C = -X_BC.rotation().matrix()[2]  # the direction down, in the shape's own frame
     across, along = float(np.hypot(*down_C[:2])), float(abs(down_C[2]))
     match shape:

@@ -1,4 +1,4 @@
-"""A description as records, whatever format it came in: links, joints, shapes, poses.
+"""A description as records, independent of its file format: links, joints, shapes, poses.
 
 Frames: M is the model's own frame, L a link's, J a joint's, S that of a shape or a sensor,
 I that of an inertia. Poses of links and joints are given in M and hold while all
@@ -33,13 +33,13 @@ class Inertial:
 
 @dataclass(frozen=True)
 class LinkShape:
-    """A shape that is drawn, or that touches, on its link.
+    """A visual or collision shape on its link.
 
     Attributes:
         name: of the visual or collision.
-        X_LS: where it is.
+        X_LS: its pose.
         shape: in its own frame.
-        rgba: 0 .. 1, of what is drawn; None where the description gives no colour.
+        rgba: colour of a visual, 0 .. 1; None if the description states none.
     """
 
     name: str
@@ -55,7 +55,7 @@ class LinkShape:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part; without an inertial it is a frame with shapes."""
+    """A rigid body; without an inertial it is a frame with shapes."""
 
     name: str
     X_ML: RigidTransform
@@ -65,21 +65,21 @@ class Link:
 
     @property
     def shapes(self) -> tuple[LinkShape, ...]:
-        """All of them, those that are drawn first."""
+        """All shapes, visuals first."""
         return (*self.visuals, *self.collisions)
 
 
 @dataclass(frozen=True)
 class Joint:
-    """How a child link hangs on its parent.
+    """The joint between a child link and its parent.
 
     Attributes:
         name: of the joint.
-        kind: as the description has it: fixed, continuous, revolute, prismatic, ...
+        kind: as in the description: fixed, continuous, revolute, prismatic, ...
         parent: link name, or `world`.
         child: link name.
-        X_MJ: pose of the joint's frame.
-        axis_J: unit vector of turning or sliding; z where there is none.
+        X_MJ: pose of the joint frame.
+        axis_J: unit vector of rotation or translation; z if there is none.
     """
 
     name: str
@@ -92,7 +92,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class NamedFrame:
-    """An SDF `<frame>`, or a URDF link that Gazebo would know by name: F fixed to a link."""
+    """An SDF `<frame>`, or a URDF link that Gazebo keeps as a frame: F fixed to a link."""
 
     name: str
     link: str
@@ -101,7 +101,7 @@ class NamedFrame:
 
 @dataclass(frozen=True)
 class DeclaredSensor:
-    """A `<sensor>` element, in SDF's words in every format, and where it is mounted."""
+    """A `<sensor>` element in SDF's terms, for every format, and its mounting."""
 
     file: Path
     link: str
@@ -123,12 +123,12 @@ class DeclaredActuator:
 
     Attributes:
         name: of the actuator.
-        link: that it pushes.
-        X_LS: where.
-        force_S: on the link, over the control.
-        moment_S: likewise.
-        most: the largest control, None where there is no limit.
-        time_constant: of a first-order filter before it [s], None where there is none.
+        link: the one it acts on.
+        X_LS: pose of the site.
+        force_S: force on the link per unit of control.
+        moment_S: moment on the link per unit of control.
+        most: the largest control, None without a limit.
+        time_constant: of a first-order filter at its input [s], None without a filter.
     """
 
     name: str
@@ -142,17 +142,17 @@ class DeclaredActuator:
 
 @dataclass(frozen=True)
 class Model:
-    """What a description file says, before anything is made of it.
+    """The content of a description file, before interpretation.
 
     Attributes:
-        source: the file that was asked for.
+        source: the requested file.
         name: the robot's or model's name.
-        links: in the file's order.
-        joints: in the file's order.
+        links: in file order.
+        joints: in file order.
         frames: SDF frames.
         sensors: all `<sensor>` elements.
         plugins: all `<plugin>` elements.
-        actuators: those of MJCF that push or turn a site.
+        actuators: those of MJCF that apply a force or moment at a site.
         properties: the attributes of gym-pybullet-drones' `<properties>` tag, or empty.
     """
 
@@ -167,13 +167,13 @@ class Model:
     actuators: tuple[DeclaredActuator, ...] = ()
 
     def link(self, name: str) -> Link | None:
-        """Return the link of a name, if there is one."""
+        """Return the link with a name, or None."""
         return next((link for link in self.links if link.name == name), None)
 
     def joint(self, name: str) -> Joint | None:
-        """Return the joint of a name, if there is one."""
+        """Return the joint with a name, or None."""
         return next((joint for joint in self.joints if joint.name == name), None)
 
     def joint_of(self, child: str) -> Joint | None:
-        """Return the joint that a link hangs on, if it hangs on one."""
+        """Return the joint to the parent of a link, or None."""
         return next((joint for joint in self.joints if joint.child == child), None)

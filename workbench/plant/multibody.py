@@ -24,13 +24,12 @@ from workbench.plant.worlds.geometry import add_ground
 from workbench.plant.worlds.world import EMPTY, World
 
 MOST_BESIDE_THE_GROUND = 13
-"""So many shapes may be fixed to the world itself where there is ground.
+"""Largest number of shapes fixed to the world body itself if there is ground.
 
-What is fixed to the world is in one tree of boxes, built once. When the tree is higher than the
-logarithm of its number of leaves by 10, Drake 1.51 balances it anew, and with the endless box of a
-half space among the leaves that ends in a segmentation fault (the sizes that it compares are all
-infinite). A tree of 14 leaves cannot be so high, however it grew.
-"""
+Shapes fixed to the world are in one bounding volume tree, built once. When the height of the tree
+exceeds the logarithm of its number of leaves by 10, Drake 1.51 rebalances it. With the infinite box
+of a half space among the leaves this ends in a segmentation fault, as all the sizes compared are
+infinite. A tree of 14 leaves can never be that high."""
 _BODY = "_obstacles"
 
 
@@ -39,10 +38,10 @@ def add_plant(
 ) -> tuple[MultibodyPlant, SceneGraph]:
     """Add a finalised plant with the world around it and its scene graph.
 
-    The drone is one body, that of its base link; its other links are frames on it. Rotors are
-    part of it at any speed: what their spin does is a force on it, see `systems.dynamics`, and
-    only the picture turns them. Obstacles that stand still are shapes of the world body, and
-    those that move are added by `systems.moving_obstacles`.
+    The drone is one body, that of its base link; its other links are frames on it. Rotors are part
+    of that body at any speed: the effect of their spin is a force on it, see `systems.dynamics`,
+    and they turn only in the picture. Static obstacles are shapes of the world body;
+    `systems.moving_obstacles` adds moving ones.
 
     Args:
         builder: the diagram being built.
@@ -51,7 +50,7 @@ def add_plant(
         world: where it flies.
 
     Raises:
-        WorkbenchError: if Drake refuses the description or the world.
+        WorkbenchError: if Drake rejects the description or the world.
     """
     config = MultibodyPlantConfig(
         time_step=time_step,
@@ -67,7 +66,7 @@ def add_plant(
 def add_shapes(
     builder: DiagramBuilder, description: Description, world: World = EMPTY
 ) -> tuple[MultibodyPlant, SceneGraph, InputPort]:
-    """Add the scene of a vehicle that something else moves.
+    """Add the scene of a vehicle that another system moves.
 
     Args:
         builder: the diagram being built.
@@ -75,8 +74,8 @@ def add_shapes(
         world: where it flies.
 
     Returns:
-        A plant that is no system of the diagram and knows bodies and shapes; the scene graph; and
-        the port for the state of the vehicle's body (13).
+        A plant with the bodies and shapes, which is not part of the diagram; the scene graph; and
+        the input port for the state of the body of the vehicle (13).
 
     Raises:
         WorkbenchError: as `add_plant` does.
@@ -98,7 +97,7 @@ def add_shapes(
 def _fill(
     plant: MultibodyPlant, scene_graph: SceneGraph, description: Description, world: World
 ) -> None:
-    """Put drone, ground and obstacles into a plant, and finalise it."""
+    """Add drone, ground and obstacles to a plant, and finalise it."""
     with _sentences(description.source):
         _add_drone(plant, description)
         plant.mutable_gravity_field().set_gravity_vector(np.array([0.0, 0.0, -GRAVITY]))
@@ -121,7 +120,7 @@ def _add_drone(plant: MultibodyPlant, description: Description) -> None:
 
 @contextmanager
 def _sentences(source: Path) -> Iterator[None]:
-    """Turn what Drake says of a file into a sentence."""
+    """Turn Drake's message about a file into a sentence."""
     try:
         yield
     except (RuntimeError, ValueError, SystemExit) as error:
@@ -133,12 +132,12 @@ def add_obstacles(plant: MultibodyPlant, world: World) -> None:
     """Add the shapes of a world's obstacles to a plant, before it is finalised.
 
     They get no bodies of their own, as each body takes time at every step: 24 obstacles as 24
-    welded bodies double a step of 20 µs. Fixed to the world's body they cost nearly nothing (1000
-    shapes 3 µs), but see `MOST_BESIDE_THE_GROUND`; where they are more, one body that is welded
-    to the world has them, whose boxes Drake places anew at every step (24 shapes 14 µs, 200 70 µs).
+    welded bodies double a step of 20 µs. Fixed to the world body they cost almost nothing (3 µs for
+    1000 shapes), but see `MOST_BESIDE_THE_GROUND`. More shapes go to one body welded to the world;
+    Drake updates their boxes at every step (14 µs for 24 shapes, 70 µs for 200).
 
     Raises:
-        RuntimeError, ValueError: from Drake, if it does not take a geometry.
+        RuntimeError, ValueError: from Drake, if it does not accept a geometry.
     """
     count = sum(len(obstacle.collisions) for obstacle in world.obstacles)
     is_many = world.ground and count > MOST_BESIDE_THE_GROUND
@@ -157,7 +156,7 @@ def add_obstacles(plant: MultibodyPlant, world: World) -> None:
 
 
 def _welded_body(plant: MultibodyPlant) -> RigidBody:
-    """Return a new body whose frame is the world's."""
+    """Return a new body welded to the world frame."""
     inertia = SpatialInertia(1.0, np.zeros(3), UnitInertia.SolidSphere(1.0))  # of no effect
     body = plant.AddRigidBody(_BODY, plant.AddModelInstance(_BODY), inertia)
     plant.WeldFrames(plant.world_frame(), body.body_frame())

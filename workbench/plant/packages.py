@@ -1,8 +1,7 @@
-"""Find ROS packages, Gazebo models, and the files that descriptions name, without ROS or Gazebo.
+"""Find ROS packages, Gazebo models and files of descriptions, without ROS or Gazebo.
 
-A name is looked for among the folders that were given for it; else above and beside the
-description; else where the usual environment variables point; else in the repository or workspace
-that the description lies in.
+The search order is: the folders given for a name; folders above and beside the description; the
+usual environment variables; the repository or workspace of the description.
 """
 
 import os
@@ -24,32 +23,32 @@ _MODEL_PATHS = (
 )
 _MARKERS = ("package.xml", "model.config", "model.sdf")
 _NEAR = 3
-"""So many ancestors of the description have their child folders looked into."""
+"""Number of ancestors of the description to search with their child folders."""
 _DEPTH = 4
-"""Of a folder of packages: repository, group, package, with one to spare."""
+"""Depth of the search in a folder of packages: repository, group, package, and one more."""
 _MOST_FOLDERS = 3000
 _MOST_ENTRIES = 10_000
 _MOST_NAMES = 1000
-"""A description that names more packages than this is not serious."""
+"""Limit of the number of packages named by a description."""
 
 
 class PackageFinder:
-    """Finds folders and files for one description, and remembers where it looked.
+    """Finds folders and files for one description, and caches its searches.
 
     Attributes:
         source: the description's file, absolute.
-        packages: the folders that were given, absolute, by package or model name.
+        packages: the given folders, absolute, by package or model name.
     """
 
     def __init__(self, source: Path, packages: Mapping[str, Path | str] | None = None) -> None:
-        """Look around a file.
+        """Search for one description.
 
         Args:
             source: the description.
-            packages: folders to take without looking, by the name of a package or model.
+            packages: folders to use without a search, by the name of a package or model.
 
         Raises:
-            WorkbenchError: if one of them is no folder.
+            WorkbenchError: if one of them is not a folder.
         """
         self.source = source.absolute()
         self.packages = {name: _given(name, folder) for name, folder in (packages or {}).items()}
@@ -59,19 +58,19 @@ class PackageFinder:
         self._crawled: dict[tuple[Path, int], dict[str, list[Path]]] = {}
 
     def folder(self, name: str) -> Path | None:
-        """Return the folder of a ROS package or Gazebo model, None where it is not found."""
+        """Return the folder of a ROS package or Gazebo model, None if not found."""
         return next(iter(self._folders(name)), None)
 
     def resolve(self, uri: str, file: Path) -> Path | None:
-        """Return the file or folder that a URI or a path stands for.
+        """Return the file or folder that a URI or a path refers to.
 
         Args:
             uri: package://NAME/..., model://NAME/..., file://..., or a path; absolute, or relative
                 to the file that names it, to the description, or to a folder that models are in.
-            file: where it stands.
+            file: the one that contains the URI.
 
         Returns:
-            An absolute path to what is there, or None. What lies on the web is not looked up.
+            An absolute path to an existing file or folder, or None. Web addresses are not followed.
         """
         text = uri.strip()
         return next(
@@ -85,11 +84,11 @@ class PackageFinder:
         )
 
     def hint(self, name: str) -> str:
-        """Return what a user can do about a package that is not found, a clause for a message."""
+        """Return advice about a package that is not found, as a clause for a message."""
         return f"give --package {shlex.quote(f'{name}=DIR')}"
 
     def _places(self, text: str, file: Path) -> Iterator[Path]:
-        """Yield the paths that a text may mean, whether there is anything or not."""
+        """Yield the paths that a text may mean, whether they exist or not."""
         scheme, sign, rest = text.partition("://")
         path = Path(rest if sign else text)
         if sign and scheme in ("package", "model"):
@@ -107,10 +106,10 @@ class PackageFinder:
                 yield folder.joinpath(*others)
 
     def _in_package(self, rest: str, file: Path) -> Iterator[Path]:
-        """Yield where the file of a package or model may be.
+        """Yield possible paths of a file of a package or model.
 
-        Where there is no such package, perhaps the description was taken out of it with the
-        folders around it: `meshes/` beside or above.
+        If there is no such package, the description may have been copied with its folders, such as
+        `meshes/` beside or above it.
         """
         name, _, inner = rest.strip("/").partition("/")
         inner = inner.strip("/")
@@ -121,7 +120,7 @@ class PackageFinder:
             yield folder / inner
 
     def _folders(self, name: str) -> tuple[Path, ...]:
-        """Return all folders of a name, the likeliest first."""
+        """Return all folders for a name, the most likely first."""
         if name in self.packages:
             return (self.packages[name],)
         if name in ("", ".", "..") or "/" in name or "\0" in name:
@@ -134,7 +133,7 @@ class PackageFinder:
         return self._found[name]
 
     def _candidates(self, name: str) -> Iterator[Path]:
-        """Yield folders that may be the one of a name: those that say so before mere namesakes."""
+        """Yield candidate folders for a name: those that declare it before those only called so."""
         for level, folder in enumerate(self._above):
             yield from self._crawl(folder, 1 if level < _NEAR else 0).get(name, ())
             yield from self._crawl(folder / name, 0).get(name, ())
@@ -163,7 +162,7 @@ class PackageFinder:
 
 
 def _crawl(top: Path, depth: int) -> dict[str, list[Path]]:
-    """Look for packages and models, the upper ones first, within bounds."""
+    """Search for packages and models breadth first, within limits."""
     found: dict[str, list[Path]] = {}
     seen: set[tuple[int, int]] = set()
     todo = deque([(top, 0)])
@@ -184,7 +183,7 @@ def _crawl(top: Path, depth: int) -> dict[str, list[Path]]:
 
 
 def _names(folder: Path) -> set[str]:
-    """Return what a folder is called as a package or model, nothing if it is neither."""
+    """Return the names of a folder as a package or model, none if it is neither."""
     marks = [mark for mark in _MARKERS if (folder / mark).is_file()]
     names = {folder.name} if marks else set()
     if "package.xml" in marks:
@@ -208,7 +207,7 @@ def _folders_in(variable: str) -> list[Path]:
 
 
 def _shallow() -> set[Path]:
-    """Return the folders that have the whole machine, or all that a user has, below them."""
+    """Return the folders that contain the whole machine, or all files of a user."""
     try:
         home = Path.home()
     except RuntimeError:

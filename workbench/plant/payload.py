@@ -1,4 +1,4 @@
-"""What a vehicle carries besides itself, and what it weighs with that."""
+"""The payload of a vehicle, and the vehicle with it."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 class Payload(NamedTuple):
-    """A box of even density, fixed to the body; `workbench params` lists meaning, unit and range.
+    """A box of uniform density fixed to the body; `workbench params` explains its numbers.
 
-    Size, not moments of inertia: every inertia that a body can have is that of some box, so there
-    is no order in which these numbers could be set that makes an inertia which no body has; and
-    the moments go with the mass.
+    The parameters are sizes, not moments of inertia. Every physical inertia is that of some box, so
+    these numbers can be set in any order without an impossible inertia in between. The moments
+    scale with the mass.
     """
 
     payload_mass: float = 0.0
@@ -35,7 +35,7 @@ class Payload(NamedTuple):
 
     @property
     def known(self) -> "Payload":
-        """The payload that the law believes in: of the mass that it knows, otherwise the same."""
+        """The payload known to the law: its mass may differ, the rest is the same."""
         known = self.known_payload_mass
         return self._replace(payload_mass=known) if known > 0.0 else NO_PAYLOAD
 
@@ -58,16 +58,16 @@ class Payload(NamedTuple):
 
 
 NO_PAYLOAD = Payload()
-"""Nothing is carried."""
+"""The payload of a vehicle that carries nothing."""
 
 
 def payload_of(values: Mapping[str, float]) -> Payload:
-    """Return the payload of parameter values by name; what is not named is as without one."""
+    """Return the payload given by parameter values; a missing one is as without a payload."""
     return Payload(**{name: values[name] for name in Payload._fields if name in values})
 
 
 def laden(vehicle: Vehicle, payload: Payload) -> Vehicle:
-    """Return a vehicle with its payload as a part of it; without one the vehicle itself."""
+    """Return a vehicle with its payload as part of it; without a payload, the vehicle itself."""
     if payload.payload_mass == 0.0:
         return vehicle
     inertia = vehicle.inertia
@@ -89,10 +89,10 @@ def laden(vehicle: Vehicle, payload: Payload) -> Vehicle:
 
 
 def believed(vehicle: Vehicle, payload: Payload) -> Vehicle:
-    """Return a vehicle with its payload as the law believes it.
+    """Return a vehicle with its payload as known to the law.
 
     Raises:
-        WorkbenchError: if no rotor speeds would hold that in hover.
+        WorkbenchError: if no rotor speeds keep it in hover.
     """
     known = payload.known
     if known == NO_PAYLOAD:
@@ -110,7 +110,7 @@ def believed(vehicle: Vehicle, payload: Payload) -> Vehicle:
 
 
 def laden_description(description: "Description", payload: Payload) -> "Description":
-    """Return a description whose base link has the mass of a payload, too."""
+    """Return a description with the mass of a payload added to its base link."""
     if payload.payload_mass == 0.0:
         return description
     links = tuple(

@@ -1,4 +1,4 @@
-"""Put a vehicle somewhere."""
+"""Set the state of a vehicle."""
 
 from collections.abc import Sequence
 

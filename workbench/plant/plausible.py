@@ -1,7 +1,7 @@
-"""Is what was understood a drone? Numbers that are possible, and most often a slip of a unit.
+"""Find implausible numbers of a vehicle, which most often come from a wrong unit.
 
-The limits lie beyond every published description that was tried, from a Crazyflie of 27 g to
-lifters of 12 kg, and well within what a factor of a hundred or a thousand makes.
+The limits admit every published description that was tried, from a Crazyflie of 27 g to heavy
+lifters of 12 kg, and catch an error by a factor of a hundred or a thousand.
 """
 
 import math
@@ -13,36 +13,38 @@ from workbench.plant.rotors import Rotor, propeller_diameter, propeller_inertia
 from workbench.plant.vehicle import Vehicle
 
 _ARM = 0.2
-"""Arm over the cube root of mass [m kg^-1/3]. Multirotors of all sizes are similar bodies, mass
-going with the cube of length (Kumar, Michael: Opportunities and challenges with autonomous micro
-aerial vehicles, Int. J. Robotics Research 31(11), 2012): 0.13 for a Crazyflie, 0.28 for lifters."""
+"""Usual arm over the cube root of mass [m kg^-1/3]. Multirotors of all sizes are similar, with mass
+proportional to the cube of length (Kumar, Michael: Opportunities and challenges with autonomous
+micro aerial vehicles, Int. J. Robotics Research 31(11), 2012): 0.13 for a Crazyflie, 0.28 for
+lifters."""
 _ARMS = (0.25, 4.0)
-"""Shares of the usual arm that are likely."""
+"""Plausible range of the arm, as shares of the usual arm."""
 _SLIPS = ((300.0, 3000.0, "millimetres"), (50.0, 300.0, "centimetres"), (15.0, 50.0, "inches"))
-"""So many times too long, and what was written for metres."""
+"""Factors of likely unit errors, with the unit given instead of metres."""
 _GYRATION = (0.1, 1.5)
-"""Radius of gyration over the longest arm that is likely. Published ones have 0.3 to 0.8: motors
-alone are a tenth of the mass and stand at the arms' ends, which makes 0.2, and next to nothing of
-it lies beyond them."""
+"""Plausible range of the radius of gyration over the longest arm. Published ones have 0.3 to 0.8:
+motors alone are a tenth of the mass at the ends of the arms, which yields 0.2, and almost no mass
+lies beyond them."""
 _WEAKEST, _STRONGEST = 1.2, 20.0
-"""Thrust-to-weight: with less a gust cannot be met; racing quadrotors have 15."""
+"""Plausible range of thrust-to-weight: less cannot resist a gust; racing quadrotors have 15."""
 _FASTEST = 300.0
-"""Speed of a blade's tip [m/s]: close to that of sound, 340, propellers give no more thrust."""
+"""Largest plausible speed of a blade tip [m/s]: near that of sound, 340, they gain no thrust."""
 _OVERLAP = 1.6
-"""Diameter over the distance to the next hub; coaxial rotors aside, published ones have up to 1."""
+"""Limit of diameter over distance to the next hub; published ones have up to 1, except coaxial."""
 _LAGS = (5e-4, 0.5)
-"""Time constants of rotors [s]; published ones have 0.01 to 0.1."""
+"""Plausible range of time constants of rotors [s]; published ones have 0.01 to 0.1."""
 _TORQUE = (0.005, 1.0)
-"""Drag torque over thrust and diameter: propellers have 0.05 to 0.1, published ones up to 0.45."""
+"""Plausible range of drag torque over thrust and diameter: 0.05 to 0.1 is usual, 0.45 published."""
 _SPINNING = (0.07, 30.0)
-"""Inertia of a rotor over that of a propeller of its thrust. Published ones have 0.2 to 2; the
-diameter, right to a fifth, goes into it with its fifth power, and motors' bells add to it."""
+"""Plausible range of the inertia of a rotor over that of a propeller with its thrust. Published
+ones have 0.2 to 2; it depends on the fifth power of the diameter, which is accurate to a fifth, and
+motor bells add to it."""
 _UNEVEN = 2.5
-"""Between the hover speeds of one drone's rotors."""
+"""Limit of the ratio between hover speeds of the rotors of one drone."""
 
 
 def doubts(vehicle: Vehicle) -> list[str]:
-    """Return a clause for each number of a vehicle that is unlikely, with what to look at."""
+    """Return a clause for each implausible number of a vehicle, with what to check."""
     return [
         *_of_the_arms(vehicle),
         *_of_the_inertia(vehicle),
@@ -101,7 +103,7 @@ def _of_the_thrust(vehicle: Vehicle) -> Iterator[str]:
 
 
 def _of_the_rotors(vehicle: Vehicle) -> Iterator[str]:
-    """Yield what is unlikely of the first rotor of which it is; the others are mostly alike."""
+    """Yield implausible numbers, each of the first rotor that has it; most rotors are alike."""
     for clauses in (_of_speed, _of_size, _of_lag, _of_torque, _of_spinning):
         for rotor in vehicle.rotors:
             said = clauses(vehicle, rotor)
@@ -164,7 +166,7 @@ def _of_spinning(vehicle: Vehicle, rotor: Rotor) -> str:
 
 
 def _diameter(rotor: Rotor) -> float:
-    """Return about how large a rotor's propeller is [m], by its thrust at the largest speed."""
+    """Return an estimate of the propeller diameter of a rotor [m], from its largest thrust."""
     linear = rotor.linear_motor_constant / rotor.max_rot_velocity
     return propeller_diameter(rotor.motor_constant + linear)
 
@@ -174,5 +176,5 @@ def _longest_arm(vehicle: Vehicle) -> Rotor:
 
 
 def _arm(vehicle: Vehicle, rotor: Rotor) -> float:
-    """Return how far a rotor is from the centre of mass [m]."""
+    """Return the distance of a rotor from the centre of mass [m]."""
     return math.dist(rotor.p_BR, vehicle.p_BoBcm_B)

@@ -1,4 +1,4 @@
-"""How far a drone reaches: a sphere that holds all of it, its turning rotors included."""
+"""The bounding sphere of a drone with its turning rotors."""
 
 import math
 from collections.abc import Sequence
@@ -14,15 +14,15 @@ from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 
 _AROUND = 64
-"""Corners of the polygon around a cylinder; it is 0.12 % wider than the circle."""
+"""Number of corners of the polygon around a cylinder; it is 0.12 % wider than the circle."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """A sphere about C, a point fixed to the body, that holds the drone at any speed of its rotors.
+    """A sphere about C, a point fixed to the body, that contains the drone with turning rotors.
 
     Attributes:
-        p_BC: its centre, in the body frame: that of the box around the drone [m].
+        p_BC: its centre in the body frame, that of the bounding box of the drone [m].
         radius: its radius [m].
     """
 
@@ -31,17 +31,17 @@ class Reach:
 
 
 def reach(model: Model, base_link: str, rotors: Sequence[Rotor]) -> Reach:
-    """Return the smallest sphere about the drone's middle that holds its shapes.
+    """Return the smallest sphere about the middle of the drone that contains its shapes.
 
-    All shapes count, those that touch and those that are drawn: most descriptions draw their
-    propellers, and few let them touch. Where propellers have no shape at all, only their hubs
-    count, as no description gives the size of a propeller otherwise. It is exact but for cylinders
-    (0.12 % of their radius too wide) and ellipsoids (held by the sphere around them).
+    All visual and collision shapes count: most descriptions draw their propellers, but few give
+    them a collision shape. If propellers have no shape at all, only their hubs count, as
+    descriptions do not state the size of a propeller otherwise. The sphere is exact except for
+    cylinders (0.12 % of their radius too wide) and ellipsoids (replaced by the sphere around them).
 
     Args:
-        model: with meshes as Drake draws them.
-        base_link: whose frame is the body frame.
-        rotors: whose links turn about their axes.
+        model: with meshes that Drake can draw.
+        base_link: its frame is the body frame.
+        rotors: their links turn about their axes.
     """
     base = model.link(base_link)
     assert base
@@ -64,12 +64,12 @@ def reach(model: Model, base_link: str, rotors: Sequence[Rotor]) -> Reach:
 
 
 def _distance(points: np.ndarray, p_BC: np.ndarray) -> np.ndarray:
-    """Return how far points (n, 3) are from C, (n) [m]."""
+    """Return the distances of points (n, 3) from C, (n) [m]."""
     return np.asarray(np.linalg.norm(points - p_BC, axis=1))
 
 
 def _swept(points: np.ndarray, p_BC: np.ndarray, rotor: Rotor) -> np.ndarray:
-    """Return how far points (n, 3) come from C while they turn with a rotor, (n) [m]."""
+    """Return the largest distances of points (n, 3) from C as they turn with a rotor, (n) [m]."""
     axis, hub = np.array(rotor.axis_B), np.array(rotor.p_BR)
     along, from_axis = _split(points - hub, axis)
     along_C, from_axis_C = _split((p_BC - hub)[None], axis)
@@ -77,13 +77,13 @@ def _swept(points: np.ndarray, p_BC: np.ndarray, rotor: Rotor) -> np.ndarray:
 
 
 def _split(points: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return places along an axis through the origin, and distances from it, (n) each [m]."""
+    """Return positions along an axis through the origin, and distances from it, (n) each [m]."""
     along = points @ axis
     return along, np.linalg.norm(points - along[:, None] * axis, axis=1)
 
 
 def _balls(X_BL: RigidTransform, link: Link) -> tuple[np.ndarray, np.ndarray]:
-    """Return centres (n, 3) in B and radii (n) of balls whose hull holds a link's shapes [m]."""
+    """Return centres (n, 3) in B and radii (n) of spheres that enclose a link's shapes [m]."""
     centres, radii = [np.zeros((0, 3))], [np.zeros(0)]  # a link may have none
     for each in link.shapes:
         points, radius = _hull(each.shape)
@@ -94,7 +94,7 @@ def _balls(X_BL: RigidTransform, link: Link) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _hull(shape: Shape) -> tuple[np.ndarray, float]:
-    """Return points (n, 3) in a shape's frame, and the radius of the balls about them [m]."""
+    """Return points (n, 3) in a shape's frame, and the radius of the spheres about them [m]."""
     match shape:
         case Box(size):
             return 0.5 * np.array(size) * np.array(list(product((-1.0, 1.0), repeat=3))), 0.0

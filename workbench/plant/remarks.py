@@ -1,4 +1,4 @@
-"""What was repaired, assumed, missing or left unused while a description was read."""
+"""Remarks on what was repaired, assumed, missing or ignored in a description."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ HEADINGS: dict[RemarkKind, str] = {
     "missing": "missing",
     "ignored": "not used",
 }
-"""What people are told of each kind."""
+"""Heading of each kind of remark."""
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,10 @@ class Remark:
     """One thing that the reader of a description should know.
 
     Attributes:
-        kind: `repaired`: written differently in the file; `assumed`: not in the file at all;
-            `missing`: named there, and not found; `ignored`: there, and of no use here.
-        file: where.
-        element: which element, as a user would look for it: `link 'rotor_0'`.
+        kind: `repaired`: different in the file; `assumed`: not in the file; `missing`: named in the
+            file but not found; `ignored`: in the file but not used.
+        file: the one concerned.
+        element: the element, in words a user can search for: `link 'rotor_0'`.
         text: what was done about it, a clause that can follow a colon.
     """
 
@@ -38,14 +38,14 @@ class Remark:
 
 
 def summed_up(remarks: Sequence[Remark]) -> str:
-    """Return how many remarks there are of each kind: "2 repaired, 1 missing"."""
+    """Return the number of remarks of each kind: "2 repaired, 1 missing"."""
     counts = Counter(remark.kind for remark in remarks)
     return ", ".join(f"{counts[kind]} {word}" for kind, word in HEADINGS.items() if counts[kind])
 
 
 @dataclass
 class Remarks:
-    """Remarks in the order in which they came up, each once."""
+    """Remarks in the order of their occurrence, without duplicates."""
 
     _found: dict[Remark, None] = field(default_factory=dict)
 

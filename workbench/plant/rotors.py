@@ -1,4 +1,4 @@
-"""Rotors: what a description says of each, and how their thrusts make a wrench."""
+"""Rotors: the constants of each, and the wrench of their thrusts."""
 
 import math
 from collections.abc import Sequence
@@ -9,11 +9,11 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 
 LEAST_LIFT = 0.3
-"""Share of thrust along body z under which a rotor takes no part in hovering: 73° off."""
+"""Share of thrust along body z below which a rotor does not contribute to hover: 73° of tilt."""
 _THRUST_COEFFICIENT = 0.1
-"""Thrust over density, squared revolutions a second, and the fourth power of the diameter;
-propellers of drones have 0.06 to 0.14 (UIUC propeller data base), so that a diameter that follows
-from it is right to a fifth."""
+"""Thrust over density, squared revolutions per second, and the fourth power of the diameter.
+Propellers of drones have 0.06 to 0.14 (UIUC propeller data base), so a diameter computed from it is
+accurate to a fifth."""
 _AIR = 1.225
 """Density [kg/m³]."""
 PROPELLER_DENSITY = 0.75
@@ -36,12 +36,12 @@ class Rotor:
         time_constant_up: lag while speeding up [s].
         time_constant_down: lag while slowing down [s].
         max_rot_velocity: largest speed [rad/s].
-        velocity_slowdown: the picture turns slower than the rotor by this factor.
-        rotor_drag_coefficient: force against the hub's way across the axis, over speeds of rotor
-            and hub [N / (rad/s · m/s)].
-        rolling_moment_coefficient: moment against that way, over the same two speeds
-            [N·m / (rad/s · m/s)].
-        inertia: about the spin axis, of all that turns [kg·m²]; 0 where nothing states it.
+        velocity_slowdown: the rotor is drawn turning slower by this factor.
+        rotor_drag_coefficient: force against the velocity of the hub perpendicular to the axis,
+            over speeds of rotor and hub [N / (rad/s · m/s)].
+        rolling_moment_coefficient: moment against that velocity, over the same two speeds [N·m /
+            (rad/s · m/s)].
+        inertia: of all turning parts about the spin axis [kg·m²]; 0 if not stated.
         inflow_coefficient: thrust lost, over speeds of the rotor and of the hub through the air
             along the axis [N / (rad/s · m/s)]; `k_z` of RotorPy, `drag_coeff_z` of
             gym-pybullet-drones. See `dynamics.vehicle_step`.
@@ -49,9 +49,9 @@ class Rotor:
             above the ground, r being the propeller's radius; `gnd_eff_coeff` of
             gym-pybullet-drones. See `dynamics.vehicle_step`.
         propeller_radius: r of the ground effect [m].
-        linear_motor_constant: thrust over speed, besides that over squared speed [N·s]: for a
-            measured curve that is not exactly quadratic, as those of the UIUC propeller data base,
-            whose coefficient of thrust grows with the speed.
+        linear_motor_constant: thrust over speed, in addition to that over squared speed [N·s]: for
+            a measured curve that is not exactly quadratic, such as those of the UIUC propeller data
+            base, where the thrust coefficient grows with the speed.
     """
 
     name: str
@@ -90,22 +90,22 @@ class Rotor:
 
     @property
     def lifts(self) -> bool:
-        """Whether it helps to hover; one that pushes forwards or down stays at rest."""
+        """Whether it contributes to hover; a rotor that pushes forwards or down stays at rest."""
         return self.axis_B[2] > LEAST_LIFT
 
 
 def propeller_diameter(motor_constant: float) -> float:
-    """Return about how large a propeller of a motor constant is [m]."""
+    """Return an estimate of the diameter of a propeller from its motor constant [m]."""
     squared = motor_constant * (2.0 * math.pi) ** 2
     return float((squared / (_THRUST_COEFFICIENT * _AIR)) ** 0.25)
 
 
 def propeller_inertia(diameter: float, blades: int = 2) -> float:
-    """Return about what inertia a propeller has about its axis [kg·m²]: that of thin rods.
+    """Return an estimate of the inertia of a propeller about its axis, as of thin rods [kg·m²].
 
     Args:
         diameter: of the propeller [m].
-        blades: how many it has, each as heavy as half a propeller of two.
+        blades: their number, each with half the mass of a propeller with two blades.
     """
     return blades / 2.0 * PROPELLER_DENSITY * diameter**5 / 12.0
 
@@ -113,8 +113,8 @@ def propeller_inertia(diameter: float, blades: int = 2) -> float:
 def wrench_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:
     """Return the 6 x n matrix from thrusts [N] to force and moment about the centre of mass, in B.
 
-    The air's drag turns the body against the rotor: the moment of a counter-clockwise rotor
-    (direction +1) is -moment_constant times its thrust along its axis.
+    Drag turns the body against the rotor: the moment of a counter-clockwise rotor (direction +1) is
+    -moment_constant times its thrust along its axis.
     """
     axes = np.array([rotor.axis_B for rotor in rotors])
     arms = np.array([rotor.p_BR for rotor in rotors]) - np.array(p_BoBcm_B)
@@ -125,11 +125,11 @@ def wrench_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.nda
 def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:
     """Return the n x 4 matrix from (force along z [N], moments x, y, z [N·m]) to thrusts [N].
 
-    It is the pseudo-inverse of the wrench matrix' last four rows: of all thrusts that make the
-    wrench, the smallest. Rotors that do not lift have rows of zeros.
+    It is the pseudo-inverse of the last four rows of the wrench matrix: of all thrusts with the
+    required wrench it yields those with the least norm. Rotors that do not lift have rows of zeros.
 
     Raises:
-        WorkbenchError: if the rotors cannot make the four independently.
+        WorkbenchError: if the rotors cannot produce the four independently.
     """
     lifting = np.array([rotor.lifts for rotor in rotors])
     if not lifting.any():
@@ -145,7 +145,7 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
             f"(rank {rank} of 4{_bound(rows)}): check rotor positions and turning directions"
         )
     allocation = np.linalg.pinv(rows)
-    allocation[~lifting] = 0.0  # exactly: the inverse leaves rounding there
+    allocation[~lifting] = 0.0  # exactly: the inverse leaves rounding errors
     if allocation[lifting, 0].min() <= 0.0:
         raise WorkbenchError(
             "some rotors would have to push downwards to hover: check the rotors' axes and turning "
@@ -155,7 +155,7 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
 
 
 def _bound(rows: np.ndarray) -> str:
-    """Return what of (thrust, roll, pitch, yaw) rotors cannot make alone, a clause."""
+    """Return a clause on what of (thrust, roll, pitch, yaw) rotors cannot make independently."""
     scaled = rows / np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-12)
     weights = np.abs(np.linalg.svd(scaled)[0][:, -1])
     names = [
