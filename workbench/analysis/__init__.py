@@ -1,1 +1,1 @@
-"""Processes that judge gains beside a flight: they compute what a screen asks for."""
+"""Processes that evaluate gains beside a flight, as a screen requests."""

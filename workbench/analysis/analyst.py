@@ -1,4 +1,4 @@
-"""The caller's end of an analyst: `ask` returns at once, and the reply comes later."""
+"""The caller's end of an analyst: `ask` returns at once, and the reply follows."""
 
 import copy
 import threading
@@ -16,18 +16,18 @@ from workbench.scenario.scenario import Scenario
 
 CLOSED = "the analyst is closed"
 MOST_DEATHS = 3
-"""After so many processes in a row that end without an answer, no other is started."""
+"""Number of successive processes that die without an answer after which no other is started."""
 NICENESS = {QUICK: 3, SLOW: 10, LONG: 10}
-"""A flight beside them must keep its time."""
+"""Niceness of each process: a flight beside them must keep its time."""
 
 
 class AnalysisProcess:
-    """Answers questions in its own process; only its start and `close` take time.
+    """Answers questions in its own process; only its start and `close` block.
 
     Args:
-        begin: the first message to every process, see `worker.main`.
-        progressed: called with a `Searched`, or with a text on what is prepared, as compiling, in
-            another thread.
+        begin: first message to every process, see `worker.main`.
+        progressed: called in another thread with a `Searched`, or with a text about preparations,
+            as compiling.
     """
 
     def __init__(
@@ -50,26 +50,26 @@ class AnalysisProcess:
 
     @property
     def has_given_up(self) -> bool:
-        """Whether no further process is started, as too many have died."""
+        """Whether no further process is started because too many have died."""
         return self._deaths >= MOST_DEATHS
 
     def ask(self, question: Question, answer: "Future[Any]") -> None:
-        """Ask, and give the answer to a Future; a process is started if there is none."""
+        """Ask a question whose answer goes to a Future; start a process if there is none."""
         try:
             self._living().ask(lambda: question, answer)
         except WorkbenchError as error:
             answer.set_exception(error)
-        except Exception as error:  # an object of the user's own may fail in any way
+        except Exception as error:  # a user's object may fail in any way
             said = f"the question cannot be sent to a process: {error}"
             answer.set_exception(WorkbenchError(said))
 
     def warm_up(self) -> None:
         """Start the process, so that the first question does not wait for it."""
-        with suppress(WorkbenchError):  # which the first question will be told
+        with suppress(WorkbenchError):  # the first question reports the error
             self._living()
 
     def stop(self) -> None:
-        """End what was asked so far; a search keeps its best."""
+        """End all earlier questions; a search keeps its best result."""
         if self._worker is not None:
             self._worker.send(Stop(self._worker.requests))
 
@@ -82,10 +82,10 @@ class AnalysisProcess:
             worker.close()
 
     def _living(self) -> WorkerProcess:
-        """Return a process that is alive, as far as is known.
+        """Return a process that is presumably alive.
 
         Raises:
-            WorkbenchError: if there is none.
+            WorkbenchError: if no process can be started.
         """
         with self._lock:
             if self._closed:
@@ -116,17 +116,16 @@ def _ignore(_: Searched | str) -> None:
 
 
 class Analyst:
-    """Judges gains of a scenario's vehicle beside its flight, in three processes.
+    """Evaluates gains of a scenario's vehicle beside its flight, in three processes.
 
-    One is quick, one is slow, and one searches. Each is started at its first question, and again at
-    the next one after it has died. No method but `close` ever waits.
+    One is for quick questions, one for slow ones, and one for searches. Each starts at its first
+    question, and after its death again at the next one. Only `close` blocks.
 
     Args:
-        scenario: whose vehicle is judged, with its variation and rates; where a whole flight is
-            flown, all of it counts.
+        scenario: source of the vehicle with its variation and rates; flights use all of it.
         settings: values of the live parameters, over those of the scenario's gains.
-        progress: called with a `Searched`, or with a text on what is prepared, as compiling, in a
-            thread of this analyst's.
+        progress: called with a `Searched`, or with a text about preparations, as compiling, in a
+            thread of this analyst.
     """
 
     def __init__(
@@ -143,25 +142,25 @@ class Analyst:
         }
         self._lock = threading.Lock()
         self._closed = False
-        # To start a process takes ten milliseconds, more than a screen may wait.
+        # Starting a process takes ten milliseconds, longer than a screen may wait.
         self._background = ThreadPoolExecutor(1, thread_name_prefix="analyst")
 
     @property
     def pids(self) -> tuple[int | None, ...]:
-        """Numbers of the quick, slow and searching process, None before they are started."""
+        """Process IDs of the quick, slow and searching process, None before they start."""
         return tuple(each.pid for each in self._processes.values())
 
     @property
     def has_given_up(self) -> bool:
-        """Whether a process died so often that questions to it are refused from now on."""
+        """Whether a process died so often that questions to it are now refused."""
         return any(each.has_given_up for each in self._processes.values())
 
     def ask(self, question: Question) -> "Future[Any]":
-        """Ask; the Future has the reply, or a WorkbenchError that says why there is none.
+        """Ask a question; the Future gets the reply, or a WorkbenchError with the reason for none.
 
-        Of each kind the newest question counts: one that still waits when it comes fails with a
-        `SupersededError`; one that is being worked on is answered, so that a screen can follow a
-        slider that never rests.
+        Of each kind the newest question counts: an older one that still waits fails with a
+        `SupersededError`; one in progress is answered, so that a screen can follow a slider that
+        keeps moving.
         """
         answer = unanswered_future()
         if type(question) not in ANSWERED_BY:
@@ -174,16 +173,16 @@ class Analyst:
         return answer
 
     def warm_up(self) -> None:
-        """Start the quick and the slow process, so that the first questions find them ready."""
+        """Start the quick and the slow process, so that the first questions need not wait."""
         for process in (QUICK, SLOW):
             self._submit(self._processes[process].warm_up)
 
     def stop(self) -> None:
-        """End a search soon, and keep its best."""
+        """End a search soon, and keep its best result."""
         self._submit(self._processes[LONG].stop)
 
     def close(self) -> None:
-        """Kill the processes, and wait until they are gone; the last call."""
+        """Kill the processes, and wait until they are gone; must be the last call."""
         with self._lock:
             self._closed = True
         self._background.shutdown()
@@ -191,7 +190,7 @@ class Analyst:
             process.close()
 
     def _submit(self, act: Callable[[], None]) -> bool:
-        """Run something in the background thread, in order; return False once closed."""
+        """Run a function in the background thread, in order; return False after `close`."""
         with self._lock:
             if not self._closed:
                 self._background.submit(act)

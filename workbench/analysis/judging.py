@@ -1,4 +1,4 @@
-"""How stable the drone hovers with gains: margins, poles, and between which values it is stable."""
+"""Stability of the hover with given gains: margins, poles, and stable ranges of gains."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -36,28 +36,28 @@ from workbench.design.linear.operating_point import HOLDING, HOVER
 from workbench.scenario.parameters import Parameter
 
 COARSE = 8
-"""Values tried between a gain's own and each limit."""
+"""Number of values tried between a gain's own and each limit."""
 Turned = tuple[tuple[str, float], ...]
 """Phase by the name of its cause [rad]."""
 LEAST = 1e-3
-"""The smallest value tried, as a share of the limit; 0 has no logarithm."""
+"""Smallest value tried, as a share of the limit; 0 has no logarithm."""
 EXACT = 2e-3
-"""Relative accuracy of the border."""
+"""Relative accuracy of a range's ends."""
 Search = Iterator[tuple[float, float] | None]
 FORGOTTEN = 0.05
-"""A sampled pole no larger than this leaves nothing after two samples: rounding moves it."""
+"""A smaller sampled pole is left out: it decays within two samples, and rounding moves it."""
 
 
 def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
-    """Answer between which values each gain may lie, by the eigenvalues of the closed loop.
+    """Answer the stable range of each gain, by the eigenvalues of the closed loop.
 
-    A gain with which nothing is stable within its limits is left out. Where its own value is not,
-    the range is the nearest one that is, as far as a coarse look finds it.
+    A gain without a stable value within its limits is left out. If its own value is unstable, the
+    range is the nearest stable one that a coarse search finds.
     """
     gains, names = subject.gains(question.gains), subject.asked_names(question.gains)
     found: dict[str, tuple[float, float]] = {}
     loops = subject.table.controller.loops
-    # what the loops' stability depends on
+    # parameters that affect the loops' stability
     for name in dict.fromkeys(name for loop in loops for name in loop.gains):
         row = subject.table.find(name)
         for span in _stable_span(row, gains[name], _test(subject, gains, name)):
@@ -69,7 +69,7 @@ def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
 
 
 def is_stable(holding: LinearModel) -> bool:
-    """Return whether a closed loop is stable while it holds a place, and while it is steered."""
+    """Return whether a closed loop is stable, both while it holds a place and while steered."""
     return all(
         growth_rate(closed_poles(model), model.period) < INTEGRATOR
         for model in (opened_to_steer(holding), holding)
@@ -82,7 +82,7 @@ def _test(subject: Subject, gains: Mapping[str, float], name: str) -> Callable[[
 
 
 def _stable_span(row: Parameter, own: float, stable: Callable[[float], bool]) -> Search:
-    """Yield None for each value tried, then the span of stable values, if there is one."""
+    """Yield None for each value tried, then the range of stable values, if there is one."""
     values = [own, *_spread(row, own)]
     looked: dict[float, bool] = {}
     for value in values:
@@ -112,7 +112,7 @@ def _stable_span(row: Parameter, own: float, stable: Callable[[float], bool]) ->
 
 
 def _spread(row: Parameter, own: float) -> list[float]:
-    """Return values to try first, from limit to limit, evenly spaced in their logarithm."""
+    """Return the first values to try, from limit to limit, evenly spaced in their logarithm."""
     least = max(row.minimum, LEAST * row.maximum)
     middle = min(max(own, least), row.maximum)
     below = np.geomspace(least, middle, COARSE + 1)
@@ -121,15 +121,15 @@ def _spread(row: Parameter, own: float) -> list[float]:
 
 
 def _place(row: Parameter, value: float) -> float:
-    """Return where a value lies, as a slider's logarithm has it."""
+    """Return a value's position on a logarithmic slider."""
     return math.log(max(value, LEAST * row.maximum))
 
 
 def judge(subject: Subject, question: Judge, _: Work) -> Working:
-    """Answer how stable gains are, as `live_margins` does.
+    """Answer the stability with given gains, as `live_margins` does.
 
-    Poles are of the sampled loop that flies, in continuous terms, s = ln(z) / period, while the
-    place is held, so that every gain moves some of them.
+    Poles are those of the sampled loop that flies, in continuous terms, s = ln(z) / period, while
+    the place is held: then every gain affects some of them.
     """
     holding = subject.model(subject.gains(question.gains))
     steering = opened_to_steer(holding)
@@ -157,7 +157,7 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
 
 
 def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> Working:
-    """Answer the disk margin of force and moments at once, as `workbench judge` does."""
+    """Answer the disk margin of simultaneous force and moments, as `workbench judge` does."""
     gains = subject.linear_gains(question.gains)
     found = []
     for point in (HOVER, HOLDING):
@@ -167,9 +167,9 @@ def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> W
 
 
 def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Working:
-    """Answer what one loop is over frequency, of the model that margins are judged by.
+    """Answer the frequency response of one loop, of the model that margins are computed with.
 
-    A loop that holds a place is closed in it; for all others the pilot steers.
+    For a loop that holds a place, the place is held; for all others the pilot steers.
     """
     loop = subject.table.controller.loop(question.loop)
     holding = subject.model(subject.gains(question.gains))
@@ -178,7 +178,7 @@ def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Workin
 
 
 def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Working:
-    """Answer which injection a loop tolerates, by a model of the flight."""
+    """Answer the injection that a loop tolerates, by a model of the flight."""
     loop = subject.table.controller.loop(question.loop)
     gains, point = subject.linear_gains(question.gains), HOLDING if loop.hold else HOVER
     model = subject.study.sampled(point, gains)
@@ -187,22 +187,22 @@ def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Wo
 
 
 def opened_to_steer(holding: LinearModel) -> LinearModel:
-    """Return a closed loop with its position loops opened: then a pilot steers."""
+    """Return a closed loop with its position loops opened, as while a pilot steers."""
     steering = holding.opened([loop.error for loop in holding.loops if loop.hold])
     return replace(steering, trim=replace(steering.trim, point=HOVER))
 
 
 def shown_poles(model: LinearModel) -> np.ndarray:
-    """Return a closed loop's poles in continuous terms [1/s], those that die within a sample out.
+    """Return a closed loop's poles in continuous terms [1/s], except those that decay at once.
 
-    Poles on the negative real axis of z lie at half the sampling rate.
+    Poles on the negative real axis of z appear at half the sampling rate.
     """
     poles = closed_poles(model)
     return natural_poles(poles[np.abs(poles) > FORGOTTEN], model.period)
 
 
 def _margins(model: LinearModel, *, hold: bool) -> dict[str, LoopMargins]:
-    """Return the margins of the loops that are closed only while a place is held, or the others."""
+    """Return the margins of the loops that are closed only while a place is held, or of the rest."""
     loops = [loop for loop in model.loops if loop.hold is hold]
     found = all_margins(model, [loop.point("actuator") for loop in loops])
     return {loop.name: margins for loop, margins in zip(loops, found, strict=True)}
@@ -214,7 +214,7 @@ def _turned(
     margins: Mapping[str, LoopMargins],
     asked: Mapping[str, float],
 ) -> dict[str, Turned]:
-    """Return what turned the phase of each loop."""
+    """Return the causes of phase lag and lead of each loop."""
     crossovers = {name: each.crossover for name, each in margins.items()}
     gains = subject.linear_gains(asked)
     return {
@@ -225,7 +225,7 @@ def _turned(
 
 
 def _said(steered: tuple[str, ...], held: tuple[str, ...]) -> str:
-    """Return a sentence on what is unstable, "" if nothing is."""
+    """Return a sentence about what is unstable, "" if all is stable."""
     if steered:
         return f"unstable: a swing grows through {_listed(steered)}"
     return f"holding a place is unstable: a swing grows through {_listed(held)}" if held else ""

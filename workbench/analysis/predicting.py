@@ -1,4 +1,4 @@
-"""Flights with gains: steps, maps, sensitivities, forks, and logs that are flown again."""
+"""Flights with given gains: steps, maps, sensitivities, forks, and logs that are flown again."""
 
 import logging
 import math
@@ -42,30 +42,31 @@ if TYPE_CHECKING:
     from workbench.logs.flight_record import FlightRecord
 
 LONGEST = 20.0
-"""The longest step that a caller waits for [s]."""
+"""Longest allowed duration of a step [s]."""
 PATIENCE = 0.005
 """Between two checks whether the engine is loaded [s]."""
 POINTS = 25
-"""Along each axis; odd, so that the gains themselves are in the middle."""
+"""Points along each axis; odd, so that the gains themselves are in the middle."""
 BAND = 2
-"""Rows that are flown before something more urgent is looked for; a range has two values."""
+"""Rows flown between checks for more urgent work; a range has two values."""
 LONGEST_MAPPED = 10.0
-"""Of a map's steps: a band of them takes 20 ms then, for which margins would have to wait [s]."""
+"""Longest allowed duration of a map's step: longer ones take 20 ms a band, for which margins would
+have to wait [s]."""
 FACTOR = 2.0
-"""The map reaches from a gain over this to this times the gain, within its limits."""
+"""The map covers a gain divided by this to the gain times this, within its limits."""
 SHARE = 0.1
-"""Of a gain's largest value, to which a map goes from a gain of 0."""
+"""Share of a gain's largest value that a map covers if the gain is 0."""
 PERCENT = 0.01
 NOTHING = 1e-6
-"""A slope of this share of the strongest is rounding."""
+"""A slope below this share of the strongest one is rounding."""
 SHOWN = 0.01
-"""Sample time of a log that is flown again [s], at least one control update."""
+"""Sample time of a log that is flown again [s]; at least one control period."""
 PLACES = (4, 5, 6, 10, 11, 12)
-"""Of position and velocity in a state."""
+"""Indices of position and velocity in a state."""
 
 
 def fork(subject: Subject, question: Fork, work: Work) -> Working:
-    """Answer how the flight goes on from a checkpoint with each branch's values, to the bit."""
+    """Answer how the flight continues from a checkpoint with each branch's values, to the bit."""
     flown = subject.forker.fly(
         question.checkpoint,
         question.branches,
@@ -78,7 +79,7 @@ def fork(subject: Subject, question: Fork, work: Work) -> Working:
 
 
 def _numbers(question: Fork, branch: FlownBranch) -> StepNumbers | None:
-    """Return the metrics of a branch's step, which goes on top of what was asked for before."""
+    """Return the metrics of a branch's step, which adds to the earlier command."""
     step, checkpoint = question.step, question.checkpoint
     if step is None or branch.lost:
         return None
@@ -89,9 +90,9 @@ def _numbers(question: Fork, branch: FlownBranch) -> StepNumbers | None:
 
 
 def predict(subject: Subject, question: Predict, _: Work) -> Working:
-    """Answer how a step would be flown from hover with the step's heading.
+    """Answer the response to a step from hover at the step's heading.
 
-    The air is as the settings ask for.
+    The air is that of the settings.
     """
     check_short(question.step)
     gains = subject.gains(question.gains)
@@ -129,10 +130,10 @@ def ready_engine(subject: Subject) -> "Generator[None, None, RolloutEngine]":
 
 
 def check_short(step: Step, longest: float = LONGEST) -> None:
-    """Refuse a step that makes no flight, or one too long to wait for.
+    """Refuse a step that is too short for a flight, or too long to wait for.
 
     Raises:
-        WorkbenchError: if it does.
+        WorkbenchError: if it is either.
     """
     check = check_load if step.is_load else check_step
     check(step.axis, step.amplitude)
@@ -145,7 +146,7 @@ def check_short(step: Step, longest: float = LONGEST) -> None:
 
 
 def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
-    """Answer what a metric is around gains, by a compiled flight for each point."""
+    """Answer a metric around the given gains, from a compiled flight for each point."""
     from workbench.design.sweep.sweep import gain_map
 
     step = question.step
@@ -157,7 +158,7 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
     values = np.full((y.points, x.points), np.nan)
     for first in range(0, y.points, BAND):
         work.check()
-        start = min(first, y.points - BAND)  # the last band has a row of the one before
+        start = min(first, y.points - BAND)  # the last band repeats a row of the one before
         low, *_, high = y.grid[start : start + BAND]
         band = gain_map(
             engine,
@@ -170,7 +171,7 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
             duration=step.duration,
             heading=step.heading,
         )
-        assert band is not None  # nothing stops it
+        assert band is not None  # nothing can interrupt it
         values[start : start + BAND] = band.values
         yield None
     unit = find_metric(question.metric).unit_for(find_axis(step.axis).unit)
@@ -178,7 +179,7 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
 
 
 def _around(subject: Subject, name: str, gains: dict[str, float]) -> SweepRange:
-    """Return the values of a gain around its own."""
+    """Return values of a gain around its own."""
     if name not in subject.law:
         raise unknown_name("gain", name, subject.law)
     row, own = subject.table.find(name), gains[name]
@@ -189,7 +190,7 @@ def _around(subject: Subject, name: str, gains: dict[str, float]) -> SweepRange:
 
 
 def weigh(subject: Subject, question: Weigh, work: Work) -> Working:
-    """Answer what a percent more of each gain does to each metric of a step."""
+    """Answer the effect of a percent more of each gain on each metric of a step."""
     from workbench.design.judge.sensitivity import step_sensitivity
 
     step = question.step
@@ -212,9 +213,9 @@ def weigh(subject: Subject, question: Weigh, work: Work) -> Working:
 
 
 def _slopes(sensitivity: "Sensitivity", gains: dict[str, float]) -> dict[str, float]:
-    """Return what gains do to a metric, the strongest first, without those that do nothing.
+    """Return the effects of gains on a metric, the strongest first, without those that have none.
 
-    A metric of 0, as the undershoot of what never turns back, has none: its slope is rounding.
+    A metric of 0, as an undershoot without reversal, has no slopes: they would be rounding.
     """
     if not sensitivity.value:
         return {}
@@ -228,8 +229,8 @@ def _slopes(sensitivity: "Sensitivity", gains: dict[str, float]) -> dict[str, fl
 def fly_again(subject: Subject, question: FlyAgain, _: Work) -> Working:
     """Answer how a logged flight would have gone with other gains, or with another law.
 
-    What the vehicles cannot explain of the log is kept, so that the next gains take one flight a
-    vehicle.
+    The part of the log that the vehicles cannot explain is kept, so that the next gains take one
+    flight per vehicle.
     """
     flight, explained = _read_log(subject, question)
     flights: list[np.ndarray] = []
@@ -240,10 +241,10 @@ def fly_again(subject: Subject, question: FlyAgain, _: Work) -> Working:
 
 
 def _read_log(subject: Subject, question: FlyAgain) -> "tuple[FlightRecord, Explained]":
-    """Return a log and what the vehicle cannot explain of it, as before if the file is the same.
+    """Return a log and the part that the vehicle cannot explain; cached while the file is the same.
 
     Raises:
-        WorkbenchError: if it cannot be read, or flown again.
+        WorkbenchError: if it cannot be read or flown again.
     """
     from workbench.design.predict.what_if import Explained
     from workbench.logs.flight_reader import read_flight

@@ -1,6 +1,6 @@
 """Questions of a screen to its analyst: frozen records of plain numbers.
 
-The newest of a kind counts: one that waits is dropped for it.
+The newest question of a kind counts: older ones that still wait are dropped.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from workbench.session.checkpoint import Checkpoint
 
 Gains = Mapping[str, float]
-"""Values of the controller's parameters by name, those that differ from the scenario's or all."""
+"""Values of the controller's parameters by name: all, or those that differ from the scenario's."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class Step:
     """A step of a command, or of a load in hover.
 
     Attributes:
-        axis: x, y, z or yaw; of a load its name, see `scenario.loads`.
-        amplitude: [m/s] or [rad/s]; of a load in its unit.
-        duration: after its edge [s].
+        axis: x, y, z or yaw; for a load its name, see `scenario.loads`.
+        amplitude: amplitude [m/s] or [rad/s]; for a load in its unit.
+        duration: time after the edge [s].
         heading: yaw of the drone at the edge, in W [rad]. A velocity is commanded in W, so the
             heading decides how much of it the pitch loop flies, and how much the roll loop.
-        acts: for how long a load acts [s], None to the end.
+        acts: duration of a load [s], None for the rest of the flight.
     """
 
     axis: str
@@ -42,36 +42,36 @@ class Step:
 
     @property
     def is_load(self) -> bool:
-        """Whether it is one of a load."""
+        """Whether it is a step of a load."""
         return self.axis in LOADS
 
 
 class Question:
-    """Something that an analyst answers."""
+    """A question for an analyst."""
 
 
 @dataclass(frozen=True)
 class Judge(Question):
-    """How stable are these gains at hover? Answered by `Judged`."""
+    """How stable is the hover with these gains? Answered by `Judged`."""
 
     gains: Gains
 
 
 @dataclass(frozen=True)
 class JudgePlantInput(Question):
-    """What is the disk margin of force and moments at once? Answered by `JudgedPlantInput`."""
+    """What is the disk margin of simultaneous force and moments? Answered by `JudgedPlantInput`."""
 
     gains: Gains
 
 
 @dataclass(frozen=True)
 class DrawFrequency(Question):
-    """What does a loop look like over frequency? Answered by `FrequencyCurves`.
+    """What is a loop's frequency response? Answered by `FrequencyCurves`.
 
     Attributes:
-        gains: of the controller.
-        loop: name of one of its loops.
-        cut: where it is opened: actuator or error.
+        gains: gains of the controller.
+        loop: name of the loop.
+        cut: where the loop is opened: actuator or error.
     """
 
     gains: Gains
@@ -84,9 +84,9 @@ class PlanMeasurement(Question):
     """Which injection measures a loop in flight? Answered by `MeasurementPlanned`.
 
     Attributes:
-        gains: of the controller.
-        loop: name of one of its loops.
-        cut: where it is opened: actuator or error.
+        gains: gains of the controller.
+        loop: name of the loop.
+        cut: where the loop is opened: actuator or error.
     """
 
     gains: Gains
@@ -99,13 +99,13 @@ class ShapeLoop(Question):
     """Which gains of a loop give it a bandwidth and a margin? Answered by `LoopShaped`.
 
     Attributes:
-        gains: of the controller; where a slider is held, those that were as it was taken.
-        loop: name of one of its loops.
-        bandwidth: asked [rad/s]; None for what it is.
-        margin: asked: a phase margin [rad], or a disk margin; None for what it is.
-        linked: gains that have the same values as the loop's, by the names of these.
-        rests: whether nothing moves: then the answer tells of saturation and noise, too.
-        robustness: which margin is asked.
+        gains: gains of the controller; while a slider is held, those before it was grabbed.
+        loop: name of the loop.
+        bandwidth: requested bandwidth [rad/s]; None for the present one.
+        margin: requested phase margin [rad] or disk margin; None for the present one.
+        linked: gains that stay equal to gains of the loop, by the names of the latter.
+        rests: whether the slider is at rest: then the answer includes saturation and noise.
+        robustness: kind of the margin.
     """
 
     gains: Gains
@@ -119,14 +119,14 @@ class ShapeLoop(Question):
 
 @dataclass(frozen=True)
 class MovePole(Question):
-    """Which gains of a loop bring a pole to a place? Answered by `PoleMoved`.
+    """Which gains of a loop move a pole to a place? Answered by `PoleMoved`.
 
     Attributes:
-        gains: of the controller, those that were as the pole was taken.
-        loop: name of one of its loops.
-        pole: where it was then, in continuous terms, the upper one of a pair [1/s].
-        place: where it is wanted [1/s].
-        linked: gains that have the same values as the loop's, by the names of these.
+        gains: gains of the controller when the pole was grabbed.
+        loop: name of the loop.
+        pole: the pole then, in continuous terms, the upper one of a pair [1/s].
+        place: requested place [1/s].
+        linked: gains that stay equal to gains of the loop, by the names of the latter.
     """
 
     gains: Gains
@@ -138,14 +138,14 @@ class MovePole(Question):
 
 @dataclass(frozen=True)
 class FindRanges(Question):
-    """In which range of each gain, alone, is the loop stable? Answered by `Ranges`."""
+    """In which range of each gain, the others fixed, is the loop stable? Answered by `Ranges`."""
 
     gains: Gains
 
 
 @dataclass(frozen=True)
 class Predict(Question):
-    """How would a step of a command or a load be flown? Answered by `Predicted`."""
+    """What is the response to a step of a command or a load? Answered by `Predicted`."""
 
     gains: Gains
     step: Step
@@ -164,7 +164,7 @@ class DrawMap(Question):
 
 @dataclass(frozen=True)
 class Weigh(Question):
-    """Which gain moves the metrics of a step most? Answered by `Weighed`."""
+    """Which gains affect the metrics of a step most? Answered by `Weighed`."""
 
     gains: Gains
     step: Step
@@ -172,12 +172,12 @@ class Weigh(Question):
 
 @dataclass(frozen=True)
 class Tune(Question):
-    """Find gains for wishes, as `x.rise_time <= 0.4`; answered by `Searched`s, then `Tuned`.
+    """Which gains meet wishes such as `x.rise_time <= 0.4`? Answered by `Searched`s, then `Tuned`.
 
     Attributes:
-        gains: to begin with.
-        wishes: as they are typed.
-        velocity: of the steady flight that is tuned for, in W [m/s].
+        gains: initial gains.
+        wishes: wishes as typed.
+        velocity: velocity of the trimmed flight to tune for, in W [m/s].
     """
 
     gains: Gains
@@ -187,13 +187,13 @@ class Tune(Question):
 
 @dataclass(frozen=True)
 class Fork(Question):
-    """How does the flight go on from a checkpoint, with each branch? Answered by `Forked`.
+    """How does the flight continue from a checkpoint with each branch? Answered by `Forked`.
 
     Attributes:
-        checkpoint: from which it goes on.
-        branches: to be flown.
-        duration: to be flown [s].
-        step: that is commanded at once, as a step from what is asked for now; None lets it fly on.
+        checkpoint: common start of the branches.
+        branches: branches to fly.
+        duration: duration of each branch [s].
+        step: step commanded at the start, in addition to the present command; None for no step.
     """
 
     checkpoint: Checkpoint
@@ -207,11 +207,11 @@ class Pin(Question):
     """Write a spec and its baseline for a step with these gains. Answered by `Pinned`.
 
     Attributes:
-        path: of the spec, NAME.spec.yaml.
-        gains: to be pinned.
-        step: to be flown, of a command or a load.
+        path: path of the spec, NAME.spec.yaml.
+        gains: gains to pin.
+        step: step to fly, of a command or a load.
         margins: whether the margins of all loops become limits too.
-        overwrite: whether files that are there may be replaced.
+        overwrite: whether existing files may be replaced.
     """
 
     path: Path
@@ -226,12 +226,12 @@ class FlyAgain(Question):
     """How would a logged flight have gone with these gains? Answered by `FlownAgain`.
 
     Attributes:
-        log: its file.
-        gains: of the controller that flies, of all sets where they are scheduled.
-        controller: another one that flies it instead, with its own gains; "" for that of the gains.
-        flown: the one that flew the log; "" for what the log says.
-        draws: uncertain vehicles that the band is made of, the vehicle itself besides. Those of the
-            question before are kept where nothing else is asked otherwise.
+        log: path of the log.
+        gains: gains of the controller that flies, of all sets if they are scheduled.
+        controller: another controller, with its own gains; "" for that of the gains.
+        flown: the controller that flew the log; "" for the one that the log names.
+        draws: number of uncertain vehicles for the band, in addition to the nominal one. The last
+            question's vehicles are used again if nothing else has changed.
     """
 
     log: Path
@@ -243,11 +243,11 @@ class FlyAgain(Question):
 
 @dataclass(frozen=True)
 class AskOther(Question):
-    """What is the answer if another controller flies? Answered by `OtherAnswered`.
+    """What is the answer with another controller? Answered by `OtherAnswered`.
 
     Attributes:
-        controller: a shipped one's name, or a file's path.
-        question: whose gains are values over the controller's own: those of a vehicle's rule.
+        controller: name of a shipped one, or path of a file.
+        question: question whose gains change the controller's own, which its tuning rule provides.
     """
 
     controller: str
@@ -256,14 +256,15 @@ class AskOther(Question):
 
 @dataclass(frozen=True)
 class Stop:
-    """End the questions up to a number: a search keeps its best, other work is given up."""
+    """End the questions up to a number: a search keeps its best result, other work is dropped."""
 
     number: int
 
 
 QUICK, SLOW, LONG = range(3)
-"""The process that answers: one answers while a slider moves; the next takes a tenth of a second to
-some seconds, and is asked once a slider rests; one takes minutes, and nothing else waits for it."""
+"""Process that answers: the first answers while a slider moves; the second takes a tenth of a
+second to some seconds, and is asked when a slider is at rest; the third takes minutes, and nothing
+else waits for it."""
 ANSWERED_BY: dict[type[Question], tuple[int, str]] = {
     Judge: (QUICK, "judging:judge"),
     ShapeLoop: (QUICK, "shaping:shape_loop"),
@@ -281,5 +282,5 @@ ANSWERED_BY: dict[type[Question], tuple[int, str]] = {
     FlyAgain: (LONG, "predicting:fly_again"),
     AskOther: (SLOW, ""),
 }
-"""The process, file and function that answer each kind of question, the most urgent kind first.
-`AskOther` is answered by those of the question in it."""
+"""Process, file and function for each kind of question, the most urgent kind first. `AskOther` goes
+to those of its inner question."""

@@ -1,6 +1,6 @@
-"""Answers of an analyst: frozen records of plain numbers and arrays.
+"""Replies of an analyst: frozen records of plain numbers and arrays.
 
-None carries an object of Drake's, so that a screen does not load it.
+None contains an object of Drake's, so a screen need not load Drake.
 """
 
 import math
@@ -37,10 +37,10 @@ class JudgedLoop(LoopMargins):
     """The margins of one loop.
 
     Attributes:
-        name: of the loop.
-        growing: whether a mode that grows goes through it.
-        turned: what turned the phase at the crossover, by its name [rad], see
-            `design.judge.phase_budget`; nothing of an unstable loop.
+        name: name of the loop.
+        growing: whether an unstable mode involves it.
+        turned: contributions to the phase at the crossover, by cause [rad], see
+            `design.judge.phase_budget`; empty for an unstable loop.
     """
 
     name: str = ""
@@ -50,14 +50,14 @@ class JudgedLoop(LoopMargins):
 
 @dataclass(frozen=True)
 class Judged:
-    """How stable gains are.
+    """Stability with given gains.
 
     Attributes:
         asked: the question.
-        loops: in the order of the cascade.
-        poles: of the closed loop in continuous terms, as complex numbers (k) [1/s].
-        stable: whether all is.
-        said: what is unstable, in a sentence; "" where all is stable.
+        loops: loops in the order of the cascade.
+        poles: poles of the closed loop in continuous terms, complex (k) [1/s].
+        stable: whether everything is stable.
+        said: what is unstable, as a sentence; "" if everything is stable.
     """
 
     asked: Judge
@@ -73,8 +73,8 @@ class JudgedPlantInput:
 
     Attributes:
         asked: the question.
-        steering: α while the pilot steers, 0 where a mode grows.
-        holding: α while the place is held, likewise.
+        steering: α while the pilot steers, 0 if unstable.
+        holding: α while the place is held, 0 if unstable.
     """
 
     asked: JudgePlantInput
@@ -83,13 +83,13 @@ class JudgedPlantInput:
 
     @property
     def disk_margin(self) -> float:
-        """The lesser of both."""
+        """The smaller of both."""
         return min(self.steering, self.holding)
 
 
 @dataclass(frozen=True)
 class FrequencyCurves(GangOfFour):
-    """A loop over frequency, and the question."""
+    """Frequency response of a loop, and the question."""
 
     asked: DrawFrequency
 
@@ -100,14 +100,15 @@ class LoopShaped:
 
     Attributes:
         asked: the question.
-        gains: of the loop, and of what is linked with them.
-        bandwidth: with them [rad/s], NaN where it is unstable; of `LoopMargins`.
-        phase_margin: with them [rad].
-        disk_margin: with them.
-        reached: whether the asked ones are.
-        bandwidths: least and largest with no less of the asked margin [rad/s], NaN where not known.
-        reach: least and largest of the asked margin at this bandwidth, likewise.
-        said: what limits them, in a sentence.
+        gains: gains of the loop, and gains linked with them.
+        bandwidth: bandwidth with these gains [rad/s], NaN if unstable; see `LoopMargins`.
+        phase_margin: phase margin with these gains [rad].
+        disk_margin: disk margin with these gains.
+        reached: whether the requested values are reached.
+        bandwidths: least and largest bandwidth with at least the requested margin [rad/s], NaN if
+            unknown.
+        reach: least and largest margin at this bandwidth, NaN if unknown.
+        said: what limits them, as a sentence.
     """
 
     asked: ShapeLoop
@@ -127,10 +128,10 @@ class PoleMoved:
 
     Attributes:
         asked: the question.
-        gains: of the loop, and of what is linked with them.
-        pole: where it is with them [1/s].
-        reached: whether that is the asked place.
-        said: what is in the way, in a sentence, "" where it is reached.
+        gains: gains of the loop, and gains linked with them.
+        pole: the pole with these gains [1/s].
+        reached: whether it is at the requested place.
+        said: what prevents it, as a sentence, "" if it is reached.
     """
 
     asked: MovePole
@@ -142,7 +143,7 @@ class PoleMoved:
 
 @dataclass(frozen=True)
 class MeasurementPlanned:
-    """An injection that measures a loop, and whether a place is held meanwhile."""
+    """An injection that measures a loop, and whether a place is held during it."""
 
     asked: PlanMeasurement
     injection: Injection
@@ -151,7 +152,7 @@ class MeasurementPlanned:
 
 @dataclass(frozen=True)
 class Ranges:
-    """The stable range of each gain by name, smallest and largest, while the others stay."""
+    """The stable range of each gain by name, smallest and largest, with the others fixed."""
 
     asked: FindRanges
     stable: Mapping[str, tuple[float, float]]
@@ -159,11 +160,10 @@ class Ranges:
 
 @dataclass(frozen=True)
 class StepNumbers:
-    """Metrics of one flown step of a command or a load; NaN where it has none.
+    """Metrics of one flown step of a command or a load; NaN if it has none.
 
     Times in s, overshoot and error in %, rotor use as a share, the peak in the response's unit.
-    `withheld` says why some are NaN, as of a step that has not settled; "" if none is for
-    such a reason.
+    `withheld` says why some are NaN, as for a step that has not settled; else "".
     """
 
     rise_time: float
@@ -203,13 +203,13 @@ def load_numbers(metrics: LoadMetrics, peak_rotor_use: float) -> StepNumbers:
 
 @dataclass(frozen=True)
 class Predicted:
-    """A step of a command or a load as it would be flown.
+    """Response to a step of a command or a load.
 
     Attributes:
         asked: the question.
-        time: from the edge on (N) [s].
-        response: (N) [m/s] or [rad/s]; of a load the deviation, in its response's unit.
-        numbers: metrics of it.
+        time: time from the edge on (N) [s].
+        response: response (N) [m/s] or [rad/s]; for a load the deviation, in its unit.
+        numbers: metrics of the response.
         lost: whether the drone was lost.
     """
 
@@ -228,8 +228,8 @@ class Mapped:
         asked: the question.
         x: values along the columns.
         y: values along the rows.
-        values: (N_y, N_x), NaN where a flight was lost or never got there.
-        unit: of them.
+        values: (N_y, N_x), NaN if a flight was lost or has no such metric.
+        unit: unit of the values.
     """
 
     asked: DrawMap
@@ -241,12 +241,12 @@ class Mapped:
 
 @dataclass(frozen=True)
 class Weighed:
-    """What the gains do to each metric of a step.
+    """Effects of the gains on each metric of a step.
 
     Attributes:
         asked: the question.
-        slopes: of each metric by its name, for one percent more of each gain by its name, in the
-            metric's unit, the strongest first.
+        slopes: for each metric by name, its change for one percent more of each gain by name, in
+            the metric's unit, the strongest first.
     """
 
     asked: Weigh
@@ -255,13 +255,13 @@ class Weighed:
 
 @dataclass(frozen=True)
 class Searched:
-    """How a search goes.
+    """Progress of a search.
 
     Attributes:
-        phase: in words.
-        share: of its budget, 0 .. 1.
-        gains: the best so far, those that are searched.
-        said: what it has least to spare of, in words.
+        phase: present phase, in words.
+        share: used share of its budget, 0 .. 1.
+        gains: best values so far of the searched gains.
+        said: wish with the least reserve, in words.
     """
 
     phase: str
@@ -272,7 +272,7 @@ class Searched:
 
 @dataclass(frozen=True)
 class Wished:
-    """One wish, before and after: its text, its values as texts, and whether it is met."""
+    """One wish: its text, its values before and after as text, and whether it is met."""
 
     wish: str
     before: str
@@ -282,7 +282,7 @@ class Wished:
 
 @dataclass(frozen=True)
 class TunedStep:
-    """A step before and after a search (N) each, for the plot."""
+    """A step before and after a search (N), for the plot."""
 
     axis: str
     time: np.ndarray
@@ -292,17 +292,18 @@ class TunedStep:
 
 @dataclass(frozen=True)
 class Tuned:
-    """What a search found.
+    """Result of a search.
 
     Attributes:
-        before: the gains that were searched, as they were.
-        gains: and as found.
-        met: whether all wishes are met, corners and full diagram included.
-        stopped: whether the user ended it.
-        wishes: one by one.
-        steps: before and after.
-        said: what else should be known, why wishes are not met.
-        widened: how many defaults gave way to what the rule's gains reach; `said` names them.
+        before: values of the searched gains before.
+        gains: their values now.
+        met: whether all wishes are met, for the corners and the full diagram, too.
+        stopped: whether the user ended the search.
+        wishes: each wish.
+        steps: steps before and after.
+        said: further remarks, as why wishes are not met.
+        widened: number of default limits that were relaxed to what the rule's gains reach; `said`
+            names them.
     """
 
     before: Gains
@@ -320,8 +321,8 @@ class Forked:
     """All branches of a fork.
 
     Attributes:
-        branches: in the order in which they were asked for.
-        numbers: of the step of each; None without a step, or where the flight was lost.
+        branches: branches in the order of the question.
+        numbers: metrics of each step; None without a step, or if the flight was lost.
     """
 
     branches: tuple[FlownBranch, ...]
@@ -330,7 +331,7 @@ class Forked:
 
 @dataclass(frozen=True)
 class Pinned:
-    """A regression was written: its spec, its baseline, and a sentence on what it holds."""
+    """A regression was written: its spec, its baseline, and a sentence about its content."""
 
     spec: Path
     baseline: Path
@@ -339,29 +340,29 @@ class Pinned:
 
 @dataclass(frozen=True)
 class FlownAgain:
-    """A logged flight, and the one that would have been, see `design.predict.what_if`.
+    """A logged flight, and the same flight with other gains, see `design.predict.what_if`.
 
     Columns of six are x, y, z, v_x, v_y, v_z [m, m/s].
 
     Attributes:
         asked: the question.
-        vehicle: whose model flew it again.
-        logged_vehicle: that flew, as the log names it; "" where it does not.
-        doubt: why it may be wrong, in a sentence; "" where nothing says so.
-        flown: the controller that flew.
-        flown_gains: its values, as far as the log tells them.
-        time: from the start of the log on (k) [s].
+        vehicle: vehicle whose model flew it again.
+        logged_vehicle: vehicle that the log names; "" without one.
+        doubt: why the result may be wrong, as a sentence; else "".
+        flown: the controller that flew the log.
+        flown_gains: its values, as far as the log has them.
+        time: time from the start of the log on (k) [s].
         setpoint: position (k, 3) [m].
-        logged: (k, 6).
-        other: the flight that would have been (k, 6); NaN once it is lost.
+        logged: motion of the log (k, 6).
+        other: motion with other gains (k, 6); NaN once the drone is lost.
         low: lower edges of its band (k, 6).
-        high: upper edges.
-        off_setpoint: RMS by which log and other flight are off the setpoint (2, 3) [m].
-        difference: RMS between the two (6).
-        band: half its width, mean over time (6).
-        stays: whether the nominal vehicle is not lost.
-        lost: vehicles that are.
-        drawn: vehicles that were flown: the nominal one, and uncertain ones.
+        high: upper edges of its band (k, 6).
+        off_setpoint: RMS distance of log and other flight from the setpoint (2, 3) [m].
+        difference: RMS difference between the two (6).
+        band: half of the band's width, mean over time (6).
+        stays: whether the nominal vehicle survives.
+        lost: number of lost vehicles.
+        drawn: number of flown vehicles: the nominal one, and uncertain ones.
     """
 
     asked: FlyAgain
@@ -386,7 +387,7 @@ class FlownAgain:
 
 @dataclass(frozen=True)
 class OtherAnswered:
-    """What was asked about another controller than the one that flies, and the answer to it."""
+    """An answer with a controller other than the one that flies."""
 
     asked: AskOther
     answer: Judged | Predicted | FrequencyCurves

@@ -19,7 +19,7 @@ from workbench.design.linear.operating_point import HOVER
 from workbench.scenario.axes import find_axis
 
 UNSTABLE_MARGINS = {Robustness.PHASE: math.radians(45.0), Robustness.DISK: 0.7}
-"""Margins for which the reach of an unstable loop is shown: phase [rad], disk."""
+"""Margins for which the limits of an unstable loop are shown: phase [rad], disk."""
 NEAR_SATURATION = 2.0
 """A step that saturates is reported up to this multiple of the usual step."""
 NOISY = 0.002
@@ -91,7 +91,7 @@ def _shaper(subject: Subject, question: ShapeLoop) -> LoopShaper:
 
 
 def _said(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
-    """Return what ends the reach of the bandwidth, and at rest what takes the phase."""
+    """Return what limits the bandwidth, and, with the slider at rest, what consumes the phase."""
     reach = found.bandwidth
     cause = _cause(subject, question, found) if question.rests else ""
     if reach.end is End.LARGEST:
@@ -100,7 +100,7 @@ def _said(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
 
 
 def _cause(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
-    """Return what takes most of the phase at the crossover, of what the loop's gains cannot."""
+    """Return the largest phase lag at the crossover that no gain of the loop can change."""
     controller = subject.table.controller
     loop, margins = controller.loop(question.loop), found.margins
     if not margins.stable or math.isnan(margins.crossover):
@@ -121,7 +121,7 @@ def _cause(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
 
 
 def _rotors_said(subject: Subject, question: ShapeLoop, found: Shaped) -> list[str]:
-    """Return what these gains ask of the rotors: for the step of the loop's axis, and for noise."""
+    """Return the rotors' load with these gains: by the step of the loop's axis, and by noise."""
     study = subject.study
     gains = {**subject.linear_gains(question.gains), **found.gains}
     said = []
@@ -138,7 +138,7 @@ def _rotors_said(subject: Subject, question: ShapeLoop, found: Shaped) -> list[s
 
 
 def _inside(controller: Controller, loop: Loop) -> str:
-    """Return the name of the next loop inside one, along its axis; "" for none."""
+    """Return the name of the next inner loop along a loop's axis; "" for none."""
     names = [each.name for each in controller.loops]
     behind = controller.loops[0 if loop.hold else names.index(loop.name) + 1 :]
     along = (each.name for each in behind if loop.axis and each.axis == loop.axis and not each.hold)
@@ -146,7 +146,7 @@ def _inside(controller: Controller, loop: Loop) -> str:
 
 
 def move_pole(subject: Subject, question: MovePole, _: Work) -> Working:
-    """Answer which gains bring the pole there, or as near as possible."""
+    """Answer which gains move the pole there, or as near as possible."""
     placer = _placer(subject, question)
     yield None
     found = placer.place(question.place)
@@ -174,7 +174,7 @@ def _placer(subject: Subject, question: MovePole) -> PolePlacer:
 
 
 def _pole_said(subject: Subject, question: MovePole, found: Placed) -> str:
-    """Return why a pole cannot be brought to its place, in a sentence."""
+    """Return why a pole cannot move to a place, as a sentence."""
     name = question.loop.replace("_", " ")
     law = subject.table.controller
     model = subject.model({**subject.gains(question.gains), **found.gains})
@@ -192,7 +192,7 @@ def _pole_said(subject: Subject, question: MovePole, found: Placed) -> str:
 
 
 def _holder(law: Controller, model: LinearModel, pole: complex) -> str:
-    """Return the part of the system with the largest share in a pole, in words."""
+    """Return the part of the system with the largest participation in a pole, in words."""
     remembered = {state.name for state in law.memory}
     shares: dict[str, float] = {}
     for name, share in zip(model.state_names, state_shares(model, pole), strict=True):

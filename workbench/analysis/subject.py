@@ -1,4 +1,4 @@
-"""The vehicle that an analyst judges, read once, with its models and flights."""
+"""The vehicle that an analyst evaluates, read once, with its models and flights."""
 
 import threading
 from collections.abc import Mapping
@@ -26,29 +26,29 @@ if TYPE_CHECKING:
     from workbench.logs.flight_record import FlightRecord
 
 OF_A_STEP = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
-"""Systems whose parameters act on a step from hover."""
+"""Systems with parameters that affect a step from hover."""
 FIRST_STEP = 0.1
 """Duration of the flight that loads the compiled code [s]."""
 
 
 class Subject:
-    """A scenario's vehicle; each part of it is made when it is first asked for.
+    """A scenario's vehicle; each part of it is made on first use.
 
     Args:
-        scenario: its vehicle, variation and rates count; all of it where a flight is flown.
+        scenario: source of vehicle, variation and rates; flights use all of it.
         settings: values of the live parameters, over those of the scenario's gains.
 
-    Scheduled gains are judged set by set: a question about judged gains has the names of one set,
-    and they fly without the schedule.
+    Scheduled gains are evaluated set by set: a question about them uses the names of one set, and
+    those gains fly without the schedule.
 
     Attributes:
         flown: the scenario's controller.
-        judged: the scenario that is judged: without the schedule of the controller's gains.
-        table: of the parameters of its controller.
-        law: names of the controller's own, gains and limits.
-        shaper: the last one that shaped a loop, and of what it is.
-        log: the last one that was flown again: what it is, the flight, and what explains it.
-        placer: the last one that moved a pole, likewise.
+        judged: the scenario to evaluate: without the schedule of the controller's gains.
+        table: table of the controller's parameters.
+        law: names of the controller's own parameters, gains and limits.
+        shaper: the last shaper of a loop, and its key.
+        log: the last log that was flown again: its key, the flight, and its explanation.
+        placer: the last placer of a pole, and its key.
     """
 
     def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
@@ -56,7 +56,7 @@ class Subject:
         self.flown = flown_controller(scenario)
         self.settings = dict(settings)
         if self.flown.schedule is not None:
-            # the values of its gain file are among the settings
+            # the settings include its gain file
             vehicle = replace(scenario.vehicle, gains="")
             controller, _ = split_label(scenario.controller)
             self.judged = replace(scenario, controller=controller, vehicle=vehicle, script=[])
@@ -98,7 +98,7 @@ class Subject:
 
         around = {name: gains[name] for name in self._around if name in gains}
         if self._models is None or self._models[0] != around:
-            # other gains take a fraction of the time that other filters do
+            # a change of gains takes a fraction of the time of a change of filters
             values = {**self.study.gains, **self.linear_gains(around)}
             self._models = around, retuned_models(self.study, HOLDING, values)
         return self._models[1](gains)
@@ -112,7 +112,7 @@ class Subject:
 
     @cached_property
     def forker(self) -> "Forker":
-        """Flies on from a checkpoint of the scenario's flight; it takes half a second to build.
+        """Continues flights from a checkpoint of the scenario's flight; built in half a second.
 
         Raises:
             WorkbenchError: if the scenario cannot be built.
@@ -122,7 +122,7 @@ class Subject:
         return Forker(self.scenario)
 
     def other(self, controller: str) -> "Subject":
-        """Return the same vehicle flown by another controller, with its own gains.
+        """Return the same vehicle with another controller and that controller's own gains.
 
         Raises:
             WorkbenchError: if the controller cannot be read.
@@ -145,12 +145,12 @@ class Subject:
         return self._others[law.digest]
 
     def gains(self, asked: Mapping[str, float]) -> dict[str, float]:
-        """Return all values of the controller, those asked about over the vehicle's own.
+        """Return all values of the controller: the vehicle's own, overridden by the question's.
 
-        And values of filters and of the estimator that are asked about.
+        They include values of filters and of the estimator in the question.
 
         Raises:
-            WorkbenchError: for a name that is none of these, or a value out of range.
+            WorkbenchError: for an unknown name, or a value out of range.
         """
         values = {self.flown.gain_of(name): value for name, value in asked.items()}
         for name in self.table.checked(values):
@@ -160,32 +160,32 @@ class Subject:
         return {name: values.get(name, self.own[name]) for name in self.law} | around
 
     def asked_names(self, asked: Mapping[str, float]) -> dict[str, str]:
-        """Return how a question names the controller's gains: those of a set by that set."""
+        """Return a question's names of the controller's gains, those of a set without its prefix."""
         return {self.flown.gain_of(name): name for name in asked}
 
     def linked(self, asked: Mapping[str, str]) -> dict[str, str]:
-        """Return which of the controller's gains has the same value as another, by its name."""
+        """Return the gains that equal another gain of the controller, by its name."""
         return {self.flown.gain_of(one): self.flown.gain_of(two) for one, two in asked.items()}
 
     def flown_gains(self, asked: Mapping[str, float]) -> dict[str, float]:
-        """Return values of the controller that flies, those of all sets of its gains.
+        """Return values of the controller that flies, of all sets of its gains.
 
         Raises:
-            WorkbenchError: for a name that is none of the controller's, or a value out of range.
+            WorkbenchError: for an unknown name, or a value out of range.
         """
         if self.flown.schedule is None:
             return self.gains(asked)
         return parameter_table(self.flown).checked(asked)
 
     def linear_gains(self, asked: Mapping[str, float]) -> dict[str, float]:
-        """Return what linear models are made with: the payload, and the gains, see `gains`."""
+        """Return the parameters of linear models: the payload, and the gains, see `gains`."""
         payload = {row.name: self.own[row.name] for row in self.table.of("payload")}
         return {**payload, **self.gains(asked)}
 
     def load_engine(self) -> "Future[RolloutEngine]":
-        """Return a Future of the engine of compiled flights; it takes a second to load.
+        """Return a Future of the engine of compiled flights, which takes a second to load.
 
-        It is loaded in a thread, so that margins are not held up by it.
+        A thread loads it, so that margins need not wait.
         """
         failed = self._loading is not None and self._loading.done() and self._loading.exception()
         if self._loading is None or failed:
@@ -196,28 +196,28 @@ class Subject:
         return self._loading
 
     def _load_engine(self, loading: "Future[RolloutEngine]") -> None:
-        """Make the engine, and fly once, which loads the compiled code."""
+        """Make the engine, and fly once to load the compiled code."""
         try:
             from workbench.design.rollout.engine import RolloutEngine
             from workbench.design.rollout.senses import make_senses, why_not
 
             scenario = self.judged
             vehicle = self.study.vehicle
-            # what cannot be compiled of an estimate, is predicted on the truth
+            # an estimate that cannot be compiled is replaced by the truth
             known = not why_not(vehicle, scenario, self.own)
             engine = RolloutEngine(
                 vehicle,
                 scenario.rates,
                 scenario.vehicle.variation,
                 seed=scenario.sensors.seed,
-                threads=1,  # the flight beside has the other core
+                threads=1,  # the other core is for the flight
                 own=self.own,
                 controller=self.table.controller,
                 senses=make_senses(vehicle, scenario) if known else None,
             )
             engine.fly([{}], "x", 1.0, duration=FIRST_STEP)
             engine.measure([{}], "x", 1.0, duration=FIRST_STEP)
-        except BaseException as error:  # the caller is told
+        except BaseException as error:  # the caller gets the error
             loading.set_exception(error)
         else:
             loading.set_result(engine)

@@ -1,4 +1,4 @@
-"""Finds gains for wishes, tells how the search goes, and pins what was tuned as a regression."""
+"""Finds gains for wishes, reports the search's progress, and pins the result as a regression."""
 
 from workbench.analysis.questions import Pin, Tune
 from workbench.analysis.replies import Pinned, Searched, Tuned, TunedStep, Wished
@@ -13,7 +13,7 @@ from workbench.design.tune.wish import wishes_for
 
 
 def pin(subject: Subject, question: Pin, work: Work) -> Working:
-    """Answer where the spec and its baseline are; what was written is green."""
+    """Write a spec and its baseline, and answer where they are; the regression passes."""
     step = question.step
     found = pin_step(
         question.path,
@@ -37,7 +37,7 @@ def pin(subject: Subject, question: Pin, work: Work) -> Working:
 
 
 def tune(subject: Subject, question: Tune, work: Work) -> Working:
-    """Answer which gains meet wishes, from the given ones on; a stop keeps the best so far."""
+    """Answer which gains meet wishes, starting from given ones; a stop keeps the best so far."""
     tuner = Tuner(
         subject.scenario,
         wishes_for(*question.wishes, controller=subject.scenario.controller),
@@ -69,7 +69,7 @@ def _searched(progress: Progress) -> Searched:
 
 
 def _wished(found: Tuning) -> tuple[Wished, ...]:
-    """Return the wishes on the vehicle as described."""
+    """Return each wish on the nominal vehicle."""
     return tuple(
         Wished(
             wish=str(result.required),
@@ -82,7 +82,7 @@ def _wished(found: Tuning) -> tuple[Wished, ...]:
 
 
 def _steps(found: Tuning) -> tuple[TunedStep, ...]:
-    """Return the flown steps of the vehicle as described."""
+    """Return the flown steps of the nominal vehicle."""
     return tuple(
         TunedStep(axis, each.time, each.response[0], each.response[1])
         for (axis, case), each in found.responses.items()
@@ -91,7 +91,7 @@ def _steps(found: Tuning) -> tuple[TunedStep, ...]:
 
 
 def _said(found: Tuning) -> tuple[str, ...]:
-    """Return why wishes are not met, and what else should be known."""
+    """Return why wishes are not met, and further remarks."""
     said = [*map(str, found.conflicts), *found.shortfalls]
     if not found.met and not found.conflicts:
         said.append(_shortest(found))
@@ -115,7 +115,7 @@ def _said(found: Tuning) -> tuple[str, ...]:
 
 
 def _shortest(found: Tuning) -> str:
-    """Return what is missed by most, if anything is."""
+    """Return the wish that is missed by most, if any."""
     short = min(found.results, key=lambda result: result.reserve)
     value = shown(short.required.wish.metric, short.after)
     if short.met:

@@ -1,4 +1,4 @@
-"""Questions that wait while another one is worked on, and the work on one question."""
+"""Questions that wait while another one is answered, and the work on one question."""
 
 import os
 import threading
@@ -15,18 +15,18 @@ from workbench.ipc.worker_process import Request, Superseded
 
 STOPPED = "it was stopped before it was done"
 Working = Iterator[Any]
-"""Work on an answer: yields None where it can pause, and the reply at the end."""
+"""Work on an answer: yields None where it can pause, and finally the reply."""
 
 
 class RequestQueue:
-    """Keeps the questions that are not begun yet; a thread receives them.
+    """Holds questions that are not begun yet; a thread receives them.
 
-    The process ends at once when the caller's end of the connection does, whatever it works on: a
-    search may take minutes.
+    The process exits at once when the caller's end of the connection closes, even in the middle of
+    a search, which may take minutes.
 
     Args:
-        connection: to the caller.
-        send_queue: to the caller; questions that are dropped are told of.
+        connection: connection to the caller.
+        send_queue: queue to the caller; reports dropped questions.
         end: called when the caller is gone.
     """
 
@@ -47,14 +47,14 @@ class RequestQueue:
 
     @property
     def stopped(self) -> int:
-        """Number up to which questions are stopped."""
+        """Largest number of a stopped question."""
         return self._stopped
 
     def take(self, kinds: set[type], wait: bool) -> list[Request]:
-        """Take the questions that wait.
+        """Take waiting questions.
 
         Args:
-            kinds: of which none is taken.
+            kinds: kinds that are not taken.
             wait: whether to wait for one.
         """
         with self._change:
@@ -63,7 +63,7 @@ class RequestQueue:
             return [self._waiting.pop(kind) for kind in self._waiting.keys() - kinds]
 
     def on_stop(self, number: int, act: Callable[[], None]) -> None:
-        """Call when a question is stopped: at once, in another thread; the last one counts."""
+        """Call a function at once, in another thread, when a question is stopped; replaces others."""
         with self._change:
             self._stopper = (number, act)
             if number <= self._stopped:
@@ -97,9 +97,9 @@ class Work:
     """The work on one question.
 
     Attributes:
-        number: of the question.
-        requests: where a stop is heard.
-        send_queue: where progress is told.
+        number: number of the question.
+        requests: reports a stop.
+        send_queue: takes progress.
     """
 
     number: int
@@ -108,20 +108,20 @@ class Work:
 
     @property
     def stopped(self) -> bool:
-        """Whether the caller no longer wants it."""
+        """Whether the caller no longer wants the answer."""
         return self.number <= self.requests.stopped
 
     def check(self, _share: float = 0.0) -> None:
-        """Give up if the caller no longer wants it; a callback of progress.
+        """Raise an exception if the caller no longer wants the answer; a callback for progress.
 
         Raises:
-            WorkbenchError: if so.
+            WorkbenchError: if the answer is no longer wanted.
         """
         if self.stopped:
             raise WorkbenchError(STOPPED)
 
     def on_stop(self, act: Callable[[], None]) -> None:
-        """Call when the caller no longer wants it: at once, in another thread."""
+        """Call a function when the caller stops the question: at once, in another thread."""
         self.requests.on_stop(self.number, act)
 
     def tell(self, searched: Searched) -> None:

@@ -1,6 +1,6 @@
 """An analyst's process: `python -m workbench.analysis.worker FD`, a socket to the caller.
 
-It ends when its caller's end of the socket does, whatever it is doing.
+It exits when its caller's end of the socket closes, whatever it is doing.
 """
 
 import importlib
@@ -22,21 +22,21 @@ from workbench.ipc.send_queue import LogPoster, SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 
 SLICE = 0.005
-"""After this time a kind pauses, where it can, for the next one [s]."""
+"""Time after which work pauses, if it can, for the next kind of question [s]."""
 Answerer = Callable[[Subject, Any, Work], Working]
 
 
 class Scheduler:
-    """Answers what is asked, one question of each kind at a time, each kind in its turn.
+    """Answers questions, one of each kind at a time, in turns.
 
-    In turns, so that a map and ranges are drawn although a slider that never rests asks for
-    margins all the time; in slices, so that margins do not wait for a whole map.
+    With turns, a map and ranges are drawn although a moving slider asks for margins all the time;
+    with time slices, margins do not wait for a whole map.
 
     Args:
-        subject: about which is asked.
-        requests: questions that wait.
-        send_queue: where answers go.
-        find: returns who answers a kind of question.
+        subject: subject of the questions.
+        requests: queue of waiting questions.
+        send_queue: takes answers.
+        find: returns the function that answers a kind of question.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Scheduler:
             self.turn()
 
     def turn(self) -> None:
-        """Give every kind its turn."""
+        """Give every kind one turn."""
         for kind in ANSWERED_BY:
             self._take_in(wait=False)
             if kind in self._begun:
@@ -72,12 +72,12 @@ class Scheduler:
             self._begun[type(request.what)] = request, self._work(request, work)
 
     def _work(self, request: Request, work: Work) -> Working:
-        """Work on a question; its function is looked up here, as that may load a library."""
+        """Work on a question; its function is looked up here, because that may load a library."""
         work.check()
         yield from self._find(type(request.what))(self._subject, request.what, work)
 
     def _go_on(self, kind: type) -> None:
-        """Work on a kind for a slice of time."""
+        """Work on a kind for one time slice."""
         request, working = self._begun[kind]
         end = time.perf_counter() + SLICE
         reply = None
@@ -99,10 +99,10 @@ class Scheduler:
 
 
 def main(connection: Connection) -> int:
-    """Answer what is asked, and return the exit code.
+    """Answer questions, and return the exit code.
 
-    The first message is the scenario whose vehicle is judged, the values of its live parameters
-    over those of its gains, and what is added to the niceness of the process.
+    The first message has the scenario of the vehicle, parameter values that override those of its
+    gains, and an increase of the process's niceness.
     """
     try:
         scenario, settings, niceness = connection.recv()
@@ -129,7 +129,7 @@ def find_answerer(kind: type) -> Answerer:
 def ask_other(subject: Subject, question: AskOther, work: Work) -> Working:
     """Answer a question about another controller, on the same vehicle.
 
-    Its models, and the machine code of its flights, are made at the first question about it.
+    The first question builds its models and the machine code of its flights.
     """
     other = subject.other(question.controller)
     for reply in find_answerer(type(question.question))(other, question.question, work):
