@@ -202,7 +202,7 @@ def shown_poles(model: LinearModel) -> np.ndarray:
 
 
 def _margins(model: LinearModel, *, hold: bool) -> dict[str, LoopMargins]:
-    """Return the margins of the loops that are closed only while a place is held, or of the rest."""
+    """Return the margins of the loops that close only while a place is held, or of the rest."""
     loops = [loop for loop in model.loops if loop.hold is hold]
     found = all_margins(model, [loop.point("actuator") for loop in loops])
     return {loop.name: margins for loop, margins in zip(loops, found, strict=True)}

@@ -160,7 +160,7 @@ class Subject:
         return {name: values.get(name, self.own[name]) for name in self.law} | around
 
     def asked_names(self, asked: Mapping[str, float]) -> dict[str, str]:
-        """Return a question's names of the controller's gains, those of a set without its prefix."""
+        """Return a question's names by the controller's gains; those of a set lose its suffix."""
         return {self.flown.gain_of(name): name for name in asked}
 
     def linked(self, asked: Mapping[str, str]) -> dict[str, str]:

@@ -63,7 +63,7 @@ class RequestQueue:
             return [self._waiting.pop(kind) for kind in self._waiting.keys() - kinds]
 
     def on_stop(self, number: int, act: Callable[[], None]) -> None:
-        """Call a function at once, in another thread, when a question is stopped; replaces others."""
+        """Call a function in another thread when a question is stopped; the last one counts."""
         with self._change:
             self._stopper = (number, act)
             if number <= self._stopped:

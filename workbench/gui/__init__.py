@@ -1,1 +1,1 @@
-"""The app: fly it, watch it, tune it. The only room that imports Qt; it imports no Drake."""
+"""The app: fly, watch and tune. The only room that imports Qt; it imports no Drake."""

@@ -1,8 +1,8 @@
-"""The table of actions: menus, buttons, shortcuts and the page of keys are made from it.
+"""The table of actions, from which menus, buttons, shortcuts and the page of keys are made.
 
-The key that stops the rotors is F12: one key at the end of a row, found without looking, that no
-text field, number field, table or plot has another use for, and that needs no second finger. No
-other key does it, by whatever way: its button never has the focus, and no menu has it.
+F12 stops the rotors: a single key at the end of a row, easy to find without looking, and unused in
+text fields, number fields, tables and plots. No other key stops them in any way: the button never
+has the keyboard focus, and no menu contains the action.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -17,7 +17,7 @@ from workbench.gui.screen_table import SCREENS
 
 RECENT = "Recent &files"
 AFTER = "open_log"
-"""The action below which the recent files stand."""
+"""Name of the action above the recent files."""
 
 FILE, FLIGHT, VIEW, HELP = "&File", "F&light", "&View", "&Help"
 MENUS = (FILE, FLIGHT, VIEW, HELP)
@@ -47,20 +47,20 @@ def fill_menus(bar: QMenuBar, actions: Mapping[str, QAction]) -> dict[str, QMenu
 
 @dataclass(frozen=True)
 class ActionRow:
-    """Something that can be done from anywhere in the app.
+    """An action that is available anywhere in the app.
 
     Attributes:
-        name: unique.
-        menu: in which it stands.
-        text: in the menu, with its mnemonic.
-        help: what it does, a sentence.
-        shortcut: as Qt writes it, "" without one.
-        icon: see `icons`, "" without one.
-        checkable: whether it is on or off.
-        after_line: whether a line parts it from the one above.
-        submenu: in which it stands, "" for none.
-        button: text on its button where that is another.
-        in_menu: whether it stands in the menu, where arrows and Enter choose it, too.
+        name: unique name.
+        menu: its menu.
+        text: its text in the menu, with the mnemonic.
+        help: what it does, as a sentence.
+        shortcut: key sequence as Qt writes it, "" without one.
+        icon: name of the icon, see `icons`, "" without one.
+        checkable: whether it can be switched on and off.
+        after_line: whether a separator precedes it.
+        submenu: its submenu, "" for none.
+        button: text on its button, if different.
+        in_menu: whether the menu contains it.
     """
 
     name: str
@@ -84,7 +84,7 @@ class ActionRow:
 THEMES = ("system", "light", "dark")
 THEME_MENU = "T&heme"
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
-"""Real-time factors that are offered."""
+"""Selectable real-time factors."""
 SPEED_MENU = "Spee&d"
 CONTROLLER_MENU = "Con&troller"
 CAMERA_MENU = "3-D &camera"
@@ -299,8 +299,8 @@ def make_actions(
     """Return an action for each row of the table, by name.
 
     Args:
-        parent: window in which their shortcuts work.
-        handlers: what each does, by name.
+        parent: window in which the shortcuts work.
+        handlers: what each action calls, by name.
     """
     made = {}
     for row in ACTIONS:
@@ -322,15 +322,15 @@ def make_actions(
 
 
 def tip(row: ActionRow) -> str:
-    """Return what a pointer over a button tells."""
+    """Return the tooltip of a button."""
     return f"{row.help} ({row.shortcut})" if row.shortcut else row.help
 
 
 def find_row(name: str) -> ActionRow:
-    """Return the row of a name; a KeyError is a fault of ours."""
+    """Return the row with a name; a KeyError is a programming error."""
     return {row.name: row for row in ACTIONS}[name]
 
 
 def rows_of(menu: str) -> Iterable[ActionRow]:
-    """Return the rows of a menu, in their order."""
+    """Return the rows of a menu, in order."""
     return [row for row in ACTIONS if row.menu == menu]

@@ -1,4 +1,4 @@
-"""The analyst for screens: they ask, and answers come as signals."""
+"""The analyst for screens: they ask questions, and answers arrive as signals."""
 
 from collections.abc import Mapping
 from concurrent.futures import Future
@@ -33,20 +33,20 @@ from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
 ASKED_ONCE = (PlanMeasurement, Fork, Weigh, Tune, Pin)
-"""Questions that come one by one: a notice tells why one has no answer. The others come in a stream
-while a slider moves, and the card tells."""
+"""Questions that are asked one by one: a notice says why one has no answer. The others are asked in
+a stream while a slider moves, and their card shows the reason."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
 
 
 class Analysis(QObject):
-    """Asks the analyst about gains of the vehicle that flies.
+    """Asks the analyst about gains of the flying vehicle.
 
     Args:
-        notices: where refusals are told, but for those of questions that come in streams.
+        notices: takes refusals, except those of questions in streams.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        answers: the signal of the answers to each kind of question.
+        answers: signal for the answers to each kind of question.
     """
 
     judged = pyqtSignal(object)
@@ -70,9 +70,9 @@ class Analysis(QObject):
     weighed = pyqtSignal(object)
     """A `Weighed`."""
     searched = pyqtSignal(object)
-    """A `Searched`: how tuning goes."""
+    """A `Searched`: the progress of tuning."""
     preparing = pyqtSignal(str)
-    """What the analyst does before it can answer, as compiling."""
+    """The analyst's preparations before an answer, as compiling."""
     tuned = pyqtSignal(object)
     """A `Tuned`."""
     forked = pyqtSignal(object)
@@ -84,7 +84,7 @@ class Analysis(QObject):
     other_answered = pyqtSignal(object)
     """An `OtherAnswered`."""
     refused = pyqtSignal(object, str)
-    """A question that cannot be answered, and why."""
+    """A question that cannot be answered, and the reason."""
 
     _progressed = pyqtSignal(object, object)
 
@@ -113,12 +113,12 @@ class Analysis(QObject):
             FlyAgain: self.flown_again,
             AskOther: self.other_answered,
         }
-        queued = Qt.ConnectionType.QueuedConnection  # it comes from a thread of the analyst's
+        queued = Qt.ConnectionType.QueuedConnection  # called in a thread of the analyst
         self._progressed.connect(self._show_progress, queued)  # type: ignore[call-arg]
 
     @property
     def pids(self) -> tuple[int | None, ...]:
-        """Numbers of the quick, slow and searching process, None where there is none yet."""
+        """Process IDs of the quick, slow and searching process, None before they start."""
         return self._analyst.pids if self._analyst is not None else (None,) * 3
 
     def begin(
@@ -127,15 +127,15 @@ class Analysis(QObject):
         settings: Mapping[str, float],
         controller: Controller | None = None,
     ) -> None:
-        """Judge another vehicle from now on; what is asked before is forgotten.
+        """Evaluate another vehicle from now on; earlier questions are dropped.
 
-        Nothing is started before the first question, and nothing is forgotten where scenario and
-        settings are as they were, unless the analyst has given up.
+        No process starts before the first question. If scenario and settings are unchanged, nothing
+        is dropped unless the analyst has given up.
 
         Args:
-            scenario: that is flown.
-            settings: values of all its live parameters at the start.
-            controller: of the scenario, as its file was read.
+            scenario: the flown scenario.
+            settings: all live parameters at the start.
+            controller: the scenario's controller, as its file was read.
         """
         present = self._analyst
         if present is not None:
@@ -151,15 +151,15 @@ class Analysis(QObject):
         )
 
     def warm_up(self) -> None:
-        """Start the processes that answer, as when a screen is shown that asks."""
+        """Start the answering processes, as when a screen that uses them is shown."""
         if self._analyst is not None:
             self._analyst.warm_up()
 
     def ask(self, question: Question) -> None:
-        """Ask; the answer comes by the signal of its kind, or by `refused`.
+        """Ask a question; the answer arrives by the signal of its kind, or by `refused`.
 
-        Of each kind the newest question counts: an older one that still waits is dropped, without
-        a word. One that is being worked on is answered; a reply says what was asked.
+        Of each kind the newest question counts: an older one that still waits is dropped silently.
+        One in progress is answered; a reply contains its question.
         """
         analyst = self._analyst
         if analyst is None:
@@ -168,12 +168,12 @@ class Analysis(QObject):
         analyst.ask(question).add_done_callback(lambda done: self._hear(analyst, question, done))
 
     def stop(self) -> None:
-        """End a search soon, and keep its best."""
+        """End a search soon, and keep its best result."""
         if self._analyst is not None:
             self._analyst.stop()
 
     def close(self) -> None:
-        """End the analyst's processes, and wait until they are gone; the last call."""
+        """End the analyst's processes, and wait until they are gone; must be the last call."""
         self._answers.close()
         analyst, self._analyst = self._analyst, None
         if analyst is not None:
@@ -181,7 +181,7 @@ class Analysis(QObject):
         self._errands.close()
 
     def _hear(self, analyst: Analyst, question: Question, done: "Future[Any]") -> None:
-        """Pass an answer on, in whatever thread it came; a dropped question has none."""
+        """Pass an answer on, from any thread; a dropped question has none."""
         if not isinstance(done.exception(), SupersededError):
             self._answers.expect(
                 done,
@@ -216,17 +216,17 @@ class Follower(QObject):
     """Asks questions of one kind that change often, one at a time: the newest is next.
 
     Args:
-        analysis: to be asked.
-        kind: of the questions.
+        analysis: takes the questions.
+        kind: kind of the questions.
         parent: the Qt parent; this object is deleted with it.
     """
 
     answered = pyqtSignal(object)
-    """The reply to the question that was asked."""
+    """The reply to the last question."""
     refused = pyqtSignal(str)
-    """Why there is none."""
+    """Why there is no reply."""
     preparing = pyqtSignal(str)
-    """What is done before the answer that is waited for, as compiling."""
+    """Preparations before the expected answer, as compiling."""
 
     def __init__(
         self, analysis: Analysis, kind: type[Question], parent: QObject | None = None
@@ -244,21 +244,21 @@ class Follower(QObject):
 
     @property
     def is_waiting(self) -> bool:
-        """Whether an answer is still to come."""
+        """Whether an answer is expected."""
         return self._asked is not None
 
     def ask(self, question: Question) -> None:
-        """Ask a question, in place of one that still waits."""
+        """Ask a question; it replaces one that still waits."""
         self._wanted = question
         self._send()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._seen = seen
         self._send()
 
     def forget(self) -> None:
-        """Forget questions and answers: another flight begins."""
+        """Drop questions and answers: another flight begins."""
         self._wanted = self._asked = self._known = None
 
     def _send(self) -> None:
@@ -277,7 +277,7 @@ class Follower(QObject):
             self._known = asked
             self.answered.emit(reply)
         elif asked is not None and self._wanted is None:
-            self._wanted = asked  # another's question may have taken the place of ours
+            self._wanted = asked  # another asker's question may have replaced ours
         self._send()
 
     def _hear_refusal(self, question: Question, said: str) -> None:

@@ -1,4 +1,4 @@
-"""The app: one window and what it shares, from the first paint to the last process."""
+"""The app: one window and its shared services, from the first paint to the last process."""
 
 import signal
 import sys
@@ -24,24 +24,24 @@ from workbench.live.view import LiveView
 from workbench.scenario.scenario import Scenario
 
 SCENARIO = "network"
-"""What it flies: a drone on the ground between obstacles."""
+"""Scenario of the demo: a drone on the ground between obstacles."""
 ROUND = ((4.0, 0.0, 1.5), (3.0, 5.0, 2.0), (-3.5, 3.0, 1.5), (-2.0, -3.0, 1.8))
-"""Places in W, each 2 m and more from anything [m]."""
+"""Waypoints in W, each at least 2 m from any obstacle [m]."""
 LEG = 7.0
-"""Simulated time from one place to the next [s]."""
+"""Simulated time between waypoints [s]."""
 SETTLING = 0.2
-"""After an order, until it shows in the mode and in what is asked of the drone [s]."""
+"""Time after an order until mode and command show it [s]."""
 ORGANISATION, NAME = "drake-drone-workbench", "workbench"
 BEAT = 200
-"""Between two looks whether Ctrl-C was pressed in the terminal [ms]."""
+"""Period between checks for Ctrl-C in the terminal [ms]."""
 
 
 class DemoPilot(QObject):
-    """Flies until anybody else does; a reset lets it begin again, another scenario ends it.
+    """Flies until someone else does; restarts after a reset, and ends with another scenario.
 
     Args:
-        flight: which it flies.
-        notices: where its end is told.
+        flight: the flight to fly.
+        notices: takes the notice of its end.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -56,11 +56,11 @@ class DemoPilot(QObject):
         flight.viewed.connect(self._follow)
 
     def _begin(self, view: LiveView) -> None:
-        """Begin with the first flight, and again with each of the same scenario."""
+        """Start with the first flight, and again with each one of the same scenario."""
         self._prepare()
         if self._scenario is None:
             self._scenario = view.scenario
-        self._over = view.scenario != self._scenario  # its places may be inside of obstacles
+        self._over = view.scenario != self._scenario  # the waypoints may be inside obstacles
 
     def _prepare(self) -> None:
         self._over = self._took_off = self._waits = False
@@ -97,7 +97,7 @@ class DemoPilot(QObject):
         self._in_force = time + SETTLING
 
     def _is_disturbed(self, view: LiveView) -> bool:
-        """Return whether the drone was asked for anything else than the demo did."""
+        """Return whether the drone has had a command from anyone else."""
         assert view.snapshot
         return bool(self._reference) and view.snapshot.reference[FOLLOWS] != self._reference
 
@@ -107,13 +107,13 @@ class DemoPilot(QObject):
 
 
 def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: bool = False) -> int:
-    """Open the window, fly, and return the exit code once it is closed.
+    """Open the window, fly, and return the exit code after the window is closed.
 
     Args:
-        choice: what to fly at first; None for what was set up last, or the default.
-        screen: name of the first screen, "" for the one seen last.
+        choice: what to fly first; None for the last setup, or the default.
+        screen: name of the first screen, "" for the last one.
         view3d: whether flights are drawn in 3-D.
-        demo: whether a pilot shows the drone until somebody else flies.
+        demo: whether a demo pilot flies until someone else does.
     """
     app = make_app()
     workspace = make_workspace()
@@ -138,7 +138,7 @@ def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: b
 
 
 def _first(workspace: Workspace) -> Choice:
-    """Return what is flown where nothing was named."""
+    """Return what to fly if nothing was named."""
     try:
         return first_flight(workspace.preferences.store)
     except WorkbenchError as error:
@@ -147,7 +147,7 @@ def _first(workspace: Workspace) -> Choice:
 
 
 def make_app() -> QApplication:
-    """Return Qt's application, ready for the web engine to be loaded later."""
+    """Return Qt's application, prepared for loading the web engine later."""
     present = QApplication.instance()
     if isinstance(present, QApplication):
         return present
@@ -155,17 +155,17 @@ def make_app() -> QApplication:
     QCoreApplication.setApplicationName(NAME)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
     app = QApplication(sys.argv[:1])
-    app.setApplicationDisplayName("")  # the window's title says it
+    app.setApplicationDisplayName("")  # the window's title has the name
     return app
 
 
 @contextmanager
 def _told_to_close(window: MainWindow) -> Iterator[None]:
-    """Close on Ctrl-C and on a kind end from outside; Qt alone would not look for them."""
+    """Close on Ctrl-C and on SIGTERM; Qt alone would not check for them."""
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(number, lambda *_: window.close()) for number in numbers]
     beat = QTimer()
-    beat.timeout.connect(lambda: None)  # lets Python look
+    beat.timeout.connect(lambda: None)  # lets Python handle signals
     beat.start(BEAT)
     try:
         yield

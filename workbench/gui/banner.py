@@ -1,4 +1,4 @@
-"""Lines at the lower edge of the window: what happened and what to do, and the first minutes."""
+"""Lines at the lower edge of the window: notices with remedies, and the guide for beginners."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -30,18 +30,18 @@ if TYPE_CHECKING:
 
 
 STAYS = {Severity.INFORMATION: 8.0, Severity.WARNING: 20.0, Severity.FAILURE: float("inf")}
-"""How long a notice stays when the user does not dismiss it [s]."""
+"""How long a notice stays if the user does not dismiss it [s]."""
 MOST = 20
-"""Notices that wait; of more the oldest that are no failures go."""
+"""Limit of waiting notices; beyond it the oldest are dropped, failures last."""
 
 TICK = 1000
-"""Between two looks whether a notice has been shown long enough [ms]."""
+"""Period between checks for expired notices [ms]."""
 REMEDIES = (
     ("reset", "reset"),
     ("open a scenario", "open_scenario"),
     ("hide the 3-d view", "view_3d"),
 )
-"""Words of a remedy, and the action that does it."""
+"""Words of a remedy, and the action that carries it out."""
 COLOURS = {
     Severity.INFORMATION: "accent",
     Severity.WARNING: "warning",
@@ -55,9 +55,9 @@ class Told:
     """A notice in the queue.
 
     Attributes:
-        notice: the newest of those that say the same.
-        times: how often it was told.
-        until: when it goes by itself, in the clock's time [s].
+        notice: the newest of equal notices.
+        times: how often it was reported.
+        until: when it expires, in the clock's time [s].
     """
 
     notice: Notice
@@ -66,9 +66,9 @@ class Told:
 
 
 class BannerQueue:
-    """Notices, those that matter most first, and of equals the newest.
+    """Notices, the most severe first, and then the newest.
 
-    A sentence that comes again is counted, and does not stand twice.
+    A repeated sentence is counted and shown once.
     """
 
     def __init__(self) -> None:
@@ -79,12 +79,12 @@ class BannerQueue:
 
     @property
     def first(self) -> Told | None:
-        """What is to be shown."""
+        """The notice to show."""
         ranks = list(Severity)
         return max(self._told, key=lambda each: ranks.index(each.notice.severity), default=None)
 
     def add(self, notice: Notice, now: float) -> None:
-        """Take a notice at a time [s]."""
+        """Add a notice at a time [s]."""
         times = 1
         for each in self._told:
             same = each.notice.what == notice.what
@@ -98,26 +98,26 @@ class BannerQueue:
             self._told.remove((passing or self._told)[-1])
 
     def dismiss(self) -> None:
-        """Forget what is shown."""
+        """Drop the shown notice."""
         if self.first is not None:
             self._told.remove(self.first)
 
     def forget(self, severity: Severity) -> None:
-        """Forget what mattered so much: it is mended."""
+        """Drop failures: their cause is gone."""
         self._told = [each for each in self._told if each.notice.severity is not severity]
 
     def expire(self, now: float) -> None:
-        """Forget what has been shown long enough."""
+        """Drop expired notices."""
         self._told = [each for each in self._told if each.until > now]
 
 
 class Banner(QFrame):
-    """One notice at a time, at the lower edge, where nothing under the pointer moves.
+    """One notice at a time, at the lower edge, where it moves nothing under the pointer.
 
     Args:
-        workspace: whose notices are told.
-        actions: those that a remedy may name.
-        parent: in which it stands.
+        workspace: source of the notices.
+        actions: actions that a remedy may name.
+        parent: the Qt parent.
     """
 
     def __init__(
@@ -156,33 +156,33 @@ class Banner(QFrame):
 
     @property
     def shown(self) -> Notice | None:
-        """The notice that is shown."""
+        """The shown notice."""
         first = self._queue.first
         return first.notice if first else None
 
     @property
     def offers(self) -> tuple[QPushButton, ...]:
-        """Buttons that do what the remedy says."""
+        """Buttons for the actions in the remedy."""
         return tuple(self._offers)
 
     def add(self, notice: Notice) -> None:
-        """Take a notice."""
+        """Add a notice."""
         self._queue.add(notice, time.monotonic())
         self._timer.start()
         self._show()
 
     def dismiss(self) -> None:
-        """Take away what is shown."""
+        """Dismiss the shown notice."""
         self._queue.dismiss()
         self._show()
 
     def _forget_failures(self, _: LiveView) -> None:
-        """Forget what is over with the flight before; a pause that ends mends nothing."""
+        """Drop failures that ended with the last flight; the end of a pause drops none."""
         self._queue.forget(Severity.FAILURE)
         self._show()
 
     def _forget_warnings(self, view: LiveView) -> None:
-        """Forget what was wrong with a controller's file: its text flies; the events have it."""
+        """Drop warnings about a controller's file once its text flies; the event list has them."""
         self._queue.forget(Severity.WARNING)
         if view.controller is not None:
             self.add(
@@ -222,7 +222,7 @@ class Banner(QFrame):
         self.setAccessibleName(f"{word}: {notice.what}{times} {notice.remedy}")
 
     def _offer(self, remedy: str) -> None:
-        """Make a button of each action that the remedy names."""
+        """Make a button for each action that the remedy names."""
         words = remedy.lower()
         names = [name for said, name in REMEDIES if said in words and name in self._actions]
         if names == [button.objectName() for button in self._offers]:
@@ -258,7 +258,7 @@ class Banner(QFrame):
 
 
 DONE = "guide/done"
-"""Of settings: whether the guide was gone through or skipped."""
+"""Settings key: whether the guide was completed or skipped."""
 HOVERS = (
     FlightMode.HOVERING,
     FlightMode.ASCENDING,
@@ -281,19 +281,19 @@ STAGES = (
     ),
     ("Keep it", "Press Keep (Ctrl+K). Revert (Ctrl+Shift+K) goes back to what was kept last."),
 )
-"""What to do in the first minutes, in a few words, and how, in a sentence."""
+"""Stages of the guide: a title of a few words, and instructions in a sentence."""
 END = "That was it. F1 lists all keys, and First minutes in the menu Help begins again."
 
 
 class Guide(QFrame):
-    """Says what to do next, in a line above the banner, and goes on once it was done.
+    """Shows the next step in a line above the banner, and advances when the user has done it.
 
     Args:
-        flight: that is watched.
-        notices: where the end is told.
-        store: remembers that it was gone through.
+        flight: the observed flight.
+        notices: takes the final notice.
+        store: remembers that the guide is done.
         show_tuning: shows the tuning screen, and returns its gains.
-        parent: in which it stands.
+        parent: the Qt parent.
     """
 
     def __init__(
@@ -322,17 +322,17 @@ class Guide(QFrame):
 
     @property
     def wanted(self) -> bool:
-        """Whether the user has neither finished nor skipped it."""
+        """Whether the user has neither completed nor skipped the guide."""
         return str(self._store.value(DONE, False)).lower() != "true"
 
     def begin(self) -> None:
-        """Begin with the first stage."""
+        """Show the first stage."""
         self._gains = self._show_tuning()
         if self._gains is not None:
             self._enter(0)
 
     def end(self) -> None:
-        """Go away, for good."""
+        """Close the guide for good."""
         self._stage = len(STAGES)
         self._store.setValue(DONE, True)
         self.hide()
@@ -354,7 +354,7 @@ class Guide(QFrame):
             self._enter(self._stage + 1)
 
     def _is_done(self, view: LiveView) -> bool:
-        """Return whether the present stage was done."""
+        """Return whether the present stage is done."""
         assert self._gains is not None
         match self._stage:
             case 0:

@@ -1,4 +1,4 @@
-"""The rays of the lidar's cloud, and the points that they met."""
+"""The rays of the lidar's cloud, and the points of their returns."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from workbench.link.topics import PREFIX, Topic
 
 @dataclass(frozen=True, eq=False)
 class CloudRays:
-    """The rays of a cloud on the wire.
+    """The rays of a transmitted cloud.
 
     Attributes:
         directions_S: unit vectors in the sensor's frame (n, 3).
         sensor_in_B: pose of the sensor.
-        max_range: largest that is measured [m].
+        max_range: largest measured range [m].
     """
 
     directions_S: np.ndarray
@@ -26,7 +26,7 @@ class CloudRays:
     max_range: float
 
     def points_B(self, ranges: np.ndarray) -> np.ndarray:
-        """Return the points of ranges (n) that met something, in B (m, 3) [m]."""
+        """Return the points of ranges (n) with a return, in B (m, 3) [m]."""
         seen = np.isfinite(ranges)
         points: np.ndarray = (
             self.sensor_in_B.p
@@ -55,13 +55,13 @@ def _angles(said: object) -> np.ndarray:
 
 
 def find_rays(topics: Sequence[Topic]) -> CloudRays | None:
-    """Return the rays of a flight's lidar, None where none measures."""
+    """Return the rays of a flight's lidar, None without an active one."""
     topic = next((each for each in topics if each.name == f"{PREFIX}lidar_cloud"), None)
     return rays_from(topic.about) if topic is not None else None
 
 
 def newest_points(signals: Signals, rays: CloudRays) -> np.ndarray:
-    """Return what a flight's lidar has met last, in W (N, 3) [m]."""
+    """Return the points of a lidar's last scan, in W (N, 3) [m]."""
     newest = signals.newest("lidar_cloud")
     stamp, ranges = newest.get("stamp"), newest.get("ranges")
     if not isinstance(ranges, tuple) or not isinstance(stamp, int):
@@ -72,7 +72,7 @@ def newest_points(signals: Signals, rays: CloudRays) -> np.ndarray:
 
 
 def pose_at(signals: Signals, time: float) -> tuple[list[float], list[float]]:
-    """Return place [m] and roll, pitch, yaw [rad] when a scan was taken; 0 where not known."""
+    """Return position [m] and roll, pitch, yaw [rad] at the time of a scan; 0 if unknown."""
     found = [
         value_at(*signals.series(f"position_data.{name}", time - 0.1), time)
         for name in ("x", "y", "z", "roll", "pitch", "yaw")

@@ -1,4 +1,4 @@
-"""Unhandled exceptions become a notice: without this, one in a slot ends the process."""
+"""Turns unhandled exceptions into notices: otherwise one in a slot would end the process."""
 
 import sys
 import threading
@@ -11,14 +11,14 @@ from workbench.gui.notices import Notice, Notices, Severity
 
 REMEDY = "The window goes on. Reset the flight (Ctrl+R) if it looks wrong; copy the details."
 LONGEST = 200
-"""Of an exception's words in the banner, in characters."""
+"""Largest length of an exception's message in the banner [characters]."""
 
 
 class CrashGuard(QObject):
     """Catches unhandled exceptions of all threads while it is installed.
 
     Args:
-        notices: where it is told.
+        notices: takes the report.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -29,12 +29,12 @@ class CrashGuard(QObject):
     def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._notices = notices
-        queued = Qt.ConnectionType.QueuedConnection  # whatever thread it happened in
+        queued = Qt.ConnectionType.QueuedConnection  # in whatever thread it happened
         self._caught.connect(self._tell, queued)  # type: ignore[call-arg]
         self._before = (sys.excepthook, threading.excepthook)
 
     def install(self) -> None:
-        """Catch from now on."""
+        """Install the handlers."""
         self._before = (sys.excepthook, threading.excepthook)
         sys.excepthook = self.catch
         threading.excepthook = self._catch_in_thread
@@ -46,7 +46,7 @@ class CrashGuard(QObject):
     def catch(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
     ) -> None:
-        """Tell of an exception; Ctrl-C closes."""
+        """Report an exception; Ctrl-C closes the app."""
         if issubclass(kind, KeyboardInterrupt):
             self.interrupted.emit()
             return
@@ -66,7 +66,7 @@ class CrashGuard(QObject):
 
 
 def _place(trace: TracebackType | None) -> str:
-    """Return file and line where it happened."""
+    """Return file and line of the exception."""
     frames = traceback.extract_tb(trace)
     if not frames:
         return ""

@@ -1,4 +1,4 @@
-"""What is done later: in a thread, once an answer has come, or after some time."""
+"""Deferred work: in a thread, when an answer arrives, or after some time."""
 
 import threading
 from collections.abc import Callable
@@ -14,26 +14,26 @@ Value = TypeVar("Value")
 
 
 class Errands:
-    """Runs each piece of work in a short-lived thread of its own."""
+    """Runs each piece of work in its own short-lived thread."""
 
     def __init__(self) -> None:
         self._threads: list[threading.Thread] = []
 
     def run(self, work: Callable[[], Value]) -> "Future[Value]":
-        """Begin work, and return what its result will be."""
+        """Start work, and return a Future of its result."""
         future: Future[Value] = Future()
         self.do(partial(_work, work, future))
         return future
 
     def do(self, work: Callable[[], object]) -> None:
-        """Begin work without a result; what it raises is a fault of ours, and shown as such."""
+        """Start work without a result; an exception is a programming error, and shown as one."""
         self._threads = [each for each in self._threads if each.is_alive()]
         thread = threading.Thread(target=work, name="errand")
         self._threads.append(thread)
         thread.start()
 
     def close(self) -> None:
-        """Wait until all is done; the last call."""
+        """Wait until all work is done; must be the last call."""
         for thread in self._threads:
             thread.join()
 
@@ -52,10 +52,10 @@ Refused = Callable[[str], None]
 
 
 class Answers(QObject):
-    """Calls back in its own thread once a Future is done, and never blocks.
+    """Calls back in its own thread when a Future is done, and never blocks.
 
     Args:
-        refused: told of a refusal where the asker says nothing else.
+        refused: called with a refusal if the asker passes no other function.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -65,13 +65,13 @@ class Answers(QObject):
         super().__init__(parent)
         self._refused = refused
         self._closed = False
-        queued = Qt.ConnectionType.QueuedConnection  # whatever thread a Future is done in
+        queued = Qt.ConnectionType.QueuedConnection  # in whatever thread a Future is done
         self._arrived.connect(self._deliver, queued)  # type: ignore[call-arg]
 
     def expect(
         self, future: "Future[Any]", done: Done | None = None, refused: Refused | None = None
     ) -> None:
-        """Call `done` with the value, or `refused` with the sentence of a WorkbenchError."""
+        """Call `done` with the value, or `refused` with the message of a WorkbenchError."""
         future.add_done_callback(lambda each: self._hear(each, done, refused))
 
     def close(self) -> None:
@@ -79,7 +79,7 @@ class Answers(QObject):
         self._closed = True
 
     def _hear(self, future: "Future[Any]", done: Done | None, refused: Refused | None) -> None:
-        """Pass a Future on, in whatever thread it was done."""
+        """Pass a Future on, from any thread."""
         if not self._closed:
             self._arrived.emit(future, done, refused)
 
@@ -90,18 +90,18 @@ class Answers(QObject):
         if isinstance(error, WorkbenchError):
             (refused or self._refused)(str(error))
         elif error is not None:
-            raise error  # a fault of ours: the hook of unhandled exceptions shows it
+            raise error  # a programming error: the hook of unhandled exceptions shows it
         elif done is not None:
             done(future.result())
 
 
 def single_shot(call: Callable[[], object], parent: QObject, after: int = 0) -> QTimer:
-    """Return a timer, not yet started; each start begins the wait again.
+    """Return a timer, not yet started; each start restarts the delay.
 
     Args:
-        call: to be called.
+        call: function to call.
         parent: the Qt parent; the timer is deleted with it.
-        after: the wait [ms]; with 0 it calls when the present event is over.
+        after: delay [ms]; with 0 it calls after the present event.
     """
     timer = QTimer(parent)
     timer.setSingleShot(True)

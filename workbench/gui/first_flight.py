@@ -1,4 +1,4 @@
-"""What is flown when the app is opened and nothing was named: the last setup, or the default."""
+"""What the app flies if nothing was named: the last setup, or the default."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from workbench.scenario.scenario import Scenario
 
 DEFAULT_SCENARIO = "network"
-"""On the ground between obstacles, with sensors."""
+"""Default scenario: on the ground between obstacles, with sensors."""
 NAME = "last-flight.yaml"
-"""Of the scenario that was set up by hand last."""
+"""File name of the scenario that was last set up by hand."""
 
 
 def first_flight(store: "QSettings") -> "Choice":
-    """Return what was set up by hand last, or the default.
+    """Return the scenario that was last set up by hand, or the default.
 
     Raises:
-        WorkbenchError: if what was set up needs a file that is gone; it is forgotten then.
+        WorkbenchError: if that setup needs a file that is gone; it is then forgotten.
     """
     from workbench.common.yaml_files import read_yaml
     from workbench.live.choice import Choice
@@ -40,19 +40,19 @@ def first_flight(store: "QSettings") -> "Choice":
 
 
 def last_setup(store: "QSettings") -> Path:
-    """Return where the last setup is kept: beside the preferences."""
+    """Return the path of the last setup: beside the preferences."""
     return Path(store.fileName()).parent / NAME
 
 
 def keep_setup(path: Path, scenario: "Scenario") -> None:
-    """Keep a setup for the next start; the folder is made where there is none.
+    """Save a setup for the next start, and make its folder if necessary.
 
     Args:
         path: from `last_setup`.
-        scenario: to be flown at the next start.
+        scenario: scenario to fly at the next start.
 
     Raises:
-        WorkbenchError: if it cannot be written.
+        WorkbenchError: if the file cannot be written.
     """
     from workbench.scenario.scenario import save_scenario
 

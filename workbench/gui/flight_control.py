@@ -30,7 +30,7 @@ class FlightControl(QObject):
     """Gives the flight its orders.
 
     Args:
-        flight: which is ordered.
+        flight: the flight to control.
         preferences: whether flights are drawn.
         parent: owner.
     """
@@ -43,7 +43,7 @@ class FlightControl(QObject):
         self._preferences = preferences
 
     def fly(self, what: Choice | Scenario) -> None:
-        """End the present flight and begin another."""
+        """End the present flight and start another."""
         self._flight.fly(what, draw=self._preferences.switch("draw_3d"))
 
     def fly_scenario(self, path: str) -> None:
@@ -51,7 +51,7 @@ class FlightControl(QObject):
         self.fly(Choice(path))
 
     def fly_model(self, path: str) -> None:
-        """Fly another drone; its sensors have other names, so all that it has measure."""
+        """Fly another drone with all its sensors active, because their names differ."""
         now = self._flight.what
         if isinstance(now, Choice):
             choice = replace(now, model=path, gains="", sensors=("all",), args={}, packages={})
@@ -61,13 +61,13 @@ class FlightControl(QObject):
             self.fly(replace(now, vehicle=VehicleConfig(model=path), sensors=sensors))
 
     def fly_controller(self, name: str) -> None:
-        """Let another control law take over in flight; where nothing flies, begin a flight with it.
+        """Switch to another controller in flight; if nothing flies, start a flight with it.
 
-        One that is a program of its own begins another flight in any case. Each begins with its own
-        gains: those of a gain file are of another law.
+        A controller that is a program always starts a new flight. Each starts with its own gains:
+        those of a gain file belong to another law.
 
         Args:
-            name: a shipped one's, or a file's path.
+            name: name of a shipped one, or path of a file.
         """
         if self._flight.is_flying and name not in PROGRAMS:
             self._flight.asks_first(
@@ -85,31 +85,31 @@ class FlightControl(QObject):
         self._flight.order(lambda live: live.request(what))
 
     def hold(self) -> None:
-        """Brake and stay: a command of zero ends a path, the request ends a take-off."""
+        """Brake and stay: a command of zero ends a path, and the request ends a take-off."""
         self._flight.order(lambda live: live.command((0.0, 0.0, 0.0), 0.0))
         self._flight.order(lambda live: live.request("hold"))
 
     def pause(self) -> None:
-        """Let simulated time stand, or go on."""
+        """Pause or resume simulated time."""
         paused = self._flight.view.phase is Phase.PAUSED
         self._flight.order(LiveFlight.resume if paused else LiveFlight.pause)
 
     def step(self) -> None:
-        """Fly one control period; only in a pause."""
+        """Fly one control period; only while paused."""
         scenario = self._flight.view.scenario
         if scenario is not None:
             period = scenario.rates.control_period
             self._flight.order(lambda live: live.fly_on(period))
 
     def reset(self) -> None:
-        """Begin again; a flight that has ended is flown anew."""
+        """Reset the flight; a flight that has ended starts anew."""
         if self._flight.live is None or self._flight.view.phase is Phase.ENDED:
             self._flight.again()
         else:
             self._flight.order(LiveFlight.reset)
 
     def set_speed(self, factor: float) -> None:
-        """Fly so many simulated seconds in a second."""
+        """Set the number of simulated seconds per second."""
         self._flight.order(lambda live: live.set_speed(factor))
 
 
@@ -157,5 +157,5 @@ def barrier(view: LiveView) -> str:
 
 
 def barrier_of(flight: FlightModel) -> str:
-    """Return the same; also where there is no flight at all."""
+    """Return the same for a view, also without a flight."""
     return barrier(flight.view) if flight.live is not None else NO_FLIGHT

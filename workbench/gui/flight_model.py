@@ -1,4 +1,4 @@
-"""The flight that the app shows: begun, replaced and ended, looked at sixty times a second."""
+"""The flight that the app shows: started, replaced and ended, and polled sixty times a second."""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
@@ -22,7 +22,7 @@ from workbench.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class _Attempt:
-    """What is to be flown, and how; `live` is the flight that does, once its process begins."""
+    """What to fly, and how; `live` is the flight once its process starts."""
 
     what: Choice | Scenario
     settings: Mapping[str, float]
@@ -31,37 +31,38 @@ class _Attempt:
 
 
 PERIOD = 16
-"""Between two looks at the flight [ms]."""
+"""Period between polls of the flight [ms]."""
 NOTHING = "nothing flies: open a scenario first"
 
 
 class FlightModel(QObject):
-    """One live flight at a time, for all screens; none of its methods waits.
+    """One live flight at a time, for all screens; no method blocks.
 
     Args:
-        notices: where refusals and ends are told.
+        notices: takes refusals and ends.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        draws: whether any flight is drawn in 3-D.
-        asks_first: hears what would replace the flight, and does that, at once or later, or not.
+        draws: whether flights are drawn in 3-D.
+        asks_first: called with a function that would replace the flight; may call it at once,
+            later, or never.
     """
 
     begun = pyqtSignal(object)
-    """A flight has begun, or begun anew after a reset: its first `LiveView`."""
+    """A flight has begun, or restarted after a reset: its first `LiveView`."""
     taken_over = pyqtSignal(object)
-    """Another controller, or another text of its file, flies from now on: a `LiveView`."""
+    """Another controller, or another text of its file, now flies: a `LiveView`."""
     viewed = pyqtSignal(object)
     """The newest `LiveView`, when it has changed; at most sixty times a second."""
     streamed = pyqtSignal(object)
-    """A list of `Published`: everything that was sampled since the last one."""
+    """A list of `Published`: everything that was sampled since the last signal."""
     phase_changed = pyqtSignal(object)
     """A `Phase`."""
     opening = pyqtSignal(str)
-    """What is done to begin another flight while the present one goes on; "" once it is over."""
+    """Progress of starting another flight while the present one continues; "" when it is over."""
     arguments_wanted = pyqtSignal(object, object)
-    """What cannot be flown, a `Choice` or `Scenario`, without values for arguments of its xacro
-    file, and those `XacroArgument`s."""
+    """A `Choice` or `Scenario` that lacks values for arguments of its xacro file, and those
+    `XacroArgument`s."""
 
     def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -84,39 +85,39 @@ class FlightModel(QObject):
 
     @property
     def view(self) -> LiveView:
-        """The newest view, of a flight that starts where there is none yet."""
+        """The newest view; before the first flight, that of a starting one."""
         return self._view
 
     @property
     def what(self) -> Choice | Scenario:
-        """What flies, or is about to; what could not be flown is forgotten."""
+        """What flies, or is starting; a failed attempt does not count."""
         return (self._next or self._present).what
 
     @property
     def live(self) -> LiveFlight | None:
-        """The flight itself, None before the first and after the last."""
+        """The flight itself, None without one."""
         return self._live
 
     @property
     def is_flying(self) -> bool:
-        """Whether a flight has begun and its process lives."""
+        """Whether a flight has begun and its process runs."""
         return self._live is not None and self._view.snapshot is not None and not self._is_over()
 
     def fly(
         self, choice: Choice | Scenario, settings: Mapping[str, float] | None = None, *, draw: bool
     ) -> None:
-        """Begin another flight, and end the present one as soon as the other one flies.
+        """Start another flight, and end the present one as soon as the other one flies.
 
-        What cannot be read or built ends nothing: the present flight goes on, and is told why.
+        If it cannot be read or built, the present flight continues, and a notice says why.
         """
         self._ask(_Attempt(choice, dict(settings or {}), draw))
 
     def again(self) -> None:
-        """Fly what was flown last, in a process of its own."""
+        """Restart the last flight in a new process."""
         self._again()
 
     def end(self) -> None:
-        """End the flight, if there is one, and what was to follow it, in the background."""
+        """End the flight, if there is one, and a starting one, in the background."""
         self._timer.stop()
         self._drop_next()
         live, self._live = self._live, None
@@ -124,17 +125,17 @@ class FlightModel(QObject):
             self._errands.do(live.close)
 
     def close(self) -> None:
-        """End the flight and wait until its process is gone; the last call."""
+        """End the flight and wait until its process is gone; must be the last call."""
         self.end()
         self._answers.close()
         self._errands.close()
 
     def _ask(self, wanted: _Attempt) -> None:
-        """Begin a flight, once nothing of the present one would be lost."""
+        """Start a flight once nothing of the present one would be lost."""
         self.asks_first(lambda: self._try(wanted))
 
     def _try(self, wanted: _Attempt) -> None:
-        """Begin a flight: in place of the present one where there is none to be seen."""
+        """Start a flight: in place of the present one if that is not visible."""
         self._drop_next()
         keeps = self._live is not None and self._view.snapshot is not None
         if not keeps:
@@ -168,7 +169,7 @@ class FlightModel(QObject):
         self._timer.start()
 
     def _look_at_next(self) -> None:
-        """Let the next flight take the place of the present one once it flies."""
+        """Let the next flight replace the present one once it flies."""
         attempt = self._next
         if attempt is None or attempt.live is None:
             return
@@ -187,21 +188,21 @@ class FlightModel(QObject):
             self.opening.emit(view.said)
 
     def _drop_next(self) -> None:
-        """Begin nothing else than what flies."""
+        """Drop the starting flight."""
         attempt, self._next = self._next, None
         if attempt is not None and attempt.live is not None:
             self.opening.emit("")
             self._errands.do(attempt.live.close)
 
     def _tell_cannot_fly(self, attempt: _Attempt, view: LiveView) -> None:
-        """Tell why what was wanted cannot be flown; where only values are missing, ask for them."""
+        """Report why a flight is impossible; if only values are missing, ask for them."""
         if view.needed:
             self.arguments_wanted.emit(attempt.what, view.needed)
         else:
             self._tell_not_begun(view.said, "Mend it, or open another.")
 
     def _tell_not_begun(self, said: str, remedy: str) -> None:
-        """Tell why another flight has not begun, and whether the present one goes on."""
+        """Report why another flight did not start, and whether the present one continues."""
         if self._live is None:
             self._show(LiveView().ended(said))
             self._notices.fail(said, remedy)
@@ -219,10 +220,10 @@ class FlightModel(QObject):
         """Give the flight an order, as `lambda live: live.request("land")`.
 
         Args:
-            give: gives it.
-            done: hears the answer, in this thread, once `view` shows the effect.
-            refused: hears why it was refused; without it the banner tells, unless another flight
-                has taken its place by then.
+            give: function that gives the order.
+            done: called with the answer, in this thread, once `view` shows the effect.
+            refused: called with the reason of a refusal; by default a notice shows it, unless
+                another flight has started meanwhile.
         """
         live = self._live
         if live is not None:
@@ -239,7 +240,7 @@ class FlightModel(QObject):
         self._notices.warn(NOTHING)
 
     def _look(self) -> None:
-        """Show what is new; who hears of it may end the flight, or begin another."""
+        """Emit the signals for news; a slot may end the flight, or start another."""
         self._look_at_next()
         live = self._live
         if live is None:
@@ -247,7 +248,7 @@ class FlightModel(QObject):
         published = live.streamed()
         view = live.latest()
         restarted = began_anew(self._view, view)
-        if restarted:  # what was sampled before belongs to the flight that is over
+        if restarted:  # older samples belong to the last flight
             self._show(view)
             published = of_last_flight(published, view)
         if published:
@@ -258,7 +259,7 @@ class FlightModel(QObject):
             self._tell_missed(live.missed)
 
     def _tell_missed(self, missed: int) -> None:
-        """Tell that curves have a gap, which they do not show."""
+        """Report that curves have a gap, which they do not show."""
         if missed > self._missed:
             self._missed = missed
             self._notices.warn(
@@ -274,7 +275,7 @@ class FlightModel(QObject):
         elif took_over(before, view) and view.controller and view.scenario:
             law, other = view.controller, before.controller
             if other is None or law.reference != other.reference:
-                # gains of the same law do with sets of them as well
+                # gains of the same law also fit sets of them
                 keep = other is not None and law.unscheduled == other.unscheduled
                 what = with_controller(self._present.what, view.scenario.controller, keep=keep)
                 self._present = self._good = replace(self._present, what=what)
@@ -289,7 +290,7 @@ class FlightModel(QObject):
         self.viewed.emit(view)
 
     def _tell_trouble(self, before: LiveView, view: LiveView) -> None:
-        """Tell why an autopilot, or an excitation, has ended by itself."""
+        """Report why an autopilot, or an excitation, has ended by itself."""
         lived = before.autopilot is None or not before.autopilot.ended
         if lived and view.autopilot is not None and view.autopilot.ended:
             self._notices.fail(view.autopilot.ended)
@@ -298,7 +299,7 @@ class FlightModel(QObject):
             self._notices.warn(f"The excitation has ended: {ended}.")
 
     def _end_of(self, view: LiveView) -> None:
-        """Tell of a flight that has ended by itself, or that could not begin."""
+        """Report a flight that has ended by itself, or could not start."""
         attempt = self._present
         self._present = self._good
         if view.needed:
@@ -311,12 +312,12 @@ class FlightModel(QObject):
 
 
 def with_controller(what: Choice | Scenario, name: str, *, keep: bool = False) -> Choice | Scenario:
-    """Return what is to be flown with a controller, a shipped one's name or a file's path.
+    """Return what to fly with a controller, by name of a shipped one or path of a file.
 
     Args:
-        what: that flew.
-        name: of the controller.
-        keep: whether the gain file is for it, too; else it is left out.
+        what: what flew.
+        name: name of the controller.
+        keep: whether the gain file also fits the new controller; else it is left out.
     """
     if what.controller == name:
         return what
@@ -327,7 +328,7 @@ def with_controller(what: Choice | Scenario, name: str, *, keep: bool = False) -
 
 
 def began_anew(before: LiveView, view: LiveView) -> bool:
-    """Return whether a flight has begun, or begun again, between two views."""
+    """Return whether a flight has begun, or restarted, between two views."""
     if view.snapshot is None:
         return False
     if before.snapshot is None or before.vehicle is not view.vehicle:
@@ -336,19 +337,19 @@ def began_anew(before: LiveView, view: LiveView) -> bool:
 
 
 def took_over(before: LiveView, view: LiveView) -> bool:
-    """Return whether another controller flies, between two views of a flight.
+    """Return whether another controller took over between two views of a flight.
 
-    Before its first snapshot it is known what is to fly, and nothing does yet.
+    Before its first snapshot a flight has a controller, but it does not fly yet.
     """
     return before.snapshot is not None and view.controller is not before.controller
 
 
 def of_last_flight(published: list[Published], view: LiveView) -> list[Published]:
-    """Return what was published since time began anew.
+    """Return the data published since the last restart of time.
 
     Args:
-        published: in the order in which it came, the end of one flight and the start of the next.
-        view: of the new one.
+        published: data in order of arrival: the end of one flight and the start of the next.
+        view: view of the new flight.
     """
     starts = [index for index, (a, b) in enumerate(pairwise(published), 1) if b.t_ns < a.t_ns]
     latest = view.snapshot.time if view.snapshot else 0.0

@@ -1,1 +1,1 @@
-"""Charts: strips that follow a flight, and plots of what is done."""
+"""Charts: strip charts that follow a flight, and plots of finished data."""

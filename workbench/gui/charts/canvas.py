@@ -1,4 +1,4 @@
-"""Where a chart is drawn, and where its mouse is heard: views and axes of pyqtgraph."""
+"""The drawing area of a chart and its mouse input: views and axes of pyqtgraph."""
 
 import dataclasses
 import math
@@ -31,44 +31,45 @@ from workbench.gui.charts.ticks import (
 from workbench.gui.theme import Look
 
 LEAST_HEIGHT = 120
-"""In which a curve can be read [pixels]; a board of more charts is scrolled."""
+"""Least height at which a curve is readable [pixels]; a board with more charts scrolls."""
 SMALLEST_BOX = 8.0
-"""A drag has to be so long to zoom [pixels]."""
+"""Least size of a dragged box that zooms [pixels]."""
 DOT = 7
-"""Diameter of the dots where the crosshair meets a curve [pixels]."""
+"""Diameter of the dots at the crosshair [pixels]."""
 ROOM = 22.0
-"""Right of the curves, for their numbers [pixels]."""
+"""Space to the right of the curves for their numbers [pixels]."""
 OUTSIDE = 40
-"""How far the numbers at the ends of an axis may reach out [pixels]."""
+"""Space for the numbers at the ends of an axis beyond those ends [pixels]."""
 WIDEST = "\N{MINUS SIGN}00.00"
-"""The widest number that an axis has as a rule."""
+"""The widest number that an axis usually has."""
 NUMBERED, BARE = 1.0, 0.0
-"""Spacing of ticks of a logarithmic axis with and without a number, as pyqtgraph tells levels."""
+"""Spacing of ticks of a logarithmic axis with and without a number, by which pyqtgraph tells levels
+apart."""
 
 
 class NumberAxis(pg.AxisItem):
-    """An axis whose numbers have as many decimals as tell them apart; its name lies level.
+    """An axis with the least decimals that distinguish its numbers, and a horizontal name.
 
-    The name of an axis of values stands above it, that of time at the right end of its numbers.
+    The name of a value axis is above it, that of a time axis at the right end of its numbers.
     """
 
     redrawn = pyqtSignal()
-    """It looks otherwise."""
+    """Its appearance has changed."""
 
     def update(self, *place: object) -> None:
-        """Tell that it has to be painted."""
+        """Request a repaint."""
         super().update(*place)
         self.redrawn.emit()
 
     def show_scale(self, scale: Scale) -> None:
-        """Divide it by a scale."""
+        """Show a scale."""
         if self.logMode is not (scale is Scale.LOGARITHMIC):
             self.setLogMode(scale is Scale.LOGARITHMIC)
 
     def tickValues(
         self, minVal: float, maxVal: float, size: float
     ) -> list[tuple[float, list[float]]]:
-        """Return where ticks are, by their level."""
+        """Return the positions of ticks, by level."""
         if not self.logMode:
             ticks: list[tuple[float, list[float]]] = super().tickValues(minVal, maxVal, size)
             return ticks
@@ -79,7 +80,7 @@ class NumberAxis(pg.AxisItem):
         return [(NUMBERED, numbered), (BARE, bare)]
 
     def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
-        """Return what stands at the ticks."""
+        """Return the texts at the ticks."""
         if self.logMode:
             texts = ["" if spacing == BARE else decade_text(10.0**value) for value in values]
         else:
@@ -97,14 +98,14 @@ class NumberAxis(pg.AxisItem):
         return [text if end < room else "" for text, end in zip(texts, ends, strict=True)]
 
     def show_name(self, name: str) -> None:
-        """Write what it is, with its unit."""
+        """Show a name with its unit."""
         if self.labelText != name:
             self.setLabel(name)
             self.label.setRotation(0.0)
             self.resizeEvent()
 
     def resizeEvent(self, event: QGraphicsSceneResizeEvent | None = None) -> None:
-        """Put the name to its place."""
+        """Place the name."""
         super().resizeEvent(event)
         box = self.label.boundingRect()
         if self.orientation == "bottom":
@@ -116,19 +117,19 @@ class NumberAxis(pg.AxisItem):
 
 
 class DataView(pg.ViewBox):
-    """The area of the curves; a box that is drawn with the mouse is told, and not obeyed."""
+    """The area of the curves; it reports a dragged box, and leaves the zooming to others."""
 
     boxed = pyqtSignal(QRectF)
-    """In pixels of the view, y downwards."""
+    """Dragged box in pixels of the view, y downwards."""
     slid = pyqtSignal(float)
-    """Drawn sideways with Shift, by so much since the last time [s]."""
+    """Dragged sideways with Shift, by this much since the last signal [s]."""
 
     def __init__(self) -> None:
         super().__init__(enableMenu=False, defaultPadding=0.0)
         self.disableAutoRange()
 
     def mouseDragEvent(self, event: MouseDragEvent, axis: int | None = None) -> None:
-        """Draw a box; a flat one takes the whole height."""
+        """Draw a box; a flat one takes the full height."""
         if axis is not None or event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return
@@ -152,10 +153,10 @@ class DataView(pg.ViewBox):
 
 
 class NumberedCurve(pg.PlotCurveItem):
-    """A curve, and its number beside its end, so that colour is not all that tells it.
+    """A curve with its number at its end, so that curves differ in more than colour.
 
     Attributes:
-        number: in pixels of the graphics scene.
+        number: position of the number in pixels of the graphics scene.
     """
 
     def __init__(self) -> None:
@@ -164,7 +165,7 @@ class NumberedCurve(pg.PlotCurveItem):
         self._drawn_as: tuple[object, ...] = ()
 
     def show_line(self, line: Line, ground: QColor, x_scale: Scale, y_scale: Scale) -> None:
-        """Draw this on a ground, laid out by scales."""
+        """Draw a line on a background, with the axes' scales."""
         drawn_as = line.colour.rgb(), line.style, ground.rgb()
         if drawn_as != self._drawn_as:
             self._drawn_as = drawn_as
@@ -177,29 +178,29 @@ class NumberedCurve(pg.PlotCurveItem):
 
 
 class Canvas(pg.GraphicsLayoutWidget):
-    """Shows the content of a chart.
+    """Draws the content of a chart.
 
     Args:
-        look: colours.
+        look: source of colours.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         view: the area of the curves.
-        cursor_time: where the crosshair is [s], None where there is none.
+        cursor_time: position of the crosshair [s], None without one.
     """
 
     hovered = pyqtSignal(object)
-    """Time under the mouse [s], None where it has left."""
+    """Time under the mouse [s], None when it has left."""
     turned = pyqtSignal(float, float, float, bool)
-    """The wheel: time and share of the height under the mouse, factor, whether over an axis."""
+    """Mouse wheel: time and share of the height under the mouse, factor, whether over an axis."""
     boxed = pyqtSignal(float, float, float, float)
-    """A box was drawn: its first and last time, lower and upper share of the height."""
+    """A box was dragged: its first and last time, lower and upper share of the height."""
     reset_wanted = pyqtSignal()
-    """A double click."""
+    """Double click."""
     mark_moved = pyqtSignal(str, float)
     """Cursor A or B was dragged to a time [s]."""
     resized = pyqtSignal()
-    """Its content has to be made again for another size."""
+    """The size has changed, so the content must be made again."""
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -249,21 +250,21 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._dress()
 
     def sizeHint(self) -> QSize:
-        """Return what suits a chart."""
+        """Return a suitable size for a chart."""
         return QSize(420, 200)
 
     @property
     def content(self) -> Content:
-        """What is shown."""
+        """The shown content."""
         return self._content
 
     @property
     def columns(self) -> int:
-        """Into how many columns curves are divided: one for two pixels of the screen."""
+        """Number of columns for curves: one for two pixels of the screen."""
         return max(50, int(0.5 * self.view.width() * self.devicePixelRatioF()))
 
     def show_content(self, content: Content) -> None:
-        """Show this."""
+        """Show a content."""
         if content.caption != self._content.caption:
             self.resetCachedContent()
         self._content = content
@@ -275,7 +276,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._follow_mouse()
 
     def move_on(self, left: float, right: float) -> None:
-        """Show the same curves in a window that has moved on, from a time to another [s]."""
+        """Show the same curves in a window that has moved, between two times [s]."""
         follows = self._content.origin == self._content.right
         origin = right if follows else self._content.origin
         self._content = dataclasses.replace(self._content, left=left, right=right, origin=origin)
@@ -283,23 +284,23 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._follow_mouse()
 
     def forget_mouse(self) -> None:
-        """Let the crosshair stay where it is put."""
+        """Stop moving the crosshair with the mouse."""
         self._mouse = None
 
     def set_cursor(self, time: float | None) -> None:
-        """Put the crosshair to a time [s], or take it away."""
+        """Set the crosshair to a time [s], or remove it."""
         if time != self.cursor_time:
             self.cursor_time = time
             self._show_cursor()
 
     def set_focus_shown(self, shown: bool) -> None:
-        """Frame the curves where keys go to this chart."""
+        """Frame the curves while this chart has the keyboard focus."""
         self._focus_shown = shown
         colour = self._look.colour("accent" if shown else "line")
         self.view.setBorder(pg.mkPen(colour, width=2 if shown else 1))
 
     def drawBackground(self, painter: QPainter | None, rect: QRectF) -> None:
-        """Paint grid and numbers, which are most of what there is, once for many frames."""
+        """Paint grid and numbers once for many frames, as they take most of the time."""
         super().drawBackground(painter, rect)
         if painter is None:
             return
@@ -317,7 +318,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._paint_caption(painter)
 
     def _paint_caption(self, painter: QPainter) -> None:
-        """Paint the words above the picture where the name of the first axis leaves their room."""
+        """Paint the caption above the picture if it does not overlap the name of the first axis."""
         box, name = self.view.sceneBoundingRect(), self._axes[0].label
         room = QRectF(box.left(), 0.0, box.width() + ROOM, box.top() - 3.0)
         room.setLeft(name.mapRectToScene(name.boundingRect()).right())
@@ -329,13 +330,13 @@ class Canvas(pg.GraphicsLayoutWidget):
         painter.drawText(room, int(side), self._content.caption)
 
     def changeEvent(self, event: QEvent | None) -> None:
-        """Follow another font."""
+        """Adapt to another font."""
         super().changeEvent(event)
         if event is not None and event.type() == QEvent.Type.FontChange and hasattr(self, "_hint"):
             self._dress()
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Zoom about the mouse."""
+        """Zoom around the mouse."""
         if event is None or event.angleDelta().y() == 0:
             return
         place = self._scene_point(event.position())
@@ -358,11 +359,11 @@ class Canvas(pg.GraphicsLayoutWidget):
         self.hovered.emit(self._time_at(place.x()) if inside else None)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent | None) -> None:
-        """Go back to what follows the flight."""
+        """Undo all zooming."""
         self.reset_wanted.emit()
 
     def leaveEvent(self, event: QEvent | None) -> None:
-        """The mouse is elsewhere."""
+        """Report that the mouse has left."""
         super().leaveEvent(event)
         self._mouse = None
         self.hovered.emit(None)
@@ -371,12 +372,12 @@ class Canvas(pg.GraphicsLayoutWidget):
         return self.mapToScene(place.toPoint())
 
     def _time_at(self, x: float) -> float:
-        """Return the time of a pixel of the graphics scene [s]."""
+        """Return the time at a pixel of the graphics scene [s]."""
         place = self.view.mapSceneToView(QPointF(x, 0.0)).x() + self._content.origin
         return self._content.x_scale.value_of(place)
 
     def _place_at(self, time: float) -> float:
-        """Return where a time [s] lies along the axis of the view."""
+        """Return the position of a time [s] along the view's axis."""
         return self._content.x_scale.place(time) - self._content.origin
 
     def _said_at(self, time: float) -> str:
@@ -408,13 +409,13 @@ class Canvas(pg.GraphicsLayoutWidget):
         axis = NumberAxis(side, maxTickLength=0)
         axis.enableAutoSIPrefix(False)
         axis.setStyle(maxTickLevel=1, hideOverlappingLabels=OUTSIDE)
-        axis.setOpacity(0.0)  # it is part of the background, which is painted once
+        axis.setOpacity(0.0)  # part of the background, which is painted once
         axis.redrawn.connect(self.resetCachedContent)
         self.addItem(axis, row, column)
         return axis
 
     def _dress(self) -> None:
-        """Take the colours of the look, and the font."""
+        """Apply the colours of the look, and the font."""
         colour = self._look.colour
         self.setBackground(colour("card"))
         self.set_focus_shown(self._focus_shown)
@@ -470,25 +471,25 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._place()
 
     def _bottom_name(self) -> str:
-        """Return what stands below: the unit alone where its name would hide the numbers."""
+        """Return the text below: the unit alone if the name would cover the numbers."""
         content = self._content
         wide = QFontMetricsF(self.font()).horizontalAdvance(content.x_label)
         named = content.x_label.endswith(f" {content.x_unit}")
         return content.x_unit if named and wide > 0.4 * self.view.width() else content.x_label
 
     def _ends(self, axis: Axis) -> tuple[float, float]:
-        """Return the places of an axis' ends."""
+        """Return the positions of an axis' ends."""
         scale = self._content.y_scale
         return scale.place(axis.low), scale.place(axis.high)
 
     def _to_view(self, axis: Axis) -> tuple[float, float]:
-        """Return factor and offset from places of an axis to those of the first, as the view's."""
+        """Return scale and offset from positions of an axis to those of the first, the view's."""
         (least, largest), (low, high) = self._ends(self._content.axes[0]), self._ends(axis)
         factor = (largest - least) / max(high - low, 1e-300)
         return factor, least - low * factor
 
     def _place(self) -> None:
-        """Lay the curves of each axis over the view."""
+        """Position the curves of each axis in the view."""
         for index, axis in enumerate(self._content.axes):
             if index == len(self._groups):
                 self._groups.append(pg.ItemGroup())
@@ -536,7 +537,7 @@ class Canvas(pg.GraphicsLayoutWidget):
             self._curves[index].number.setPos(box.right() + 4.0, y - 0.5 * height)
 
     def _show_guides(self) -> None:
-        """Draw what curves are measured by."""
+        """Draw the guides."""
         content = self._content
         while len(self._guides) < len(content.guides):
             self._guides.append(pg.PlotCurveItem())
@@ -552,7 +553,7 @@ class Canvas(pg.GraphicsLayoutWidget):
             item.setData(x, [content.y_scale.place(each) for each in shown])
 
     def _show_marks(self) -> None:
-        """Draw the cursors that stay."""
+        """Draw cursors A and B."""
         content, colour = self._content, self._look.colour
         key = (content.marks, content.origin, content.x_scale, self._look.is_dark)
         if key == self._marks_key:
@@ -580,7 +581,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         self.mark_moved.emit(name, self._content.x_scale.value_of(place))
 
     def _show_words(self) -> None:
-        """Say why the picture does not move, or what to do where there is nothing to draw."""
+        """Say why the picture is paused, or what to do if there is nothing to draw."""
         self._state.setVisible(bool(self._content.state))
         self._state.setPlainText(f" {self._content.state} ")
         self._state.setPos(6.0, 5.0)
@@ -601,7 +602,7 @@ class Canvas(pg.GraphicsLayoutWidget):
             self._cross.setValue(self._place_at(time))
             self._cross.label.setFormat(self._said_at(time))
             wide = 2.2 * self._cross.label.boundingRect().width()
-            self._cross.label.setVisible(self.view.width() > wide)  # else its side is cut
+            self._cross.label.setVisible(self.view.width() > wide)  # else its side is clipped
             points += [
                 Point(time, value_at(line.time, line.values, time), line.axis, line.colour)
                 for line in content.lines
@@ -622,7 +623,7 @@ class Canvas(pg.GraphicsLayoutWidget):
 
 
 def with_dots(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples in which one alone between two gaps is there twice, so that it is drawn."""
+    """Return samples with single ones between two gaps doubled, so that they are drawn."""
     if not math.isnan(values.sum()):
         return time, values
     finite = np.concatenate([[False], np.isfinite(values), [False]])
@@ -637,7 +638,7 @@ def with_dots(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def spread(places: Sequence[float], low: float, high: float, gap: float) -> list[float]:
-    """Return rising places moved apart, as far as there is room between two ends."""
+    """Return increasing positions moved apart, as far as there is room between two ends."""
     gap = min(gap, (high - low) / max(1, len(places) - 1))
     found: list[float] = []
     for place in places:

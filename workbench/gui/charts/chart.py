@@ -1,4 +1,4 @@
-"""A chart: legend, canvas and statistics of some curves, and the window of time that is seen."""
+"""A chart: legend, canvas and statistics of some curves, and the visible time window."""
 
 import math
 import time
@@ -44,32 +44,32 @@ from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 
 SHORTEST = 0.02
-"""Time that can be zoomed to [s]; decades of a logarithmic axis."""
+"""Shortest time window [s]; of a logarithmic axis, in decades."""
 LONGEST = 180.0
-"""Time that is followed, as the signals keep no more [s]."""
+"""Longest time window that follows a flight [s]: the signals keep no more."""
 WHOLE = 7200.0
-"""Time that can be looked at standing, of a long log [s]."""
+"""Longest paused time window [s], for a long log."""
 PATIENCE = 2.0
-"""Data have to be this small for so long before the axis shrinks [s]."""
+"""Time for which data must be small before the axis shrinks [s]."""
 SHRINK = 0.5
-"""Share of the range that data have to leave free before the axis shrinks."""
+"""Share of the range that data must leave free before the axis shrinks."""
 PARTS = 5
-"""Into which a range is divided to find round ends."""
+"""Number of parts of a range for round ends."""
 LEAST_DECADES = 0.1
-"""That an axis of values shows where it is logarithmic."""
+"""Least number of decades of a logarithmic value axis."""
 Ends = tuple[float, float]
 STEP = 0.02
-"""Of the window that an arrow key moves the crosshair."""
+"""Step of the crosshair per arrow key, as a share of the window."""
 PAGE = 0.25
-"""Of the window that a page is."""
+"""Step of Page Up and Page Down, as a share of the window."""
 ZOOM = 0.8
-"""Of the window that is left by one key."""
+"""Zoom factor per key."""
 IGNORED = 0x2200_0000
-"""Qt's KeypadModifier and ShiftModifier: they change nothing in what a key asks for."""
+"""Qt's KeypadModifier and ShiftModifier: they do not change the meaning of a key."""
 
 
 class Column(NamedTuple):
-    """A curve of a table: its name, SI unit, times [s] and values, as many of both."""
+    """A column of a table: name, SI unit, times [s], and a value for each."""
 
     label: str
     unit: str
@@ -78,14 +78,14 @@ class Column(NamedTuple):
 
 
 def table_text(columns: Sequence[Column], over: str, separator: str = "\t") -> str:
-    """Return a line of names with units, then a line for each time at which there is a sample.
+    """Return a line of names with units, then a line for each time with a sample.
 
     A curve without a sample at that time has an empty cell.
 
     Args:
-        columns: of the table.
+        columns: columns of the table.
         over: name and unit of the first column, as time [s].
-        separator: between cells.
+        separator: text between cells.
     """
     heads = [over, *(f"{each.label} [{each.unit or '1'}]" for each in columns)]
     lines = [separator.join(heads)]
@@ -104,14 +104,14 @@ def table_text(columns: Sequence[Column], over: str, separator: str = "\t") -> s
 
 
 def _write_file(path: Path, write: Callable[[Path], int]) -> Path:
-    """Write a file in its folder, which is made, and return its path.
+    """Write a file, make its folder if necessary, and return its path.
 
     Args:
-        path: of the file.
-        write: returns 0 where it has written nothing.
+        path: path of the file.
+        write: returns 0 if it has written nothing.
 
     Raises:
-        WorkbenchError: if it cannot be written.
+        WorkbenchError: if the file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -127,10 +127,10 @@ def _write_file(path: Path, write: Callable[[Path], int]) -> Path:
 
 
 class SteadyRange:
-    """Round ends around data: they widen at once and shrink only after a while.
+    """Round ends around data: they widen at once, and shrink only after some time.
 
     Args:
-        smallest: range that is shown where data hardly move.
+        smallest: shown range if the data hardly vary.
     """
 
     def __init__(self, smallest: float = 0.1) -> None:
@@ -161,7 +161,7 @@ class SteadyRange:
 def round_ends(
     low: float, high: float, smallest: float = 0.0, room: float = 0.04
 ) -> tuple[float, float]:
-    """Return round numbers around two, with a share of room besides."""
+    """Return round numbers around two values, with a margin of a share of the range."""
     span = max(high - low, smallest, 1e-9 * max(abs(low), abs(high)), 1e-12)
     middle, half = 0.5 * (low + high), 0.5 * span
     low, high = min(low, middle - half) - room * span, max(high, middle + half) + room * span
@@ -170,17 +170,17 @@ def round_ends(
 
 
 class ChartWindow:
-    """What is seen of the curves.
+    """The visible part of the curves.
 
     Args:
-        span: time that is seen while it follows [s].
-        smallest: range of values that is shown where the data hardly move.
+        span: length of the time window that follows the flight [s].
+        smallest: shown range of values if the data hardly vary.
 
     Attributes:
         span: time that is seen while it follows [s].
-        with_zero: whether zero is always seen.
-        x_scale: along which it moves and zooms.
-        y_scale: the same for values.
+        with_zero: whether zero is always visible.
+        x_scale: scale of the horizontal axis, for moving and zooming.
+        y_scale: scale of the value axes.
     """
 
     def __init__(self, span: float, smallest: float) -> None:
@@ -194,37 +194,37 @@ class ChartWindow:
 
     @property
     def follows(self) -> bool:
-        """Whether the newest samples are seen as they come."""
+        """Whether the window follows the newest samples."""
         return self._still is None
 
     def ends(self, now: float) -> Ends:
-        """Return the first and last time that are seen [s]."""
+        """Return the first and last visible time [s]."""
         return self._still or (now - self.span, now)
 
     def stand(self, now: float) -> None:
-        """Follow no longer."""
+        """Stop following."""
         self._still = self.ends(now)
 
     def follow(self) -> None:
-        """Follow the newest samples, with axes that follow the data."""
+        """Follow the newest samples; the axes follow the data."""
         self._still = None
         self.release_values()
 
     def show(self, left: float, right: float) -> None:
-        """Stand still at a part of time [s]."""
+        """Stop at a time window [s]."""
         first, last = self.x_scale.place(left), self.x_scale.place(right)
         middle, half = 0.5 * (first + last), 0.5 * abs(last - first)
         half = min(max(half, 0.5 * SHORTEST), 0.5 * WHOLE)
         self._stay(middle - half, middle + half)
 
     def move(self, share: float, now: float) -> None:
-        """Move on by a share of what is seen."""
+        """Move by a share of the window."""
         first, last = self._places(now)
         way = share * (last - first)
         self._stay(first + way, last + way)
 
     def zoom_time(self, about: float, factor: float, now: float) -> None:
-        """Show a factor of the time; while it follows, the newest sample stays at the edge."""
+        """Scale the window by a factor; while it follows, the newest sample stays at the edge."""
         if self.follows:
             self.span = min(max(self.span * factor, 0.5), LONGEST)
             return
@@ -239,7 +239,7 @@ class ChartWindow:
         return self.x_scale.value_of(first + share * (last - first))
 
     def time_from(self, time: float, share: float, now: float) -> float:
-        """Return the time a share of the width later than another, within the window [s]."""
+        """Return the time that is a share of the width after another, within the window [s]."""
         first, last = self._places(now)
         place = self.x_scale.place(time) + share * (last - first)
         return self.x_scale.value_of(min(max(place, first), last))
@@ -249,18 +249,18 @@ class ChartWindow:
         return self.x_scale.place(left), self.x_scale.place(right)
 
     def _stay(self, first: float, last: float) -> None:
-        """Stand still between two places."""
+        """Stop between two positions."""
         self._still = self.x_scale.value_of(first), self.x_scale.value_of(last)
 
     def zoom_values(self, axes: Sequence[Ends], share: float, factor: float) -> None:
-        """Show a factor of the values of all axes, about a share of the height."""
+        """Scale the values of all axes by a factor, around a share of the height."""
         for index, ends in enumerate(axes):
             low, high = map(self.y_scale.place, ends)
             at = low + share * (high - low)
             self._fix(index, at - (at - low) * factor, at + (high - at) * factor)
 
     def cut_values(self, axes: Sequence[Ends], low: float, high: float) -> None:
-        """Show the values between two shares of the height, of all axes."""
+        """Show the values between two shares of the height, on all axes."""
         if high - low > 0.98:
             return
         for index, ends in enumerate(axes):
@@ -269,11 +269,11 @@ class ChartWindow:
             self._fix(index, least + low * span, least + high * span)
 
     def _fix(self, axis: int, low: float, high: float) -> None:
-        """Show an axis between two places."""
+        """Fix an axis between two positions."""
         self._fixed[axis] = self.y_scale.value_of(low), self.y_scale.value_of(high)
 
     def values(self, axis: int, low: float, high: float, now: float) -> Ends:
-        """Return the ends of an axis whose data lie between two values, as shown."""
+        """Return the shown ends of an axis with data between two values."""
         if axis in self._fixed:
             return self._fixed[axis]
         if self.y_scale is Scale.LOGARITHMIC:
@@ -290,31 +290,31 @@ class ChartWindow:
         self.forget_ranges()
 
     def forget_ranges(self) -> None:
-        """Let the axes that follow the data find their ends anew."""
+        """Recompute the ends of the axes that follow the data."""
         self._ranges.clear()
 
 
 class ChartModel:
-    """Curves, and the window through which they are seen.
+    """Curves, and the window that shows them.
 
     Args:
-        preferences: units.
-        look: colours.
-        smallest: range of values that is shown where the data hardly move.
+        preferences: source of units.
+        look: source of colours.
+        smallest: shown range of values if the data hardly vary.
 
     Attributes:
-        curves: that are shown.
-        window: what of them is seen.
+        curves: the shown curves.
+        window: visible part of them.
         now: newest time [s].
         marks: times of cursors A and B [s], by name.
-        times_ago: whether times are written as how long ago they are.
-        x_name: of what is below, where they are not; "" where the unit says enough.
-        x_unit: of it.
-        y_label: of the values, "" for none.
+        times_ago: whether times are shown as ages.
+        x_name: name of the horizontal quantity if it is not time; "" if the unit says enough.
+        x_unit: its unit.
+        y_label: name of the values, "" for none.
         guides: straight lines below the curves.
-        caption: above the picture.
-        hint: what is said where there are no curves.
-        note: word over a picture that stands still.
+        caption: text above the picture.
+        hint: text without any curves.
+        note: word over a paused picture.
     """
 
     def __init__(self, preferences: Preferences, look: Look, smallest: float) -> None:
@@ -333,17 +333,17 @@ class ChartModel:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """First and last time that are seen [s]."""
+        """First and last visible time [s]."""
         return self.window.ends(self.now)
 
     @property
     def over(self) -> str:
-        """What the curves are drawn over, with its unit, as time [s]."""
+        """The horizontal quantity, with its unit, as time [s]."""
         return f"{self.x_name.lower() or 'time'} [{self.x_unit}]"
 
     @property
     def mark_heads(self) -> list[str]:
-        """Of a table of the values at the cursors that stay."""
+        """Headings of the columns with values at cursors A and B."""
         text, unit, marks = self.window.x_scale.text, self.x_unit, self.marks
         heads = [f"{name} at {text(marks[name], 3)} {unit}" for name in sorted(marks)]
         if len(marks) == 2:
@@ -352,7 +352,7 @@ class ChartModel:
         return heads
 
     def set_scales(self, x: Scale, y: Scale) -> None:
-        """Lay out the axes by these."""
+        """Set the scales of the axes."""
         self.window.x_scale, self.window.y_scale = x, y
         self.window.release_values()
         for curve in self.curves:
@@ -360,29 +360,29 @@ class ChartModel:
 
     @property
     def axis_ends(self) -> Sequence[tuple[float, float]]:
-        """Ends of the axes in the last content, as shown."""
+        """The axes' ends in the last content, as shown."""
         return [(axis.low, axis.high) for axis in self._axes]
 
     def show_axes(self, axes: tuple[Axis, ...]) -> None:
-        """Take these for the axes of the last content."""
+        """Set the axes of the last content."""
         self._axes = axes
 
     def stand(self) -> None:
-        """Keep what there is, so that it stays even when its source forgets it."""
+        """Keep the present samples, even if their source drops them."""
         if self.window.follows:
             for curve in self.curves:
                 curve.freeze()
             self.window.stand(self.now)
 
     def follow(self) -> None:
-        """Show the newest again."""
+        """Show the newest samples again."""
         for curve in self.curves:
             curve.thaw()
         self.window.follow()
         self.window.span = self._preferences.number("chart_seconds")
 
     def content(self, columns: int) -> Content:
-        """Return what is to be drawn on so many columns of pixels."""
+        """Return the content to draw in a number of pixel columns."""
         left, right = self.ends
         units = self.curves.units
         extents = [Extent() for _ in units]
@@ -423,8 +423,8 @@ class ChartModel:
         )
 
     def entries(self, when: float | None) -> list[Entry]:
-        """Return the legend, with values at a time [s]; if None, with the differences between the
-        two cursors that stay, or, without them, with the newest values.
+        """Return the legend, with values at a time [s]; if None, with the differences between
+        cursors A and B, or, without them, with the newest values.
         """
         made = []
         between = when is None and len(self.marks) == 2
@@ -448,7 +448,7 @@ class ChartModel:
         return made
 
     def statistics(self) -> list[StatisticsRow]:
-        """Return the curves that are drawn in numbers."""
+        """Return statistics of the visible curves."""
         rows = []
         between = self.marks["B"] - self.marks["A"] if len(self.marks) == 2 else math.nan
         for curve in self.curves:
@@ -461,7 +461,7 @@ class ChartModel:
         return rows
 
     def columns(self) -> tuple[Column, ...]:
-        """Return the samples that are seen, in SI; views, to be used at once."""
+        """Return the visible samples in SI units, as views that must be used at once."""
         return tuple(
             Column(curve.label, curve.unit, *self._seen(curve))
             for curve in self.curves
@@ -469,7 +469,7 @@ class ChartModel:
         )
 
     def _drawn(self, curve: Curve) -> Samples:
-        """Return the samples in the window; while it stands, with the next one after it."""
+        """Return the samples in the window; if paused, with the next one after it."""
         left, right = self.ends
         time, values = curve.samples(left)
         last = int(np.searchsorted(time, right, side="right")) + (not self.window.follows)
@@ -495,7 +495,7 @@ class ChartModel:
         return Axis(unit, *self.window.values(index, low, high, self.now), self.y_label)
 
     def _shown_in(self, curve: Curve) -> tuple[Unit, int]:
-        """Return how the values of a curve are written: their unit and decimals."""
+        """Return unit and decimals for a curve's values."""
         index = self.curves.units.index(curve.axis_unit)
         unit = unit_for(curve.unit, self._preferences)
         span = self._axes[index].high - self._axes[index].low if index < len(self._axes) else 1.0
@@ -504,13 +504,13 @@ class ChartModel:
 
 @dataclass(frozen=True)
 class Command:
-    """Something that a chart does.
+    """A command of a chart.
 
     Attributes:
-        text: in the menu, "" where it is for keys alone.
-        key: as Qt writes it, several with spaces between, "" for none.
-        do: it; takes whether it is switched on, where it is a switch.
-        checked: whether it is on, None where it is no switch.
+        text: its text in the menu, "" for a key alone.
+        key: keys as Qt writes them, separated by spaces, "" for none.
+        do: the function to call; takes the new state if it is a switch.
+        checked: whether it is on, None if it is not a switch.
     """
 
     text: str
@@ -526,31 +526,31 @@ class Chart(QWidget):
     """Shows curves over time.
 
     Wheel: time; with Ctrl, or over an axis: values. Drag: zoom to a box. Double click, Escape or
-    Home: undo that. Arrows: crosshair. Page up and down: move. A, B: cursors that stay, and can be
-    dragged. S: statistics. Z: always show zero. +, -: zoom. Ctrl+C: copy the data.
+    Home: undo zooming. Arrows: crosshair. Page Up and Page Down: move. A, B: fixed cursors, which
+    can be dragged. S: statistics. Z: always show zero. +, -: zoom. Ctrl+C: copy the data.
 
     Args:
-        workspace: colours, units and preferences.
-        smallest: range of values that is shown where the data hardly move.
-        kind: what it is called, before its title.
+        workspace: source of colours, units and preferences.
+        smallest: shown range of values if the data hardly vary.
+        kind: name of its kind, before its title.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         legend: title and names.
-        canvas: where curves are drawn.
-        statistics: table below.
+        canvas: the drawing area.
+        statistics: table below the canvas.
         buttons: beside the legend.
-        extra_actions: of the menu, besides the chart's own.
+        extra_actions: additional actions of the menu.
     """
 
     picture_changed = pyqtSignal()
-    """It stands still, follows again, or shows other curves."""
+    """It was paused, follows again, or shows other curves."""
     cursor_moved = pyqtSignal(object)
-    """The user has put the crosshair to a time [s], or taken it away: None."""
+    """The user has moved the crosshair to a time [s], or removed it: None."""
     slid = pyqtSignal(float)
-    """Drawn sideways with Shift, by so much [s]."""
+    """Dragged sideways with Shift, by this much [s]."""
     focused = pyqtSignal()
-    """Keys go here."""
+    """It has received the keyboard focus."""
 
     def __init__(
         self, workspace: Workspace, smallest: float, kind: str, parent: QWidget | None = None
@@ -559,7 +559,7 @@ class Chart(QWidget):
         self._workspace, self._kind = workspace, kind
         self._model = ChartModel(workspace.preferences, workspace.look, smallest)
         self._answers = Answers(workspace.notices.warn, self)
-        self._soon = single_shot(self._redraw_if_seen, self)  # several curves are added in one go
+        self._soon = single_shot(self._redraw_if_seen, self)  # several curves are added at once
         self.extra_actions: list[QAction] = []
         self.legend = Legend(workspace.look)
         self.canvas = Canvas(workspace.look)
@@ -587,7 +587,7 @@ class Chart(QWidget):
 
     @property
     def curves(self) -> tuple[Curve, ...]:
-        """What is drawn."""
+        """The drawn curves."""
         return tuple(self._model.curves)
 
     @property
@@ -596,12 +596,12 @@ class Chart(QWidget):
         return self.legend.title
 
     def set_title(self, title: str) -> None:
-        """Give the chart a name."""
+        """Set the chart's name."""
         self.legend.set_title(title)
         self._describe()
 
     def show_head(self, shown: bool) -> None:
-        """Show the line of names and buttons, or leave its room to the curves."""
+        """Show the line of names and buttons, or leave its space to the curves."""
         self.legend.setVisible(shown)
         for index in range(self.buttons.count()):
             item = self.buttons.itemAt(index)
@@ -610,22 +610,22 @@ class Chart(QWidget):
                 button.setVisible(shown)
 
     def set_hint(self, hint: str) -> None:
-        """Say what is to be done where there are no curves."""
+        """Set the text that a chart without curves shows."""
         self._model.hint = hint
         self._soon.start()
 
     def set_guides(self, guides: Sequence[Guide], caption: str = "") -> None:
-        """Draw straight lines below the curves, as margins; those of before are gone.
+        """Draw straight lines below the curves, as margins; replaces the last ones.
 
         Args:
             guides: the lines.
-            caption: what they say, above the picture.
+            caption: text above the picture that explains them.
         """
         self._model.guides, self._model.caption = tuple(guides), caption
         self._soon.start()
 
     def toggle_curve(self, index: int) -> None:
-        """Hide a curve, or show it again."""
+        """Hide or show a curve."""
         curve = self._model.curves[index]
         curve.visible = not curve.visible
         self._model.window.forget_ranges()
@@ -633,56 +633,56 @@ class Chart(QWidget):
 
     @property
     def window_ends(self) -> tuple[float, float]:
-        """First and last time that are seen [s]."""
+        """First and last visible time [s]."""
         return self._model.ends
 
     def reset(self) -> None:
-        """Undo every zoom."""
+        """Undo all zooming."""
         raise NotImplementedError
 
     def redraw(self) -> None:
-        """Draw anew, and write all numbers."""
+        """Redraw, with all numbers."""
         self.canvas.show_content(self._model.content(self.canvas.columns))
         self._show_numbers()
 
     def set_zero_shown(self, shown: bool) -> None:
-        """Show zero always, or only where the data are near it."""
+        """Always show zero, or only if the data are near it."""
         self._model.window.with_zero = shown
         self._model.window.forget_ranges()
         self._settle()
 
     @property
     def is_zero_shown(self) -> bool:
-        """Whether zero is always seen."""
+        """Whether zero is always shown."""
         return self._model.window.with_zero
 
     def set_statistics_shown(self, shown: bool) -> None:
-        """Show the statistics of what is seen below."""
+        """Show or hide the statistics."""
         self.statistics.setVisible(shown)
         self._settle()
 
     def set_scales(self, x: Scale = Scale.LINEAR, y: Scale = Scale.LINEAR) -> None:
-        """Lay out the axis below, and all axes of values, by a scale each."""
+        """Set the scales of the horizontal axis and of all value axes."""
         self._model.set_scales(x, y)
         self._settle()
 
     @property
     def are_statistics_shown(self) -> bool:
-        """Whether the statistics are below."""
+        """Whether the statistics are shown."""
         return not self.statistics.isHidden()
 
     @property
     def cursor_time(self) -> float | None:
-        """Where the crosshair is [s]."""
+        """Position of the crosshair [s]."""
         return self.canvas.cursor_time
 
     def set_cursor(self, time: float | None) -> None:
-        """Put the crosshair to a time [s], or take it away."""
+        """Set the crosshair to a time [s], or remove it."""
         self.canvas.set_cursor(time)
         self._show_numbers()
 
     def set_mark(self, name: str, time: float | None = None) -> None:
-        """Put cursor A or B to a time [s]; where there is none, to the crosshair or the middle.
+        """Set cursor A or B to a time [s]; by default to the crosshair or the middle.
 
         The picture pauses, and the statistics show the values at the cursors.
         """
@@ -694,24 +694,24 @@ class Chart(QWidget):
         self.set_statistics_shown(True)
 
     def clear_marks(self) -> None:
-        """Take cursors A and B away."""
+        """Remove cursors A and B."""
         self._model.marks.clear()
         self._settle()
 
     def move_by(self, share: float) -> None:
-        """Stand still, a share of the window later than now."""
+        """Pause, and move by a share of the window."""
         self._stand("PAUSED")
         self._model.window.move(share, self._model.now)
         self._settle()
 
     def zoom_by(self, factor: float) -> None:
-        """Show a factor of the time, about the crosshair."""
+        """Scale the time window by a factor around the crosshair."""
         about = self.window_ends[1] if self.cursor_time is None else self.cursor_time
         self._model.window.zoom_time(about, factor, self._model.now)
         self._settle()
 
     def step_cursor(self, share: float) -> None:
-        """Move the crosshair by a share of the window; it begins at the newest sample."""
+        """Move the crosshair by a share of the window; it starts at the newest sample."""
         self.canvas.forget_mouse()
         at = self.window_ends[1] if self.cursor_time is None else self.cursor_time
         self._point(self._model.window.time_from(at, share, self._model.now))
@@ -724,11 +724,11 @@ class Chart(QWidget):
             self._workspace.notices.inform("The chart is on the clipboard, as a picture.")
 
     def columns(self) -> tuple[Column, ...]:
-        """Return the samples that are seen, in SI; views, to be used at once."""
+        """Return the visible samples in SI units, as views that must be used at once."""
         return self._model.columns()
 
     def copy_data(self) -> None:
-        """Copy the samples that are seen, in SI, with tabs between."""
+        """Copy the visible samples in SI units, separated by tabs."""
         clipboard = QGuiApplication.clipboard()
         if clipboard is not None:
             clipboard.setText(table_text(self.columns(), self._model.over))
@@ -740,14 +740,14 @@ class Chart(QWidget):
         self._write("png", lambda path: image.save(str(path)))
 
     def save_data(self) -> None:
-        """Write the samples that are seen (CSV), in SI, to the folder for logs."""
+        """Write the visible samples (CSV) in SI units to the folder for logs."""
         columns = self.columns()
         kept = [each._replace(time=each.time.copy(), values=each.values.copy()) for each in columns]
         over = self._model.over
         self._write("csv", lambda path: path.write_text(table_text(kept, over, ","), "utf-8"))
 
     def _write(self, suffix: str, write: Callable[[Path], int]) -> None:
-        """Write a file to the folder for logs, named by the chart and the time of day."""
+        """Write a file to the folder for logs, named after the chart and the time of day."""
         title = self.title.lower()
         name = "".join(each if each.isalnum() else "_" for each in title) or "chart"
         folder = log_folder(self._workspace.preferences).absolute()
@@ -758,7 +758,7 @@ class Chart(QWidget):
         )
 
     def make_menu(self) -> QMenu:
-        """Return a menu that is gone once it is closed."""
+        """Return a menu that is deleted when it is closed."""
         menu = QMenu(self)
         menu.aboutToHide.connect(menu.deleteLater)
         for command in self._commands():
@@ -775,12 +775,12 @@ class Chart(QWidget):
         return menu
 
     def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
-        """Offer what can be done."""
+        """Open the context menu."""
         if event is not None:
             self.make_menu().popup(event.globalPos())
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Obey the keyboard."""
+        """Handle a key."""
         if event is None:
             return
         pressed = QKeySequence(event.keyCombination().toCombined() & ~IGNORED).toString()
@@ -791,26 +791,26 @@ class Chart(QWidget):
         super().keyPressEvent(event)
 
     def focusInEvent(self, event: QFocusEvent | None) -> None:
-        """Show that keys go here."""
+        """Show the keyboard focus."""
         self.canvas.set_focus_shown(True)
         self.focused.emit()
 
     def focusOutEvent(self, event: QFocusEvent | None) -> None:
-        """Keys go elsewhere."""
+        """Hide the keyboard focus."""
         self.canvas.set_focus_shown(False)
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Draw what was set while the chart was hidden."""
+        """Draw changes made while the chart was hidden."""
         self._soon.start()
 
     def changeEvent(self, event: QEvent | None) -> None:
-        """Follow another font."""
+        """Adapt to another font."""
         super().changeEvent(event)
         if event is not None and event.type() == QEvent.Type.FontChange:
             self._soon.start()
 
     def _commands(self) -> list[Command]:
-        """Return what can be done, in the order of the menu."""
+        """Return the commands, in the order of the menu."""
         zero = Command("Always show zero", "Z", self.set_zero_shown, self.is_zero_shown)
         return [
             Command("Statistics", "S", self.set_statistics_shown, self.are_statistics_shown),
@@ -836,7 +836,7 @@ class Chart(QWidget):
         return lambda _: self.toggle_curve(index)
 
     def _add_button(self, picture: str, name: str, help: str) -> QToolButton:
-        """Put a button before the others beside the legend."""
+        """Add a button before the others beside the legend."""
         button = dressed(QToolButton(), "quiet small")
         button.setAccessibleName(name)
         button.setAccessibleDescription(help)
@@ -852,7 +852,7 @@ class Chart(QWidget):
         self.cursor_moved.emit(time)
 
     def _stand(self, note: str) -> None:
-        """Let the picture stand still."""
+        """Pause the picture."""
         self._model.note = note
         self._model.stand()
 
@@ -906,7 +906,7 @@ class Chart(QWidget):
 
 
 def _add(menu: QMenu, command: Command) -> None:
-    """Add an action; the key is heard by the chart itself, and only told here."""
+    """Add an action; the chart itself handles the key, which is only shown here."""
     key = command.key.partition(" ")[0]
     action = QAction(f"{command.text}\t{key}" if key else command.text, menu)
     if command.checked is not None:

@@ -1,4 +1,4 @@
-"""Values as colours, and the scale that says which is which."""
+"""Values as colours, and their colour scale."""
 
 import math
 
@@ -10,18 +10,18 @@ from PyQt6.QtGui import QColor, QImage, QPainter
 from workbench.gui.charts.ticks import decimals_for_step, number_text, round_step
 
 WIDTH = 12.0
-"""Of the strip of colours [pixels]."""
+"""Width of the strip of colours [pixels]."""
 STEPS = 256
 
 
 def colour_table(first: float = 0.0, last: float = 1.0) -> np.ndarray:
-    """Return 256 colours as 0xffrrggbb (256), of a part of the colour map "viridis".
+    """Return 256 colours as 0xffrrggbb (256), from a part of the colour map "viridis".
 
-    Its equal steps look equally large, also to the colour-blind and in grey.
+    The map is perceptually uniform, also for colour-blind users and in grey.
 
     Args:
-        first: where it begins, 0 is dark blue.
-        last: where it ends, 1 is yellow.
+        first: start of the part; 0 is dark blue.
+        last: end of the part; 1 is yellow.
     """
     table = pg.colormap.get("viridis").getLookupTable(first, last, STEPS, alpha=False)
     return colour_words(table)
@@ -35,14 +35,14 @@ def colour_words(colours: np.ndarray) -> np.ndarray:
 
 
 def colours_of(values: np.ndarray, low: float, high: float, table: np.ndarray) -> np.ndarray:
-    """Return the colours of values between two ends, which values beyond are taken for."""
+    """Return the colours of values between two ends; values beyond are clipped."""
     span = max(high - low, 1e-9)
     places = np.clip((values - low) * ((STEPS - 1) / span), 0, STEPS - 1)
     return table[places.astype(np.intp)]
 
 
 def image_of(colours: np.ndarray) -> QImage:
-    """Return a picture of colours 0xffrrggbb (height, width); it has its own memory."""
+    """Return an image of colours 0xffrrggbb (height, width); it owns its memory."""
     height, width = colours.shape
     data = np.ascontiguousarray(colours, dtype=np.uint32)
     return QImage(data.tobytes(), width, height, 4 * width, QImage.Format.Format_RGB32).copy()
@@ -57,16 +57,16 @@ def paint_scale(
     ink: QColor,
     name: str,
 ) -> None:
-    """Paint a scale upright.
+    """Paint a vertical scale.
 
     Args:
-        painter: on what.
-        box: where; the strip stands at its left.
+        painter: the painter.
+        box: area; the strip is at its left.
         low: value at the lower end.
-        high: at the upper one.
+        high: value at the upper end.
         table: colours from low to high.
-        ink: of the numbers.
-        name: with the unit, above.
+        ink: colour of the numbers.
+        name: text above, with the unit.
     """
     line = painter.fontMetrics().height()
     strip = QRectF(box.left(), box.top() + line + 4, WIDTH, box.height() - line - 4 - 0.5 * line)

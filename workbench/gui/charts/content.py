@@ -1,4 +1,4 @@
-"""What a chart's canvas shows at one time."""
+"""The content of a chart's canvas at one time."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,13 +13,13 @@ from workbench.gui.units import Unit
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis of values.
+    """A value axis.
 
     Attributes:
-        unit: how its values are shown.
+        unit: unit in which its values are shown.
         low: its lower end, as shown.
         high: its upper end, as shown.
-        label: beside its unit, "" for none.
+        label: name beside its unit, "" for none.
     """
 
     unit: Unit
@@ -30,15 +30,15 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A curve that is ready to be drawn.
+    """A curve that is ready to draw.
 
     Attributes:
-        time: of its points (n) [s].
+        time: times of its points (n) [s].
         values: (n), in SI; NaN makes a gap.
-        axis: number of its axis.
-        colour: of its stroke.
-        style: of its stroke.
-        number: at its end, 0 for none.
+        axis: index of its axis.
+        colour: colour of the curve.
+        style: style of the curve.
+        number: number at its end, 0 for none.
     """
 
     time: np.ndarray
@@ -50,7 +50,7 @@ class Line:
 
 
 class Point(NamedTuple):
-    """A dot on a curve: x as shown, y in SI, number of its axis, colour."""
+    """A dot on a curve: x as shown, y in SI, index of its axis, colour."""
 
     x: float
     y: float
@@ -60,11 +60,11 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True)
 class Guide:
-    """A straight line that says what curves are measured by, as a margin or a limit.
+    """A straight reference line, as a margin or a limit.
 
     Attributes:
-        x: where it begins and ends below; infinite for the edge of the picture.
-        y: the same along the first axis of values, in SI.
+        x: its ends on the horizontal axis; infinite for the edge of the picture.
+        y: its ends on the first value axis, in SI.
         colour: name of its colour in the look.
     """
 
@@ -75,24 +75,24 @@ class Guide:
 
 @dataclass(frozen=True, eq=False)
 class Content:
-    """All of a chart.
+    """The complete content of a chart.
 
     Attributes:
-        left: first time that is seen [s]; of a chart over something else, its first value.
-        right: last one [s].
-        origin: time that is written as 0 below [s]; 0 where that axis is logarithmic.
-        x_label: below.
-        x_unit: behind the cursors' numbers.
-        x_scale: of the axis below.
-        y_scale: of all axes of values.
-        axes: of values, the first one has the grid.
-        lines: from the back to the front.
-        points: dots that stay.
+        left: first visible time [s]; or first visible value of another horizontal quantity.
+        right: last visible time [s].
+        origin: time shown as 0 [s]; 0 if that axis is logarithmic.
+        x_label: name of the horizontal axis.
+        x_unit: unit of the cursors' numbers.
+        x_scale: scale of the horizontal axis.
+        y_scale: scale of all value axes.
+        axes: value axes; the first one has the grid.
+        lines: curves from back to front.
+        points: fixed dots.
         guides: straight lines below the curves.
-        caption: words above the picture, at its right; they are left out where there is no room.
-        marks: name and time [s] of the cursors that stay.
-        state: a word where the picture stands still, "" where it follows.
-        hint: said where there is nothing to draw.
+        caption: text above the picture, at its right; left out if there is no room.
+        marks: name and time [s] of cursors A and B.
+        state: a word if the picture is paused, "" if it follows.
+        hint: text if there is nothing to draw.
     """
 
     left: float = -1.0

@@ -1,4 +1,4 @@
-"""The curves of a chart: where their samples come from, how they look, and their axes."""
+"""The curves of a chart: source of samples, appearance, and axes."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -11,32 +11,32 @@ from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.decimation import Peaks
 
 Samples = tuple[np.ndarray, np.ndarray]
-"""Times [s], rising, and values."""
+"""Times [s], increasing, and values."""
 Source = Callable[[float], Samples]
 """Returns samples from a time on [s]."""
 MOST_AXES = 4
 MOST_CURVES = 24
 COMMAND = -1
-"""In place of a curve's number: the colour of what was asked for."""
+"""Instead of a curve's number: the colour of commands."""
 LIMIT = -2
-"""In place of a curve's number: the colour of what is not to be crossed."""
+"""Instead of a curve's number: the colour of limits."""
 FAINT_SHARE = 0.45
-"""Of its colour that a faint curve keeps."""
+"""Share of its colour that a faint curve keeps."""
 
 
 class CurveStyle(Enum):
-    """What a curve's stroke says."""
+    """Line style of a curve."""
 
     SOLID = "solid"
-    """What was measured."""
+    """Measured values."""
     DASHED = "dashed"
-    """What was asked for, or predicted."""
+    """Commanded or predicted values."""
     FAINT = "faint"
-    """What is past, or of a log."""
+    """Past values, or those of a log."""
 
 
 def make_pen(colour: QColor, style: CurveStyle, ground: QColor) -> QPen:
-    """Return the pen of a curve on a ground: one pixel wide, which is what Qt paints fast."""
+    """Return the pen of a curve on a background: one pixel wide, which Qt paints fast."""
     if style is CurveStyle.FAINT:  # mixed, as blending is slow
         pairs = zip(colour.getRgb()[:3], ground.getRgb()[:3], strict=True)
         mixed = [FAINT_SHARE * (a or 0) + (1.0 - FAINT_SHARE) * (b or 0) for a, b in pairs]
@@ -50,17 +50,17 @@ def make_pen(colour: QColor, style: CurveStyle, ground: QColor) -> QPen:
 
 @dataclass(eq=False)
 class Curve:
-    """One curve; two are the same only if they are one.
+    """One curve; curves are compared by identity.
 
     Attributes:
-        label: in the legend.
-        unit: SI, as topics have it; curves of a unit share an axis.
-        source: of its samples.
+        label: name in the legend.
+        unit: SI unit, as in topics; curves with the same unit share an axis.
+        source: source of its samples.
         colour: number of its colour, `COMMAND` for that of commands, `LIMIT` for that of limits.
-        style: of its stroke.
-        number: in the legend and at its end.
+        style: line style.
+        number: number in the legend and at its end.
         visible: whether it is drawn.
-        peaks: what is drawn of it.
+        peaks: the drawn extremes.
     """
 
     label: str
@@ -79,11 +79,11 @@ class Curve:
         return self.unit or "1"
 
     def samples(self, since: float) -> Samples:
-        """Return the samples from a time on [s]: views, to be used at once."""
+        """Return the samples from a time on [s], as views that must be used at once."""
         return (self._frozen or self.source)(since)
 
     def freeze(self) -> None:
-        """Keep what there is by now, and show nothing newer."""
+        """Keep the present samples, and show no newer ones."""
         time, values = self.source(-np.inf)
         self._frozen = source_of(time.copy(), values.copy())
         self.peaks = Peaks()
@@ -95,7 +95,7 @@ class Curve:
 
 
 class CurveSet:
-    """Curves in their order; those of a unit share an axis."""
+    """Curves in order; those with the same unit share an axis."""
 
     def __init__(self) -> None:
         self._curves: list[Curve] = []
@@ -117,7 +117,7 @@ class CurveSet:
     def add(
         self, label: str, unit: str, source: Source, colour: int | None, style: CurveStyle
     ) -> Curve:
-        """Add a curve; without a colour it gets the first that is free.
+        """Add a curve; its default is the first free colour.
 
         Raises:
             WorkbenchError: if there is no room for it.
@@ -140,7 +140,7 @@ class CurveSet:
         return made
 
     def remove(self, curve: Curve) -> None:
-        """Remove a curve; nothing happens where it is none of these."""
+        """Remove a curve, if it is one of these."""
         self._curves = [each for each in self._curves if each is not curve]
         self._number()
 
@@ -157,7 +157,7 @@ class Extent:
     high: float = -np.inf
 
     def take(self, values: np.ndarray) -> np.ndarray:
-        """Widen it to values; those that are not finite are NaN in what is returned."""
+        """Extend it to values; returns them with NaN for those that are not finite."""
         finite = np.isfinite(values)
         if not finite.all():
             values = np.where(finite, values, np.nan)
@@ -168,7 +168,7 @@ class Extent:
 
 
 def source_of(time: np.ndarray, values: np.ndarray) -> Source:
-    """Return a source of samples that do not change: from the last one before a time on [s]."""
+    """Return a source of fixed samples, starting with the last one before a time [s]."""
 
     def samples(since: float) -> Samples:
         first = max(0, int(np.searchsorted(time, since)) - 1)

@@ -1,4 +1,4 @@
-"""Thousands of samples as the two points a column of pixels that can be seen of them."""
+"""Reduces thousands of samples to two visible points per column of pixels."""
 
 import math
 
@@ -13,17 +13,17 @@ Points = tuple[np.ndarray, np.ndarray]
 def reduce_columns(
     time: np.ndarray, values: np.ndarray, first: int, last: int, width: float
 ) -> Points:
-    """Return the least and largest value of each column of time, in the order they come.
+    """Return the least and largest value of each column of time, in order of time.
 
-    Columns lie at whole multiples of their width, so that a picture that scrolls does not flicker:
-    a sample stays with the same neighbours.
+    Columns are at whole multiples of their width, so that a scrolling picture does not flicker: a
+    sample keeps the same neighbours.
 
     Args:
-        time: of the samples (n), rising [s].
-        values: (n); what is not finite counts only in a column without anything else.
-        first: number of the first column.
-        last: number behind the last one.
-        width: of a column [s].
+        time: times of the samples (n), increasing [s].
+        values: (n); values that are not finite count only in a column without others.
+        first: index of the first column.
+        last: index after the last column.
+        width: width of a column [s].
     """
     cuts = np.searchsorted(time, width * np.arange(first, last + 1))
     filled = cuts[:-1] < cuts[1:]
@@ -31,7 +31,7 @@ def reduce_columns(
     if len(starts) == 0:
         return time[:0], values[:0]
     places = np.repeat(np.arange(first, last)[filled], 2) + 0.25
-    places[1::2] += 0.5  # a slope stays a slope
+    places[1::2] += 0.5  # keeps the direction of a slope
     seen = values[: lasts[-1] + 1]
     if np.isfinite(seen).all():
         least, largest = np.minimum.reduceat(seen, starts), np.maximum.reduceat(seen, starts)
@@ -46,7 +46,7 @@ def reduce_columns(
 
 
 class Peaks:
-    """The columns of one curve; what was reduced once is not reduced again while time goes on."""
+    """The columns of one curve; reduced columns are kept while time passes."""
 
     def __init__(self) -> None:
         self._width = 0.0
@@ -56,14 +56,14 @@ class Peaks:
     def reduce(
         self, time: np.ndarray, values: np.ndarray, left: float, right: float, columns: int
     ) -> Points:
-        """Return what is to be drawn of samples: themselves where they are few.
+        """Return the points to draw for samples: the samples themselves if they are few.
 
         Args:
-            time: of the samples within the window (n), rising [s].
+            time: times of the samples within the window (n), increasing [s].
             values: (n).
-            left: first time that is seen [s].
-            right: last one [s].
-            columns: to divide that into.
+            left: first visible time [s].
+            right: last visible time [s].
+            columns: number of columns.
         """
         if len(time) <= 2 * columns:
             return time, values

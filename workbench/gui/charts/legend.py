@@ -1,4 +1,4 @@
-"""Names of a chart's curves and their values, now or under the cursor."""
+"""Names of a chart's curves and their values, now or at the cursor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,11 +19,11 @@ class Entry:
     """A curve in the legend.
 
     Attributes:
-        label: of the curve.
+        label: name of the curve.
         value: as text with its unit, "" for none.
-        colour: of its stroke.
-        style: of its stroke.
-        number: at its end in the chart, 0 for none.
+        colour: colour of the curve.
+        style: line style of the curve.
+        number: number at its end in the chart, 0 for none.
         visible: whether it is drawn.
     """
 
@@ -36,10 +36,10 @@ class Entry:
 
 
 class Legend(QLabel):
-    """A line of text, broken where it has to be; a click on a name hides or shows its curve.
+    """A line of text, wrapped where necessary; a click on a name hides or shows its curve.
 
     Args:
-        look: colours.
+        look: source of colours.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -64,7 +64,7 @@ class Legend(QLabel):
 
     @property
     def entries(self) -> tuple[Entry, ...]:
-        """What is shown."""
+        """The shown entries."""
         return self._entries
 
     @property
@@ -73,17 +73,17 @@ class Legend(QLabel):
         return self._title
 
     def set_title(self, title: str) -> None:
-        """Begin with a name, "" for none."""
+        """Set the title before the names, "" for none."""
         self._title = title
         self._write()
         self._fit()
 
     def show_entries(self, entries: Sequence[Entry]) -> None:
-        """Show these; nothing is written where nothing has changed."""
+        """Show entries; the text is written only if it has changed."""
         if tuple(entries) == self._entries:
             return
         same = [replace(each, value="") for each in entries] == self._names
-        # Room that was once needed stays: the names do not jump as digits come and go.
+        # Space that was once needed is kept: names do not jump as the number of digits varies.
         kept = self._widths if same else [0 for _ in entries]
         found = [self.fontMetrics().horizontalAdvance(each.value) for each in entries]
         widths = [max(pair) for pair in zip(found, kept, strict=True)]
@@ -95,12 +95,12 @@ class Legend(QLabel):
             self._fit()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Take the rows that are needed."""
+        """Adapt the number of lines to the width."""
         super().resizeEvent(event)
         self._fit()
 
     def changeEvent(self, event: QEvent | None) -> None:
-        """Follow another font."""
+        """Adapt to another font."""
         super().changeEvent(event)
         if event is not None and event.type() == QEvent.Type.FontChange:
             self._fit()
@@ -132,12 +132,12 @@ class Legend(QLabel):
         return f"{link}{room}<span style='color:{colour.muted}'>{_unbroken(entry.value)}</span>"
 
     def _fit(self) -> None:
-        """Take the height that the text has at this width: a layout alone would squeeze it."""
-        self.setMinimumHeight(0)  # a label never needs less than its least height
+        """Set the text's height at this width: a layout alone would squeeze it."""
+        self.setMinimumHeight(0)  # a label never needs less than its minimum height
         height = max(0, self.heightForWidth(self.width()))
         self.setMinimumHeight(height)
 
 
 def _unbroken(text: str) -> str:
-    """Return text in which no line is broken, as HTML."""
+    """Return text without line breaks in it, as HTML."""
     return escape(text).replace(" ", NO_BREAK)

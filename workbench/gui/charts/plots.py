@@ -1,6 +1,6 @@
-"""Charts of finished curves, and those made of signals in a part of time.
+"""Plots of finished curves, and plots computed from signals over a time window.
 
-These are spectra, responses to steps, and signals over each other.
+The latter are spectra, step responses, and signals over each other.
 """
 
 import dataclasses
@@ -49,14 +49,14 @@ from workbench.logs.spectrum import (
 )
 
 ROUNDING = 1e-9
-"""Share of a value that comes back from its logarithm, or more."""
+"""Relative rounding error of a value that is computed back from its logarithm."""
 
 
 class StaticPlot(Chart):
-    """Shows named curves over a common axis; what is set is drawn once, a little later.
+    """Shows named curves over a common axis; changes are drawn together, a moment later.
 
     Args:
-        workspace: colours, units and preferences.
+        workspace: source of colours, units and preferences.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -76,14 +76,14 @@ class StaticPlot(Chart):
         style: CurveStyle = CurveStyle.SOLID,
         colour: int = 0,
     ) -> None:
-        """Set a curve, or replace the one of that name; the arrays are kept, not copied.
+        """Set or replace the curve of a name; the arrays are kept without a copy.
 
         Args:
-            name: in the legend.
-            time: of the samples (n), rising [s].
+            name: name in the legend.
+            time: horizontal values of the samples (n), increasing.
             values: (n), in the SI unit of the axis.
-            style: of its stroke.
-            colour: its number, `COMMAND` for that of commands.
+            style: line style.
+            colour: number of its colour, `COMMAND` for that of commands.
         """
         source, curve = source_of(time, values), self._find(name)
         if curve is None:
@@ -93,7 +93,7 @@ class StaticPlot(Chart):
         self._curves_changed()
 
     def remove_curve(self, name: str) -> None:
-        """Remove a curve; nothing happens where there is none of that name."""
+        """Remove a curve, if there is one of that name."""
         curve = self._find(name)
         if curve is not None:
             self._model.curves.remove(curve)
@@ -111,13 +111,13 @@ class StaticPlot(Chart):
         return tuple(curve.label for curve in self.curves)
 
     def set_axes(self, x_name: str, y_label: str, unit: str = "", x_unit: str = "s") -> None:
-        """Name the axes.
+        """Set the names of the axes.
 
         Args:
-            x_name: of what is below.
-            y_label: of the values, without their unit.
-            unit: SI, of the values; it is shown as the user prefers.
-            x_unit: of what is below, as it is shown.
+            x_name: name of the horizontal quantity.
+            y_label: name of the values, without their unit.
+            unit: SI unit of the values; shown in the user's preferred unit.
+            x_unit: unit of the horizontal quantity, as shown.
         """
         self._model.x_name, self._model.x_unit = x_name, x_unit
         self._model.y_label, self._unit = y_label, unit
@@ -126,13 +126,13 @@ class StaticPlot(Chart):
         self._curves_changed()
 
     def set_window(self, left: float, right: float) -> None:
-        """Show a part of time [s]."""
+        """Show a time window [s]."""
         self._ends = (left, right) if right > left else None
         self._shown_ends = self.window_ends
         self._curves_changed()
 
     def set_scales(self, x: Scale = Scale.LINEAR, y: Scale = Scale.LINEAR) -> None:
-        """Lay out the axes by a scale each, and show all of all curves."""
+        """Set the axes' scales, and show all curves completely."""
         self._model.set_scales(x, y)
         self._ends = None
         self._model.window.show(*self._wanted_ends())
@@ -140,14 +140,14 @@ class StaticPlot(Chart):
         self._curves_changed()
 
     def reset(self) -> None:
-        """Show all of all curves."""
+        """Show all curves completely."""
         self._ends = None
         self._shown_ends = self.window_ends
         self._model.window.release_values()
         self._settle()
 
     def redraw(self) -> None:
-        """Draw anew, and write all numbers."""
+        """Redraw, with all numbers."""
         if self.window_ends == self._shown_ends:  # the user has not zoomed
             self._model.window.show(*self._wanted_ends())
             self._shown_ends = self.window_ends
@@ -171,15 +171,15 @@ class StaticPlot(Chart):
         times = [time for time in seen if len(time)]
         left = min((float(time[0]) for time in times), default=scale.value_of(0.0))
         right = max((float(time[-1]) for time in times), default=scale.value_of(1.0))
-        if scale is Scale.LOGARITHMIC:  # whose ends are rounded, which is to leave no sample out
+        if scale is Scale.LOGARITHMIC:  # with rounded ends, which must leave no sample out
             left, right = left * (1.0 - ROUNDING), right * (1.0 + ROUNDING)
         return left, right if right > left else scale.value_of(scale.place(left) + 1.0)
 
     def _stand(self, note: str) -> None:
-        """Do nothing: it always stands still."""
+        """Do nothing: it is always paused."""
 
     def _entries(self) -> list[Entry]:
-        """Return the legend: without a cursor, no value is newer than the others."""
+        """Return the legend: without a cursor it has no values, as no sample is the newest."""
         entries = super()._entries()
         if self.cursor_time is None:
             return [dataclasses.replace(each, value="") for each in entries]
@@ -187,20 +187,20 @@ class StaticPlot(Chart):
 
 
 class WindowPlot(StaticPlot):
-    """Makes its curves anew as time goes on, from the samples that strip charts beside it show.
+    """Recomputes its curves over time, from the visible samples of strip charts beside it.
 
-    With cursors A and B in time, it is made of what lies between them.
+    If cursors A and B are set, it uses the time between them.
 
     Args:
-        workspace: colours, units and preferences.
+        workspace: source of colours, units and preferences.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        signals: over time, from which it is made.
+        signals: signals over time that it uses.
     """
 
     PERIOD = 0.2
-    """Between two pictures [s]."""
+    """Period between pictures [s]."""
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         self.signals = CurveSet()
@@ -220,7 +220,7 @@ class WindowPlot(StaticPlot):
         colour: int | None = None,
         style: CurveStyle = CurveStyle.SOLID,
     ) -> Curve:
-        """Take another signal; arguments are those of `StripChart.add_curve`.
+        """Add a signal; arguments as for `StripChart.add_curve`.
 
         Raises:
             WorkbenchError: if there is no room for another curve or unit.
@@ -233,14 +233,14 @@ class WindowPlot(StaticPlot):
         return made
 
     def add_over(self, first: Source, label: str, unit: str, source: Source, colour: int) -> Curve:
-        """Take a signal of another flight, paler, with its own first signal in place of ours.
+        """Add a signal of another flight, paler, with that flight's first signal instead of ours.
 
         Args:
-            first: of the other flight.
-            label: in the legend.
-            unit: SI.
-            source: of the signal.
-            colour: its number.
+            first: first signal of the other flight.
+            label: name in the legend.
+            unit: SI unit.
+            source: source of the signal.
+            colour: number of its colour.
 
         Raises:
             WorkbenchError: if there is no room for another curve or unit.
@@ -253,18 +253,18 @@ class WindowPlot(StaticPlot):
         return made
 
     def first_of(self, curve: Curve) -> Curve:
-        """Return the first signal of the flight that a signal is of."""
+        """Return the first signal of a signal's flight."""
         return self._firsts.get(curve, self.signals[0])
 
     def clear(self) -> None:
-        """Draw nothing any more."""
+        """Remove all signals."""
         self.signals = CurveSet()
         self._firsts = {}
         super().clear()
 
     @property
     def part(self) -> tuple[float, float]:
-        """First and last time of which it is made [s]."""
+        """First and last time that it uses [s]."""
         marks = [time for _, time in self._view.marks]
         if len(marks) == 2 and marks[0] != marks[1]:
             return min(marks), max(marks)
@@ -273,7 +273,7 @@ class WindowPlot(StaticPlot):
         return self._view.left, self._view.right
 
     def take_view(self, view: TimeView) -> None:
-        """Be made of the part of time that strip charts show."""
+        """Use the time window of strip charts."""
         if view.follows is not self._view.follows:
             for curve in (*self.signals, *self._firsts.values()):
                 curve.thaw() if view.follows else curve.freeze()
@@ -282,7 +282,7 @@ class WindowPlot(StaticPlot):
         self.refresh(self._now)
 
     def refresh(self, now: float) -> None:
-        """Make it anew for a time [s], not too often, and only where it is seen."""
+        """Recompute it for a time [s], not too often, and only while visible."""
         self._now = now
         fresh = self._made <= now < self._made + self.PERIOD
         stands = not self._view.follows and self._made > -math.inf
@@ -292,14 +292,14 @@ class WindowPlot(StaticPlot):
         self.make()
 
     def make(self) -> None:
-        """Make the curves from the signals."""
+        """Compute the curves from the signals."""
         raise NotImplementedError
 
     def set_times_ago(self, ago: bool) -> None:
         """Do nothing: it shows no times."""
 
     def samples(self, curve: Curve) -> Samples:
-        """Return the samples of a signal in the part of time: views, to be used at once."""
+        """Return a signal's samples in the time window, as views that must be used at once."""
         left, right = self.part
         time, values = curve.samples(left)
         first, last = np.searchsorted(time, left), np.searchsorted(time, right, side="right")
@@ -318,12 +318,12 @@ BOTH = Scale.LOGARITHMIC, Scale.LOGARITHMIC
 
 
 class SpectrumChart(WindowPlot):
-    """Shows what frequencies signals are made of; see `WindowPlot`.
+    """Shows the spectra of signals; see `WindowPlot`.
 
-    Spectra are worked out beside the thread of the screens, five times a second at most.
+    Spectra are computed outside the screens' thread, at most five times a second.
 
     Args:
-        workspace: colours, units, preferences and errands.
+        workspace: source of colours, units, preferences and errands.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -343,7 +343,7 @@ class SpectrumChart(WindowPlot):
 
     @property
     def welch(self) -> Welch:
-        """How spectra are made."""
+        """Settings of the spectra."""
         return Welch(
             str(self._window.currentData()),
             int(self._averages.currentData()),
@@ -351,7 +351,7 @@ class SpectrumChart(WindowPlot):
         )
 
     def set_welch(self, welch: Welch) -> None:
-        """Make spectra otherwise."""
+        """Set how spectra are computed."""
         self._window.setCurrentIndex(self._window.findData(welch.window))
         if self._averages.findData(welch.averages) < 0:
             self._averages.addItem(f"{welch.averages} averages", welch.averages)
@@ -360,7 +360,7 @@ class SpectrumChart(WindowPlot):
         self._make_anew()
 
     def redraw(self) -> None:
-        """Draw anew; the axes stay while the spectra swing within them."""
+        """Redraw; the axes stay while the spectra vary within them."""
         if self.window_ends == self._shown_ends:  # the user has not zoomed
             self._model.window.show(*self._wanted_ends())
             self._shown_ends = self.window_ends
@@ -368,7 +368,7 @@ class SpectrumChart(WindowPlot):
         Chart.redraw(self)
 
     def make(self) -> None:
-        """Begin to work out the spectra; where that goes on already, again after it."""
+        """Start to compute the spectra; if a computation is in progress, again after it."""
         if self._waits:
             self._again = True
             return
@@ -459,7 +459,7 @@ def _spectra(sampled: list[Column], welch: Welch) -> list[Spectrum | str]:
 
 
 MOST_STEPS = 12
-"""The newest ones that are drawn, of all flights together."""
+"""Number of drawn steps: the newest ones of all flights."""
 _OF_VALUES = ("peak", "steady_state_value")
 _OF_TIME = ("rise_time", "settling_time", "peak_time")
 
@@ -469,9 +469,9 @@ class LimitLine:
     """A limit on a step response.
 
     Attributes:
-        label: in the legend.
-        time: (n) from the edge on [s].
-        values: (n), from the command before the edge.
+        label: name in the legend.
+        time: time from the edge on (n) [s].
+        values: (n), relative to the command before the edge.
     """
 
     label: str
@@ -484,16 +484,16 @@ Limits = Callable[[StepResponse], Sequence[LimitLine]]
 
 
 class StepChart(WindowPlot):
-    """Shows how the second signal answers steps of the first; see `WindowPlot`.
+    """Shows the responses of the second signal to steps of the first; see `WindowPlot`.
 
-    Steps stand in the table with the newest first; numbers that mean nothing are left out.
+    The table lists the newest step first; meaningless numbers are left out.
 
     Args:
-        workspace: colours, units and preferences.
+        workspace: source of colours, units and preferences.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        steps: that are shown, the newest last.
+        steps: the shown steps, the newest last.
     """
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
@@ -560,12 +560,12 @@ class StepChart(WindowPlot):
         self.redraw()
 
     def _entries(self) -> list[Entry]:
-        """Return the legend: a limit of two lines stands there once."""
+        """Return the legend; a limit of two lines has one entry."""
         found = {each.label: each for each in super()._entries()}
         return [*found.values()]
 
     def _commands(self) -> list[Command]:
-        """Return what can be done; the table is of the metrics."""
+        """Return the commands; the table has the metrics."""
         return [
             Command("Metrics", each.key, each.do, each.checked)
             if each.text == "Statistics"
@@ -598,24 +598,24 @@ class StepChart(WindowPlot):
 
 
 MOST_POINTS = 3000
-"""Of a curve that are drawn; others between them are left out."""
+"""Largest number of drawn points of a curve; others between them are left out."""
 
 
 class XYChart(WindowPlot):
-    """Draws every signal but the first over the first; see `WindowPlot`.
+    """Plots every signal except the first over the first; see `WindowPlot`.
 
     Args:
-        workspace: colours, units and preferences.
+        workspace: source of colours, units and preferences.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        is_equal: whether a metre is as long across as upwards.
+        is_equal: whether both axes have the same scale.
     """
 
     PERIOD = 0.1
 
     equal_changed = pyqtSignal()
-    """The user has chosen equal scales, or not."""
+    """The user has switched equal scales on or off."""
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(workspace, parent)
@@ -626,22 +626,22 @@ class XYChart(WindowPlot):
 
     @property
     def curves(self) -> tuple[Curve, ...]:
-        """What is drawn over the first signal."""
+        """The curves over the first signal."""
         return tuple(self.signals)[1:]
 
     def set_equal(self, equal: bool) -> None:
-        """Let both axes have the same scale, or each its own."""
+        """Use the same scale for both axes, or separate ones."""
         self.is_equal = equal
         self._settle()
 
     def show_time(self, time: float | None) -> None:
-        """Mark where the curves were at a time [s]; None takes the dots away."""
+        """Mark the points of the curves at a time [s]; None removes the dots."""
         self._when = time
         if self.isVisible():
             self.redraw()
 
     def make(self) -> None:
-        """Draw anew, from the newest samples."""
+        """Redraw from the newest samples."""
         self.redraw()
 
     def toggle_curve(self, index: int) -> None:
@@ -650,21 +650,21 @@ class XYChart(WindowPlot):
         self.redraw()
 
     def reset(self) -> None:
-        """Show all of all curves."""
+        """Show all curves completely."""
         self._zoomed = False
         super().reset()
 
     def redraw(self) -> None:
-        """Draw anew."""
+        """Redraw."""
         self.canvas.show_content(self._content())
         self._show_numbers()
 
     def columns(self) -> tuple[Column, ...]:
-        """Return the samples that are seen, in SI, over time."""
+        """Return the visible samples in SI units, over time."""
         return tuple(Column(each.label, each.unit, *self.samples(each)) for each in self.signals)
 
     def _commands(self) -> list[Command]:
-        """Return what can be done; cursors and statistics are of charts over time."""
+        """Return the commands; charts over time also have cursors and statistics."""
         over_time = (
             "Statistics",
             "Always show zero",
@@ -681,7 +681,7 @@ class XYChart(WindowPlot):
         self.equal_changed.emit()
 
     def _point(self, time: float | None) -> None:
-        """Draw no crosshair over x: it would meet a curve more than once."""
+        """Draw no crosshair over x: it could meet a curve more than once."""
 
     def _turn(self, time: float, share: float, factor: float, values: bool) -> None:
         self._zoomed = True
@@ -694,7 +694,7 @@ class XYChart(WindowPlot):
         super()._box(left, right, low, high)
 
     def _entries(self) -> list[Entry]:
-        """Return the legend: y over x, with both where the cursor of other charts is."""
+        """Return the legend: y over x, with both values at the cursor of other charts."""
         made = []
         for curve in self.curves:
             value = ""
@@ -713,7 +713,7 @@ class XYChart(WindowPlot):
         return made
 
     def _at(self, curve: Curve, when: float) -> tuple[float, float]:
-        """Return x and y of a curve at a time [s]; NaN outside of the samples."""
+        """Return x and y of a curve at a time [s]; NaN outside the samples."""
         time, x, y = self._pairs(curve)
         return value_at(time, x, when), value_at(time, y, when)
 
@@ -731,7 +731,7 @@ class XYChart(WindowPlot):
         return curve.number - 1 if len(self.curves) > 1 else 0
 
     def _content(self) -> Content:
-        """Return what is to be drawn."""
+        """Return the content to draw."""
         shown = [each for each in self.curves if each.visible]
         if not shown:
             one = f"{self.signals[0].label} is x: add a signal for y" if len(self.signals) else ""
@@ -775,7 +775,7 @@ class XYChart(WindowPlot):
         )
 
     def _equalled(self, left: float, right: float, ends: Ends) -> tuple[float, float, Ends]:
-        """Return ends of both axes, one of them widened, so that they have the same scale."""
+        """Return ends of both axes, one of them widened for equal scales."""
         low, high = ends
         size = self.canvas.view
         scale = max((right - left) / max(size.width(), 1.0), (high - low) / max(size.height(), 1.0))

@@ -1,4 +1,4 @@
-"""What the curves of a chart amount to within the window that is seen, and the table of it."""
+"""Statistics of a chart's curves within the visible window, and their table."""
 
 import dataclasses
 import math
@@ -29,14 +29,14 @@ HEADS = {
     "RMS": "Root of the mean square of the samples",
     "Std dev": "Standard deviation of the samples",
 }
-"""What the columns mean, by their heads."""
+"""Meaning of the columns, by heading."""
 MOST_ROWS = 6
-"""That are seen without a scroll bar."""
+"""Number of rows visible without a scroll bar."""
 
 
 @dataclass(frozen=True)
 class WindowStatistics:
-    """A curve in a few numbers, in its own unit; NaN where there are no samples."""
+    """Statistics of a curve, in its own unit; NaN without samples."""
 
     last: float = math.nan
     least: float = math.nan
@@ -51,13 +51,13 @@ class StatisticsRow:
     """A row of the table.
 
     Attributes:
-        label: of the curve.
-        unit: how its values are shown.
-        decimals: of what is shown.
-        statistics: of the window, in SI.
-        marks: values at the cursors that stay, in SI.
-        between: time from cursor A to cursor B [s], where both stay.
-        scale: of its axis.
+        label: name of the curve.
+        unit: unit in which its values are shown.
+        decimals: number of shown decimals.
+        statistics: statistics of the window, in SI.
+        marks: values at cursors A and B, in SI.
+        between: time from cursor A to cursor B [s], if both are set.
+        scale: scale of its axis.
     """
 
     label: str
@@ -70,7 +70,7 @@ class StatisticsRow:
 
     @property
     def texts(self) -> list[str]:
-        """What stands in its cells."""
+        """Texts of its cells."""
         numbers = [*dataclasses.astuple(self.statistics), *self.marks]
         if len(self.marks) == 2:
             change = self.marks[1] - self.marks[0]
@@ -82,13 +82,13 @@ class StatisticsRow:
 def window_statistics(
     time: np.ndarray, values: np.ndarray, left: float, right: float
 ) -> WindowStatistics:
-    """Return the statistics of the samples from a time to another [s], what is not finite left out.
+    """Return the statistics of the finite samples between two times [s].
 
     Args:
-        time: of the samples (n), rising [s].
+        time: times of the samples (n), increasing [s].
         values: (n).
-        left: first time that counts [s].
-        right: last time that counts [s].
+        left: start of the window [s].
+        right: end of the window [s].
     """
     seen = values[np.searchsorted(time, left) : np.searchsorted(time, right, side="right")]
     seen = np.asarray(seen[np.isfinite(seen)], dtype=float)
@@ -101,7 +101,7 @@ def window_statistics(
 
 
 def value_at(time: np.ndarray, values: np.ndarray, when: float) -> float:
-    """Return the value of the sample nearest to a time [s]; NaN outside of the samples."""
+    """Return the value of the sample nearest to a time [s]; NaN outside the samples."""
     if len(time) == 0:
         return math.nan
     step = (time[-1] - time[0]) / max(1, len(time) - 1)
@@ -114,7 +114,7 @@ def value_at(time: np.ndarray, values: np.ndarray, when: float) -> float:
 
 
 class StatisticsTable(QTableWidget):
-    """Shows rows; only the cells that have changed are written.
+    """Shows rows; only changed cells are written.
 
     Args:
         parent: the Qt parent; this object is deleted with it.
@@ -138,12 +138,12 @@ class StatisticsTable(QTableWidget):
         head.setHighlightSections(False)
 
     def show_rows(self, rows: Sequence[StatisticsRow], marks: Sequence[str]) -> None:
-        """Show statistics, and values at the cursors under these heads."""
+        """Show statistics, and values at the cursors, under these headings."""
         heads = HEADS | {mark: mark for mark in marks}
         self.show_table(heads, [row.texts for row in rows])
 
     def show_table(self, heads: Mapping[str, str], rows: Sequence[Sequence[str]]) -> None:
-        """Show texts below heads, of which is said what they mean."""
+        """Show texts under headings with explanations."""
         if list(heads) != self._heads or self.rowCount() != len(rows):
             self._show_heads(heads)
             self.setRowCount(len(rows))
@@ -174,7 +174,7 @@ class StatisticsTable(QTableWidget):
             item.setText(text)
 
     def _fit(self) -> None:
-        """Be as high as all rows, up to a few."""
+        """Fit the height to the rows, up to `MOST_ROWS`."""
         head, upright = self.horizontalHeader(), self.verticalHeader()
         assert head is not None and upright is not None
         rows = min(MOST_ROWS, max(1, self.rowCount()))

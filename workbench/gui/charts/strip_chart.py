@@ -11,18 +11,18 @@ from workbench.gui.charts.curve import Curve, CurveStyle, Source
 from workbench.gui.workspace import Workspace
 
 READ_EVERY = 0.2
-"""Digits that change faster cannot be read [s of what is shown]."""
+"""Shortest period of legible changes of digits [s of shown time]."""
 
 
 @dataclass(frozen=True)
 class TimeView:
-    """The part of time that charts show together.
+    """The time window that charts share.
 
     Attributes:
-        left: first time that is seen [s].
-        right: last one [s].
-        follows: whether the newest samples are seen as they come.
-        note: a word over what stands still.
+        left: first visible time [s].
+        right: last visible time [s].
+        follows: whether the newest samples are shown as they arrive.
+        note: a word over a paused picture.
         marks: times of cursors A and B [s], by name.
     """
 
@@ -39,15 +39,15 @@ class StripChart(Chart):
     Space: pause the picture. Double click, Escape or Home: follow again.
 
     Args:
-        workspace: colours, units and preferences.
+        workspace: source of colours, units and preferences.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        pause: lets the picture stand still.
+        pause: pauses the picture.
     """
 
     view_changed = pyqtSignal()
-    """Another part of time may be seen, or other cursors stay."""
+    """The time window or the cursors A and B may have changed."""
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(workspace, 0.1, "Chart", parent)
@@ -70,14 +70,15 @@ class StripChart(Chart):
         colour: int | None = None,
         style: CurveStyle = CurveStyle.SOLID,
     ) -> Curve:
-        """Draw another signal; curves of a unit share an axis.
+        """Add a signal; curves with the same unit share an axis.
 
         Args:
-            label: in the legend.
-            unit: SI, as topics have it.
+            label: name in the legend.
+            unit: SI unit, as in topics.
             source: returns times [s] and values from a time on [s].
-            colour: its number, `COMMAND` for that of commands, None for the first that is free.
-            style: of its stroke.
+            colour: number of its colour, `COMMAND` for that of commands, None for the first free
+                one.
+            style: line style.
 
         Raises:
             WorkbenchError: if there is no room for another curve or unit.
@@ -89,23 +90,23 @@ class StripChart(Chart):
         return curve
 
     def clear(self) -> None:
-        """Draw no curve any more."""
+        """Remove all curves."""
         for curve in self.curves:
             self.remove_curve(curve)
 
     def remove_curve(self, curve: Curve) -> None:
-        """Draw a curve no more."""
+        """Remove a curve."""
         self._model.curves.remove(curve)
         self._curves_changed()
 
     @property
     def view(self) -> TimeView:
-        """What part of time is seen."""
+        """The time window."""
         marks = tuple(sorted(self._model.marks.items()))
         return TimeView(*self.window_ends, not self.is_paused, self._model.note, marks)
 
     def take_view(self, view: TimeView) -> None:
-        """Show the part of time that another chart shows."""
+        """Show the time window of another chart."""
         if view.follows:
             if self.is_paused:
                 self._model.follow()
@@ -118,7 +119,7 @@ class StripChart(Chart):
         self._settle()
 
     def refresh(self, now: float) -> None:
-        """Draw the seconds until a time [s], unless it is paused or hidden."""
+        """Draw the seconds until a time [s], unless paused or hidden."""
         self._model.now = now
         if self.is_paused or not self.isVisible() or self.visibleRegion().isEmpty():
             return
@@ -131,13 +132,13 @@ class StripChart(Chart):
             self._show_numbers()
 
     def redraw(self) -> None:
-        """Draw anew, and write all numbers."""
+        """Redraw, with all numbers."""
         self._draw()
         self._read = self._model.now
         self._show_numbers()
 
     def set_paused(self, paused: bool) -> None:
-        """Let the picture stand still, or follow; the flight goes on."""
+        """Pause the picture, or follow; the flight continues."""
         if paused:
             self._stand("PAUSED")
             self._settle()
@@ -146,26 +147,26 @@ class StripChart(Chart):
 
     @property
     def is_paused(self) -> bool:
-        """Whether the picture stands still."""
+        """Whether the picture is paused."""
         return not self._model.window.follows
 
     def follow(self) -> None:
-        """Show the newest seconds again."""
+        """Follow the newest samples again."""
         self._model.follow()
         self._settle()
 
     def reset(self) -> None:
-        """Show the newest seconds again."""
+        """Follow the newest samples again."""
         self.follow()
 
     def show_window(self, left: float, right: float) -> None:
-        """Stand still at a part of time [s]."""
+        """Pause at a time window [s]."""
         self._stand("ZOOMED")
         self._model.window.show(left, right)
         self._settle()
 
     def set_times_ago(self, ago: bool) -> None:
-        """Write how long ago samples are, or, for what is no flight, their times as they are."""
+        """Show times as ages; or, for data that are not of a live flight, as they are."""
         self._model.times_ago = ago
 
     def _commands(self) -> list[Command]:

@@ -1,4 +1,4 @@
-"""Scales of an axis, round numbers along it, and numbers as they are written."""
+"""Scales of an axis, round numbers along it, and formatted numbers."""
 
 import math
 from enum import Enum
@@ -6,12 +6,12 @@ from enum import Enum
 import numpy as np
 
 FEW_DECADES = 0.8
-"""A logarithmic axis of less has round steps, as a linear one."""
+"""A logarithmic axis with fewer decades has round steps, as a linear one."""
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def round_step(span: float, count: int) -> float:
-    """Return 1, 2 or 5 times a power of ten that divides a span into about so many parts."""
+    """Return 1, 2 or 5 times a power of ten that divides a span into about this many parts."""
     if not math.isfinite(span) or span <= 0.0:
         return 1.0
     rough = span / max(1, count)
@@ -22,15 +22,15 @@ def round_step(span: float, count: int) -> float:
 
 
 def decade_ticks(low: float, high: float, most: int) -> tuple[list[float], list[float]]:
-    """Return where a logarithmic axis has ticks with and without a number.
+    """Return the ticks of a logarithmic axis with and without a number.
 
-    Decades have numbers, 2 and 5 times a decade too where there is room, all nine of a decade have
-    ticks where they are seen apart. An axis of less than a decade has round steps.
+    Decades have numbers; 2 and 5 times a decade also have, if there is room. All nine multiples of
+    a decade have ticks if they can be distinguished. An axis of less than a decade has round steps.
 
     Args:
-        low: logarithm to base 10 of its lower end.
-        high: the same for its upper end.
-        most: numbers for which there is room.
+        low: base-10 logarithm of its lower end.
+        high: base-10 logarithm of its upper end.
+        most: largest number of numbers.
     """
     decades = high - low
     if decades <= 0.0:
@@ -68,19 +68,19 @@ def decade_text(value: float) -> str:
 
 
 def significant_text(value: float, digits: int) -> str:
-    """Return a number with so many digits that count, and a true minus sign."""
+    """Return a number with this many significant digits, and a true minus sign."""
     if not math.isfinite(value):
         return "–"
     return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
 
 
 def decimals_for_step(step: float) -> int:
-    """Return how many decimals tell multiples of a step apart."""
+    """Return the number of decimals that distinguish multiples of a step."""
     return max(0, -math.floor(math.log10(step) + 1e-6)) if step > 0.0 else 0
 
 
 def number_text(value: float, decimals: int) -> str:
-    """Return a number with a true minus sign, and none before a zero; a dash for what is none."""
+    """Return a number with a true minus sign, but none before zero; a dash for NaN or infinity."""
     if not math.isfinite(value):
         return "–"
     if abs(value) >= 1e6:
@@ -92,48 +92,48 @@ def number_text(value: float, decimals: int) -> str:
 
 
 def decimals_for(span: float) -> int:
-    """Return how many decimals tell a hundredth or so of a span."""
+    """Return the number of decimals that show about a hundredth of a span."""
     if not math.isfinite(span) or span <= 0.0:
         return 2
     return min(6, max(0, 2 - math.floor(math.log10(span))))
 
 
 class Scale(Enum):
-    """How the values of an axis are laid out along it: a value has a place there, and back."""
+    """Scale of an axis: converts values to positions, and back."""
 
     LINEAR = "linear"
-    """A value's place is the value."""
+    """The position is the value."""
     LOGARITHMIC = "logarithmic"
-    """It is the logarithm to base 10; what is not positive has none."""
+    """The position is the base-10 logarithm; values that are not positive have none."""
 
     def place(self, value: float) -> float:
-        """Return where a value lies: NaN for what has no place."""
+        """Return the position of a value: NaN without one."""
         if self is Scale.LINEAR:
             return value
         return math.log10(value) if value > 0.0 else math.nan
 
     def places(self, values: np.ndarray) -> np.ndarray:
-        """Return where values lie: NaN for what has no place."""
+        """Return the positions of values: NaN without one."""
         return values if self is Scale.LINEAR else np.log10(self.known(values))
 
     def value_of(self, place: float) -> float:
-        """Return the value at a place."""
+        """Return the value at a position."""
         return place if self is Scale.LINEAR else 10.0**place
 
     def values_of(self, places: np.ndarray) -> np.ndarray:
-        """Return the values at places."""
+        """Return the values at positions."""
         return places if self is Scale.LINEAR else 10.0**places
 
     def multiplied(self, factor: float) -> tuple[float, float]:
-        """Return slope and offset of the places of values that are multiplied by a factor."""
+        """Return slope and offset that a factor on values causes in their positions."""
         return (factor, 0.0) if self is Scale.LINEAR else (1.0, math.log10(factor))
 
     def known(self, values: np.ndarray) -> np.ndarray:
-        """Return values with NaN for those that have no place."""
+        """Return values with NaN for those that have no position."""
         return values if self is Scale.LINEAR else np.where(values > 0.0, values, np.nan)
 
     def text(self, value: float, decimals: int) -> str:
-        """Return a number: with so many decimals, or with four digits where it is logarithmic."""
+        """Return a number as text: with these decimals, or with four digits if logarithmic."""
         if self is Scale.LINEAR:
             return number_text(value, decimals)
         return significant_text(value, 4)
