@@ -283,7 +283,9 @@ with LiveFlight() as flight:
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize(
+    "number", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)]
+)
 def test_a_process_ends_with_its_caller(number):
     """Killed; or by its will after Ctrl-C, which a terminal sends to the whole group."""
     caller = subprocess.Popen(

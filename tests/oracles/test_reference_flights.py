@@ -119,7 +119,12 @@ def check_same(recording, reference):
 @VEHICLES
 @pytest.mark.parametrize(
     ("seed", "w_WB"),
-    [(0, (0.0, 0.0, 0.0)), (1, (9.0, -8.0, 10.0)), (2, (-6.0, 13.0, 4.0)), (3, (12.0, 5.0, -9.0))],
+    [
+        (0, (0.0, 0.0, 0.0)),
+        pytest.param(1, (9.0, -8.0, 10.0), marks=pytest.mark.slow),
+        (2, (-6.0, 13.0, 4.0)),
+        pytest.param(3, (12.0, 5.0, -9.0), marks=pytest.mark.slow),
+    ],
     ids=str,
 )
 def test_a_tumbling_flight_is_the_references(printed, flown, model, w_WB, seed):
@@ -138,7 +143,14 @@ def test_a_tumbling_flight_is_the_references(printed, flown, model, w_WB, seed):
 
 
 @VEHICLES
-@pytest.mark.parametrize("period", [1 / 64, 1 / 128, 1 / 512], ids=["1/64", "1/128", "1/512"])
+@pytest.mark.parametrize(
+    "period",
+    [
+        pytest.param(1 / 64, marks=pytest.mark.slow, id="1/64"),
+        pytest.param(1 / 128, id="1/128"),
+        pytest.param(1 / 512, marks=pytest.mark.slow, id="1/512"),
+    ],
+)
 def test_a_controlled_flight_is_the_references_under_its_commands(printed, flown, model, period):
     """The plant knows no control period: a table of the commands gives the same flight, to 1e-6.
 
