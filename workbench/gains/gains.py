@@ -1,6 +1,6 @@
-"""Gains: files of them with their history, and which values a flight has.
+"""Gains: gain files with their history, and the values for a flight.
 
-Values are defaults, those of the rule, of gain files and of settings, one over the other.
+Values come from the defaults, the rule, gain files and settings; each replaces those before.
 """
 
 import dataclasses
@@ -25,23 +25,23 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import Parameter, ParameterTable, check_settings, parameter_table
 
 MOST_SAVES = 200
-"""The history keeps so many; then the oldest go."""
+"""Largest number of saves in the history; the oldest are dropped."""
 _KEYS = ("vehicle", "controller", "origin", "gains", "history")
 _POWERS = str.maketrans({"²": "^2", "³": "^3"})
 _SAVE_KEYS = ("saved", "origin", "changed")
 DIGITS = 3
-"""Of a value that a rule gives."""
+"""Number of significant digits of a value from a rule."""
 
 
 @dataclass(frozen=True)
 class Save:
-    """One state of a gain file, as it was saved.
+    """One saved state of a gain file.
 
     Attributes:
-        saved: date and time, UTC, as ISO 8601 has it; "" of what was written by hand.
-        origin: where its values came from.
-        changed: value before and after by name, for what differs from the state before; None
-            stands for a value that was not in the file.
+        saved: date and time in UTC, in ISO 8601; "" for values written by hand.
+        origin: of its values.
+        changed: values before and after by name, for those that differ from the state before; None
+            for a value that was not in the file.
     """
 
     saved: str
@@ -51,14 +51,14 @@ class Save:
 
 @dataclass(frozen=True)
 class GainFile:
-    """A set of parameter values with the vehicle they are for and where they come from.
+    """A set of parameter values, with their vehicle and their origin.
 
     Attributes:
         vehicle: its name.
         origin: a sentence.
         gains: value by name.
-        history: the states that were saved, oldest first; the last one is the present.
-        controller: name of the one whose parameters they are.
+        history: the saved states, oldest first; the last one is the present.
+        controller: name of the one that has these parameters.
     """
 
     vehicle: str
@@ -69,7 +69,7 @@ class GainFile:
 
 
 def owner_of(path: Path) -> str:
-    """Return the name of the controller that a gain file is for.
+    """Return the name of the controller of a gain file.
 
     Raises:
         WorkbenchError: if the file cannot be read.
@@ -78,11 +78,11 @@ def owner_of(path: Path) -> str:
 
 
 def flown_by(controller: str, gains: str) -> str:
-    """Return a controller with the schedule of a gain file that has sets of its gains.
+    """Return a controller with the gain schedule of a gain file, if it has one.
 
     Args:
-        controller: as `load_controller` reads it.
-        gains: a gain file's path, or "" for none.
+        controller: as read by `load_controller`.
+        gains: path of a gain file, or "" for none.
 
     Raises:
         WorkbenchError: if one of them cannot be read.
@@ -99,10 +99,10 @@ def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
 
     Args:
         path: the file.
-        controller: that is to fly with it; without one, the shipped one that the file names.
+        controller: the one to fly with it; None for the shipped one that the file names.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: with file and line of the error.
     """
     file = read_yaml(path)
     for key in file.data:
@@ -142,23 +142,23 @@ def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
 
 
 def save_gains(path: Path, gains: GainFile, controller: Controller | None = None) -> GainFile:
-    """Write a gain file, at once or not at all, and add to the history of one that is there.
+    """Write a gain file atomically, and add to the history of an existing one.
 
-    What is written over becomes the state before in the history; the history of `gains` itself is
+    The values replaced become the previous state in the history; the history of `gains` itself is
     not written. The comment at the head of a file is kept, other comments are not. If nothing
-    differs from the file, its history stays as it is.
+    differs from the file, its history does not change.
 
     Args:
         path: the file.
         gains: vehicle, origin and values.
-        controller: whose; without one, the shipped one that they name.
+        controller: of the gains; None for the shipped one that they name.
 
     Returns:
-        What the file has now.
+        The content of the file.
 
     Raises:
-        WorkbenchError: if a value is out of range, the file cannot be written, or what is there is
-            no gain file, or one of another vehicle.
+        WorkbenchError: if a value is out of range, the file cannot be written, or an existing file
+            is not a gain file or is for another vehicle.
     """
     table = parameter_table(controller or load_controller(gains.controller))
     values = table.checked(gains.gains)
@@ -188,12 +188,12 @@ def gains_at(gains: GainFile, index: int, controller: Controller | None = None) 
     """Return an earlier state of a gain file.
 
     Args:
-        gains: the present, with its history.
-        index: of the state, 0 the oldest.
-        controller: whose; without one, the shipped one that they name.
+        gains: the present state, with its history.
+        index: of the state, 0 for the oldest.
+        controller: of the gains; None for the shipped one that they name.
 
     Raises:
-        WorkbenchError: if there is no such state, or it has values that can no longer be.
+        WorkbenchError: if there is no such state, or its values are no longer valid.
     """
     last = len(gains.history) - 1
     if not 0 <= index <= last:
@@ -220,7 +220,7 @@ def _of_sets(rows: Sequence[Parameter], value: Any, where: str) -> Sequence[Any]
 
 
 def _without_unit(row: Parameter, value: Any, where: str) -> Any:
-    """Return the number of a value that may have its unit behind it."""
+    """Return the number of a value that may have a unit."""
     if not isinstance(value, str):
         return value
     number, _, unit = value.strip().partition(" ")
@@ -245,8 +245,8 @@ def _leading_comment(text: str) -> str:
 
 
 def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
-    """Return a gain file's text."""
-    import yaml  # slow to load, and most who look for gains write none
+    """Return the text of a gain file."""
+    import yaml  # slow to load, and rarely needed
 
     whose = {} if gains.controller == DEFAULT else {"controller": gains.controller}
     head = {
@@ -264,7 +264,7 @@ def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
 
 
 def _written(gains: Mapping[str, float], table: ParameterTable) -> dict[str, float | str]:
-    """Return values as they are written: those of all sets of a scheduled gain in one line."""
+    """Return values as written: those of all sets of a scheduled gain in one line."""
     found, schedule = {}, table.controller.schedule
     for name, value in gains.items():
         number = schedule.number_of(name) if schedule else None
@@ -282,15 +282,15 @@ def _written(gains: Mapping[str, float], table: ParameterTable) -> dict[str, flo
 
 
 def _with_unit(row: Parameter, value: float) -> float | str:
-    """Return a value as it is written: with its unit, where it has one."""
+    """Return a value as written, with its unit if it has one."""
     return value if row.unit == "1" else f"{value!r} {row.unit}"
 
 
 def read_history(file: YamlFile) -> tuple[Save, ...]:
-    """Return the history of a gain file that was read, oldest first.
+    """Return the history of a gain file, oldest first.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: with file and line of the error.
     """
     entries = file.data.get("history") or []
     if not isinstance(entries, list):
@@ -299,7 +299,7 @@ def read_history(file: YamlFile) -> tuple[Save, ...]:
 
 
 def write_history(history: Sequence[Save]) -> list[dict[str, Any]]:
-    """Return a history as YAML has it."""
+    """Return a history in the form for YAML."""
     return [
         ({"saved": save.saved} if save.saved else {})
         | {"origin": save.origin, "changed": {n: list(pair) for n, pair in save.changed.items()}}
@@ -313,9 +313,9 @@ def next_save(
     """Return the entry of a save.
 
     Args:
-        saved: when, UTC, as ISO 8601 has it.
+        saved: date and time in UTC, in ISO 8601.
         origin: of the new values.
-        before: the values that are written over.
+        before: the values replaced.
         after: the new ones.
     """
     pairs = {name: (before.get(name), after.get(name)) for name in {**before, **after}}
@@ -357,7 +357,7 @@ def _read_save(file: YamlFile, index: int, entry: Any) -> Save:
 
 
 def _is_value(value: Any) -> bool:
-    """Return whether this is a number or nothing."""
+    """Return whether this is a number or None."""
     return value is None or (isinstance(value, Real) and not isinstance(value, bool))
 
 
@@ -369,7 +369,7 @@ class GainChange(NamedTuple):
         unit: of both values.
         a: value in the first set.
         b: value in the second.
-        percent: by how much b is larger, of a's size; NaN if that says nothing, as a is 0.
+        percent: difference of b from a, relative to the size of a; NaN if a is 0.
     """
 
     name: str
@@ -385,16 +385,16 @@ def diff_gains(
     missing: Mapping[str, float],
     controller: Controller | None = None,
 ) -> tuple[GainChange, ...]:
-    """Compare two sets of gains, as two files have them.
+    """Compare the gains of two files.
 
     Args:
         a: value by name.
         b: value by name.
-        missing: every value by name, for what only one of them has: `gains.rule_values`.
-        controller: whose; the default one where none is given.
+        missing: value by name for gains that only one of them has, from `gains.rule_values`.
+        controller: of the gains; None for the default one.
 
     Returns:
-        A row for every name that is in either, equal ones too, in the parameter table's order.
+        A row for every name in either, equal ones too, in the order of the parameter table.
     """
     all_a, all_b = {**missing, **a}, {**missing, **b}
     return tuple(
@@ -412,16 +412,16 @@ def _change(name: str, unit: str, a: float, b: float) -> GainChange:
 
 @dataclass(frozen=True)
 class Gain:
-    """A parameter's value, and where it comes from: default, rule, a file, or --set."""
+    """The value of a parameter, and its origin: default, rule, a file, or --set."""
 
     value: float
     origin: str
 
 
 def rule_gains(vehicle: Vehicle, controller: Controller | None = None) -> dict[str, float]:
-    """Return the values of those live parameters that follow from the vehicle, by name.
+    """Return the values of the live parameters that follow from the vehicle, by name.
 
-    They are within the limits of the parameter table; the formulas stand with the controller.
+    They are within the limits of the parameter table. The formulas are part of the controller.
 
     Raises:
         WorkbenchError: if the controller's rule fails.
@@ -441,7 +441,7 @@ def rule_gains(vehicle: Vehicle, controller: Controller | None = None) -> dict[s
 
 
 def rule_values(vehicle: Vehicle, controller: Controller | None = None) -> dict[str, float]:
-    """Return all values for a vehicle without any gain file: defaults, and the rule's."""
+    """Return all values for a vehicle without a gain file: defaults, and those of the rule."""
     return {**parameter_table(controller).defaults(), **rule_gains(vehicle, controller)}
 
 
@@ -451,16 +451,16 @@ def flight_gains(
     settings: Mapping[str, float] | None = None,
     controller: Controller | None = None,
 ) -> dict[str, float]:
-    """Return all parameter values of a flight: the vehicle's, then a gain file's, then settings.
+    """Return all parameter values of a flight: of the vehicle, then a gain file, then settings.
 
     Args:
         vehicle: what flies.
-        gains: a gain file's path, or "" for none.
+        gains: path of a gain file, or "" for none.
         settings: values by name.
-        controller: whose parameters they are; the default one where none is given.
+        controller: of the parameters; None for the default one.
 
     Raises:
-        WorkbenchError: naming what is unknown or out of range, with file and line for a file.
+        WorkbenchError: for an unknown name or a value out of range, with file and line for a file.
     """
     chosen = choose_gains(vehicle, gains, settings, controller)
     return {name: choice.value for name, choice in chosen.items()}
@@ -472,13 +472,13 @@ def make_profile(
     origin: str,
     controller: Controller | None = None,
 ) -> GainFile:
-    """Return the gain file of a vehicle: its controller's rows, and what else its rule gives.
+    """Return the gain file of a vehicle: its controller's parameters, and other values of its rule.
 
     Args:
         vehicle: its name goes into the file.
-        values: parameter values by name; those of other rows are left out.
-        origin: a sentence on where they come from.
-        controller: whose rows; the default one's where none is given.
+        values: parameter values by name; others are left out.
+        origin: of the values, as a sentence.
+        controller: of the parameters; None for the default one.
     """
     table, ruled = parameter_table(controller), rule_gains(vehicle, controller)
     rows = [row.name for row in table if row.system == "controller" or row.name in ruled]
@@ -492,9 +492,9 @@ def choose_gains(
     settings: Mapping[str, float] | None = None,
     controller: Controller | None = None,
 ) -> dict[str, Gain]:
-    """Return what `flight_gains` does, each value with where it comes from.
+    """Return the values of `flight_gains`, each with its origin.
 
-    Arguments and exceptions are those of `flight_gains`.
+    Arguments and exceptions are the same as for `flight_gains`.
     """
     table = parameter_table(controller)
     layers: list[tuple[str, Mapping[str, float]]] = [
@@ -502,7 +502,7 @@ def choose_gains(
         ("rule", rule_gains(vehicle, controller)),
     ]
     beside = vehicle.source.parent / "gains.yaml"
-    # those are of one controller; another one begins with its rule
+    # they are for one controller; another one begins with its rule
     law = table.controller
     if beside.is_file() and owner_of(beside) in (law.name, law.unscheduled):
         layers.append((str(beside), load_gains(beside, table.controller).gains))
@@ -514,7 +514,7 @@ def choose_gains(
 
 
 def remark_on_owner(path: str, vehicle: str, controller: Controller | None = None) -> None:
-    """Say so where a gain file was found on another vehicle; normalised as gains are, it may do."""
+    """Remark on a gain file for another vehicle; as gains are normalised, it may still work."""
     owner = load_gains(find_file(path), controller).vehicle if path else ""
     if owner and owner != vehicle:
         logging.getLogger("workbench").warning(

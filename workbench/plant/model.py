@@ -1,8 +1,7 @@
 """A description as records, independent of its file format: links, joints, shapes, poses.
 
-Frames: M is the model's own frame, L a link's, J a joint's, S that of a shape or a sensor,
-I that of an inertia. Poses of links and joints are given in M and hold while all
-joints are at zero.
+Frames: M of the model, L of a link, J of a joint, S of a shape or a sensor, I of an inertia. Poses
+of links and joints are given in M, with all joints at zero.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The sensors that a description declares."""
+"""Read the sensors that a description declares."""
 
 import dataclasses
 import math
@@ -32,7 +32,7 @@ from workbench.plant.sensors import (
 )
 
 LARGEST = 1e9
-"""No number of a sensor is as large as this in its unit."""
+"""Limit of numbers of a sensor, in their units."""
 Noises = tuple[Noise, Noise, Noise]
 _MOST_RAYS = 1_000_000
 _MOST_PIXELS = 16_384
@@ -40,18 +40,18 @@ _FRAMES = ("gz_frame_id", "ignition_frame_id", "frame_id")
 _MOST = 1000
 _FASTEST = 1e6
 _AS_STRONG_AS_THE_EARTH = 2e-5
-"""Weaker than this the earth's field is nowhere, and no magnetometer's noise is as strong [T]."""
+"""The earth's field is always stronger than this [T], and the noise of magnetometers is weaker."""
 _TESLA_IN_GAUSS = 1e-4
 
 
 class Block:
-    """An element inside a sensor; one that is not there has no children.
+    """An element inside a sensor; a missing one has no children.
 
     Args:
         file: where the sensor is declared.
         sensor: its name, for messages.
-        element: itself, or the nearest element around it that is there.
-        there: whether it is there itself.
+        element: the element, or if missing the nearest existing element around it.
+        there: whether it exists.
     """
 
     def __init__(self, file: Path, sensor: str, element: Element, there: bool = True) -> None:
@@ -61,7 +61,7 @@ class Block:
         self._element = element
 
     def block(self, *tags: str) -> "Block":
-        """Return a block further down, by the names on the way to it."""
+        """Return a nested block by the path of names to it."""
         element, there = self._element, self.there
         for tag in tags:
             child = element.find(tag) if there else None
@@ -70,27 +70,27 @@ class Block:
         return Block(self.file, self.sensor, element, there)
 
     def first(self, *tags: str) -> "Block":
-        """Return the first child that is there of several names, or an empty block."""
+        """Return the first existing child with one of several names, or an empty block."""
         blocks = [self.block(tag) for tag in tags]
         return next((block for block in blocks if block.there), blocks[0])
 
     def has(self, tag: str) -> bool:
-        """Return whether there is a child of a name."""
+        """Return whether there is a child with a name."""
         return self.there and self._element.find(tag) is not None
 
     def text(self, tag: str) -> str:
-        """Return the text of a child, "" where there is none."""
+        """Return the text of a child, or ""."""
         return (self._element.findtext(tag) or "").strip() if self.there else ""
 
     def attribute(self, name: str) -> str:
-        """Return an attribute, "" where there is none."""
+        """Return an attribute, or ""."""
         return self._element.get(name, "").strip() if self.there else ""
 
     def number(self, tag: str, default: float) -> float:
-        """Return the number of a child, or a default where there is no child.
+        """Return the number of a child, or a default if there is no child.
 
         Raises:
-            WorkbenchError: if it is no finite number, or of absurd size.
+            WorkbenchError: if it is not a finite number, or absurdly large.
         """
         if not self.has(tag):
             return default
@@ -106,7 +106,7 @@ class Block:
         """Return the number of a child, zero or more.
 
         Raises:
-            WorkbenchError: if it is none.
+            WorkbenchError: if it is invalid.
         """
         value = self.number(tag, default)
         if value < 0.0:
@@ -114,10 +114,10 @@ class Block:
         return value
 
     def count(self, tag: str, default: int, most: int) -> int:
-        """Return a whole number of one or more; what follows its decimal point does not count.
+        """Return an integer of one or more; decimals are dropped.
 
         Raises:
-            WorkbenchError: if it is none.
+            WorkbenchError: if it is invalid.
         """
         value = self.number(tag, default)
         if not 1.0 <= value < most + 1.0:
@@ -125,7 +125,7 @@ class Block:
         return int(value)
 
     def fault(self, tag: str, advice: str) -> WorkbenchError:
-        """Return the error for a child whose text cannot be, or for what is not there."""
+        """Return the error for a child with an invalid text, or for a missing child."""
         child = self._element.find(tag) if self.there else None
         if child is None:
             where = place(self.file, self._element)
@@ -136,21 +136,21 @@ class Block:
         )
 
     def wrong(self, what: str) -> WorkbenchError:
-        """Return the error for a block whose numbers do not go together."""
+        """Return the error for a block with contradicting numbers."""
         where = place(self.file, self._element)
         return WorkbenchError(f"{where}: sensor '{self.sensor}': {what}")
 
 
 def read_noise(block: Block, remarks: Remarks) -> Noise:
-    """Return what the `<noise>` in a block says; none is quiet.
+    """Return the noise in the `<noise>` of a block; zero without one.
 
-    Its type stands in an attribute, or up to SDF 1.4, and in lidars and cameras still, in a child.
+    Its type is an attribute; up to SDF 1.4, and still in lidars and cameras, it is a child.
     """
     return _noise(block.block("noise"), block.block("noise"), remarks)
 
 
 def read_noise_of_many(block: Block, remarks: Remarks) -> Noise:
-    """Return the noise of a lidar's rays or a camera's pixels, whose biases do not drift."""
+    """Return the noise of the rays of a lidar or pixels of a camera; their biases do not drift."""
     read = read_noise(block, remarks)
     if read.dynamic_bias_stddev:
         noise = block.block("noise")
@@ -165,8 +165,8 @@ def read_axes(imu: Block, quantity: str, old: str, remarks: Remarks) -> Noises:
     Args:
         imu: the `<imu>` block.
         quantity: the name of its block: `angular_velocity` or `linear_acceleration`.
-        old: that which SDF 1.4 had for all axes together, inside `<noise>`: `rate` or `accel`.
-        remarks: where to note what is not used.
+        old: its name up to SDF 1.4, inside `<noise>` and for all axes together: `rate` or `accel`.
+        remarks: receives remarks on what is not used.
     """
     together = _noise(imu.block("noise"), imu.block("noise", old), remarks)
 
@@ -178,7 +178,7 @@ def read_axes(imu: Block, quantity: str, old: str, remarks: Remarks) -> Noises:
 
 
 def _noise(typed: Block, figures: Block, remarks: Remarks) -> Noise:
-    """Return the noise of a block of figures whose type stands in that block or one above."""
+    """Return the noise of a block of figures; its type is in that block or in one above."""
     element = f"sensor '{typed.sensor}'"
     kind = (typed.attribute("type") or typed.text("type")).lower()
     if typed.there and not kind:
@@ -237,7 +237,7 @@ def _barometer(common: Sensor, sensor: Block, remarks: Remarks) -> Barometer:
 
 
 def _magnetometer(common: Sensor, sensor: Block, remarks: Remarks) -> Magnetometer:
-    """Return a magnetometer; its noise may be in gauss, which Gazebo measured up to Harmonic."""
+    """Return a magnetometer; its noise may be in gauss, the unit of Gazebo up to Harmonic."""
     block = sensor.block("magnetometer")
     x, y, z = (read_noise(block.block(axis), remarks) for axis in "xyz")
     if max(noise.stddev for noise in (x, y, z)) >= _AS_STRONG_AS_THE_EARTH:
@@ -257,7 +257,7 @@ def _sonar(common: Sensor, sensor: Block, remarks: Remarks) -> RangeFinder:
 
 
 def _range(block: Block, least: float, most: float) -> tuple[float, float]:
-    """Return the ends of a range, or these defaults where they are not there."""
+    """Return the limits of a range, or these defaults if they are missing."""
     near, far = block.non_negative("min", least), block.non_negative("max", most)
     if near >= far:
         raise block.wrong(f"ranges from {near:g} m to {far:g} m: give max above min")
@@ -265,7 +265,7 @@ def _range(block: Block, least: float, most: float) -> tuple[float, float]:
 
 
 def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | RangeFinder | None:
-    """Return a lidar, or a range finder where it has a single ray, which then is along its x."""
+    """Return a lidar, or for a single ray a range finder along its x axis."""
     lidar = sensor.first("lidar", "ray", "gpu_lidar", "gpu_ray")
     if not lidar.there:
         text = f"of type {common.type} without a block of its scan and range; not used"
@@ -366,19 +366,19 @@ READERS: dict[str, Callable[[Sensor, Block, Remarks], Sensor | None]] = {
     "rgbd": _depth_camera,
     "rgbd_camera": _depth_camera,
 }
-"""By the type that a sensor is declared with; all others are not used, nor those that give None."""
+"""Readers by the declared type of a sensor; other types are not used, nor are results of None."""
 
 
 def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor, ...]:
-    """Return the sensors of a description, in the file's order.
+    """Return the sensors of a description, in file order.
 
     Args:
         model: what the description says.
-        base_link: whose frame is the body frame B.
-        remarks: where to note what was assumed, and sensors that are not used.
+        base_link: its frame is the body frame B.
+        remarks: receives remarks on assumptions, and on sensors that are not used.
 
     Raises:
-        WorkbenchError: with file and line, for a number that cannot be.
+        WorkbenchError: with file and line, for an impossible number.
     """
     if len(model.sensors) > _MOST:
         raise WorkbenchError(
@@ -414,7 +414,7 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
         sensor = READERS[kind](common, block, remarks)
         if sensor:
             sensors.append(sensor)
-    # A frame whose name is free has the sensor's name, as in the tree of frames.
+    # A sensor frame has the sensor's name if that is free, as in the tree of frames.
     others = {WORLD, *(link.name for link in model.links), *(frame.name for frame in model.frames)}
     return tuple(
         sensor if sensor.frame else dataclasses.replace(sensor, frame=names.own)
@@ -423,7 +423,7 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
 
 
 class _Names:
-    """Names given so far; a second sensor of a name is told apart by its link."""
+    """Names given so far; a second sensor with the same name is distinguished by its link."""
 
     def __init__(self) -> None:
         self._given: set[str] = set()
@@ -441,14 +441,14 @@ class _Names:
 
 
 def _asked_frame(block: Block, declared: DeclaredSensor) -> str:
-    """Return what the file labels readings with, else the link if S lies in it, else nothing."""
+    """Return the label of readings in the file, else the link if S is its frame, else ""."""
     asked = next((text for tag in _FRAMES if (text := block.text(tag))), "")
     in_link = declared.X_LS.IsNearlyEqualTo(RigidTransform(), 1e-12)
     return asked or (declared.link if in_link else "")
 
 
 def _rate(block: Block, declared: DeclaredSensor, element: str, remarks: Remarks) -> float:
-    """Return samples per second; SDF and Gazebo have 0, each step, where it is not given."""
+    """Return samples per second; the default of SDF and Gazebo is 0, every step."""
     if not block.has("update_rate"):
         text = "update_rate: not given, the usual one of its kind"
         remarks.add("assumed", declared.file, element, text)

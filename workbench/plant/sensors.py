@@ -1,4 +1,4 @@
-"""What a description says of its sensors; truth and noise are made of this elsewhere."""
+"""The sensors of a description. Truth and noise are computed elsewhere."""
 
 import dataclasses
 import math
@@ -14,20 +14,21 @@ class Noise:
     """Gaussian noise of one sample, in the unit of what it is added to.
 
     A sample is truth + mean + bias + drift + stddev times a normal number, rounded to precision.
-    The bias is drawn once. The drift b begins at 0 and follows db/dt = -b / tau + white noise of
+    The bias is drawn once. The drift b starts at 0 and follows db/dt = -b / tau + white noise of
     the density s, with tau = dynamic_bias_correlation_time and s = dynamic_bias_stddev: a random
-    walk for times far below tau, which in the end strays by s sqrt(tau / 2); as in Gazebo none
-    where tau is 0. In two things gz-sensors differs: its bias decays with tau, where this one
-    stays beside the drift, and gets a random sign, where this one has the sign that is written.
+    walk for times far below tau, with the final standard deviation s sqrt(tau / 2). As in Gazebo,
+    there is no drift if tau is 0. gz-sensors differs in two ways: its bias decays with tau, while
+    this one stays, in addition to the drift; and its bias has a random sign, while this one has the
+    declared sign.
 
     Attributes:
         mean: constant offset.
         stddev: of each sample.
         bias_mean: mean of a bias drawn once.
         bias_stddev: its standard deviation.
-        dynamic_bias_stddev: density of what drives the drift [unit / sqrt(s)].
+        dynamic_bias_stddev: density of the noise that drives the drift [unit / sqrt(s)].
         dynamic_bias_correlation_time: of the drift [s]; 0 for none.
-        precision: to which samples are rounded; 0 for none.
+        precision: step to which samples are rounded; 0 for none.
     """
 
     mean: float = 0.0
@@ -42,16 +43,16 @@ class Noise:
         """Return the noise of the same density for a sensor that is sampled at another rate.
 
         Args:
-            declared: rate for which `stddev` is given [1/s]; 0 where the description leaves it
-                open, and then `stddev` is that of a sample at any rate.
-            delivered: rate at which it is sampled [1/s].
+            declared: rate for which `stddev` is given [1/s]; 0 if not stated, and `stddev` then
+                holds for a sample at any rate.
+            delivered: actual sampling rate [1/s].
         """
         if declared == 0.0:
             return self
         return dataclasses.replace(self, stddev=self.stddev * math.sqrt(delivered / declared))
 
     def in_unit(self, unit: float) -> "Noise":
-        """Return this noise where its numbers are in a unit that is so many SI units."""
+        """Return this noise converted from a unit to SI."""
         return Noise(
             mean=unit * self.mean,
             stddev=unit * self.stddev,
@@ -68,18 +69,18 @@ QUIET = Noise()
 
 @dataclass(frozen=True)
 class Sensor:
-    """What all sensors have.
+    """The common attributes of all sensors.
 
-    The class constant `kind` is the name of what it is for scenarios: the same for each type that
-    means it; `usual_rate` is how often one measures whose description leaves it open [1/s].
+    The class constant `kind` is its name in scenarios, the same for all equivalent types.
+    `usual_rate` is the rate of a sensor without a declared one [1/s].
 
     Attributes:
         name: as declared; unique in the vehicle.
         type: as declared: imu, navsat, gpu_lidar, ...
-        frame: the frame that its data are labelled with: what the file asks for, or else the link
-            where the sensor's own frame S is the link's, or else S by its name in the frame tree.
-        link: on which it is mounted.
-        rate: samples per second [1/s]; 0 where the file leaves it open.
+        frame: label of its data: the frame stated in the file; else the link if the sensor's own
+            frame S coincides with the link's; else S by its name in the frame tree.
+        link: the one it is mounted on.
+        rate: samples per second [1/s]; 0 if not stated.
         p_BS: position in the body frame [m].
         R_BS: orientation, rows of the rotation matrix.
     """
@@ -97,7 +98,7 @@ class Sensor:
 
     @property
     def noises(self) -> tuple[Noise, ...]:
-        """Of each number that a sample measures; none where a class does not say."""
+        """Noises of each number in a sample; empty if the class does not state them."""
         return ()
 
 
@@ -126,7 +127,7 @@ class Gps(Sensor):
 
     @property
     def noises(self) -> tuple[Noise, ...]:
-        """Of place and velocity, east, north and up (6)."""
+        """Noises of position and velocity, east, north and up (6)."""
         place, speed = self.horizontal_position, self.horizontal_velocity
         return (place, place, self.vertical_position, speed, speed, self.vertical_velocity)
 
@@ -169,7 +170,7 @@ class RangeFinder(Sensor):
 
     @property
     def noises(self) -> tuple[Noise, ...]:
-        """Of the distance, which comes in steps of the resolution (1)."""
+        """Noise of the distance, which is a multiple of the resolution (1)."""
         return (dataclasses.replace(self.noise, precision=self.resolution or self.noise.precision),)
 
 
@@ -178,8 +179,8 @@ class Barometer(Sensor):
     """Barometer (`air_pressure`).
 
     Attributes:
-        reference_altitude: altitude of the world's origin above the sea [m], None where the
-            description leaves it to the world.
+        reference_altitude: altitude of the world's origin above sea level [m], None for that of the
+            world.
         noise: of the pressure [Pa].
     """
 
@@ -191,7 +192,7 @@ class Barometer(Sensor):
 
     @property
     def noises(self) -> tuple[Noise, ...]:
-        """Of the pressure (1)."""
+        """Noise of the pressure (1)."""
         return (self.noise,)
 
 
@@ -206,7 +207,7 @@ class Magnetometer(Sensor):
 
     @property
     def noises(self) -> tuple[Noise, ...]:
-        """Along the axes of S (3)."""
+        """Noises along the axes of S (3)."""
         return self.magnetic_field
 
 
@@ -235,12 +236,12 @@ class DepthCamera(Sensor):
 
 
 class SensorFrames(NamedTuple):
-    """Names of the frames that go with a sensor.
+    """Names of the frames of a sensor.
 
     Attributes:
         own: of the sensor's frame S.
         optical: of a depth camera's optical frame, None for other sensors.
-        alias: another name for S, which its readings are labelled with; None if there is none.
+        alias: another name for S, the label of its readings; None if there is none.
     """
 
     own: str
@@ -249,10 +250,10 @@ class SensorFrames(NamedTuple):
 
 
 def sensor_frames(sensors: Sequence[Sensor], others: Collection[str]) -> list[SensorFrames]:
-    """Return the names for sensors, in their order: NAME where it is free, else NAME_sensor.
+    """Return the names for sensors, in order: NAME if it is free, else NAME_sensor.
 
     Args:
-        sensors: in the order of the description; a `frame` of "" asks for no alias.
+        sensors: in the order of the description; a `frame` of "" needs no alias.
         others: names that are taken.
     """
     taken = {*others, ""}
@@ -271,7 +272,7 @@ def sensor_frames(sensors: Sequence[Sensor], others: Collection[str]) -> list[Se
 
 
 def free_name(taken: Collection[str], *wishes: str) -> str:
-    """Return the first wish that is not taken, or the last one with a number."""
+    """Return the first of several names that is not taken, or the last one with a number."""
     *_, last = wishes
     numbered = (f"{last}_{number}" for number in range(2, len(taken) + 3))
     return next(name for name in (*wishes, *numbered) if name not in taken)

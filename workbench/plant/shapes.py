@@ -28,7 +28,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder along z with half spheres on its ends; `length` is without them."""
+    """A cylinder along z with hemispherical ends; `length` excludes them."""
 
     radius: float
     length: float
@@ -36,7 +36,7 @@ class Capsule:
 
 @dataclass(frozen=True)
 class Ellipsoid:
-    """An ellipsoid centred on its frame, with half axes."""
+    """An ellipsoid centred on its frame, given by its semi-axes."""
 
     radii: tuple[float, float, float]
 
@@ -46,11 +46,11 @@ class Mesh:
     """A mesh file.
 
     Attributes:
-        uri: as the description has it, for messages.
-        path: the file, or None where it was not found.
-        scale: along each axis; negative ones mirror.
-        submesh: name of the one part that is used, or "" for all of it.
-        center: whether the submesh is moved to its own centre, as SDF's `<center>` asks.
+        uri: as in the description, for messages.
+        path: the file, or None if not found.
+        scale: along each axis; negative values mirror.
+        submesh: name of the only part used, or "" for all of it.
+        center: whether to move the submesh to its own centre, see SDF's `<center>`.
     """
 
     uri: str

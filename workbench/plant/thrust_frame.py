@@ -1,8 +1,8 @@
-"""The frame that a vehicle hovers upright in, which is not always its body's.
+"""The frame in which a vehicle hovers level, which is not always its body frame.
 
-Where rotors lean one way, or lean inwards around a centre of mass that lies beside the middle,
-their forces do not add up along body z, and hover is not level. T is the frame at the body's
-origin whose z axis is the direction in which the rotors lift; for most vehicles it is B itself.
+If the rotors are tilted to one side, or inwards around an off-centre centre of mass, their total
+force is not along body z, and the body is not level in hover. T is the frame at the origin of B
+with its z axis along the lift of the rotors. For most vehicles it is B itself.
 """
 
 import dataclasses
@@ -18,15 +18,15 @@ from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
 IDLE_SPEED_SHARE = 0.1
 """Armed rotors turn at this share of their largest speed, and never slower while flying."""
 IDLE_HOVER_SHARE = 0.1
-"""But idling they give no more than this share of their hover thrust, however strong they are."""
+"""Limit of the idle thrust of a rotor, as a share of its hover thrust."""
 _UPRIGHT = 1e-9
-"""A lean smaller than this is rounding [rad]."""
+"""A smaller tilt counts as a rounding error [rad]."""
 _ROUNDS = 60
-"""Of the iteration for the direction of lift; each gains a digit or more."""
+"""Number of iterations for the direction of lift; each gains a digit or more."""
 
 
 class RotorBody(Protocol):
-    """What of a vehicle decides where its rotors lift; see `Vehicle`."""
+    """The attributes of a vehicle that determine the lift of its rotors, see `Vehicle`."""
 
     @property
     def mass(self) -> float:
@@ -34,7 +34,7 @@ class RotorBody(Protocol):
 
     @property
     def rotors(self) -> tuple[Rotor, ...]:
-        """In their order."""
+        """In the order of the description."""
 
     @property
     def p_BoBcm_B(self) -> tuple[float, float, float]:
@@ -47,11 +47,11 @@ class RotorBody(Protocol):
 
 @dataclass(frozen=True)
 class ThrustFrame:
-    """What the law reads of a vehicle, given in T.
+    """The attributes of a vehicle that the law uses, in T.
 
     Attributes:
         R_BT: orientation in the body (3, 3).
-        rotors: with places and axes in T.
+        rotors: with positions and axes in T.
         p_ToTcm_T: the centre of mass [m].
         inertia_T: about the centre of mass (3, 3) [kg·m²].
         mass: all-up [kg].
@@ -66,13 +66,13 @@ class ThrustFrame:
     @property
     def q_BT(self) -> list[float]:
         """Orientation in the body as a unit quaternion w, x, y, z."""
-        from pydrake.math import RotationMatrix  # who reads a Vehicle need not load Drake
+        from pydrake.math import RotationMatrix  # reading a Vehicle does not load Drake
 
         return [float(q) for q in RotationMatrix(self.R_BT).ToQuaternion().wxyz()]
 
     @property
     def allocation(self) -> np.ndarray:
-        """From force along z of T [N] and moments [N·m] to thrusts (n, 4) [N]."""
+        """Matrix from force along z of T [N] and moments [N·m] to thrusts (n, 4) [N]."""
         return allocation_matrix(self.rotors, self.p_ToTcm_T)
 
     @property
@@ -90,19 +90,19 @@ class ThrustFrame:
 
     @property
     def idle_thrusts(self) -> np.ndarray:
-        """Least thrusts of rotors that turn, (n) [N]; 0 for those that do not lift."""
+        """Smallest thrusts of turning rotors, (n) [N]; 0 for those that do not lift."""
         most = np.array([rotor.max_thrust for rotor in self.rotors])
         linear = np.array([r.linear_motor_constant * r.max_rot_velocity for r in self.rotors])
-        # the linear part falls with the speed, all else with its square
+        # the linear part is proportional to the speed, the rest to its square
         idle = IDLE_SPEED_SHARE**2 * most + IDLE_SPEED_SHARE * (1.0 - IDLE_SPEED_SHARE) * linear
         return np.minimum(idle, IDLE_HOVER_SHARE * self.hover_thrusts)
 
     @property
     def spin_up_time(self) -> float:
-        """By how much spin-up torque leads drag torque in yaw, at hover [s].
+        """Lead of spin-up torque over drag torque in yaw, at hover [s].
 
-        Rotors that change a yaw moment of their drag by dm/dt make spin_up_time dm/dt besides, as
-        they turn faster and slower for it: the zero of the yaw loop is at one over it.
+        Rotors that change the yaw moment of their drag at dm/dt also produce spin_up_time dm/dt by
+        their change of speed. The zero of the yaw loop is at the inverse of this time.
         """
         turning = zip(self.rotors, self.hover_speeds, self.allocation[:, 3], strict=True)
         return float(
@@ -118,7 +118,7 @@ class ThrustFrame:
         )
 
     def roll_pitch_yaw(self, roll_pitch_yaw: Sequence[float]) -> list[float]:
-        """Return the body's roll, pitch, yaw that give T the wanted ones [rad]."""
+        """Return the roll, pitch and yaw of the body for which T has the given ones [rad]."""
         if np.array_equal(self.R_BT, np.eye(3)):
             return list(roll_pitch_yaw)
         from pydrake.math import RollPitchYaw, RotationMatrix
@@ -141,12 +141,12 @@ def thrust_frame(vehicle: RotorBody) -> ThrustFrame:
 
 
 def lift_direction(vehicle: RotorBody) -> np.ndarray:
-    """Return the unit vector in B along which the rotors lift.
+    """Return the unit vector of the lift of the rotors in B.
 
-    It is the one along which a force without moment takes the least thrusts. With F and M the
-    rows of the wrench matrix for force and moment, and P the projection onto thrusts without
-    moment, the least thrusts for a force along n are proportional to P Fᵀ n, and make the force
-    F P Fᵀ n; that is along n for eigenvectors, and power iteration from body z finds the one.
+    Along it a force without moment needs the smallest thrusts. Let F and M be the rows of the
+    wrench matrix for force and moment, and P the projection onto thrusts without moment. The
+    smallest thrusts for a force along n are proportional to P Fᵀ n, and produce the force F P Fᵀ n.
+    It is along n if n is an eigenvector, which power iteration from body z finds.
     """
     lifting = np.array([rotor.lifts for rotor in vehicle.rotors])
     wrench = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)[:, lifting]

@@ -1,4 +1,4 @@
-"""The base link of a model, and what hangs on it."""
+"""The base link of a model, and the tree of links below it."""
 
 import dataclasses
 
@@ -8,14 +8,14 @@ from workbench.plant.model import Joint, Model
 from workbench.plant.remarks import Remarks
 
 MOST_LINKS = 500
-"""More than any drone has."""
+"""Limit of the number of links."""
 
 
 def find_base_link(model: Model) -> str:
-    """Return the link that no joint has as its child; of several, the one that carries most.
+    """Return the link that is not the child of a joint; of several, that with the most links below.
 
     Raises:
-        WorkbenchError: if there is none, or it is fixed to the world.
+        WorkbenchError: if there is none, or if it is fixed to the world.
     """
     if not 0 < len(model.links) <= MOST_LINKS:
         raise WorkbenchError(
@@ -43,15 +43,15 @@ def find_base_link(model: Model) -> str:
 
 
 def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Remarks) -> Model:
-    """Return the model as the tree below its base link, and note what that changes.
+    """Return the model as the tree below its base link, with remarks on changes.
 
-    Every joint is held at zero: the dynamics know one rigid body with rotors.
+    Every joint is fixed at zero, as the dynamics have one rigid body with rotors.
 
     Args:
         model: as read.
         base_link: its root.
         rotor_joints: names of the joints that turn with rotors, which need no remark.
-        remarks: where the others are noted.
+        remarks: receives a remark for each other joint.
     """
     kept = links_below(model, base_link)
     for link in model.links:
@@ -84,7 +84,7 @@ def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Rema
 
 
 def links_below(model: Model, base_link: str) -> set[str]:
-    """Return the names of a link and of all that hang on it."""
+    """Return the names of a link and of all links below it."""
     children: dict[str, list[str]] = {}
     for joint in model.joints:
         children.setdefault(joint.parent, []).append(joint.child)

@@ -1,4 +1,4 @@
-"""How a vehicle in flight differs from the one that its controller knows."""
+"""The differences between a vehicle in flight and the one that its controller knows."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 LEAST, MOST = 0.1, 10.0
 """Bounds of the factors."""
 LATEST = 16
-"""Most control periods of delay."""
+"""Limit of delays in control periods."""
 LONGEST = 0.1
-"""Of the delays that are given in seconds [s]."""
+"""Limit of the delays given in seconds [s]."""
 DELAYS = ("sensing_delay", "command_delay")
-"""Their names."""
+"""Names of the delays given in seconds."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Delays:
 
     Attributes:
         steps: in a control period.
-        sensing: by which the controller sees the state late.
-        command: by which commands act later than one step after the update, when they act anyway.
+        sensing: delay of the state that the controller sees.
+        command: delay of commands beyond the one step after the update that they always take.
     """
 
     steps: int
@@ -36,26 +36,26 @@ class Delays:
 
     @property
     def seen(self) -> tuple[int, int]:
-        """What an update sees: of how many periods ago, and the state before which step of it."""
+        """What an update sees: how many periods ago, and the state before which step of it."""
         return -(-self.sensing // self.steps), -self.sensing % self.steps
 
     @property
     def acting(self) -> tuple[int, int]:
-        """Which commands act: of how many updates ago, and from which step of a period on."""
+        """Which commands act: from how many updates ago, and from which step of a period."""
         return divmod(self.command + 1, self.steps)
 
 
 @dataclass
 class Variation:
-    """Factors on what flies, of which the controller knows nothing, and delays.
+    """Factors on the flying vehicle that are unknown to the controller, and delays.
 
     Attributes:
-        mass: factor on the mass; centre and moments of inertia stay.
+        mass: factor on the mass; centre of mass and moments of inertia stay.
         inertia: factor on all moments of inertia about the centre of mass.
         rotor_lag: factor on both time constants of all rotors.
-        control_delay: control periods by which the controller sees the state late.
-        sensing_delay: how much later than that it sees the state, in whole steps of physics [s].
-        command_delay: how much later its commands reach the rotors, in whole steps of physics [s].
+        control_delay: delay of the state that the controller sees [control periods].
+        sensing_delay: additional delay of that state, in whole steps of physics [s].
+        command_delay: delay of its commands to the rotors, in whole steps of physics [s].
     """
 
     mass: float = 1.0
@@ -67,17 +67,17 @@ class Variation:
 
     @property
     def nominal(self) -> bool:
-        """Whether the vehicle is as the controller believes; it may still be seen late."""
+        """Whether the vehicle is as the controller knows it, apart from delays."""
         return self.mass == self.inertia == self.rotor_lag == 1.0
 
     def check(self, where: str = "") -> None:
-        """Refuse what cannot fly.
+        """Check that all numbers are within their limits.
 
         Args:
             where: file and line for the message, if any.
 
         Raises:
-            WorkbenchError: for the first number out of bounds.
+            WorkbenchError: for the first number out of limits.
         """
         for name in ("mass", "inertia", "rotor_lag"):
             value = getattr(self, name)
@@ -98,7 +98,7 @@ class Variation:
                 raise WorkbenchError(f"{where}the {name} is {delay:g} s: give 0 .. {LONGEST:g} s")
 
     def delays(self, physics_step: float, control_period: float) -> "Delays":
-        """Return the delays of a flight with these periods [s]."""
+        """Return the delays of a flight for these periods [s]."""
         steps = round(control_period / physics_step)
         late = int(self.control_delay) * steps + round(self.sensing_delay / physics_step)
         return Delays(steps, late, round(self.command_delay / physics_step))
@@ -111,17 +111,17 @@ NOMINAL = Variation()
 def varied(description: "Description", vehicle: "Vehicle", variation: Variation) -> "Description":
     """Return the description of what flies.
 
-    All mass is gathered in the base link, so that the moments of inertia of the whole can be
-    scaled; that changes nothing of how a rigid body moves.
+    All mass is merged into the base link, so that the moments of inertia of the whole can be
+    scaled. The motion of a rigid body stays the same.
 
     Args:
         description: of the vehicle as the controller knows it.
         vehicle: its record.
-        variation: how the flying one differs.
+        variation: the differences of the flying vehicle.
     """
     if variation.nominal:
         return description
-    from pydrake.math import RigidTransform  # the record above is read without Drake
+    from pydrake.math import RigidTransform  # the record above needs no Drake
 
     from workbench.plant.model import Inertial
 

@@ -1,4 +1,4 @@
-"""The `Vehicle` record: everything about a drone that its controller and its tools need."""
+"""The `Vehicle` record: all data of a drone that its controller and the tools need."""
 
 import math
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from workbench.plant.thrust_frame import thrust_frame
 
 @dataclass(frozen=True)
 class BatteryPack:
-    """A battery as a voltage behind a resistance.
+    """A battery, modelled as a voltage source with a series resistance.
 
     Attributes:
         capacity: charge of the full battery [C].
         resistance: of cells and leads [Ω].
-        open_circuit_voltage: voltage [V] without load over the share of charge, 0 .. 1, rising;
-            straight lines lie between the points.
+        open_circuit_voltage: voltage without load [V] over the state of charge, 0 .. 1, rising,
+            with linear interpolation.
     """
 
     capacity: float
@@ -46,20 +46,19 @@ class Frame:
 
 @dataclass(frozen=True)
 class Vehicle:
-    """What was understood of a drone description; nothing else in the project repeats it.
+    """The data of a drone from its description, for the whole project.
 
     Attributes:
         name: the robot's name in its description.
-        source: the file it came from.
-        base_link: the link whose frame is the body frame B.
+        source: the file of the description.
+        base_link: its frame is the body frame B.
         mass: all-up mass [kg].
         p_BoBcm_B: the centre of mass in B [m].
-        I_BBcm_B: inertia about the centre of mass in B, rows [kg·m²]; rotors at standstill count
-            as part of the body.
+        I_BBcm_B: inertia about the centre of mass in B, rows [kg·m²], including rotors at rest.
         rotors: in the order in which every thrust or speed vector of the project lists them.
-        sensors: those declared that are used, as declared.
+        sensors: the supported ones, as declared.
         frames: all links, base link first.
-        battery: where it is stated; its voltage weakens the rotors.
+        battery: None if not stated; the rotors weaken with its voltage.
         ground_clearance: height of the base link's origin above the ground at rest, upright [m].
     """
 
@@ -82,7 +81,7 @@ class Vehicle:
 
     @property
     def hover_speeds(self) -> np.ndarray:
-        """Rotor speeds that hold the drone still, n [rad/s]."""
+        """Rotor speeds in hover, n [rad/s]."""
         return thrust_frame(self).hover_speeds
 
     @property
@@ -94,9 +93,9 @@ class Vehicle:
 
     @property
     def rotor_lag(self) -> float:
-        """Largest time constant of a rotor that hovers [s].
+        """Largest time constant of a rotor in hover [s].
 
-        There the rates of speeding up and slowing down blend to their mean, see
+        In hover the rates of speeding up and slowing down blend to their mean, see
         `dynamics.rotor_response`.
         """
         lifting = (rotor for rotor in self.rotors if rotor.lifts)
@@ -113,11 +112,11 @@ class Vehicle:
         """Return the frame of a link.
 
         Raises:
-            WorkbenchError: if there is no such link.
+            WorkbenchError: if the link does not exist.
         """
         return find_row("frame", name, self.frames)
 
 
 def slowest_rotor(vehicle: Vehicle) -> float:
-    """Return the largest time constant of a rotor that hovers [s], see `Vehicle.rotor_lag`."""
+    """Return the largest time constant of a rotor in hover [s], see `Vehicle.rotor_lag`."""
     return vehicle.rotor_lag

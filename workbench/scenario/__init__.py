@@ -1,1 +1,1 @@
-"""What is flown, in numbers: scenario files, the table of parameters, excitations."""
+"""The numbers of a flight: scenario files, the parameter table, excitations."""

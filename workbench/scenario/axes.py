@@ -13,12 +13,12 @@ class Axis:
         name: x, y, z or yaw.
         label: in words.
         unit: SI unit of command and response.
-        acceleration_unit: of the response's rate of change.
-        force_unit: of what drives it.
+        acceleration_unit: unit of the rate of change of the response.
+        force_unit: unit of the force or torque along it.
         signal: of the response, in the topics.
-        limit: parameter that bounds the command.
-        amplitude: that the app proposes first, in `unit`.
-        place: in a velocity, None for yaw.
+        limit: name of the parameter that limits the command.
+        amplitude: initial amplitude in the app, in `unit`.
+        place: its index in a velocity, None for yaw.
     """
 
     name: str
@@ -33,12 +33,12 @@ class Axis:
 
     @property
     def response(self) -> str:
-        """What a command moves, in words."""
+        """Name of the response to a command."""
         return "yaw rate" if self.turns else f"velocity {self.name}"
 
     @property
     def response_unit(self) -> str:
-        """SI unit of the response: that of the command."""
+        """SI unit of the response, that of the command."""
         return self.unit
 
     @property
@@ -54,11 +54,11 @@ AXIS_ROWS = (
     Axis("yaw", "yaw", "rad/s", "rad/s²", "N·m", "velocity_data.w_z", "max_yaw_rate", 0.2, None),
 )
 AXES = tuple(row.name for row in AXIS_ROWS)
-"""Their names, in the order of a command."""
+"""Names of the axes, in the order of a command."""
 
 
 def find_axis(name: str) -> Axis:
-    """Return the row of a name.
+    """Return the axis with a name.
 
     Raises:
         WorkbenchError: if there is none.

@@ -1,4 +1,4 @@
-"""What a scenario names, read: the description and the world, before anything is built."""
+"""Read the description and the world of a scenario."""
 
 import logging
 
@@ -12,31 +12,31 @@ from workbench.plant.worlds.world import World
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 MOST_TOLD = 5
-"""Remarks on a world that are said one by one."""
+"""Largest number of remarks on a world that are logged individually."""
 
 
 def read_configured(config: VehicleConfig) -> Description:
-    """Return the description that a scenario names.
+    """Return the description of a scenario.
 
     Raises:
-        WorkbenchError: if it is not there, or cannot be read.
+        WorkbenchError: if it does not exist, or cannot be read.
     """
     rotors = find_file(config.rotors) if config.rotors else ""
     return read_description(find_model(config.model), config.args, config.packages, rotors)
 
 
 def read_configured_world(scenario: Scenario) -> World:
-    """Return the world that a scenario names; the vehicle's packages are looked into as well.
+    """Return the world of a scenario; the packages of its vehicle are searched as well.
 
     Raises:
-        WorkbenchError: if it is not there, or cannot be read.
+        WorkbenchError: if it does not exist, or cannot be read.
     """
     packages = {"worlds": str(worlds_dir())} | scenario.vehicle.packages
     return read_world(find_world(scenario.world), packages)
 
 
 def tell_world(world: World) -> None:
-    """Say what of a world is not as its file has it."""
+    """Log where a world differs from its file."""
     logger = logging.getLogger("workbench")
     found = sorted(world.remarks, key=lambda remark: remark.kind == "ignored")
     for remark in found[:MOST_TOLD]:
@@ -46,12 +46,12 @@ def tell_world(world: World) -> None:
 
 
 def tell_start(obstacle: str, clearance: float, distance: float) -> None:
-    """Say that a flight begins in an obstacle, or so near that it may touch it.
+    """Warn that a flight begins in an obstacle, or near enough to touch it.
 
     Args:
         obstacle: the nearest one.
-        clearance: of the drone, however it is turned [m].
-        distance: from its surface to the drone's middle [m], negative inside.
+        clearance: needed by the drone in any orientation [m].
+        distance: from its surface to the middle of the drone [m], negative inside.
     """
     logger = logging.getLogger("workbench")
     if distance < 0.0:
@@ -66,7 +66,7 @@ def tell_start(obstacle: str, clearance: float, distance: float) -> None:
 
 
 def tell_remarks(description: Description, vehicle: Vehicle) -> None:
-    """Say that a description was not taken word for word, and what of it is unlikely."""
+    """Log the remarks on a description, and its implausible numbers."""
     logger = logging.getLogger("workbench")
     found = [remark for remark in description.remarks if remark.kind != "ignored"]
     if found:

@@ -1,4 +1,4 @@
-"""What makes a drone answer: steps, doublets, square waves and chirps of a command or a load."""
+"""Excitations of a drone: steps, doublets, square waves and chirps of a command or a load."""
 
 import math
 from dataclasses import dataclass
@@ -9,41 +9,41 @@ from workbench.scenario.axes import Axis
 from workbench.scenario.loads import EXCITED, GustLoad, Load, find_excited
 
 SHORTEST, LONGEST = 0.1, 60.0
-"""Bounds of the period [s]."""
+"""Limits of the period [s]."""
 LOWEST_FREQUENCY = 0.1
-"""At which a chirp begins; it ends at ten times that or more [1/s]."""
+"""Initial frequency of a chirp; it ends at ten times that or more [1/s]."""
 TENFOLD = 10.0
 COMING_BACK = 3.0
-"""After a pulse [s]."""
+"""Time to come back after a pulse [s]."""
 LATE = 1e-9
-"""A time this much before an edge is at it: sums of periods are not exact in binary [s]."""
+"""A time this close before an edge counts as at it, as sums of periods have rounding errors [s]."""
 
 
 class Shape(Enum):
-    """How a command goes over time."""
+    """The shape of a command over time."""
 
     STEP = "step"
-    """The amplitude for a period, then nothing for a period."""
+    """The amplitude for a period, then zero for a period."""
     DOUBLET = "doublet"
-    """The amplitude for half a period, its opposite for the other half, then nothing for one."""
+    """The amplitude for half a period, its negative for the other half, then zero for one."""
     SQUARE = "square wave"
-    """The amplitude and its opposite in turns, half a period each."""
+    """The amplitude and its negative alternately, half a period each."""
     CHIRP = "chirp"
-    """A sine whose frequency rises from 0.1 Hz tenfold and more, within a period."""
+    """A sine with a frequency that rises from 0.1 Hz to ten times that or more, within a period."""
     PULSE = "pulse"
-    """The amplitude for a period, then nothing while the drone comes back; of a gust its peak."""
+    """The amplitude for a period, or the peak of a gust, then zero while the drone comes back."""
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """A command or a load along one axis, on top of nothing: the other axes are held at rest.
+    """A command or a load along one axis; the other axes are held at rest.
 
     Attributes:
         axis: x, y, z (velocity in W) or yaw (rate), or the name of a load.
-        shape: over time.
+        shape: of the command over time.
         amplitude: [m/s] or [rad/s], of a load [N] or [N·m].
         period: [s].
-        repeats: whether it begins again when it is over, until it is stopped.
+        repeats: whether it repeats until stopped.
     """
 
     axis: str
@@ -53,13 +53,13 @@ class Excitation:
     repeats: bool = False
 
     def check(self, limit: float = math.inf) -> None:
-        """Refuse what cannot be flown.
+        """Check that it can be flown.
 
         Args:
             limit: largest amplitude, in its unit.
 
         Raises:
-            WorkbenchError: for the first thing that is wrong.
+            WorkbenchError: for the first error.
         """
         names = [row.name for row in EXCITED]
         if self.axis not in names:
@@ -87,29 +87,29 @@ class Excitation:
 
     @property
     def row(self) -> Axis | Load:
-        """What is moved."""
+        """The axis or the load."""
         return find_excited(self.axis)
 
     @property
     def unit(self) -> str:
-        """Of the amplitude."""
+        """Unit of the amplitude."""
         return self.row.unit
 
     @property
     def round_time(self) -> float:
-        """How long it takes, once [s]."""
+        """Duration of a round [s]."""
         if self.shape is Shape.PULSE:
             return self.period + COMING_BACK
         return 2.0 * self.period if self.rests else self.period
 
     @property
     def rests(self) -> bool:
-        """Whether a round ends with a rest, so that the next one begins at rest."""
+        """Whether a round ends at rest, so that the next one begins at rest."""
         return self.shape in (Shape.STEP, Shape.DOUBLET, Shape.PULSE)
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """Times within a round at which the command jumps [s]; none of a chirp."""
+        """Times within a round at which the command jumps [s]; none for a chirp."""
         match self.shape:
             case Shape.STEP | Shape.PULSE:
                 return (0.0, self.period)
@@ -123,7 +123,7 @@ class Excitation:
     def command(self, t: float) -> float:
         """Return the command at a time [s] since the beginning of the first round.
 
-        Before and after it is 0; where it repeats, there is no after.
+        It is 0 before, and also after unless the excitation repeats.
         """
         if t < 0.0:
             return 0.0
@@ -147,10 +147,10 @@ class Excitation:
                 return self._sine(t)
 
     def _sine(self, t: float) -> float:
-        """Return a chirp's sine.
+        """Return the sine of a chirp.
 
-        Its frequency rises at an even pace to where whole waves fill the period, so that it ends as
-        it began.
+        Its frequency rises linearly. The final frequency is such that whole waves fill the period,
+        and the sine ends as it began.
         """
         waves = math.ceil(0.5 * (1.0 + TENFOLD) * LOWEST_FREQUENCY * self.period - LATE)
         last = 2.0 * waves / self.period - LOWEST_FREQUENCY
@@ -160,14 +160,14 @@ class Excitation:
 
 @dataclass(frozen=True)
 class Exciting:
-    """An excitation that is being flown.
+    """An excitation in flight.
 
     Attributes:
-        excitation: that is.
-        began: simulated time at which the present round began, or begins within a moment [s].
-        round: its number, the first is 1.
-        from_rest: whether it began at rest: the first one does, and one after a way back.
-        returning: whether the round is over, and the drone goes back to where the first one began.
+        excitation: the one flown.
+        began: simulated time at which the present round began, or is about to begin [s].
+        round: number of the present round, from 1.
+        from_rest: whether the round began at rest, as the first one and those after a return do.
+        returning: whether the round is over and the drone returns to the start of the first one.
     """
 
     excitation: Excitation
@@ -178,5 +178,5 @@ class Exciting:
 
     @property
     def again(self) -> bool:
-        """Whether the round before went over into this one."""
+        """Whether this round followed the one before directly."""
         return self.round > 1 and not self.from_rest

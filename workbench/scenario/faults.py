@@ -1,4 +1,4 @@
-"""Faults by name: of sensors that freeze, of rotors that give less, and how they are repaired."""
+"""Faults by name, such as a frozen sensor or a weak rotor, and their repair."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,21 +6,20 @@ from dataclasses import dataclass
 from workbench.scenario.parameters import MOST_ROTORS, SENSOR_KINDS
 
 SENSOR_MODES = {"frozen": 1.0, "noisy": 2.0, "silent": 3.0}
-"""Ways in which a sensor fails, with the value of its parameter."""
+"""Failure modes of a sensor, with the value of its parameter."""
 TURBULENCES = {"still": 0.0, "light": 7.7, "moderate": 15.4, "severe": 23.2}
-"""Degrees of turbulence, by the wind speed at 20 ft that makes it (MIL-F-8785C, 3.7.2) [m/s]."""
+"""Levels of turbulence, by their wind speed at 20 ft (MIL-F-8785C, 3.7.2) [m/s]."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What may fail.
+    """A part that may fail.
 
     Attributes:
-        name: in words.
-        parameter: that makes it fail.
-        whole: value of that while it does not.
-        modes: in which it fails, with their values; none where the parameter is a share that it
-            gives.
+        name: of the part.
+        parameter: name of the one that makes it fail.
+        whole: value of that parameter without a fault.
+        modes: failure modes with their values; empty if the parameter is the remaining share.
     """
 
     name: str
@@ -29,7 +28,7 @@ class Part:
     modes: Mapping[str, float]
 
     def fault(self, value: float) -> str:
-        """Return what is the matter at a value of its parameter, "" if nothing is."""
+        """Return the fault at a value of its parameter in words, or ""."""
         if value == self.whole:
             return ""
         for mode, of_mode in self.modes.items():

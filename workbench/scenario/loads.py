@@ -1,7 +1,8 @@
 """The axes of a load: a force or a gust along x, y, z of the world, a torque about the body's axes.
 
-A drone that is loaded in hover holds its place, so a force or a gust moves its position; a torque
-turns it. Nothing holds a heading, so of a torque about the yaw axis the answer is a rate.
+A drone under a load in hover holds its position, so the response to a force or a gust is in
+position; a torque turns the drone. No controller holds the heading, so the response to a torque
+about the yaw axis is a rate.
 """
 
 import math
@@ -15,24 +16,24 @@ from workbench.scenario.scenario import Action, Gust, Push
 
 Three = tuple[float, float, float]
 MOTIONS = ("position x", "position y", "position z", "roll", "pitch", "yaw rate")
-"""What loads move."""
+"""Responses to loads."""
 
 
 @dataclass(frozen=True)
 class Load:
-    """One axis of a push.
+    """One axis of a force or torque.
 
     Attributes:
         name: force_x, … or torque_roll, …
         label: in words.
         unit: SI unit of the load.
-        response: what it moves, in words.
-        response_unit: SI unit of that.
+        response: name of the response.
+        response_unit: SI unit of the response.
         signal: of the response, in the topics.
-        limit: parameter whose range bounds the load.
+        limit: name of the parameter with the limits of the load.
         amplitude: that the app proposes first, in `unit`.
-        force_W: of a push of one (3) [N].
-        torque_B: of a push of one (3) [N·m].
+        force_W: force of a unit load (3) [N].
+        torque_B: torque of a unit load (3) [N·m].
     """
 
     name: str
@@ -47,12 +48,12 @@ class Load:
     torque_B: Three = (0.0, 0.0, 0.0)
 
     def action(self, size: float, duration: float, p_BoBcm_B: Three) -> Action:
-        """Return what makes a load in a script; that of the size 0 ends one.
+        """Return the action that starts a load in a script; a size of 0 ends it.
 
         Args:
-            size: of it, in `unit`.
+            size: of the load, in `unit`.
             duration: [s].
-            p_BoBcm_B: the centre of mass, where a force acts, so that it turns nothing [m].
+            p_BoBcm_B: the centre of mass, where a force acts without a moment [m].
         """
         if not size:
             return Action(push=Push())
@@ -61,7 +62,7 @@ class Load:
 
     @property
     def longest(self) -> float:
-        """For how long it acts where nothing is said [s]; infinity is until the end."""
+        """Default duration [s]; infinite until the end."""
         return math.inf
 
     @property
@@ -70,7 +71,7 @@ class Load:
         return self.torque_B[2] != 0.0
 
     def moved(self, q_WB: np.ndarray, p_WB: np.ndarray, w_WB: np.ndarray) -> np.ndarray:
-        """Return the response (M) of motions, from its value at the first.
+        """Return the response (M) in a motion, relative to its first value.
 
         Args:
             q_WB: attitudes (M, 4), as w, x, y, z.
@@ -90,21 +91,21 @@ class Load:
 
 @dataclass(frozen=True)
 class GustLoad(Load):
-    """One axis of a gust, whose peak is the size [m/s]: it rises and falls by itself.
+    """One axis of a gust, which rises to its size [m/s] and falls again.
 
     Attributes:
-        velocity_W: of a gust of one (3) [m/s].
+        velocity_W: velocity of a unit gust (3) [m/s].
     """
 
     velocity_W: Three = (0.0, 0.0, 0.0)
 
     def action(self, size: float, duration: float, p_BoBcm_B: Three) -> Action:
-        """Return what makes a gust in a script; see `Load.action`."""
+        """Return the action that starts a gust in a script; see `Load.action`."""
         return Action(gust=Gust(self._scaled(self.velocity_W, size), duration) if size else Gust())
 
     @property
     def longest(self) -> float:
-        """For how long it blows where nothing is said [s]."""
+        """Default duration [s]."""
         return Gust().duration
 
 
@@ -162,13 +163,13 @@ PUSH_ROWS = (
 GUST_ROWS = tuple(map(_gust, AXIS_ROWS[:3]))
 LOAD_ROWS = (*PUSH_ROWS, *GUST_ROWS)
 LOADS = tuple(row.name for row in LOAD_ROWS)
-"""Their names."""
+"""Names of the loads."""
 EXCITED: tuple[Axis | Load, ...] = (*AXIS_ROWS, *LOAD_ROWS)
-"""All that an excitation moves: setpoints, and loads."""
+"""Names of all axes of an excitation: setpoints, and loads."""
 
 
 def find_load(name: str) -> Load:
-    """Return the row of a load's name.
+    """Return the load with a name.
 
     Raises:
         WorkbenchError: if there is none.
@@ -177,7 +178,7 @@ def find_load(name: str) -> Load:
 
 
 def find_excited(name: str) -> Axis | Load:
-    """Return the row of a setpoint's axis or of a load.
+    """Return the axis of a setpoint or the load with a name.
 
     Raises:
         WorkbenchError: if there is none.

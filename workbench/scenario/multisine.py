@@ -1,4 +1,4 @@
-"""A multisine: a sum of sines that repeats exactly, with a low crest, for measuring a response."""
+"""A multisine: a periodic sum of sines with a low crest factor, to measure a response."""
 
 import math
 from dataclasses import dataclass
@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 LINES_PER_DECADE = 14
-"""Sines in a decade of frequencies, evenly spaced in their logarithm."""
+"""Number of sines per decade of frequencies, evenly spaced on a logarithmic scale."""
 TRIES = 64
-"""Sets of random phases of which the one with the lowest crest is taken."""
+"""Number of sets of random phases; the one with the lowest crest factor is used."""
 SLOPE = 1.0
-"""Sizes fall with this power of the frequency: turbulence and drift are strongest when slow."""
+"""Amplitudes fall with this power of the frequency, as slow turbulence and drift are strongest."""
 
 
 @dataclass(frozen=True)
@@ -18,8 +18,8 @@ class Multisine:
     """One period of a multisine, a whole number of samples.
 
     Attributes:
-        values: (N), of unit rms.
-        lines: (F) numbers of its sines: waves in a period, rising.
+        values: (N), with a unit rms.
+        lines: (F) waves in a period of each sine, rising.
         spacing: time between samples [s].
     """
 
@@ -29,26 +29,27 @@ class Multisine:
 
     @property
     def period(self) -> float:
-        """[s]."""
+        """Period [s]."""
         return len(self.values) * self.spacing
 
     @property
     def frequency(self) -> np.ndarray:
-        """Of each line (F) [rad/s]."""
+        """Frequency of each line (F) [rad/s]."""
         found: np.ndarray = 2.0 * math.pi * self.lines / self.period
         return found
 
 
 def multisine(lowest: float, highest: float, spacing: float) -> Multisine:
-    """Return a multisine; equal arguments give equal numbers.
+    """Return a multisine; equal arguments yield equal numbers.
 
-    It has odd waves only, so that what is nonlinear by the square or another even power, as thrust
-    and lift are, makes even ones, and disturbs none that is looked at (Pintelon and Schoukens,
-    System Identification, 2nd edition, 2012, section 4.3). Its phases are random, those of the
-    lowest crest of `TRIES`; Schroeder's are no better for lines that are even in the logarithm.
+    It has odd harmonics only. Even nonlinearities, such as the square in thrust and lift, then only
+    produce even harmonics and do not disturb the measured ones (Pintelon and Schoukens, System
+    Identification, 2nd edition, 2012, section 4.3). Its phases are random, with the lowest crest
+    factor of `TRIES`; Schroeder's phases are no better for lines evenly spaced on a logarithmic
+    scale.
 
     Args:
-        lowest: frequency, which decides the period [rad/s].
+        lowest: frequency, which determines the period [rad/s].
         highest: frequency, below half the sampling rate [rad/s].
         spacing: time between samples [s].
     """

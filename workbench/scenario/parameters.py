@@ -1,7 +1,7 @@
-"""The table of everything that can change while flying.
+"""The table of all parameters that can change in flight.
 
-One row makes a slider, a `--set NAME=VALUE`, a line of `workbench params` and a test. Changing a
-parameter never rebuilds the diagram; what would need that stands in the scenario.
+One row yields a slider, a `--set NAME=VALUE`, a line of `workbench params` and a test. A change of
+a parameter never rebuilds the diagram; settings that would need that are in the scenario.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -34,13 +34,13 @@ __all__ = [
 
 
 def _fault(kind: str) -> Parameter:
-    """Return the row of a fault to order, in all sensors of a kind."""
+    """Return the row of a requested fault in all sensors of a kind."""
     help = f"fault of the {kind.replace('_', ' ')}: 0 none, 1 frozen, 2 noisy, 3 silent"
     return Parameter(f"{kind}_fault", kind, "1", 0.0, 3.0, 0.0, help, whole=True)
 
 
 def _disturbance(axis: str, way: str) -> Parameter:
-    """Return the row of a field that disturbs the magnetometers, along an axis of B."""
+    """Return the row of a magnetic disturbance along an axis of B."""
     help = f"field that the drone itself adds to the earth's, {way}"
     return Parameter(
         f"magnetometer_disturbance_{axis}", "magnetometer", "T", -1e-3, 1e-3, 0.0, help
@@ -48,7 +48,7 @@ def _disturbance(axis: str, way: str) -> Parameter:
 
 
 def _rotor(number: int) -> Parameter:
-    """Return the row of a fault to order, in one rotor."""
+    """Return the row of a requested fault in one rotor."""
     help = f"share of its thrust that rotor {number} gives; 0 stops it"
     return Parameter(f"rotor_{number}", "rotors", "1", 0.0, 1.0, 1.0, help)
 
@@ -64,7 +64,7 @@ def _gyro(name: str, limits: tuple[float, float], default: float, help: str) -> 
 def _ekf(row: tuple[str, str, float, str]) -> Parameter:
     name, unit, most, help = row
     default = getattr(EkfSettings(), name)
-    # what measures exactly would leave nothing to divide by
+    # an exact measurement would lead to a division by zero
     least = 0.0 if name.endswith(("_noise", "_walk")) else 1e-3 * default
     return Parameter(name, "ekf", unit, least, most, default, help)
 
@@ -116,11 +116,11 @@ COMPLEMENTARY_ROWS = (
     ("complementary_height_time", "s", 100.0, "time constant of the height by barometer"),
 )
 SIGNAL_PATH = ("gyro", "computer", COMPLEMENTARY, EKF, OWN)
-"""Systems of filters and estimators: no gains, but loops feel their rows as they do gains."""
+"""Systems of filters and estimators; their parameters are not gains, but affect loops."""
 MOST_ROTORS = 12
-"""So many can be weakened; a vehicle may have fewer, or more."""
+"""Number of rotors that can be weakened; a vehicle may have fewer, or more."""
 SENSOR_KINDS = ("imu", "gps", "lidar", "range_finder", "barometer", "depth_camera", "magnetometer")
-"""Rows of these systems act on every sensor of the kind; a flight may have none."""
+"""Systems with parameters for every sensor of a kind; a flight may have none."""
 
 OTHERS: tuple[Parameter, ...] = (
     Parameter("take_off_speed", "modes", "m/s", 0.1, 3.0, 1.0, "climb of a take-off"),
@@ -304,17 +304,17 @@ OTHERS: tuple[Parameter, ...] = (
     _disturbance("z", "upwards"),
     *map(_rotor, range(1, MOST_ROTORS + 1)),
 )
-"""Rows of every flight; those of its controller stand before them."""
+"""Parameters of every flight; those of its controller come before them."""
 
 
 class ParameterTable:
-    """The rows of a flight with a controller, in their order.
+    """The parameters of a flight with a controller, in order.
 
     Args:
-        controller: whose rows come first; those of an estimator of the user's own come last.
+        controller: its parameters come first; those of the user's own estimator come last.
 
     Raises:
-        WorkbenchError: if one of the two has a row by a name that is taken.
+        WorkbenchError: if one of the two has a parameter with a name that is taken.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -337,7 +337,7 @@ class ParameterTable:
         return iter(self.rows)
 
     def __contains__(self, name: str) -> bool:
-        """Return whether there is a row of a name, or of sets of it."""
+        """Return whether there is a parameter with a name, or sets of it."""
         try:
             return bool(self.sets(name))
         except WorkbenchError:
@@ -367,16 +367,16 @@ class ParameterTable:
         return (self.find(name, where),)
 
     def defaults(self) -> dict[str, float]:
-        """Return every parameter's default by name."""
+        """Return the default of every parameter by name."""
         return {row.name: row.default for row in self.rows}
 
     def checked(self, values: Mapping[str, float], where: str = "") -> dict[str, float]:
         """Return `values` if every name is in the table and every value within its limits.
 
-        The name of a scheduled gain stands for all of its sets.
+        The name of a scheduled gain refers to all of its sets.
 
         Raises:
-            WorkbenchError: for the first that is not, prefixed with `where`.
+            WorkbenchError: for the first error, prefixed with `where`.
         """
         return {
             row.name: row.check(value, where)
@@ -385,18 +385,18 @@ class ParameterTable:
         }
 
     def of(self, system: str) -> tuple[Parameter, ...]:
-        """Return the rows of one system, in the order of its numeric parameter."""
+        """Return the parameters of one system, in the order of its numeric parameter."""
         return tuple(row for row in self.rows if row.system == system)
 
 
 @lru_cache(maxsize=64)
 def parameter_table(controller: Controller | None = None) -> ParameterTable:
-    """Return the rows of a flight with a controller, the default one where none is given."""
+    """Return the parameter table of a flight with a controller, None for the default one."""
     return ParameterTable(controller or load_controller())
 
 
 def split_setting(text: str) -> tuple[str, float]:
-    """Return name and number of a `NAME=VALUE` text, whatever the name.
+    """Return name and number of a `NAME=VALUE` text; the name is not checked.
 
     Raises:
         WorkbenchError: if it is not of that form.
@@ -413,7 +413,7 @@ def split_setting(text: str) -> tuple[str, float]:
 def vehicle_parameters(
     vehicle: "Vehicle", table: ParameterTable | None = None
 ) -> tuple[Parameter, ...]:
-    """Return the rows that mean something for a vehicle, in the table's order."""
+    """Return the parameters that apply to a vehicle, in the order of the table."""
     table = table or parameter_table()
     rotors = table.of("rotors")[: len(vehicle.rotors)]
     kinds = {sensor.kind for sensor in vehicle.sensors}
@@ -428,12 +428,12 @@ def vehicle_parameters(
 def check_settings(
     vehicle: "Vehicle", settings: Mapping[str, float], table: ParameterTable | None = None
 ) -> None:
-    """Refuse values for rows that a vehicle has not, unless they are the defaults.
+    """Check that parameters that do not apply to a vehicle have their defaults.
 
-    So a file with every row of the table may be flown with any drone.
+    So a file with every parameter of the table is valid for any drone.
 
     Raises:
-        WorkbenchError: for the first one.
+        WorkbenchError: for the first error.
     """
     table = table or parameter_table()
     changed = [
@@ -448,10 +448,10 @@ def check_settings(
 def check_parameters(
     vehicle: "Vehicle", names: Iterable[str], table: ParameterTable | None = None
 ) -> None:
-    """Refuse names of rows that a vehicle has not.
+    """Check that all parameters apply to a vehicle.
 
     Raises:
-        WorkbenchError: for the first one.
+        WorkbenchError: for the first error.
     """
     table = table or parameter_table()
     rows = vehicle_parameters(vehicle, table)

@@ -1,4 +1,4 @@
-"""The scenario: what is built and flown, as typed dataclasses that are the YAML's schema."""
+"""The scenario of a flight, as typed dataclasses that define the YAML schema."""
 
 import dataclasses
 import math
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 from workbench.scenario.sensors_config import SensorsConfig, check_sensors
 
 CONTROL_PERIOD = 1 / 128
-"""Between control updates, where neither scenario nor controller states another one [s]."""
+"""Default period of control updates [s]."""
 REQUESTS = ("arm", "take_off", "hold", "land", "stop", "abort_landing")
 START_MODES = ("off", "hovering")
 FINEST_STEP = 1e-5
@@ -44,9 +44,9 @@ SLOWEST = {
     "mode_period": 0.25,
     "record_period": 10.0,
 }
-"""Bounds of the periods, beyond which nothing flies [s]."""
+"""Limits of the periods [s]."""
 FARTHEST = 1e6
-"""Largest number in a vector, in its unit."""
+"""Largest component of a vector, in its unit."""
 _BLOWS = (
     ("gust", "velocity", "gust"),
     ("gust", "duration", "gust_duration"),
@@ -55,24 +55,25 @@ _BLOWS = (
     ("push", "torque", "push_torque"),
     ("push", "duration", "push_duration"),
 )
-"""Part of an action, its key, and the parameters that it sets."""
+"""A part of an action, its key, and the parameters that it sets."""
 STEERED = 1e-5
-"""A velocity at which a place is no longer held [m/s]."""
+"""Velocity from which on a position is no longer held [m/s]."""
 SLOWEST_LINE = 0.02
-"""Lowest frequency of an injection [rad/s]: a period of five minutes."""
+"""Lowest frequency of an injection [rad/s]; its period is five minutes."""
 MOST_PERIODS = 100
-"""Of an injection."""
+"""Largest number of periods of an injection."""
 LONGEST_PATH = 3600.0
-"""Of a figure of eight, all laps together [s]."""
+"""Longest duration of all laps of a figure of eight [s]."""
 
 
 @dataclass
 class VehicleConfig:
-    """Which drone, and with which gains.
+    """The vehicle and its gains.
 
-    A shipped model's name or the path of a description, arguments for its xacro file, folders of
-    packages and models that it refers to, by name, and the paths of a file of rotors for a
-    description that has none, and of a gain file; and how what flies differs from all that.
+    The name of a shipped model or the path of a description; arguments for its xacro file; folders
+    of packages and models that it refers to, by name; the path of a file of rotors for a
+    description without any; the path of a gain file; and the variation of the flying vehicle from
+    all that.
     """
 
     model: str = "dh_drone"
@@ -85,7 +86,7 @@ class VehicleConfig:
 
 @dataclass
 class Rates:
-    """Periods [s]; each a multiple of the physics step, and exact in binary."""
+    """Periods [s]; each is a multiple of the physics step, and exact in binary."""
 
     physics_step: float = 1 / 1024
     control_period: float = CONTROL_PERIOD
@@ -95,10 +96,10 @@ class Rates:
 
 @dataclass
 class Start:
-    """How the flight begins: off on the ground, or in the air with rotors at hover speed.
+    """The start of a flight: off on the ground, or in the air with rotors at hover speed.
 
-    Position of the base link [m] (without one: standing on the ground, or hovering 1.5 m above
-    it), roll, pitch, yaw [rad], velocity [m/s] and angular velocity [rad/s], both in W.
+    Position of the base link [m] (by default on the ground, or in hover 1.5 m above it), roll,
+    pitch, yaw [rad], velocity [m/s] and angular velocity [rad/s], both in W.
     """
 
     mode: str = "hovering"
@@ -128,10 +129,11 @@ class Push:
 
 @dataclass
 class Injection:
-    """A multisine that adds to a signal of the law, so that a loop's response can be measured.
+    """A multisine added to a signal of the law, to measure the response of a loop.
 
-    The name of the loop point ("" ends what is injected), the rms size in its unit, the lowest and
-    the highest frequency [rad/s], and how many periods, each as long as a wave of the lowest one.
+    The name of the loop point ("" ends an injection), the rms amplitude in its unit, the lowest and
+    the highest frequency [rad/s], and the number of periods, each of one wave of the lowest
+    frequency.
     """
 
     point: str = ""
@@ -144,21 +146,21 @@ class Injection:
         """Return the action that measures a loop in hover.
 
         Args:
-            hold: whether the loop is one that holds a place; for all others the drone is steered,
-                at no speed that moves it, as in the models that they are judged by.
+            hold: whether the loop is one that holds a position. For all others the velocity is
+                commanded, too small to matter, as in the models used to judge them.
         """
         return Action(velocity=[0.0 if hold else STEERED, 0.0, 0.0], yaw_rate=0.0, injection=self)
 
 
 @dataclass
 class Action:
-    """Something the pilot does at a time [s]; what is not given stays as it is.
+    """An action of the pilot at a time [s]; whatever is not given stays the same.
 
-    A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off,
-    hold, land, stop, abort_landing) with its height [m], a gust, a push, an injection into the law,
-    new values of live parameters, or another controller, which takes over: a shipped one's name, or
-    a file. That is compiled, or interpreted, which is slower, begins at once, and may differ in the
-    last bit.
+    A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off, hold,
+    land, stop, abort_landing) with its height [m], a gust, a push, an injection into the law, new
+    values of live parameters, or a controller to take over (the name of a shipped one, or a file).
+    A controller is compiled, or interpreted, which starts at once but is slower and may differ in
+    the last bit.
     """
 
     at: float = 0.0
@@ -176,16 +178,16 @@ class Action:
 
     @property
     def flies(self) -> bool:
-        """Whether it asks the drone to go somewhere or to change its flight mode."""
+        """Whether it sends the drone somewhere or changes its flight mode."""
         wishes = (self.velocity, self.yaw_rate, self.go_to, self.request)
         return any(wish is not None for wish in wishes)
 
 
 @dataclass
 class FigureEight:
-    """A path: a figure of eight around a centre [m], its size [m], time a lap [s], laps.
+    """A path in a figure of eight: its centre [m], size [m], time per lap [s] and number of laps.
 
-    Without `feedforward` the law does not hear of the acceleration along it.
+    Without `feedforward` the law does not get the acceleration along it.
     """
 
     center: list[float] = field(default_factory=lambda: [0.0, 0.0, 1.5])
@@ -198,10 +200,10 @@ class FigureEight:
 
 @dataclass
 class Scenario:
-    """Everything that a flight is built from; equal scenarios give equal flights, to the bit.
+    """All settings of a flight; equal scenarios yield flights equal to the bit.
 
-    The controller is a shipped one's name, or the path of a file of Python, which runs. The
-    estimator is what the controller knows of the motion: one of `ESTIMATORS`, or such a file.
+    The controller is the name of a shipped one, or the path of a Python file, which is executed.
+    The estimator provides the motion to the controller: one of `ESTIMATORS`, or such a file.
     """
 
     title: str = ""
@@ -222,17 +224,17 @@ def load_scenario(path: Path | str, controller: str = "", estimator: str = "") -
 
     Args:
         path: the file.
-        controller: that flies in place of the one that the file names: a shipped one's name, or a
-            file's path. A file of Python that only the scenario names does not run.
-        estimator: likewise.
+        controller: replaces the one that the file names: the name of a shipped one, or the path of
+            a file. A Python file that only the scenario names is not executed.
+        estimator: the same for the estimator.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: with file and line of the error.
     """
     path = Path(path)
     file = read_yaml(path)
     check_schema(file, Scenario)
-    from pydrake.common.yaml import yaml_load_typed  # what is refused above needs no Drake
+    from pydrake.common.yaml import yaml_load_typed  # errors above need no Drake
 
     try:
         scenario = yaml_load_typed(schema=Scenario, data=file.text, defaults=Scenario())
@@ -252,14 +254,14 @@ def chosen_controller(file: YamlFile, named: str, given: str, trusted: Path | No
     """Return the controller that flies.
 
     Args:
-        file: that names one.
-        named: by the file.
-        given: by who asks, "" for none.
-        trusted: a folder whose files may run when the file names them; None for none.
+        file: the one that names it.
+        named: name in the file.
+        given: name from the caller, "" for none.
+        trusted: a folder of files that may be executed if the file names them; None for none.
 
     Raises:
-        WorkbenchError: if only the file names a controller that is not shipped: its code would run
-            with the rights of who merely reads a scenario.
+        WorkbenchError: if only the file names a controller that is not shipped: reading a scenario
+            would execute its code.
     """
     return _chosen(file, "controller", named, given, is_shipped(named), trusted)
 
@@ -270,11 +272,11 @@ def _chosen(
     """Return the controller or the estimator that flies.
 
     Args:
-        file: that names one.
-        key: by which it does, and the option's name.
-        named: by the file.
-        given: by who asks, "" for none.
-        shipped: whether what the file names is.
+        file: the one that names it.
+        key: of the name in the file, and name of the option.
+        named: name in the file.
+        given: name from the caller, "" for none.
+        shipped: whether the one in the file is a shipped one.
         trusted: see `chosen_controller`.
 
     Raises:
@@ -283,7 +285,7 @@ def _chosen(
     if given or shipped:
         return given or named
     if "." not in named:
-        return named  # no Python: whoever looks for it says which names there are
+        return named  # not Python: the search for it lists the known names
     beside = file.path.parent / named
     path = beside if beside.is_file() else named
     if trusted and beside.resolve().is_relative_to(trusted.resolve()):
@@ -295,16 +297,16 @@ def _chosen(
 
 
 def save_scenario(scenario: Scenario, path: Path) -> None:
-    """Write what differs from the default scenario to a YAML file.
+    """Write the differences from the default scenario to a YAML file.
 
     Raises:
-        WorkbenchError: if it cannot be written; a file that was there stays as it was.
+        WorkbenchError: if it cannot be written; an existing file then stays unchanged.
     """
     write_atomically(path, dump_changes(scenario))
 
 
 def without_arrays(scenario: Scenario) -> Scenario:
-    """Return a scenario whose flight keeps next to nothing: days of it fit into memory."""
+    """Return a scenario with almost no recording, so that days of flight fit into memory."""
     step = scenario.rates.physics_step
     sparse = step * math.floor(SLOWEST["record_period"] / step)
     return dataclasses.replace(
@@ -315,10 +317,10 @@ def without_arrays(scenario: Scenario) -> Scenario:
 
 
 def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
-    """Refuse numbers that cannot be flown.
+    """Check that a scenario can be flown.
 
     Raises:
-        WorkbenchError: naming the key, and file and line where a file is given.
+        WorkbenchError: with the key, and with file and line if there is a file.
     """
 
     def refuse(keys: Keys, reason: str) -> WorkbenchError:
@@ -403,10 +405,10 @@ def check_scenario(scenario: Scenario, file: YamlFile | None = None) -> None:
 
 
 def check_injection(injection: Injection, law: Controller, rates: Rates) -> None:
-    """Refuse an injection that cannot be flown; one without a point ends another.
+    """Check that an injection can be flown; one without a point ends another.
 
     Raises:
-        WorkbenchError: with what to give in its place.
+        WorkbenchError: that says what to give instead.
     """
     if not injection.point:
         return
@@ -431,7 +433,7 @@ def check_injection(injection: Injection, law: Controller, rates: Rates) -> None
 
 
 def _check_takers_over(scenario: Scenario, file: YamlFile) -> None:
-    """Refuse Python that only a script in a file names; the scenario's own was chosen by now."""
+    """Reject Python files that only a script names; the scenario's own was checked before."""
     for index, action in enumerate(scenario.script):
         named = action.controller
         if named is None or named == scenario.controller or is_shipped(named):
@@ -445,24 +447,24 @@ def _check_takers_over(scenario: Scenario, file: YamlFile) -> None:
 
 
 def flown_estimator(scenario: Scenario) -> "Estimator | None":
-    """Return the estimator of the user's own that a scenario flies on, None for a shipped one.
+    """Return the user's own estimator in a scenario, None for a shipped one.
 
     Raises:
         WorkbenchError: if it cannot be read.
     """
     if scenario.estimator in ESTIMATORS:
         return None
-    from workbench.estimation.estimators import find_estimator  # most flights need not load it
+    from workbench.estimation.estimators import find_estimator  # most flights do not need it
 
     return find_estimator(scenario.estimator)
 
 
 def flown_controller(scenario: Scenario, controller: str = "") -> Controller:
-    """Return the controller that flies a scenario, and with it an estimator of the user's own.
+    """Return the controller of a scenario, with the user's own estimator if any.
 
     Args:
-        scenario: that is flown.
-        controller: another one than the scenario's.
+        scenario: the one flown.
+        controller: replaces that of the scenario.
 
     Raises:
         WorkbenchError: if one of them cannot be read.
@@ -472,12 +474,13 @@ def flown_controller(scenario: Scenario, controller: str = "") -> Controller:
 
 
 def at_own_period(scenario: Scenario) -> Scenario:
-    """Return a scenario with the control period that its controller is made for.
+    """Return a scenario with the control period of its controller.
 
-    Only the default one gives way: a scenario that states another period keeps it.
+    This only replaces the default: a scenario that states another period keeps it.
 
     Raises:
-        WorkbenchError: if the controller cannot be read, or the physics step is no part of it.
+        WorkbenchError: if the controller cannot be read, or its period is not a multiple of the
+            physics step.
     """
     period = load_controller(scenario.controller).period
     if period is None or scenario.rates.control_period != CONTROL_PERIOD:
@@ -493,7 +496,7 @@ def at_own_period(scenario: Scenario) -> Scenario:
 
 
 def flown_tables(scenario: Scenario) -> list[ParameterTable]:
-    """Return the parameter table at each action of a script, after a controller that it names.
+    """Return the parameter table for each action of a script, which may change the controller.
 
     Raises:
         WorkbenchError: if a controller cannot be read.
@@ -509,7 +512,7 @@ def flown_tables(scenario: Scenario) -> list[ParameterTable]:
 
 
 def _check_blows(action: Action, keys: Keys, file: YamlFile | None) -> None:
-    """Refuse what is out of the range of the parameters that make a gust or a push."""
+    """Check gusts and pushes against the limits of their parameters."""
     for blow, key, row in _BLOWS:
         config = getattr(action, blow)
         if config is not None:
@@ -523,7 +526,7 @@ def _check_blows(action: Action, keys: Keys, file: YamlFile | None) -> None:
 
 
 def find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
-    """Let what a scenario names be found beside its file; refuse what is not there."""
+    """Resolve the files of a scenario relative to its own file, and reject missing ones."""
     for name, folder in vehicle.packages.items():
         vehicle.packages[name] = str((file.path.parent / folder).resolve())
     for key, find in (("model", find_model), ("rotors", find_file), ("gains", find_file)):
@@ -539,7 +542,7 @@ def find_files(vehicle: VehicleConfig, file: YamlFile) -> None:
 
 
 def find_scenario_world(scenario: Scenario, file: YamlFile) -> None:
-    """Let a scenario's world be found beside its file; refuse one that is not there."""
+    """Resolve the world of a scenario relative to its file, and reject a missing one."""
     beside = file.path.parent / scenario.world
     try:
         if beside.is_file():

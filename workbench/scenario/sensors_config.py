@@ -1,4 +1,4 @@
-"""Which sensors a scenario has, as the typed dataclass that is its part of the YAML's schema."""
+"""The sensors of a scenario, as a typed dataclass that defines a part of the YAML schema."""
 
 import math
 from collections.abc import Callable
@@ -10,19 +10,18 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.yaml_files import Keys
 
 SLOWEST_SENSOR = 0.01
-"""Rate under which a sensor does not take part in any flight [1/s]."""
+"""Lowest rate of a sensor [1/s]."""
 LONGEST_LATENCY = 10.0
-"""Of a sensor [s]."""
+"""Largest latency of a sensor [s]."""
 
 
 @dataclass
 class SensorsConfig:
-    """Which of the vehicle's sensors measure, and how; those not named are not built.
+    """The sensors of the vehicle in use, and their settings; those not named are not built.
 
     Names or kinds (imu, gps, lidar, range_finder, barometer, depth_camera, magnetometer), or `all`;
-    rates [1/s] and latencies [s] by name or kind where the description's are not wanted; the seed
-    of all noise; whether there is noise; whether every sample is kept, to be written by
-    `workbench fly`.
+    rates [1/s] and latencies [s] by name or kind that replace those of the description; the seed of
+    all noise; whether there is noise; whether to record every sample for `workbench fly` to write.
     """
 
     use: list[str] = field(default_factory=list)
@@ -34,14 +33,14 @@ class SensorsConfig:
 
 
 def check_sensors(sensors: SensorsConfig, refuse: Callable[[Keys, str], WorkbenchError]) -> None:
-    """Refuse values of other types, and rates and latencies that no sensor has.
+    """Check types of values, and the limits of rates and latencies.
 
     Args:
-        sensors: what to check; from Python it may be anything.
-        refuse: makes the error of keys and a reason.
+        sensors: to check; from Python it may have any type.
+        refuse: makes the error from keys and a reason.
 
     Raises:
-        WorkbenchError: for the first that cannot be.
+        WorkbenchError: for the first invalid one.
     """
     _check_types(sensors, refuse)
     for name, rate in sensors.rates.items():
@@ -57,7 +56,7 @@ def check_sensors(sensors: SensorsConfig, refuse: Callable[[Keys, str], Workbenc
 
 
 def _check_types(sensors: Any, refuse: Callable[[Keys, str], WorkbenchError]) -> None:
-    """Refuse what a file's schema would have refused."""
+    """Check the types, as the schema does for a file."""
     if not isinstance(sensors, SensorsConfig):
         raise refuse(("sensors",), f"is {sensors!r:.60}, and should be a SensorsConfig")
     names = isinstance(sensors.use, list | tuple) and all(isinstance(n, str) for n in sensors.use)
