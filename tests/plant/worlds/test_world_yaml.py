@@ -65,7 +65,7 @@ def test_colours_are_those_that_are_written(read, color, expected):
 
 def test_a_moving_obstacle_has_all_roles_and_its_path(read):
     (ball,) = read(f"moving: [{BALL}{PATH}}}]").moving
-    assert (ball.times, ball.repeat) == ((0.0, 2.0), False)
+    assert (ball.course.times, ball.course.repeat) == ((0.0, 2.0), False)
     assert ball.pose(1.0).translation().tolist() == [1.0, 3.0, 3.0]
     geometry = ball.geometry
     assert geometry.proximity_properties() and geometry.illustration_properties()
