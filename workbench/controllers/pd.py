@@ -1,19 +1,21 @@
 """PD cascade: the law that flies where no other is named.
 
-With errors of the position p, the velocity v of the centre of mass, and the tilt, and gains by
-name (x, y, z or roll, pitch, yaw by component):
+With errors of the position p, the velocity v of the centre of mass, and the tilt; kp_velocity and
+kd_velocity are gains for each of x, y, z:
 
     v_sp = kp_position (p_sp - p) + v_ref                    within limits, see `guidance`
-    f    = kp_velocity (v_sp - v) - kd_velocity a + d + g    specific force in W [m/s²], within tilt
-    α    = kp_tilt e_tilt + kd_tilt (ω_sp - ω)               roll and pitch [rad/s²]
+    f    = kp_velocity (v_sp - v) - kd_velocity a + d + g_W  specific force in W [m/s²], within tilt
+    α_x  = kp_roll e_tilt + kd_roll (ω_sp - ω)               components about x: roll [rad/s²]
+    α_y  = kp_pitch e_tilt + kd_pitch (ω_sp - ω)             components about y: pitch
     α_z  = kp_yaw_rate (ω_sp - ω) + drag_yaw ω               yaw
     m    = I α + ω x I ω                                     moment about the centre of mass [N·m]
     F    = mass f · z                                        force along the rotors' axis [N]
 
-a is the estimated acceleration, d what drag of still air takes, ω_sp the yaw rate wanted about
-world z, and e_tilt the shortest rotation from z to f, as its axis times 2 sin(angle / 2): it grows
-up to half a turn, so the law holds at any attitude. Gains are normalised by mass and inertia (1/s
-or 1/s², not newtons), so that a set of gains carries from one vehicle to another.
+a is the estimated acceleration, d the drag of still air, g_W gravity upwards, ω_sp the wanted yaw
+rate about world z, and e_tilt the shortest rotation from z to f, as its axis times
+2 sin(angle / 2): it grows up to half a turn, so the law holds at any attitude. Gains are
+normalised by mass and inertia (1/s or 1/s², not newtons), so that a set of gains carries from one
+vehicle to another.
 
 Roll, pitch, yaw and moments are about the axes of T, see docs/controllers.md.
 """

@@ -6,7 +6,7 @@ for meshes, trimesh and scipy, which take longer to import than Drake.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
 from pydrake.multibody.tree import RigidBody
@@ -136,8 +136,10 @@ class Mounted:
                 columns = barometer.COLUMNS
             case magnetometer.Magnetometer():
                 columns = magnetometer.COLUMNS
-            case _:
+            case range_finder.RangeFinder():
                 columns = range_finder.COLUMNS
+            case _:
+                assert_never(system)
         return SampleTable(name, columns, stamps, values, system.latency)
 
 
