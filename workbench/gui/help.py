@@ -1,4 +1,4 @@
-"""Help in the app: on each card of the screens, pages of the docs, all keys, and what this is."""
+"""Help in the app: about each card of the screens, pages of the docs, all keys, and "about"."""
 
 import re
 from collections.abc import Iterable
@@ -26,18 +26,18 @@ from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.style import dressed
 
 SIZE = (860, 640)
-"""Of the window [px]."""
+"""Size of the window [px]."""
 WIDEST = 800
-"""Picture [px]."""
+"""Width limit of pictures [px]."""
 
 
 def anchor(heading: str) -> str:
-    """Return the anchor of a heading, as GitHub makes it."""
+    """Return the anchor of a heading, as GitHub forms it."""
     return re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
 
 
 class DocsBrowser(QTextBrowser):
-    """Shows a page at a heading; its links to other pages open here, all others in the browser."""
+    """Shows a page at a heading; links to other pages open here, external ones in the browser."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -47,7 +47,7 @@ class DocsBrowser(QTextBrowser):
         self._page = ""
 
     def open(self, link: str) -> None:
-        """Show a page, as `linear.md#the-judgement`; without a name, this one."""
+        """Show a page, as `linear.md#the-judgement`; without a name, the present one."""
         name, _, heading = link.partition("#")
         if name and name != self._page:
             path = docs_dir() / name
@@ -59,7 +59,7 @@ class DocsBrowser(QTextBrowser):
         self.show_heading(heading)
 
     def show_heading(self, wanted: str) -> None:
-        """Scroll to the heading of an anchor, or to the top."""
+        """Scroll to the heading with an anchor, or to the top."""
         document = self.document()
         assert document is not None
         block = document.begin()
@@ -92,28 +92,28 @@ def show_docs(link: str, parent: QWidget | None = None) -> QDialog:
     """Open a window with a page of the docs, and return it.
 
     Args:
-        link: of the page and its heading, as `linear.md#the-judgement`.
-        parent: above which it opens.
+        link: page and heading, as `linear.md#the-judgement`.
+        parent: the Qt parent.
     """
     dialog = QDialog(parent)
     dialog.setWindowTitle("Docs")
     browser = DocsBrowser(dialog)
     vbox(browser, of=dialog, margins=NO_MARGINS)
     dialog.resize(*SIZE)
-    dialog.show()  # first, as what stands where follows from the width
+    dialog.show()  # first, because positions follow from the width
     browser.open(link)
     return dialog
 
 
 @dataclass(frozen=True)
 class CardHelp:
-    """The help of one card.
+    """Help about one card.
 
     Attributes:
-        title: of the card.
-        means: what it shows, in a sentence.
-        read: how to read or use it, in another one.
-        page: of the docs, with its heading: `linear.md#the-judgement`.
+        title: title of the card.
+        means: what it shows, as a sentence.
+        read: how to read or use it, as another sentence.
+        page: page of the docs and heading: `linear.md#the-judgement`.
     """
 
     title: str
@@ -123,7 +123,7 @@ class CardHelp:
 
     @property
     def text(self) -> str:
-        """All of it as rich text."""
+        """The complete help as rich text."""
         words = f"{escape(self.means)} {escape(self.read)}"
         return (
             f'<b>{escape(self.title)}</b><p>{words}</p><p><a href="{self.page}">More in the '
@@ -427,21 +427,21 @@ _BY_TITLE = {row.title: row for row in CARDS}
 
 
 def explain(card: QWidget, title: str) -> None:
-    """Give a card its help, shown by *What is this?* (Shift+F1); a KeyError is a fault of ours.
+    """Give a card its help, shown by *What is this?* (Shift+F1); a KeyError is a programming error.
 
     Args:
-        card: on which it is asked for, anywhere.
-        title: of a row of the table.
+        card: the card; the help appears anywhere on it.
+        title: title of a row of the table.
     """
     card.setWhatsThis(_BY_TITLE[title].text)
     card.installEventFilter(_Links(card))
 
 
 class _Links(QObject):
-    """Opens the docs where a link in a card's help is clicked."""
+    """Opens the docs when a link in a card's help is clicked."""
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Take the click; all else goes on."""
+        """Handle the click; other events pass."""
         if isinstance(event, QWhatsThisClickedEvent) and isinstance(watched, QWidget):
             show_docs(event.href(), watched.window())
             return True
@@ -450,9 +450,9 @@ class _Links(QObject):
 
 LONGEST_KEY = "Ctrl+Shift+W  "
 WORDS = 268
-"""Width of what a key does: two columns fit into the smallest window [px]."""
+"""Width of an action's description: two columns fit into the smallest window [px]."""
 MARGIN = 40
-"""Of the page to the edges of the window [px]."""
+"""Margin between page and window [px]."""
 TUNING_KEYS = (
     ("Ctrl+E", "Start or stop the excitation."),
     ("Ctrl+F", "Search the parameters."),
@@ -469,10 +469,10 @@ ABOUT = (
 
 
 def keys_page(parent: QWidget | None = None) -> QDialog:
-    """Return a dialog of all shortcuts, made of the table of actions.
+    """Return a dialog with all shortcuts, from the table of actions.
 
     Args:
-        parent: above which it opens.
+        parent: the Qt parent.
     """
     dialog = QDialog(parent)
     dialog.setWindowTitle("Keys")
@@ -505,10 +505,10 @@ def keys_page(parent: QWidget | None = None) -> QDialog:
 
 
 def about_page(parent: QWidget | None = None) -> QDialog:
-    """Return a dialog that says what this is, and its licence.
+    """Return a dialog about the app and its licence.
 
     Args:
-        parent: above which it opens.
+        parent: the Qt parent.
     """
     dialog = QDialog(parent)
     dialog.setWindowTitle("About")
@@ -521,7 +521,7 @@ def about_page(parent: QWidget | None = None) -> QDialog:
 
 
 def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:
-    """Return keys and what they do in two columns."""
+    """Return keys and their actions in two columns."""
     grid = QGridLayout()
     grid.setHorizontalSpacing(16)
     grid.setVerticalSpacing(3)

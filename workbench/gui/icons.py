@@ -1,4 +1,4 @@
-"""Pictures of the app: strokes on a grid of 24, drawn in any colour and size."""
+"""Icons of the app: strokes on a grid of 24, drawn in any colour and size."""
 
 from PyQt6.QtCore import QByteArray, QRectF, Qt
 from PyQt6.QtGui import QColor, QGuiApplication, QIcon, QPainter, QPixmap
@@ -56,13 +56,13 @@ def picture(name: str, colour: QColor, size: int, ratio: float | None = None) ->
     """Return a picture.
 
     Args:
-        name: of it.
-        colour: of its strokes.
-        size: edge, in pixels of the layout.
-        ratio: pixels of the screen in one of the layout; None for the finest screen's.
+        name: name of the picture.
+        colour: colour of its strokes.
+        size: edge length in layout pixels.
+        ratio: screen pixels per layout pixel; None for the finest screen's.
 
     Raises:
-        WorkbenchError: if there is none of that name.
+        WorkbenchError: if there is no picture of that name.
     """
     if name not in DRAWN:
         raise unknown_name("icon", name, DRAWN)
@@ -81,12 +81,12 @@ def picture(name: str, colour: QColor, size: int, ratio: float | None = None) ->
 
 
 def icon(name: str, colour: QColor, disabled: QColor | None = None) -> QIcon:
-    """Return a picture for a button or a menu, in the sizes that these have.
+    """Return a picture for a button or a menu, in their sizes.
 
     Args:
-        name: of it.
-        colour: of its strokes.
-        disabled: of its strokes where the button cannot be pressed.
+        name: name of the picture.
+        colour: colour of its strokes.
+        disabled: colour of its strokes while the button is disabled.
     """
     made = QIcon()
     for size in (16, 20, 24, 32):

@@ -131,7 +131,7 @@ class StabilityCheck(QObject):
         self._patience.stop()
 
     def find_ranges(self, gains: Values) -> None:
-        """Find the ranges around gains, once they have rested."""
+        """Find the ranges around gains, once they have not changed for a while."""
         self._range_gains = controller_gains(gains)
         self._rest.start()
 
@@ -145,7 +145,7 @@ class StabilityCheck(QObject):
         gains = {**self._start(), **judged.asked.gains}
         if not _has_loops(gains, self._asked):
             if not any(_has_loops(gains, ours) for ours in self._asked_before):
-                self._analysis.ask(Judge(self._asked))  # another's question has displaced ours
+                self._analysis.ask(Judge(self._asked))  # another question has displaced ours
             return
         self.cancel()
         if judged.stable:
@@ -171,17 +171,17 @@ class StabilityCheck(QObject):
 
 
 def same_loops(a: Values, b: Values) -> bool:
-    """Return whether two sets of values make the same loops near hover."""
+    """Return whether two sets of values give the same loops near hover."""
     return loop_gains(a) == loop_gains(b)
 
 
 def _has_loops(values: Values, gains: Values) -> bool:
-    """Return whether values have the gains that loops near hover feel; they may have more."""
+    """Return whether values include all that affects the loops near hover."""
     return all(values.get(name) == value for name, value in loop_gains(gains).items())
 
 
 def _share(value: float, base: float, stable: tuple[float, float] | None) -> float:
-    """Return how far a gain has gone to the end of its range, 0 .. 1; inf beyond it."""
+    """Return a gain's share of the way to the end of its range, 0 .. 1; inf beyond it."""
     if value == base:
         return 0.0 if stable is None or stable[0] <= base <= stable[1] else float("inf")
     if stable is None:
@@ -193,7 +193,7 @@ def _share(value: float, base: float, stable: tuple[float, float] | None) -> flo
 
 
 class Mark(Enum):
-    """How a parameter stands, in words."""
+    """State of a parameter, in words."""
 
     KEPT = "kept"
     TRIED = "tried, not kept"
@@ -204,10 +204,10 @@ class GainStep(QUndoCommand):
     """A change of proposed values, as one step of undo; it is already made when it is pushed.
 
     Args:
-        restore: proposes values again, flies them where told so, and returns whether they fly.
+        restore: proposes values, flies them if told to, and returns whether they fly.
         what: the change in words, as "Speed x".
-        before: values by name.
-        after: values of the same names.
+        before: values before, by name.
+        after: values after, of the same names.
         flown: whether it has reached the flight.
         edit: changes of the same gains with the same number are one step, `ALONE` for none.
     """
@@ -243,7 +243,7 @@ class GainStep(QUndoCommand):
     def undo(self) -> None:
         flown = self.flown
         self._restore(self._before, flown)
-        self.flown = flown  # whatever flies now, this step does not
+        self.flown = flown  # this step does not, whatever flies now
 
     def redo(self) -> None:
         if self._is_new:
@@ -255,36 +255,36 @@ class GainStep(QUndoCommand):
 class GainEditor(QObject):
     """Tries gains on the flight, keeps them or brings the kept ones back.
 
-    Sliders show `proposed`; the flight has `flown`; `kept` is what `revert` brings back, at first
-    the values of the flight's start. Kept, reverted, stored and saved is what belongs to the
-    vehicle, its profile: `profile_names`. The other rows, as wind, faults and modes, are
-    conditions: they are set and undone here, and stay as they are when gains come back.
+    Sliders show `proposed`; the flight has `flown`; `kept` is what `revert` restores, at first the
+    values of the flight's start. Values of the vehicle's profile (`profile_names`) can be kept,
+    reverted, stored and saved. The other rows, as wind, faults and modes, are conditions: they can
+    be set and undone here, and do not change when gains are restored.
 
-    What would make a loop unstable, or cannot be judged, does not fly until `confirm`; what was
-    kept always does.
+    Values that would make a loop unstable, or cannot be evaluated, do not fly until `confirm`; kept
+    values always fly.
 
     Args:
         flight: gets the orders.
-        analysis: judges what is proposed.
-        preferences: whether what is proposed flies at once, or on Enter.
-        notices: where refusals are told.
+        analysis: evaluates proposed values.
+        preferences: whether proposed values fly at once, or on Enter.
+        notices: takes refusals.
         parent: owner.
 
     Attributes:
-        table: of the parameters of the flight's controller.
-        rows: of that table, those that the flight has, in its order.
-        profile_names: names of those rows that are kept, reverted, stored and saved.
-        proposed: values that the sliders show, of all rows.
-        kept: values of the profile that `revert` brings back.
-        slots: stored values of the profile, by the slot's letter.
-        linked: whether gains of x and y move together.
-        shown_set: of scheduled gains, the set that is shown and judged; None without a schedule.
-        follows: whether that is the one that flies, or weighs most.
-        warning: why what is proposed does not fly without `confirm`, a sentence; "" where it does.
+        table: parameter table of the flight's controller.
+        rows: rows of that table that the flight has, in order.
+        profile_names: names of those rows that belong to the profile.
+        proposed: values on the sliders, of all rows.
+        kept: values of the profile that `revert` restores.
+        slots: stored values of the profile, by letter of the slot.
+        linked: whether gains of x and y change together.
+        shown_set: the shown and evaluated set of scheduled gains; None without a schedule.
+        follows: whether that is the set that flies, or has the largest weight.
+        warning: why proposed values do not fly without `confirm`, as a sentence; "" if they fly.
     """
 
     begun = pyqtSignal(object)
-    """The first `LiveView` of another flight, whose gains these are from now on."""
+    """The first `LiveView` of another flight, to which the gains now belong."""
     proposed_changed = pyqtSignal(str)
     """Name of a parameter whose proposed value changed."""
     flown_changed = pyqtSignal(object)
@@ -292,11 +292,11 @@ class GainEditor(QObject):
     warning_changed = pyqtSignal(str)
     """`warning` changed."""
     value_refused = pyqtSignal(str, str)
-    """Name of a parameter, and why it may not have the value that was asked for; "" when it may."""
+    """Name of a parameter, and why it refuses the requested value; "" if it accepts it."""
     ranges_changed = pyqtSignal()
-    """The stable ranges changed, or became old."""
+    """The stable ranges changed, or became outdated."""
     set_changed = pyqtSignal()
-    """Another set of scheduled gains is shown and judged."""
+    """Another set of scheduled gains is shown and evaluated."""
     state_changed = pyqtSignal()
     """Anything else: kept, slots, undo, links, or the rows themselves."""
 
@@ -322,7 +322,7 @@ class GainEditor(QObject):
         self.proposed: dict[str, float] = {}
         self.kept: dict[str, float] = {}
         self.slots: dict[str, Values] = {}
-        self._compared: Values = {}  # what was proposed before a slot was recalled
+        self._compared: Values = {}  # proposed before a slot was recalled
         self.linked = False
         self.shown_set: int | None = None
         self.follows = True
@@ -337,16 +337,16 @@ class GainEditor(QObject):
         preferences.changed.connect(lambda _: self.state_changed.emit())
 
     def words(self, name: str) -> str:
-        """Return how a parameter is called."""
+        """Return a parameter's name in words."""
         return self.label(self.table.find(name)).text
 
     def label(self, row: Parameter) -> GainLabel:
-        """Return how a row is shown, under its firmware's name where the law is a firmware's."""
+        """Return a row's label, by the firmware's name if the law is a firmware's."""
         return gain_label(row, firmware_of(self.table.controller))
 
     @property
     def flown(self) -> Values:
-        """Values that the flight has, of all rows."""
+        """The flight's values of all rows."""
         return self._flown.values
 
     @property
@@ -356,21 +356,21 @@ class GainEditor(QObject):
 
     @property
     def ordered_profile(self) -> dict[str, float]:
-        """The profile as it flies, or is ordered to."""
+        """The profile that flies or was ordered."""
         return {name: self._flown.ordered(name) for name in self.profile_names}
 
     @property
     def proposed_profile(self) -> dict[str, float]:
-        """The profile as it is proposed."""
+        """The proposed profile."""
         return {name: self.proposed[name] for name in self.profile_names}
 
     @property
     def schedule(self) -> Schedule | None:
-        """Of the gains of the controller that flies."""
+        """Schedule of the gains of the flying controller."""
         return self.table.controller.schedule
 
     def of_set(self, values: Values) -> dict[str, float]:
-        """Return values without those of sets of gains that are not shown."""
+        """Return values except those of sets of gains that are not shown."""
         schedule = self.schedule
         if schedule is None:
             return dict(values)
@@ -378,13 +378,13 @@ class GainEditor(QObject):
         return {name: x for name, x in values.items() if schedule.number_of(name) in shown}
 
     def show_set(self, number: int | None) -> None:
-        """Show and judge a set of scheduled gains; None for the one that flies, from now on."""
+        """Show and evaluate a set of scheduled gains; None to follow the one that flies."""
         self.follows = number is None
         if number is not None:
             self._show_set(number)
 
     def follow(self, snapshot: Snapshot) -> None:
-        """Show the set that flies now, unless a slider is held or another one was chosen."""
+        """Show the set that flies now, unless a slider is held or another set was chosen."""
         schedule, number = self.schedule, self.shown_set
         if schedule is None or number is None or not self.follows or self._edit != ALONE:
             return
@@ -395,10 +395,10 @@ class GainEditor(QObject):
             self._show_set(nearest)
 
     def schedule_gains(self, label: str) -> None:
-        """Let the flight have sets of its gains; they begin with the values that fly.
+        """Replace the flight's gains by sets of them; they start with the present values.
 
         Args:
-            label: as `speed=0,4,8`, see `control.schedule`; "" for no sets any more.
+            label: as `speed=0,4,8`, see `control.schedule`; "" to remove the sets.
         """
         name = with_label(split_label(self.table.controller.reference)[0], label)
         try:
@@ -409,7 +409,7 @@ class GainEditor(QObject):
         self._flight.order(lambda live: live.fly_controller(name))
 
     def scheduled_value(self, snapshot: Snapshot) -> float:
-        """Return the quantity that the gains are scheduled over."""
+        """Return the scheduling quantity."""
         assert self.schedule is not None
         return self.schedule.value(
             height=snapshot.p_WB[2],
@@ -420,7 +420,7 @@ class GainEditor(QObject):
 
     @property
     def velocity(self) -> tuple[float, float, float]:
-        """Of the steady flight that the shown set is for, in W [m/s]; 0 where it is for none."""
+        """Velocity of the trimmed flight that the shown set is for, in W [m/s]; 0 without one."""
         schedule, number = self.schedule, self.shown_set
         if schedule is None or number is None or schedule.quantity.name != "speed":
             return (0.0, 0.0, 0.0)
@@ -436,50 +436,50 @@ class GainEditor(QObject):
 
     @property
     def is_at_once(self) -> bool:
-        """Whether what is proposed flies at once, and not on Enter."""
+        """Whether proposed values fly at once, and not on Enter."""
         return self._preferences.text("apply_gains") == AT_ONCE
 
     @property
     def unflown(self) -> tuple[str, ...]:
-        """Names that are proposed with other values than are ordered or flown."""
+        """Names whose proposed values differ from the ordered or flown ones."""
         ordered = self._flown.ordered
         return tuple(name for name, value in self.proposed.items() if value != ordered(name))
 
     @property
     def tried(self) -> tuple[str, ...]:
-        """Names of the profile that are flown with other values than were kept."""
+        """Names in the profile whose flown values differ from the kept ones."""
         ordered = self._flown.ordered
         return tuple(name for name, value in self.kept.items() if value != ordered(name))
 
     @property
     def next_undo(self) -> str:
-        """What `undo` would take back, in words; "" for nothing."""
+        """The change that `undo` would take back, in words; "" for none."""
         return self._steps.undoText()
 
     @property
     def next_redo(self) -> str:
-        """What `redo` would make again, in words; "" for nothing."""
+        """The change that `redo` would make again, in words; "" for none."""
         return self._steps.redoText()
 
     @property
     def has_fresh_ranges(self) -> bool:
-        """Whether the stable ranges were found with the gains that fly."""
+        """Whether the stable ranges belong to the gains that fly."""
         return self._stability.has_ranges_of(self.of_set(self.flown))
 
     def stable_range(self, name: str) -> tuple[float, float] | None:
-        """Return the stable values of a gain, the others as they were; None if none is known."""
+        """Return the stable range of a gain with the others fixed; None if unknown."""
         ranges = self._stability.ranges
         return ranges.stable.get(name) if ranges else None
 
     def mark(self, name: str) -> Mark:
-        """Return how a parameter stands: proposed, flown or kept."""
+        """Return a parameter's state: proposed, flown or kept."""
         ordered = self._flown.ordered(name)
         if self.proposed[name] != ordered:
             return Mark.PROPOSED
         return Mark.TRIED if self.kept.get(name, ordered) != ordered else Mark.KEPT
 
     def summary(self) -> str:
-        """Return in words how many gains are proposed, tried and kept."""
+        """Return the numbers of proposed, tried and kept gains, in words."""
         if not self.rows:
             return "Nothing flies"
         proposed, tried = len(self.unflown), len(self.tried)
@@ -491,7 +491,7 @@ class GainEditor(QObject):
         return "; ".join(parts) or "Flown = kept"
 
     def begin(self, view: LiveView) -> None:
-        """Edit the gains of a flight that has begun, or begun anew."""
+        """Edit the gains of a flight that has begun, or restarted."""
         if view.vehicle is self._vehicle:
             self._flown.reset()
             return
@@ -512,10 +512,9 @@ class GainEditor(QObject):
         self.state_changed.emit()
 
     def take_over(self, view: LiveView) -> None:
-        """Edit the gains of a controller that has taken over in flight.
+        """Edit the gains of a new controller that took over in flight.
 
-        Where its rows are those of the one before, as after most edits of its file, all that is
-        proposed and kept stays.
+        If its rows are the same, as after most edits of its file, proposed and kept values remain.
         """
         table = parameter_table(view.controller)
         if flight_rows(view.values, table) != self.rows:
@@ -527,11 +526,11 @@ class GainEditor(QObject):
         self.state_changed.emit()
 
     def find_ranges(self) -> None:
-        """Find the stable ranges of what flies, as they are on the screen."""
+        """Find the stable ranges of the flown gains, for display."""
         self._stability.find_ranges(self.of_set(self.flown))
 
     def begin_edit(self) -> None:
-        """Let what is proposed from now on be one step of undo: a slider is held."""
+        """Start one step of undo for all following proposals: a slider is held."""
         self._edits += 1
         self._edit = self._edits
 
@@ -541,14 +540,14 @@ class GainEditor(QObject):
         self.state_changed.emit()
 
     def propose(self, name: str, value: float) -> None:
-        """Try a value of a parameter, and of the one that is linked with it.
+        """Propose a value for a parameter, and for the one linked with it.
 
         It flies at once if the user prefers so and it is known to be stable; otherwise it is
-        judged first.
+        evaluated first.
 
         Args:
-            name: of the parameter.
-            value: in SI units; one that the table refuses changes nothing but a sentence.
+            name: name of the parameter.
+            value: value in SI units; a value that the table refuses only leads to a message.
         """
         if name not in self.proposed:
             self._refuse(name, f"nothing that flies has {name}: begin a flight first")
@@ -562,17 +561,17 @@ class GainEditor(QObject):
         names = [name, partner(name)] if self.linked and partner(name) else [name]
         changed = self._put(dict.fromkeys(names, value), self.words(name))
         if self.is_at_once:
-            self.apply()  # first of all: to show it takes longer than to order it
+            self.apply()  # first, because showing it takes longer than ordering it
         else:
-            self._clear_warning()  # what was entered is not what is proposed any more
+            self._clear_warning()  # the entered value is no longer the proposed one
         self._tell_proposed(changed)
 
     def propose_all(self, values: Values, what: str) -> None:
-        """Try values of several parameters at once, as `propose` tries one.
+        """Propose values of several parameters at once, as `propose` does for one.
 
         Args:
-            values: by name, within their limits; those of parameters that are linked, too.
-            what: in words, for undo.
+            values: values by name, within their limits, including those of linked parameters.
+            what: name of the change, for undo.
         """
         known = {name: value for name, value in values.items() if name in self.proposed}
         changed = self._put(known, what)
@@ -599,7 +598,7 @@ class GainEditor(QObject):
         self._tell_proposed(changed)
 
     def apply(self) -> None:
-        """Fly what is proposed, once it is known to be stable."""
+        """Fly proposed values once they are known to be stable."""
         self._told_refusal = ""
         if self._is_known:
             self._fly()
@@ -610,15 +609,15 @@ class GainEditor(QObject):
             self._stability.ask(self.of_set(self.proposed))
 
     def confirm(self) -> None:
-        """Fly what is proposed in spite of the warning."""
+        """Fly proposed values in spite of the warning."""
         if self.warning:
             self._fly()
 
     def discard(self, names: Iterable[str] = ()) -> None:
-        """Propose what is flown again, in place of what does not fly.
+        """Replace proposed values that do not fly by the flown ones.
 
         Args:
-            names: of some parameters; none for all.
+            names: some parameters; none for all.
         """
         chosen = tuple(names) or self.unflown
         self._edit = ALONE
@@ -632,14 +631,14 @@ class GainEditor(QObject):
         self._tell_proposed(changed)
 
     def keep(self) -> None:
-        """Let what flies be what `revert` brings back."""
+        """Keep the flown values: `revert` will restore them."""
         self.kept = self.ordered_profile
         self.end_edit()
 
     def revert(self) -> None:
-        """Fly the kept set at once, without judging it or waiting for anything.
+        """Fly the kept values at once, without evaluation or delay.
 
-        Every value is ordered, also one that is flown as far as is known here.
+        Every value is ordered, even if it already flies as far as is known here.
         """
         self._told_refusal = ""
         self._edit = ALONE
@@ -649,13 +648,13 @@ class GainEditor(QObject):
         self._tell_proposed(changed)
 
     def undo(self) -> None:
-        """Undo the last change, in the flight as well if it was flown."""
+        """Undo the last change, also in the flight if it was flown."""
         self._edit = ALONE
         self._steps.undo()
         self.state_changed.emit()
 
     def redo(self) -> None:
-        """Redo the last change that was undone."""
+        """Redo the last undone change."""
         self._steps.redo()
         self.state_changed.emit()
 
@@ -666,9 +665,9 @@ class GainEditor(QObject):
         self.state_changed.emit()
 
     def compare(self, slot: str) -> None:
-        """Fly what a slot has; where that is proposed already, go back to what was before.
+        """Fly the values of a slot; if they are already proposed, return to the ones before.
 
-        So one key compares the slot with the present. An empty slot gets what is proposed.
+        So one key compares the slot with the present. An empty slot takes the proposed values.
         """
         present = self.proposed_profile
         if slot not in self.slots:
@@ -680,13 +679,13 @@ class GainEditor(QObject):
             self.adopt(self._compared, f"back from slot {slot}")
 
     def set_linked(self, linked: bool) -> None:
-        """Link gains of x and y from now on, or unlink them; no value changes."""
+        """Link or unlink gains of x and y for later changes; no value changes now."""
         self.linked = linked
         self.state_changed.emit()
 
     @property
     def _is_known(self) -> bool:
-        """Whether what is proposed flies, was kept, or is within the stable ranges."""
+        """Whether the proposed values fly, were kept, or are within the stable ranges."""
         return (
             same_loops(self.proposed, self._flown.all_ordered)
             or self._stability.knows(self.of_set(self.proposed))
@@ -695,7 +694,7 @@ class GainEditor(QObject):
 
     @property
     def _is_undecided(self) -> bool:
-        """Whether proposed gains are still being judged, or there is a warning."""
+        """Whether proposed gains are still being evaluated, or there is a warning."""
         return bool(self.warning) or self._stability.is_asking
 
     def _fly(self) -> None:
@@ -710,7 +709,7 @@ class GainEditor(QObject):
         self.state_changed.emit()
 
     def _put(self, values: Values, what: str, flown: bool = False) -> list[str]:
-        """Propose values as a step of undo; return the names of those that are others now."""
+        """Propose values as a step of undo; return the names of those that changed."""
         before = {name: self.proposed[name] for name in values}
         if before != dict(values):
             step = GainStep(self._restore, what, before, values, flown, self._edit)
@@ -718,7 +717,7 @@ class GainEditor(QObject):
         return self._set(values)
 
     def _set(self, values: Values) -> list[str]:
-        """Propose values; return the names of those that are others now."""
+        """Propose values; return the names of those that changed."""
         changed = [name for name, value in values.items() if self.proposed[name] != value]
         self.proposed.update(values)
         for name in self._refused.intersection(values):
@@ -727,10 +726,10 @@ class GainEditor(QObject):
         return changed
 
     def _restore(self, values: Values, flown: bool) -> bool:
-        """Propose values of the undo stack; fly them if they flew, or if all flies at once.
+        """Propose values of the undo stack; fly them if they flew, or if all changes fly at once.
 
         Returns:
-            Whether all that is proposed flies.
+            Whether all proposed values fly.
         """
         changed = self._set({name: values[name] for name in values if name in self.proposed})
         if flown or self.is_at_once:
@@ -752,7 +751,7 @@ class GainEditor(QObject):
     def _hear_refused(self, values: Values, said: str) -> None:
         for name in values:
             self._refuse(name, said)
-        if said != self._told_refusal:  # a flight that is broken refuses whatever comes
+        if said != self._told_refusal:  # a broken flight refuses every order
             self._told_refusal = said
             name, *others = values
             stays = f"{name} stays at {self.flown[name]:g}"
@@ -772,7 +771,7 @@ class GainEditor(QObject):
             self.warning_changed.emit("")
 
     def _follow(self, before: Values) -> None:
-        """Show what the flight has now; what is being tried stays proposed."""
+        """Show the flight's present values; values that are being tried stay proposed."""
         changed = {name: value for name, value in self.flown.items() if value != before[name]}
         shown = {
             name: value
@@ -782,7 +781,7 @@ class GainEditor(QObject):
         if shown:
             self._tell_proposed(self._put(shown, ELSEWHERE, flown=True))
         if loop_gains(shown) and self._is_undecided:
-            self.apply()  # what is judged or warned of has changed with it
+            self.apply()  # the evaluation and the warning have changed with it
         self.flown_changed.emit(changed)
         if loop_gains(changed):
             self.find_ranges()

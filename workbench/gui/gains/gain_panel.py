@@ -1,4 +1,4 @@
-"""The form of the gains: made from the parameter table, one line a row."""
+"""The form of the gains: made from the parameter table, one line per row."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -29,9 +29,9 @@ from workbench.scenario.parameters import Parameter
 from workbench.session.snapshot import Snapshot
 
 GAP = 1
-"""Between lines [px]."""
+"""Space between lines [px]."""
 CLOSED = "Limits"
-"""This group is closed at first, so that the gains stand without scrolling."""
+"""This group is closed at first, so that the gains fit without scrolling."""
 MORE = "More parameters"
 NOTHING = "Nothing flies yet: open a scenario to tune its gains."
 COMPACT = """
@@ -43,7 +43,7 @@ GainSlider:horizontal { min-height: 19px; }
 GainRow > QToolButton { min-height: 16px; padding: 1px 4px; }
 GainRow > QToolButton:focus { padding: 0 3px; }
 """
-"""So that all gains stand at once in a window of 720 lines."""
+"""Compact style, so that all gains fit into a window of 720 lines."""
 
 
 class GainGroup(QWidget):
@@ -89,17 +89,17 @@ class GainGroup(QWidget):
             self._lines.addWidget(line)
 
     def set_open(self, is_open: bool) -> None:
-        """Show the lines, or the heading alone."""
+        """Show the lines, or only the heading."""
         self.is_open = is_open
         self._show()
 
     def search(self, found: set[QWidget] | None) -> None:
-        """Show those lines that were found, open or not; None for no search."""
+        """Show the lines that were found, whether the group is open or not; None for no search."""
         self._searched = found
         self._show()
 
     def leave_out(self, lines: set[QWidget]) -> None:
-        """Hide these lines always."""
+        """Always hide these lines."""
         self._left_out = lines
         self._show()
 
@@ -115,7 +115,7 @@ class GainGroup(QWidget):
             self.setVisible(self._show_lines(self._searched))
 
     def _show_lines(self, found: set[QWidget] | None) -> bool:
-        """Show those lines; return whether there are any."""
+        """Show these lines; return whether there are any."""
         shown = False
         for index in range(self._lines.count()):
             item = self._lines.itemAt(index)
@@ -128,7 +128,7 @@ class GainGroup(QWidget):
 
 
 class StabilityWarning(QFrame):
-    """Stands above the gains while they do not fly: says why, and asks whether to fly them.
+    """Says above the gains why they do not fly, and asks whether to fly them.
 
     Args:
         editor: has the gains.
@@ -167,7 +167,7 @@ class StabilityWarning(QFrame):
 
 
 class SetBar(QWidget):
-    """Says which set of scheduled gains flies, and chooses the one whose sliders are shown.
+    """Shows which set of scheduled gains flies, and selects the one whose sliders are shown.
 
     Args:
         editor: has the gains.
@@ -196,7 +196,7 @@ class SetBar(QWidget):
         self.show_schedule()
 
     def show_schedule(self) -> None:
-        """Offer the sets of the flight's gains; without a schedule there is nothing to see."""
+        """Show the sets of the flight's gains; hidden without a schedule."""
         schedule = self._editor.schedule
         self.setVisible(schedule is not None)
         self.choice.clear()
@@ -207,7 +207,7 @@ class SetBar(QWidget):
         self.flies.setText("")
 
     def show_snapshot(self, snapshot: Snapshot) -> None:
-        """Say what flies now."""
+        """Show which set flies now."""
         schedule, shown = self._editor.schedule, self._editor.shown_set
         if schedule is None or shown is None:
             return
@@ -220,7 +220,7 @@ class SetBar(QWidget):
 class GainPanel(QWidget):
     """All live parameters of the flight: gains first, everything else below.
 
-    Enter flies what is proposed, Escape proposes again what flies.
+    Enter flies the proposed values; Escape discards them.
 
     Args:
         workspace: colours and units.
@@ -274,7 +274,7 @@ class GainPanel(QWidget):
             super().keyPressEvent(event)
 
     def _escape(self) -> None:
-        """Clear the search, or propose again what flies: of the line that has the focus, or all."""
+        """Clear the search, or discard proposed values: of the focused line, or all."""
         if self.search.hasFocus() and self.search.text():
             self.search.clear()
             return
@@ -302,7 +302,7 @@ class GainPanel(QWidget):
         self._workspace.look.changed.connect(self._show_units)
 
     def _show_all(self) -> None:
-        """Show the state of everything; the lines are made anew where others are needed."""
+        """Show the state of everything; lines are made again if other ones are needed."""
         if self._shown != self._editor.rows:
             self._make_rows()
         elif self._start is not self._editor.start:
@@ -327,7 +327,7 @@ class GainPanel(QWidget):
                 row.show_range(self._editor.stable_range(name), fresh)
 
     def _show_start(self) -> None:
-        """Show another flight's start, in units and colours as they are now."""
+        """Show another flight's start, in the present units and colours."""
         self._start = self._editor.start
         for row in self.rows.values():
             row.show_unit()
@@ -337,7 +337,7 @@ class GainPanel(QWidget):
 
     def _show_units(self, preference: str = "") -> None:
         if self._shown != self._editor.rows:
-            return  # another flight has begun: its lines are made when the present event is over
+            return  # another flight has begun: its lines are made after the present event
         for row in self.rows.values():
             row.show_unit()
 
@@ -346,7 +346,7 @@ class GainPanel(QWidget):
             self.rows[name].show_error(said)
 
     def _make_rows(self) -> None:
-        """Make the lines of the flight's gains; those of the rest wait until they are wanted."""
+        """Make the lines of the flight's gains; the other lines are made when needed."""
         self._shown, self._start = self._editor.rows, self._editor.start
         self.rows = {}
         self._groups = []

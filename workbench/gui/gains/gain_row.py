@@ -1,4 +1,4 @@
-"""The line of one parameter: name, slider, number, what has changed, and a way back."""
+"""The line of one parameter: name, slider, number, state, and reset."""
 
 import math
 from enum import Enum
@@ -29,33 +29,34 @@ from workbench.gui.workspace import Workspace
 from workbench.scenario.parameters import Parameter
 
 DIGITS = 3
-"""Significant digits that a slider gives."""
+"""Significant digits of a slider's values."""
 _KNEE = 10.0
 """Where 0 is allowed, values below default / KNEE are spread evenly, those above by their ratio."""
 _UP = (Qt.Key.Key_Right, Qt.Key.Key_Up)
 _DOWN = (Qt.Key.Key_Left, Qt.Key.Key_Down)
 SLIDER_PLACES = 10000
-"""Whole numbers along the track, for those who ask the slider for its value."""
+"""Number of steps along the track, for accessibility tools that read the slider's value."""
 HANDLE = 7.0
-"""Its radius [px]."""
+"""Radius of the slider's handle [px]."""
 FINER = 10.0
 """A drag with Ctrl held is finer by this factor."""
 LARGEST_TYPED = 1e12
-"""Any number is taken, so that the table of parameters can say what is wrong with it."""
+"""Every number is accepted, so that the parameter table can say what is wrong with it."""
 MOST_DECIMALS = 3
 GAP = 4
-"""Between columns [px]."""
+"""Space between columns [px]."""
 SHAPES = {Mark.KEPT: "", Mark.TRIED: "◆", Mark.PROPOSED: "◇"}
 OWN_NAME_WIDTHS, ROOM_FOR_NAME = (11.6, 13.2), 54.0
-"""Of the parameter's own name, and of a line that has room for the least, in widths of a digit."""
+"""Widths of the parameter's own name, and of the rest of the least line that has room for it, in
+widths of a digit."""
 NAME_WIDTH, FIELD_WIDTH, UNIT_WIDTH, MARK_WIDTH = 14.4, 7.4, 3.8, 1.6
-"""Of the columns, in widths of a digit, so that all lines have them alike."""
+"""Widths of the columns, in widths of a digit, so that all lines have the same."""
 LONGEST_NAME, LONGEST_UNIT, TRACK = 22.0, 9.6, 11.0
-"""To which those of names and units grow, where they are longer and the slider keeps the last."""
+"""Largest widths of long names and units, while the slider keeps at least the last width."""
 
 
 class StepSize(Enum):
-    """Of a step, as a multiple of the plain one."""
+    """Size of a step, as a multiple of the plain one."""
 
     FINEST = 0.1
     FINE = 1.0
@@ -63,15 +64,15 @@ class StepSize(Enum):
 
 
 class GainScale:
-    """Maps values of a row to places 0 .. 1 along a slider, and back; ever rising.
+    """Maps values of a row to positions 0 .. 1 along a slider, and back; strictly increasing.
 
-    By ratio where all values are positive and span more than a decade; by ratio with an even
-    stretch around 0 where 0 is allowed; evenly where there is no more than a decade, where only
-    whole numbers mean something, or where the default is an end.
+    Logarithmic if all values are positive and span more than a decade; logarithmic with a linear
+    part around 0 if 0 is allowed; linear if they span no more than a decade, if only whole numbers
+    are allowed, or if the default is an end.
 
     Args:
         row: the parameter.
-        unit: in which its values are round.
+        unit: unit in which its values are round.
     """
 
     def __init__(self, row: Parameter, unit: Unit) -> None:
@@ -87,12 +88,12 @@ class GainScale:
         self._span = self._bend(self._high) - self._first
 
     def place(self, value: float) -> float:
-        """Return where a value stands, 0 .. 1; one beyond the limits stands at the end."""
+        """Return the position of a value, 0 .. 1; values beyond the limits are at the ends."""
         value = min(max(value, self._low), self._high)
         return (self._bend(value) - self._first) / self._span
 
     def value(self, place: float) -> float:
-        """Return the value at a place, within the limits."""
+        """Return the value at a position, within the limits."""
         if place <= 0.0:
             return self._low
         if place >= 1.0:
@@ -101,27 +102,27 @@ class GainScale:
         return self.held(self._unbend(bent))
 
     def round_value(self, place: float) -> float:
-        """Return the allowed value at a place, with three digits as it is shown."""
+        """Return the allowed value at a position, with three digits as it is shown."""
         shown = self._unit.shown(self.value(place))
         return self.held(self._unit.read(float(f"{shown:.{DIGITS - 1}e}")))
 
     def stepped(self, value: float, direction: int, size: StepSize) -> float:
-        """Return the allowed value that is a step from another one, up (1) or down (-1)."""
+        """Return the allowed value one step above (1) or below (-1) another one."""
         shown = self._unit.shown(value)
         step = 1.0 if self._row.whole else self._unit.shown(self.step(value)) * size.value
         return self.held(self._unit.read(round(shown + direction * step, 9)))
 
     def held(self, value: float) -> float:
-        """Return the allowed value that is next to one."""
+        """Return the nearest allowed value."""
         if self._row.whole:
             value = float(round(value))
         return min(max(value, self._low), self._high)
 
     def step(self, value: float) -> float:
-        """Return the step of an arrow key: 1, 2 or 5 times a power of ten, some 2 % of the value.
+        """Return the step of an arrow key: 1, 2 or 5 times a power of ten, about 2 % of the value.
 
         Args:
-            value: at which it is made.
+            value: value at which the step is made.
         """
         if self._row.whole:
             return 1.0
@@ -129,7 +130,7 @@ class GainScale:
         return _round_step(0.02 * size)
 
     def _smallest(self) -> float:
-        """Return the size at which steps get no finer."""
+        """Return the size of the smallest step."""
         return self._low if self._low > 0.0 else self._knee
 
     def _bend(self, value: float) -> float:
@@ -144,7 +145,7 @@ class GainScale:
 
 
 def decimals(step: float) -> int:
-    """Return the decimals that show a step."""
+    """Return the number of decimals that show a step."""
     return min(6, max(0, -math.floor(math.log10(step) + 1e-9)))
 
 
@@ -156,7 +157,7 @@ def _round_step(step: float) -> float:
 
 
 def size_of(modifiers: Qt.KeyboardModifier) -> StepSize:
-    """Return the step of a key that is pressed: plain, with Shift coarse, with Ctrl finest."""
+    """Return the step size of a pressed key: plain, coarse with Shift, finest with Ctrl."""
     if modifiers & Qt.KeyboardModifier.ShiftModifier:
         return StepSize.COARSE
     if modifiers & Qt.KeyboardModifier.ControlModifier:
@@ -165,7 +166,7 @@ def size_of(modifiers: Qt.KeyboardModifier) -> StepSize:
 
 
 def key_step(key: int, modifiers: Qt.KeyboardModifier) -> tuple[int, StepSize] | None:
-    """Return direction and size of the step that a key makes, None of another key."""
+    """Return direction and size of a key's step, None for another key."""
     if key in _UP:
         return 1, size_of(modifiers)
     if key in _DOWN:
@@ -181,13 +182,13 @@ def moves(key: int) -> bool:
 
 
 class GainSlider(QSlider):
-    """Shows a gain along its scale, and reports what the user wants; `show_value` moves it.
+    """Shows a gain along its scale, and reports the user's input; `show_value` moves it.
 
-    A press beside the handle makes a coarse step towards it, as a gain is not to leap. With Ctrl
-    held a drag is ten times finer. The wheel turns it only while it has the focus.
+    A click beside the handle makes a coarse step towards it, because a gain must not jump. With
+    Ctrl held, dragging is ten times finer. The wheel works only while the slider has the focus.
 
     Args:
-        scale: of its values.
+        scale: scale of its values.
         look: colours.
         parent: owner.
 
@@ -196,13 +197,13 @@ class GainSlider(QSlider):
     """
 
     dragged = pyqtSignal(float)
-    """The value that the user wants, in SI."""
+    """The value that the user requests, in SI."""
     stepped = pyqtSignal(int, object)
     """Direction, -1 or 1, and a `StepSize`."""
     edit_begun = pyqtSignal()
-    """What follows, until `edit_ended`, is one change."""
+    """The following input, until `edit_ended`, is one change."""
     edit_ended = pyqtSignal()
-    """It is over."""
+    """The change is complete."""
 
     def __init__(self, scale: GainScale, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(Qt.Orientation.Horizontal, parent)
@@ -218,7 +219,7 @@ class GainSlider(QSlider):
         look.changed.connect(self.update)
 
     def show_value(self, value: float, flown: float) -> None:
-        """Show where the value is, and where the flown one, without a signal."""
+        """Show the positions of the value and of the flown one, without a signal."""
         places = self.scale.place(value), self.scale.place(flown)
         if places == (self._place, self._flown):
             return
@@ -229,16 +230,16 @@ class GainSlider(QSlider):
         self.update()
 
     def show_start(self, value: float) -> None:
-        """Mark where the flight began."""
+        """Mark the value at the flight's start."""
         self._start = self.scale.place(value)
         self.update()
 
     def show_stable(self, stable: tuple[float, float] | None, fresh: bool) -> None:
-        """Show between which values the loop is stable, None if unknown.
+        """Show the stable range of the loop, None if unknown.
 
         Args:
             stable: least and largest value, in SI.
-            fresh: whether that was found with the gains that fly.
+            fresh: whether the range belongs to the gains that fly.
         """
         low_high = (self.scale.place(stable[0]), self.scale.place(stable[1])) if stable else None
         if (low_high, fresh) != (self._stable, self._fresh):
@@ -278,7 +279,7 @@ class GainSlider(QSlider):
             return
         step = key_step(event.key(), event.modifiers())
         if step is None:
-            event.ignore()  # Enter and Escape are the form's
+            event.ignore()  # the form handles Enter and Escape
             return
         if not event.isAutoRepeat():
             self.edit_begun.emit()
@@ -309,7 +310,7 @@ class GainSlider(QSlider):
         painter.drawLine(QPointF(self._x(0.0), middle), QPointF(self._x(1.0), middle))
 
     def _paint_stable(self, painter: QPainter, middle: float, low: float, high: float) -> None:
-        """Draw a band with an upright mark at either end; thin and broken where it is old."""
+        """Draw a band with a vertical mark at each end; thin and dashed if it is outdated."""
         colour = self._look.colour("good")
         band = QRectF(low, middle - 2.0, high - low, 4.0)
         tint = self._look.colour("good")
@@ -323,7 +324,7 @@ class GainSlider(QSlider):
             painter.drawLine(QPointF(x, middle - 6.0), QPointF(x, middle + 6.0))
 
     def _paint_start(self, painter: QPainter, middle: float) -> None:
-        """Draw a small triangle below the track where the flight began."""
+        """Draw a small triangle below the track at the value of the flight's start."""
         x = self._x(self._start)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(self._look.colour("muted"))
@@ -332,7 +333,7 @@ class GainSlider(QSlider):
         painter.drawPolygon(QPolygonF(corners))
 
     def _paint_flown(self, painter: QPainter, at: QPointF) -> None:
-        """Draw a ring where the flight is, while something else is proposed."""
+        """Draw a ring at the flown value while another one is proposed."""
         painter.setPen(QPen(self._look.colour("muted"), 1.5))
         painter.setBrush(self._look.colour("card"))
         painter.drawEllipse(at, HANDLE - 2.5, HANDLE - 2.5)
@@ -353,7 +354,7 @@ class GainSlider(QSlider):
 
 
 class GainField(NumberField):
-    """A number as it is shown, with its unit; the model says what it is.
+    """A number with its unit, as shown; the model determines its value.
 
     Args:
         parent: owner.
@@ -362,9 +363,9 @@ class GainField(NumberField):
     stepped = pyqtSignal(int, object)
     """Direction, -1 or 1, and a `StepSize`."""
     edit_begun = pyqtSignal()
-    """Steps that follow, until `edit_ended`, are one change."""
+    """The following steps, until `edit_ended`, are one change."""
     edit_ended = pyqtSignal()
-    """It is over."""
+    """The change is complete."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent=parent)
@@ -374,16 +375,16 @@ class GainField(NumberField):
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     def show_value(self, value: float) -> None:
-        """Show a value, without a signal; a text that was not accepted is removed."""
+        """Show a value, without a signal; it replaces a text that was refused."""
         self.restore()
         self.show_si(value)
         self.restore()
 
     def tell(self, said: str) -> None:
-        """Do nothing: the line of the field shows the sentence."""
+        """Do nothing: the field's line shows the message."""
 
     def event(self, event: QEvent | None) -> bool:
-        # The editor's own undo would swallow the key of the gains' undo.
+        # The field's own undo would take the key from the gains' undo.
         if (
             isinstance(event, QKeyEvent)
             and event.type() == QEvent.Type.ShortcutOverride
@@ -400,7 +401,7 @@ class GainField(NumberField):
         if step is None or event.key() in (Qt.Key.Key_Left, Qt.Key.Key_Right):
             super().keyPressEvent(event)
             if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape):
-                event.ignore()  # the form has a use for them, too
+                event.ignore()  # the form handles them, too
             return
         if not event.isAutoRepeat():
             self.edit_begun.emit()
@@ -423,11 +424,11 @@ def _redoes(event: QKeyEvent) -> bool:
 
 
 class GainRow(QWidget):
-    """A parameter to be set.
+    """The line of a parameter.
 
     Args:
         workspace: colours and units.
-        editor: sets it.
+        editor: sets the parameter.
         row: of the parameter table.
         parent: owner.
 
@@ -478,7 +479,7 @@ class GainRow(QWidget):
 
     @property
     def wanted_widths(self) -> tuple[int, int]:
-        """Of the columns of name and unit, with room for this line's, within bounds [px]."""
+        """Widths of the columns of name and unit that this line needs, within limits [px]."""
         advance = self.fontMetrics().horizontalAdvance
         digit = advance("0")
         bounds = ((NAME_WIDTH, LONGEST_NAME), (UNIT_WIDTH, LONGEST_UNIT))
@@ -490,12 +491,12 @@ class GainRow(QWidget):
         return name, unit
 
     def set_widths(self, name: int, unit: int) -> None:
-        """Let the columns of name and unit grow to these widths where there is room [px]."""
+        """Let the columns of name and unit grow to these widths if there is room [px]."""
         self._wanted = name, unit
         self._share_width()
 
     def _share_width(self) -> None:
-        """Give name and unit what the slider can spare."""
+        """Give name and unit the width that the slider can spare."""
         digit = self.fontMetrics().horizontalAdvance("0")
         parts, least = (self._name, self._unit_shown), self._least_widths()
         rest = (FIELD_WIDTH + MARK_WIDTH + TRACK) * digit + self.reset.width() + 5 * GAP
@@ -506,13 +507,13 @@ class GainRow(QWidget):
             part.setFixedWidth(width + more)
 
     def matches(self, words: str) -> bool:
-        """Return whether all words stand in its name, symbol, group or help."""
+        """Return whether all words occur in its name, symbol, group or help."""
         label = self._label
         text = f"{self.row.name} {label.words} {label.symbol} {label.group} {self.row.help}".lower()
         return all(word in text for word in words.lower().split())
 
     def show_unit(self) -> None:
-        """Show name and unit as the user prefers them, and where the flight began."""
+        """Show name and unit in the preferred units, and the value at the flight's start."""
         muted = self._workspace.look.colours.muted
         symbol = f" <span style='color:{muted}'>{self._label.symbol}</span>"
         self._name.setText(self._label.words + (symbol if self._label.symbol else ""))
@@ -529,14 +530,14 @@ class GainRow(QWidget):
         self.show_value()
 
     def show_value(self) -> None:
-        """Show what is proposed and flown, and how that stands to what was kept."""
+        """Show the proposed and flown values, and their relation to the kept one."""
         name = self.row.name
         proposed, flown = self._editor.proposed[name], self._editor.flown[name]
         kept = self._editor.kept.get(name, self._editor.start[name])
         mark = self._editor.mark(name)
         seen = (proposed, flown, kept)
         if seen == self._seen and mark is self._mark:
-            return  # so that nothing is taken from who types here
+            return  # to keep a text that is being typed here
         self._seen = seen
         self.slider.show_value(proposed, flown)
         if self.error.isHidden():
@@ -549,11 +550,11 @@ class GainRow(QWidget):
         self.reset.setEnabled(proposed != self._editor.start[name])
 
     def show_range(self, stable: tuple[float, float] | None, fresh: bool) -> None:
-        """Show where the loop is stable.
+        """Show the stable range of the loop.
 
         Args:
-            stable: least and largest value, in SI; None where they are not known.
-            fresh: whether they are those of the gains that fly.
+            stable: least and largest value, in SI; None if unknown.
+            fresh: whether the range belongs to the gains that fly.
         """
         if (stable, fresh) == (self._stable, self._fresh):
             return
@@ -562,28 +563,28 @@ class GainRow(QWidget):
         self._say_names()
 
     def show_error(self, said: str) -> None:
-        """Say why a value may not be; "" once all is well."""
+        """Show why a value is refused; "" clears the message."""
         self._show_error(said)
         if not said:
             self.show_value()
 
     def put_back(self) -> bool:
-        """Propose the flown value again, and discard what was typed.
+        """Propose the flown value again, and discard typed text.
 
         Returns:
-            Whether there was anything to put back.
+            Whether anything changed.
         """
         was = self._mark is Mark.PROPOSED or not self.error.isHidden()
         if was:
             self.show_error("")
             linked = self._editor.linked and partner(self.row.name)
             self._editor.discard([self.row.name, *([linked] if linked else [])])
-        self._seen = None  # a text that is half typed goes
+        self._seen = None  # discards a half-typed text
         self.show_value()
         return was
 
     def _show_error(self, said: str) -> None:
-        """Show what is wrong with the text in the field, and leave the text as it is."""
+        """Mark the text in the field as wrong, and leave it as it is."""
         self.error.setText(f"✕ {said}".replace("^2", "²") if said else "")
         self.error.setVisible(bool(said))
         set_class(self.field, "bare bad" if said else "bare")
@@ -594,12 +595,12 @@ class GainRow(QWidget):
         self._editor.propose(self.row.name, self.slider.scale.stepped(value, direction, size))
 
     def _type(self, shown: float) -> None:
-        """Propose what was typed; the table refuses what may not be."""
+        """Propose the typed value; the table refuses invalid ones."""
         value = self._unit.read(shown)
         low, high = self.row.minimum, self.row.maximum
         if self._unit.factor != 1.0 and not low <= value <= high:
             said = f"{self._label.text} is {self._text(value)}: keep it within {self._limits()}"
-            self.show_error(said)  # in the unit that was typed
+            self.show_error(said)  # in the unit of the typed text
         else:
             self._show_error("")
             self._editor.propose(self.row.name, value)
@@ -635,7 +636,7 @@ class GainRow(QWidget):
         self.reset.setToolTip(f"Back to {start}, as the flight began")
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Show the parameter's own name where there is room for it."""
+        """Show the parameter's own name if there is room for it."""
         super().resizeEvent(event)
         digit = self.fontMetrics().horizontalAdvance("0")
         spare = self.width() / digit - ROOM_FOR_NAME
@@ -646,7 +647,7 @@ class GainRow(QWidget):
         self._share_width()
 
     def minimumSizeHint(self) -> QSize:
-        """Return the room without the parameter's own name, and with the narrowest columns."""
+        """Return the size without the parameter's own name, and with the narrowest columns."""
         least = super().minimumSizeHint()
         grown = self._name.width() + self._unit_shown.width() - sum(self._least_widths())
         return QSize(least.width() - self._own_name_width() - grown, least.height())
@@ -655,7 +656,7 @@ class GainRow(QWidget):
         return self.own_name.width() + GAP if not self.own_name.isHidden() else 0
 
     def _least_widths(self) -> tuple[int, int]:
-        """Of the columns of name and unit [px]."""
+        """Least widths of the columns of name and unit [px]."""
         digit = self.fontMetrics().horizontalAdvance("0")
         return round(NAME_WIDTH * digit), round(UNIT_WIDTH * digit)
 
@@ -687,7 +688,7 @@ class GainRow(QWidget):
 
 
 def _step_by_wheel(field: GainSlider | GainField, event: QWheelEvent | None) -> None:
-    """Let the wheel step a field that has the focus; elsewhere it scrolls the page."""
+    """Let the wheel step a field that has the focus; otherwise it scrolls the page."""
     if event is None:
         return
     turned = event.angleDelta().y() or event.angleDelta().x()

@@ -14,10 +14,10 @@ PAIRS = (
     ("kp_roll", "kp_pitch"),
     ("kd_roll", "kd_pitch"),
 )
-"""Gains of x and of y that may be linked."""
+"""Gains of x and of y that can be linked."""
 
 WITH_A_PROFILE = ("drag_area",)
-"""Rows besides the controller's that belong to the vehicle: a gain file has them, too."""
+"""Rows beside the controller's that belong to the vehicle: a gain file also has them."""
 
 _VELOCITY = "Velocity loop"
 _ATTITUDE = "Attitude loop"
@@ -28,7 +28,7 @@ _PAYLOAD = "Payload"
 _MODES = "Flight modes"
 _SYMBOLS = ("kp", "ki", "kd", "k", "q")
 GAIN_GROUPS = (_VELOCITY, _ATTITUDE, _YAW, _POSITION, _LIMITS)
-"""Headings of the controller's rows, in their order."""
+"""Headings of the controller's rows, in order."""
 
 _SYSTEMS = {
     "modes": _MODES,
@@ -49,13 +49,13 @@ _FAULTS = "Sensor faults"
 
 @dataclass(frozen=True)
 class GainLabel:
-    """How a row is shown.
+    """Label of a row.
 
     Attributes:
-        group: heading under which it stands.
+        group: its heading.
         words: its name in words.
-        symbol: as a control engineer writes it, "" where there is none.
-        where: of which set of scheduled gains, "" for none.
+        symbol: symbol used in control engineering, "" without one.
+        where: its set of scheduled gains, "" for none.
     """
 
     group: str
@@ -96,19 +96,20 @@ _LABELS = {
 
 
 _IN_A_SET = re.compile(r"_at_\d+(_\d+)?$")
-"""What ends the name of a scheduled gain: a screen says once which set it shows."""
+"""Suffix of a scheduled gain's name: a screen names the shown set once."""
 _OTHERS = frozenset(row.name for row in OTHERS)
 _FELT = frozenset(row.name for row in OTHERS if row.system in SIGNAL_PATH)
-"""Of filters and estimators: no gains, and no part of a profile, but a loop feels them alike."""
+"""Parameters of filters and estimators: no gains, and not in a profile, but they affect loops in
+the same way."""
 _NO_LOOP = (_OTHERS - _FELT) | {row.name for row in COMMON if row.group == _LIMITS}
 
 
 def gain_label(row: Parameter, firmware: Firmware | None = None) -> GainLabel:
-    """Return how a row is shown; a row without a name of its own is named by the parameter.
+    """Return a row's label; a row without one is labelled with the parameter's name.
 
     Args:
         row: of the parameter table.
-        firmware: whose law the controller is: what it has is known by the name that it has there.
+        firmware: firmware of the controller's law, whose own parameter names are shown.
     """
     name = _IN_A_SET.sub("", row.name)
     if name != row.name:
@@ -118,7 +119,7 @@ def gain_label(row: Parameter, firmware: Firmware | None = None) -> GainLabel:
         return GainLabel(row.group or GAIN_GROUPS[0], firmware.file_name(name))
     if name in _LABELS and row.group in ("", _LABELS[name].group):
         return _LABELS[name]
-    if is_gain(row) and name != name.lower():  # a firmware's, under which it is known
+    if is_gain(row) and name != name.lower():  # the firmware's own name
         return GainLabel(row.group or GAIN_GROUPS[0], name)
     symbol, _, words = name.partition("_")
     if is_gain(row) and words and symbol in _SYMBOLS:
@@ -131,7 +132,7 @@ def gain_label(row: Parameter, firmware: Firmware | None = None) -> GainLabel:
 
 
 def gain_groups(rows: Iterable[Parameter]) -> tuple[str, ...]:
-    """Return the headings of a controller's rows, in their order; limits stand last."""
+    """Return the headings of a controller's rows, in order; limits are last."""
     found = dict.fromkeys(gain_label(row).group for row in rows)
     if set(found) <= set(GAIN_GROUPS):
         return GAIN_GROUPS
@@ -139,28 +140,28 @@ def gain_groups(rows: Iterable[Parameter]) -> tuple[str, ...]:
 
 
 def is_gain(row: Parameter) -> bool:
-    """Return whether a row is tuned: kept, reverted, stored and saved."""
+    """Return whether a row can be tuned: kept, reverted, stored and saved."""
     return row.system == "controller"
 
 
 def in_profile(row: Parameter) -> bool:
-    """Return whether a gain file of a vehicle has the row."""
+    """Return whether a vehicle's gain file has the row."""
     return is_gain(row) or row.name in WITH_A_PROFILE
 
 
 def controller_gains(values: Mapping[str, float]) -> dict[str, float]:
-    """Return the controller's among some values, and its filters'; others are of the flight."""
+    """Return the values of the controller and its filters; the others belong to the flight."""
     conditions = _OTHERS - _FELT
     return {name: value for name, value in values.items() if name not in conditions}
 
 
 def loop_gains(values: Mapping[str, float]) -> dict[str, float]:
-    """Return those of some values that a loop near hover feels: gains and filters, no limits."""
+    """Return the values that affect a loop near hover: gains and filters, no limits."""
     return {name: value for name, value in values.items() if name not in _NO_LOOP}
 
 
 def partner(name: str) -> str:
-    """Return the gain that is linked with one, "" where it has none."""
+    """Return the gain linked with another one, "" for none."""
     gain = _IN_A_SET.sub("", name)
     for pair in PAIRS:
         if gain in pair:
@@ -169,6 +170,6 @@ def partner(name: str) -> str:
 
 
 def flight_rows(names: Iterable[str], table: ParameterTable) -> tuple[Parameter, ...]:
-    """Return the rows of those names in the table's order."""
+    """Return the rows of these names in the table's order."""
     known = set(names)
     return tuple(row for row in table if row.name in known)

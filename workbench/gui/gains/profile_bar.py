@@ -1,4 +1,4 @@
-"""Above the gains: the profile, what is kept, undo, slots, and files."""
+"""The bar above the gains: the profile, its state, undo, slots, and files."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -36,9 +36,9 @@ from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
 
 TALLEST = 240
-"""Of the list; longer ones scroll [px]."""
+"""Largest height of the list; longer ones scroll [px]."""
 LONGEST_NAME = 20
-"""Of a profile; the rest of it stands in the tool tip."""
+"""Largest length of a profile's name; the tool tip has the rest."""
 FILTER = "Gain files (*.yaml *.yml)"
 AUTOPILOTS = "Parameters of autopilots (*.params *.param *.parm *.txt *.yaml *.json);;All files (*)"
 COMPACT = """
@@ -46,7 +46,7 @@ ProfileBar > QToolButton { min-height: 18px; padding: 3px 5px; }
 ProfileBar > QToolButton:focus, ProfileBar > QToolButton:checked { padding: 2px 4px; }
 """
 PADDING = 12
-"""Around the text of a button [px]."""
+"""Padding around the text of a button [px]."""
 MENU = (
     "load",
     "own",
@@ -65,15 +65,15 @@ MENU = (
 
 
 class ProfileDiffView(QFrame):
-    """Shows a loaded profile until the user takes some of it, or nothing.
+    """Shows a loaded profile until the user takes some of it, or dismisses it.
 
     Args:
-        profiles: compares.
+        profiles: compares profiles.
         preferences: units.
         parent: owner.
 
     Attributes:
-        ticks: of the lines, by the parameter's name.
+        ticks: tick boxes of the lines, by the parameter's name.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class ProfileDiffView(QFrame):
             grid.addWidget(part, line, column)
 
     def _count(self) -> None:
-        """Say how many are ticked."""
+        """Show the number of ticked lines."""
         ticked = sum(tick.isChecked() for tick in self.ticks.values())
         writes = self._profiles.diff is not None and self._profiles.diff.target is not None
         self.fly.setText(f"{'&Write' if writes else '&Fly'} {ticked} ticked")
@@ -150,7 +150,7 @@ class ProfileDiffView(QFrame):
         self.none.setText("&Tick none" if ticked else "&Tick all")
 
     def _tick_others(self) -> None:
-        """Tick none, or all where none is."""
+        """Tick no line, or all if none is ticked."""
         some = any(tick.isChecked() for tick in self.ticks.values())
         for tick in self.ticks.values():
             tick.setChecked(not some)
@@ -178,10 +178,10 @@ class ProfileAction:
     """An action with a key.
 
     Attributes:
-        name: unique.
-        text: on its button or in its menu, with its mnemonic.
+        name: unique name.
+        text: text on its button or in its menu, with the mnemonic.
         shortcut: as Qt writes it.
-        help: what it does, a sentence.
+        help: what it does, as a sentence.
     """
 
     name: str
@@ -255,9 +255,9 @@ PROFILE_ACTIONS: tuple[ProfileAction, ...] = (
 
 
 class ProfileBar(QWidget):
-    """Keeps, reverts, undoes, compares, loads and saves, and says what the state is.
+    """Keeps, reverts, undoes, compares, loads and saves, and shows the state.
 
-    Its keys work wherever the keyboard is in the window while the bar is shown.
+    Its keys work anywhere in the window while the bar is shown.
 
     Args:
         workspace: units, notices.
@@ -266,8 +266,8 @@ class ProfileBar(QWidget):
         parent: owner.
 
     Attributes:
-        actions_by_name: of the table `PROFILE_ACTIONS`.
-        buttons: of those that have one.
+        actions_by_name: actions of the table `PROFILE_ACTIONS`.
+        buttons: buttons of the actions that have one.
     """
 
     def __init__(
@@ -370,7 +370,7 @@ class ProfileBar(QWidget):
         }
 
     def _schedule(self) -> None:
-        """Ask for a quantity and the values that there are to be sets of gains for."""
+        """Ask for a scheduling quantity and the values that get sets of gains."""
         schedule = self._editor.schedule
         dialog = QInputDialog(self)
         dialog.setWindowTitle("Schedule gains")
@@ -394,7 +394,7 @@ class ProfileBar(QWidget):
     def _export(self) -> None:
         dialog = QFileDialog(self, "Export gains to an autopilot's file", "", AUTOPILOTS)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # all but the gains stays
+        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # everything but the gains stays
         show_file_dialog(dialog, lambda path: self._profiles.export(Path(path)))
 
     def _save(self) -> None:
@@ -420,7 +420,7 @@ class ProfileBar(QWidget):
         self._profiles.paste(clipboard.text())
 
     def _button(self, name: str) -> QToolButton:
-        """Return the button of an action; it has the focus by Tab, too."""
+        """Return the button of an action; Tab can focus it, too."""
         action = self.actions_by_name[name]
         button = QToolButton(self)
         button.setText(action.text())
@@ -473,11 +473,11 @@ class ProfileBar(QWidget):
 
 
 def ask_to_load(parent: QWidget, chosen: Callable[[Path], None]) -> None:
-    """Show a dialog for a gain file that is there.
+    """Show a dialog for an existing gain file.
 
     Args:
-        parent: over which it stands.
-        chosen: hears the path.
+        parent: the Qt parent.
+        chosen: called with the path.
     """
     dialog = QFileDialog(parent, "Load gains", "", FILTER)
     dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
@@ -485,15 +485,15 @@ def ask_to_load(parent: QWidget, chosen: Callable[[Path], None]) -> None:
 
 
 def ask_to_save(parent: QWidget, chosen: Callable[[Path], None]) -> None:
-    """Show a dialog for a gain file to be written; one that is there gets a longer history.
+    """Show a dialog for writing a gain file; an existing one gets another entry in its history.
 
     Args:
-        parent: over which it stands.
-        chosen: hears the path.
+        parent: the Qt parent.
+        chosen: called with the path.
     """
     dialog = QFileDialog(parent, "Save gains", OWN, FILTER)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.setDefaultSuffix("yaml")
-    dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the history keeps what was there
+    dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the history has the earlier values
     dialog.selectFile(OWN)
     show_file_dialog(dialog, lambda path: chosen(Path(path)))

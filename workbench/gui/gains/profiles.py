@@ -1,4 +1,4 @@
-"""Profiles of gains: files, texts of the clipboard, and what one would change."""
+"""Profiles of gains: files, texts of the clipboard, and the changes that one would make."""
 
 import math
 import tempfile
@@ -33,7 +33,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import Parameter
 
 OWN = "gains.yaml"
-"""A model's own gains stand beside its description, under this name."""
+"""File name of a model's own gains, beside its description."""
 CLIPBOARD = "clipboard"
 AT_START = "Start of the flight"
 Values = Mapping[str, float]
@@ -41,15 +41,15 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class ProfileDiff:
-    """What a profile would change, line by line, before anything of it flies.
+    """The changes that a profile would make, line by line, before any of them flies.
 
     Attributes:
-        name: of the profile.
-        origin: where its values come from, and what of it cannot be taken over.
-        values: all that the flight can have of it.
-        changes: those that differ from the present.
-        target: an autopilot's file that is to have them, as it has the first of each pair; None
-            where the flight is.
+        name: name of the profile.
+        origin: source of its values, and which of them cannot be used.
+        values: all values that the flight can use.
+        changes: values that differ from the present ones.
+        target: an autopilot's file to write to, which has the first of each pair; None for the
+            flight.
     """
 
     name: str
@@ -59,11 +59,11 @@ class ProfileDiff:
     target: Path | None = None
 
     def before(self, flown: Values) -> dict[str, float]:
-        """Return what flies, or what the file has, beside all other values that fly."""
+        """Return the present values of the flight or the file, beside all other flown values."""
         return {**flown, **{each.name: each.a for each in self.changes}}
 
     def after(self, flown: Values) -> dict[str, float]:
-        """Return what it would be."""
+        """Return the values after the change."""
         return {**flown, **{each.name: each.b for each in self.changes}}
 
 
@@ -71,13 +71,13 @@ class GainProfiles(QObject):
     """Loads and saves profiles of the gains that are edited, in the background.
 
     Args:
-        editor: has the gains.
-        notices: where refusals are told.
+        editor: the editor of the gains.
+        notices: takes refusals.
         parent: owner.
 
     Attributes:
-        name: of the profile that was loaded or saved last.
-        diff: what a loaded profile would change; None where none waits for a choice.
+        name: name of the profile that was loaded or saved last.
+        diff: changes of a loaded profile; None if none waits for a choice.
     """
 
     diff_changed = pyqtSignal(object)
@@ -104,31 +104,31 @@ class GainProfiles(QObject):
         return self._editor.table.controller
 
     def words(self, name: str) -> str:
-        """Return how one of the flight's parameters is called."""
+        """Return the name of a parameter of the flight, in words."""
         return self._editor.words(name)
 
     @property
     def is_changed(self) -> bool:
-        """Whether the flight has other values than the profile that was loaded or saved last."""
+        """Whether the flight's values differ from the profile that was loaded or saved last."""
         return not self._has(self._editor.flown)
 
     def load(self, path: Path) -> None:
-        """Compare with what a gain file has; where it has sets of gains, they are scheduled."""
+        """Compare with a gain file; its sets of gains are scheduled."""
         self._read(path.stem, partial(_with_schedule, path, self._law))
 
     def load_autopilot(self, path: Path) -> None:
-        """Compare with what an autopilot's file of parameters has."""
+        """Compare with an autopilot's file of parameters."""
         self._read(path.name, partial(_of_autopilot, path, self._law))
 
     def export(self, path: Path) -> None:
-        """Compare what flies with an autopilot's file, or, of a new one, with its defaults."""
-        law, flown = self._law, dict(self._editor.flown)  # it flies on meanwhile
+        """Compare the flown gains with an autopilot's file, or with its defaults for a new one."""
+        law, flown = self._law, dict(self._editor.flown)  # the flight continues meanwhile
         self._answers.expect(
             self._errands.run(partial(_compare_export, path, law, flown)), done=self._offer
         )
 
     def load_own(self) -> None:
-        """Compare with the model's own gains; with those of the start where it brings none."""
+        """Compare with the model's own gains, or with those of the start if it has none."""
         if self._vehicle is None:
             self._notices.warn("nothing flies: open a scenario first")
             return
@@ -141,11 +141,11 @@ class GainProfiles(QObject):
         )
 
     def paste(self, text: str) -> None:
-        """Compare with what a text of the clipboard has."""
+        """Compare with a text of the clipboard."""
         self._read(f"the {CLIPBOARD}", lambda: read_text(text, self._law))
 
     def take(self, names: Iterable[str]) -> None:
-        """Fly those lines of the loaded profile whose parameters have these names."""
+        """Fly the lines of the loaded profile with these parameters."""
         if self.diff is None:
             return
         diff, taken = self.diff, set(names)
@@ -157,19 +157,19 @@ class GainProfiles(QObject):
         self._editor.adopt({n: v for n, v in diff.values.items() if n in taken}, diff.name)
 
     def dismiss(self) -> None:
-        """Take nothing of the loaded profile."""
+        """Dismiss the loaded profile."""
         self.diff = None
         self.diff_changed.emit(None)
 
     def save(self, path: Path) -> None:
-        """Write what flies to a gain file, which keeps its history."""
+        """Write the flown gains to a gain file, which keeps its history."""
         self._save(path, self._editor.ordered_profile)
 
     def unsaved(self) -> str:
         """Return which gains would be lost with the flight, as a sentence; "" for none.
 
-        What flies, or what was kept, is lost if it is neither as the flight began nor as the
-        profile that was loaded or saved last.
+        Flown or kept gains are lost if they equal neither those of the flight's start nor those of
+        the profile that was loaded or saved last.
         """
         flown_values, kept_values = self._editor.ordered_profile, self._editor.kept
         flown, kept = self._is_lost(flown_values), self._is_lost(kept_values)
@@ -182,13 +182,13 @@ class GainProfiles(QObject):
         return said
 
     def save_unsaved(self, path: Path, saved: Callable[[], object]) -> None:
-        """Write what `unsaved` tells of to a gain file, and call back once it is written."""
+        """Write the gains that `unsaved` names to a gain file, and call back when it is written."""
         flown = self._editor.ordered_profile
         values = flown if self._is_lost(flown) else self._editor.kept
         self._save(path, values, saved)
 
     def as_yaml(self) -> str:
-        """Return what flies as a gain file's text, without a history."""
+        """Return the flown gains as a gain file's text, without a history."""
         gains = {
             name: _with_unit(self._editor.table.find(name), value)
             for name, value in self._editor.ordered_profile.items()
@@ -204,7 +204,7 @@ class GainProfiles(QObject):
         return text
 
     def close(self) -> None:
-        """Wait for what is being read or written; the last call."""
+        """Wait for files that are being read or written; must be the last call."""
         self._answers.close()
         self._errands.close()
 
@@ -213,7 +213,7 @@ class GainProfiles(QObject):
         return self._vehicle.name if self._vehicle else ""
 
     def _begin(self, view: LiveView) -> None:
-        """Begin with the profile of a new flight's start."""
+        """Start with the profile of a new flight's start."""
         self._vehicle = view.vehicle
         self._start = dict(self._editor.kept)
         self._set_name(AT_START, self._start)
@@ -247,7 +247,7 @@ class GainProfiles(QObject):
         self._notices.inform(f"Nothing differs: the flight has the gains of {name} already.")
 
     def _offer(self, diff: ProfileDiff) -> None:
-        """Show what an autopilot's file would have."""
+        """Show how an autopilot's file would change."""
         if diff.changes:
             self.diff = diff
             self.diff_changed.emit(diff)
@@ -255,7 +255,7 @@ class GainProfiles(QObject):
             self._write(diff, set())
 
     def _write(self, diff: ProfileDiff, taken: set[str]) -> None:
-        """Write those gains to an autopilot's file that were taken."""
+        """Write the accepted gains to an autopilot's file."""
         assert diff.target is not None
         left = {each.name: each.a for each in diff.changes if each.name not in taken}
         write = partial(_export, diff.target, self._law, {**diff.values, **left})
@@ -280,17 +280,17 @@ class GainProfiles(QObject):
 
 
 def _with_schedule(path: Path, law: Controller) -> GainFile:
-    """Return a gain file, of the controller that flies or of that with another schedule."""
+    """Return a gain file, of the flying controller or of its version with another schedule."""
     file, _ = split_label(law.reference)
     wanted = load_controller(flown_by(file, str(path)))
     return load_gains(path, wanted if wanted.schedule else law)
 
 
 def _of_autopilot(path: Path, law: Controller) -> GainFile:
-    """Return the gains of an autopilot's file for the law that flies; unsafe ones are left out.
+    """Return the gains of an autopilot's file for the flying law; unsafe ones are left out.
 
     Raises:
-        WorkbenchError: if it is none, or one of another law.
+        WorkbenchError: if it is not such a file, or belongs to another law.
     """
     found = import_gains(path)
     if law.unscheduled not in found.firmware.laws:
@@ -306,10 +306,10 @@ def _of_autopilot(path: Path, law: Controller) -> GainFile:
 
 
 def _compare_export(path: Path, law: Controller, flown: Values) -> ProfileDiff:
-    """Return what an autopilot's file would have of the gains that fly.
+    """Return how an autopilot's file would change with the flown gains.
 
     Raises:
-        WorkbenchError: if the law that flies is no autopilot's, or the file is another's.
+        WorkbenchError: if the flying law is not an autopilot's, or the file belongs to another one.
     """
     firmware = firmware_of(law)
     if firmware is None:
@@ -342,14 +342,14 @@ def _export(path: Path, law: Controller, values: Values) -> None:
 def compare_profile(
     name: str, file: GainFile, vehicle: str, present: Values, controller: Controller
 ) -> ProfileDiff:
-    """Return what a profile would change.
+    """Return the changes that a profile would make.
 
     Args:
-        name: of the profile.
-        file: what it says.
-        vehicle: name of the one that flies.
-        present: all values that the flight has.
-        controller: that flies.
+        name: name of the profile.
+        file: content of its file.
+        vehicle: name of the flying vehicle.
+        present: all values of the flight.
+        controller: the flying controller.
     """
     values = {name: value for name, value in file.gains.items() if name in present}
     compared = diff_gains({each: present[each] for each in values}, values, present, controller)
@@ -363,10 +363,10 @@ def compare_profile(
 
 
 def read_text(text: str, controller: Controller | None = None) -> GainFile:
-    """Return a profile from text: a whole gain file, or its NAME: VALUE lines alone.
+    """Return a profile from text: a whole gain file, or just its NAME: VALUE lines.
 
     Raises:
-        WorkbenchError: naming the line of what is wrong.
+        WorkbenchError: names the line of an error.
     """
     if not text.strip():
         raise WorkbenchError("the clipboard has no text: copy a gain file's first")
@@ -383,7 +383,7 @@ def read_text(text: str, controller: Controller | None = None) -> GainFile:
 
 
 def percent_text(change: GainChange) -> str:
-    """Return a relative change, as +12.5 %; a dash where there is none."""
+    """Return a relative change, as +12.5 %; a dash if there is none."""
     return "–" if math.isnan(change.percent) else f"{change.percent:+.1f} %".replace("-", "−")
 
 

@@ -1,1 +1,1 @@
-"""The Home screen: all of a flight at a glance."""
+"""The Home screen: an overview of the flight."""

@@ -1,4 +1,4 @@
-"""Attitude and heading: artificial horizon, compass tape, and the same as numbers."""
+"""Attitude and heading: artificial horizon, compass tape, and numbers."""
 
 import math
 from collections.abc import Sequence
@@ -18,19 +18,19 @@ from workbench.live.view import LiveView
 from workbench.session.snapshot import Snapshot
 
 LADDER_STEP = 10
-"""Between the lines of the pitch ladder [degrees]."""
+"""Spacing of the pitch ladder's numbered lines [degrees]."""
 VIEW = math.radians(32.0)
-"""From the middle to the rim."""
+"""Angle from the centre to the rim [rad]."""
 FINEST_TILT = math.radians(0.05)
-"""Less than this is no change."""
+"""Smaller changes are not shown [rad]."""
 ROLL_MARKS = (-60, -45, -30, -20, -10, 0, 10, 20, 30, 45, 60)
-"""Of the roll scale [degrees]."""
+"""Marks of the roll scale [degrees]."""
 LADDER_MINOR = 5
-"""Between lines of the ladder, every other one short [degrees]."""
+"""Spacing of the ladder's lines, every other one short [degrees]."""
 SEEN = 120.0
-"""Degrees that the tape shows at once."""
+"""Visible part of the tape [degrees]."""
 TAPE_STEP = 0.1
-"""Less than this is no change [degrees]."""
+"""Smaller changes are not shown [degrees]."""
 LABELS = ("Roll", "Pitch", "Yaw", "Heading")
 
 
@@ -38,24 +38,24 @@ LABELS = ("Roll", "Pitch", "Yaw", "Heading")
 class Attitude:
     """The tilt of a body whose axes point forward, left and up.
 
-    Both are signed as pilots have it. The angles of `roll_pitch_yaw` have the same bank, and the
-    opposite sign for the nose: a rotation about the left axis lowers it.
+    Both have the signs that pilots use. `roll_pitch_yaw` has the same bank, but the opposite sign
+    for the nose: a rotation about the left axis lowers it.
 
     Attributes:
-        nose_up: of the forward axis over the horizon [rad], -pi/2 .. pi/2.
-        bank: right side down is positive [rad], -pi .. pi.
+        nose_up: elevation of the forward axis above the horizon [rad], -pi/2 .. pi/2.
+        bank: bank angle, right side down is positive [rad], -pi .. pi.
     """
 
     nose_up: float
     bank: float
 
     def rounded(self, step: float) -> "Attitude":
-        """Return it in whole steps [rad], so that invisible changes are none."""
+        """Return it rounded to steps [rad], so that invisible changes are ignored."""
         return Attitude(step * round(self.nose_up / step), step * round(self.bank / step))
 
     @property
     def sky(self) -> tuple[float, float]:
-        """Direction towards the sky on the screen, to the right and down, a unit vector.
+        """Direction of the sky on the screen, right and down, a unit vector.
 
         With the right side down, the sky leans to the left.
         """
@@ -63,7 +63,7 @@ class Attitude:
 
 
 def attitude_of(q_WB: Sequence[float]) -> Attitude | None:
-    """Return the attitude of an orientation, None of one that is no number.
+    """Return the attitude of an orientation, None if it is not finite.
 
     Args:
         q_WB: unit quaternion w, x, y, z of the body B in the world W, whose z is up.
@@ -71,7 +71,7 @@ def attitude_of(q_WB: Sequence[float]) -> Attitude | None:
     if not all(map(math.isfinite, q_WB)):
         return None
     w, x, y, z = q_WB
-    forward = 2.0 * (x * z - w * y)  # world z of the body's axes: third row of the rotation
+    forward = 2.0 * (x * z - w * y)  # world z in the body's axes: third row of the rotation matrix
     left = 2.0 * (y * z + w * x)
     up = 1.0 - 2.0 * (x * x + y * y)
     return Attitude(math.asin(max(-1.0, min(1.0, forward))), math.atan2(left, up))
@@ -79,12 +79,12 @@ def attitude_of(q_WB: Sequence[float]) -> Attitude | None:
 
 @dataclass(frozen=True)
 class Horizon:
-    """Where things of the sky are in a round window on it.
+    """Maps the sky to a round window.
 
     Attributes:
-        attitude: of the body that looks.
-        radius: of the window [px].
-        view: angle from the middle of the window to its rim [rad].
+        attitude: attitude of the body.
+        radius: radius of the window [px].
+        view: angle from the centre of the window to its rim [rad].
     """
 
     attitude: Attitude
@@ -92,27 +92,27 @@ class Horizon:
     view: float
 
     def height(self, elevation: float) -> float:
-        """Return how far towards the sky an elevation [rad] is seen from the middle [px]."""
+        """Return the distance of an elevation [rad] from the centre, towards the sky [px]."""
         return (elevation - self.attitude.nose_up) / self.view * self.radius
 
     @property
     def line(self) -> float:
-        """Height of the horizon [px]; a rim of sky or of earth is always left."""
+        """Distance of the horizon [px]; a rim of sky or earth is always visible."""
         most = 0.88 * self.radius
         return max(-most, min(most, self.height(0.0)))
 
     def place(self, height: float, aside: float = 0.0) -> tuple[float, float]:
-        """Return a place in the window from its middle, to the right and down [px].
+        """Return a position in the window relative to its centre, right and down [px].
 
         Args:
-            height: towards the sky.
-            aside: along the horizon, to the right of who looks.
+            height: distance towards the sky.
+            aside: distance along the horizon, to the viewer's right.
         """
         right, down = self.attitude.sky
         return height * right - aside * down, height * down + aside * right
 
     def ladder(self, least: int = LADDER_STEP) -> tuple[int, ...]:
-        """Return the elevations of ladder lines that are well within the window [degrees]."""
+        """Return the elevations of the ladder lines that are well within the window [degrees]."""
         middle = math.degrees(self.attitude.nose_up)
         reach = 0.62 * math.degrees(self.view)
         first = math.ceil(max(-90.0, middle - reach) / least)
@@ -121,7 +121,7 @@ class Horizon:
 
 
 class AttitudeIndicator(Instrument):
-    """Shows bank and pitch as a window to the horizon; the drone stands still in it.
+    """Shows bank and pitch as a window to the horizon, in which the drone is fixed.
 
     The scale on the rim is fixed to the drone; the pointer points to the zenith.
     """
@@ -133,12 +133,12 @@ class AttitudeIndicator(Instrument):
 
     @property
     def attitude(self) -> Attitude | None:
-        """What is shown, None before the first."""
+        """The shown attitude, None before the first."""
         return self._attitude
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The attitude as a sentence."""
         if self._attitude is None:
             return "no attitude yet"
         nose, bank = math.degrees(self._attitude.nose_up), math.degrees(self._attitude.bank)
@@ -148,7 +148,7 @@ class AttitudeIndicator(Instrument):
         )
 
     def show_attitude(self, attitude: Attitude | None) -> None:
-        """Show an attitude, None where it is not known."""
+        """Show an attitude, None if unknown."""
         rounded = attitude.rounded(FINEST_TILT) if attitude is not None else None
         if (self._attitude is None) != (rounded is None):
             self._attitude = rounded
@@ -158,7 +158,7 @@ class AttitudeIndicator(Instrument):
             self.update(self._disc().toAlignedRect())
 
     def renew(self) -> None:
-        """Paint the drone again, too."""
+        """Repaint, including the drone."""
         self._drone = None
         super().renew()
 
@@ -182,7 +182,7 @@ class AttitudeIndicator(Instrument):
             )
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint earth, ladder and pointer, and the drone before them."""
+        """Paint earth, ladder, pointer and drone."""
         disc = self._disc()
         radius = disc.width() / 2
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -199,7 +199,7 @@ class AttitudeIndicator(Instrument):
         painter.drawPixmap(QPointF(-side / 2, -side / 2), self._drone)
 
     def _disc(self) -> QRectF:
-        """Return the square around the window."""
+        """Return the window's bounding square."""
         side = min(self.width(), self.height())
         radius = (side / 2 - 2.0) / 1.1
         disc = QRectF(0.0, 0.0, 2 * radius, 2 * radius)
@@ -211,7 +211,8 @@ class AttitudeIndicator(Instrument):
         window = QRectF(-radius, -radius, 2 * radius, 2 * radius)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(self.colour("earth"))
-        # Earth is what the horizon cuts off; Qt counts angles against the clock from the right.
+        # The earth is the part below the horizon; Qt measures angles counter-clockwise from the
+        # right.
         half = math.degrees(math.acos(horizon.line / radius))
         down = math.degrees(horizon.attitude.bank) - 90.0
         start, span = down - 180.0 + half, 2.0 * (180.0 - half)
@@ -242,7 +243,7 @@ class AttitudeIndicator(Instrument):
     def _paint_degrees(
         self, painter: QPainter, horizon: Horizon, height: float, half: float, degrees: int
     ) -> None:
-        """Paint the number of a ladder line on its left, upright so that it is quick to read."""
+        """Paint the number of a ladder line at its left, upright for legibility."""
         size = 1.3 * self.text_size
         place = QRectF(0.0, 0.0, 2.0 * size, size)
         place.moveCenter(QPointF(*horizon.place(height, -half - 0.85 * size)))
@@ -258,7 +259,7 @@ class AttitudeIndicator(Instrument):
         painter.drawPolygon(QPolygonF([QPointF(*corner) for corner in corners]))
 
     def _painted_drone(self, radius: float) -> QPixmap:
-        """Return the drone on nothing."""
+        """Return the drone on a transparent background."""
         ratio = self.devicePixelRatioF()
         side = 2 * math.ceil(0.55 * radius + 3.0)
         drone = QPixmap(round(side * ratio), round(side * ratio))
@@ -272,7 +273,7 @@ class AttitudeIndicator(Instrument):
         return drone
 
     def _paint_drone(self, painter: QPainter, radius: float) -> None:
-        """Paint the drone from behind: two arms and a body, light with a dark rim."""
+        """Paint the drone from behind: two arms and a body, light with a dark outline."""
         inner, outer, drop = 0.16 * radius, 0.48 * radius, 0.09 * radius
         arms = [
             QPolygonF(
@@ -299,12 +300,12 @@ class AttitudeIndicator(Instrument):
 
     @property
     def _light(self) -> QColor:
-        """Colour of lines on sky and earth, which are darker than this in both looks."""
+        """Colour of lines on sky and earth, which are darker in both looks."""
         return self.colour("ink" if self.look.is_dark else "card")
 
     @property
     def _dark(self) -> QColor:
-        """Colour of the rims of what must stand out from both."""
+        """Colour of outlines that separate them from both."""
         return self.colour("ground" if self.look.is_dark else "ink")
 
 
@@ -319,18 +320,18 @@ class HeadingTape(Instrument):
 
     @property
     def heading(self) -> float:
-        """What is shown [degrees], no number before the first."""
+        """The shown heading [degrees], NaN before the first."""
         return self._heading
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The heading as a sentence."""
         if math.isnan(self._heading):
             return "no heading yet"
         return f"heading {self._heading:.0f} degrees, {point_of(self._heading)}"
 
     def show_yaw(self, yaw: float) -> None:
-        """Show the heading of a yaw [rad]; of what is no number, none."""
+        """Show the heading of a yaw [rad]; none if it is not finite."""
         known = math.isfinite(yaw)
         heading = TAPE_STEP * round(heading_of(yaw) / TAPE_STEP) % 360.0 if known else math.nan
         if heading != self._heading and (known or not math.isnan(self._heading)):
@@ -338,12 +339,12 @@ class HeadingTape(Instrument):
             self.update()
 
     def renew(self) -> None:
-        """Paint the tape again, too."""
+        """Repaint, including the tape."""
         self._tape = None
         super().renew()
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the part of the tape that is seen, and the pointer before it."""
+        """Paint the visible part of the tape, and the pointer."""
         if math.isnan(self._heading):
             return
         if self._tape is None:
@@ -356,7 +357,7 @@ class HeadingTape(Instrument):
         painter.drawPixmap(QPointF(0.0, 0.0), self._cover)
 
     def _painted_cover(self) -> QPixmap:
-        """Return what stands before the tape: its ends fade into the card; the pointer."""
+        """Return the layer above the tape: fading ends, and the pointer."""
         ratio = self.devicePixelRatioF()
         cover = QPixmap(round(self.width() * ratio), round(self.height() * ratio))
         cover.setDevicePixelRatio(ratio)
@@ -385,11 +386,11 @@ class HeadingTape(Instrument):
 
     @property
     def _turn(self) -> float:
-        """Length of a whole turn [px]."""
+        """Length of a full turn [px]."""
         return self.width() * 360.0 / SEEN
 
     def _painted_tape(self) -> QPixmap:
-        """Return a whole turn, and half of what is seen on either side of it."""
+        """Return a full turn of the tape, plus half of the visible part on either side."""
         ratio = self.devicePixelRatioF()
         width = self._turn + self.width()
         tape = QPixmap(round(width * ratio) + 2, round(self.height() * ratio))
@@ -421,18 +422,18 @@ class HeadingTape(Instrument):
 
 
 def heading_text(yaw: float) -> str:
-    """Return the heading of a yaw [rad] with all its digits, as 007.5."""
+    """Return the heading of a yaw [rad] with three leading digits, as 007.5."""
     if not math.isfinite(yaw):
         return "–"
     return f"{round(heading_of(yaw), 1) % 360.0:05.1f}"
 
 
 class AttitudeCard(Card):
-    """The horizon as it is seen ahead.
+    """The horizon in the direction of flight.
 
-    The angles are those of the frames in use: W is east-north-up and B forward-left-up, so a
+    The angles are those of the workbench's frames: W is east-north-up and B forward-left-up, so a
     positive roll lowers the right side, a positive pitch the nose, and yaw is 0 to the east. The
-    heading is the compass's, clockwise from north.
+    heading is that of a compass, clockwise from north.
     """
 
     name = "attitude"
@@ -461,7 +462,7 @@ class AttitudeCard(Card):
         self.table.set_line(3, Line(LABELS[3], "°"))
 
     def place_parts(self, body: QRectF) -> None:
-        """Put the tape below dial and numbers."""
+        """Place the tape below dial and numbers."""
         size = self.text_size
         upper = body.adjusted(0.0, 0.0, 0.0, -2.9 * size)
         picture, numbers = beside(upper, 1.2 * size, 7.0 * size)
@@ -472,7 +473,7 @@ class AttitudeCard(Card):
         put(self.tape, tape)
 
     def show_dials(self, view: LiveView, now: Snapshot) -> None:
-        """Turn the horizon and the tape."""
+        """Update the horizon and the tape."""
         self.indicator.show_attitude(attitude_of(now.q_WB))
         self.tape.show_yaw(now.roll_pitch_yaw[2])
 

@@ -1,4 +1,4 @@
-"""What every card of the Home screen is, and those of battery, flight mode, time and rotors."""
+"""The base class of the Home screen's cards, and those of battery, flight mode, time and rotors."""
 
 import math
 import time
@@ -26,12 +26,12 @@ from workbench.scenario.parameters import MOST_ROTORS
 from workbench.session.snapshot import Snapshot
 
 WIDE = 1.2
-"""From this ratio of width to height on, they stand beside each other."""
+"""Least ratio of width to height at which picture and numbers are side by side."""
 PICTURE = 0.6
-"""Most of the width that the picture takes then."""
+"""Largest share of the width for the picture then."""
 
 PADDING = 0.8
-"""Inside the frame, relative to plain text."""
+"""Padding inside the frame, relative to plain text."""
 TITLE = 1.75
 """Height of the title's line, relative to plain text."""
 SIGNS = {
@@ -47,13 +47,13 @@ SIGNS = {
 def beside(
     body: QRectF, gap: float, numbers_height: float, share: float = PICTURE
 ) -> tuple[QRectF, QRectF]:
-    """Return where a card's picture and its numbers stand: side by side, or one above the other.
+    """Return the areas of a card's picture and numbers: side by side, or one above the other.
 
     Args:
-        body: of the card.
-        gap: between the two [px].
-        numbers_height: that the numbers need where they stand below [px].
-        share: most of the width that the picture takes where it stands on the left.
+        body: area of the card's content.
+        gap: space between the two [px].
+        numbers_height: height of the numbers if they are below [px].
+        share: largest share of the width for the picture if it is on the left.
     """
     if body.width() >= WIDE * body.height():
         width = min(body.height(), share * body.width())
@@ -68,12 +68,12 @@ def beside(
 
 
 class Card(Instrument):
-    """What belongs together.
+    """A framed group of related instruments.
 
     Attributes:
-        name: in the plans of the Home screen.
-        title: at its top.
-        parts: instruments inside.
+        name: name in the layouts of the Home screen.
+        title: title at the top.
+        parts: contained instruments.
     """
 
     ground = "ground"
@@ -90,33 +90,33 @@ class Card(Instrument):
 
     @property
     def note(self) -> str:
-        """What stands beside the title."""
+        """The text beside the title."""
         return self._note
 
     @property
     def sign(self) -> Sign | None:
-        """The shape before the note, if any."""
+        """The symbol before the note, if any."""
         return self._sign
 
     @property
     def body(self) -> QRectF:
-        """The room under the title."""
+        """The area below the title."""
         pad, size = PADDING * self.text_size, self.text_size
         return self.area.adjusted(pad, 0.5 * pad + TITLE * size, -pad, -0.8 * pad)
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence, for a screen reader."""
+        """The content as a sentence, for a screen reader."""
         return "; ".join(part.spoken for part in self.parts if part.isVisibleTo(self))
 
     def begin(self, view: LiveView) -> None:
         """A flight begins."""
 
     def show_dials(self, view: LiveView, now: Snapshot) -> None:
-        """Show what moves smoothly; called for every view."""
+        """Update smoothly moving parts; called for every view."""
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
-        """Show what is to be read; called ten times a second."""
+        """Update numbers; called ten times a second."""
 
     def use_units(self, units: ShownUnits) -> None:
         """Show numbers in other units from now on."""
@@ -128,17 +128,17 @@ class Card(Instrument):
             put(part, body)
 
     def set_note(self, note: str, sign: Sign | None = None) -> None:
-        """Show a note beside the title, with a shape where it says how something is."""
+        """Show a note beside the title, with a symbol if it is a state."""
         if (note, sign) != (self._note, self._sign):
             self._note, self._sign = note, sign
             self.update(self._title_line.toAlignedRect())
 
     def set_state(self, state: SensorState) -> None:
-        """Show how a sensor does beside the title."""
+        """Show a sensor's state beside the title."""
         self.set_note(state.note, SIGNS[state.health])
 
     def set_text_size(self, size: float) -> None:
-        """Set it for the parts, too."""
+        """Set the text size of the parts, too."""
         super().set_text_size(size)
         for part in self.parts:
             part.set_text_size(size)
@@ -186,12 +186,12 @@ class Card(Instrument):
 
 
 def put(part: QWidget, place: QRectF) -> None:
-    """Give a widget its place, in whole pixels."""
+    """Place a widget, in whole pixels."""
     part.setGeometry(place.toRect())
 
 
 def charge_word(charge: float, reserve: float) -> str:
-    """Return in words how a charge 0 .. 1 is: empty, at the reserve, low, or good."""
+    """Return a charge 0 .. 1 as a word: empty, at the reserve, low, or good."""
     if math.isnan(charge):
         return "unknown"
     if charge <= 0.0:
@@ -210,19 +210,19 @@ class ChargeBar(Instrument):
 
     @property
     def text(self) -> str:
-        """Per cent, in words."""
+        """The charge in per cent, as text."""
         if math.isnan(self._charge):
             return "–"
         return f"{100 * self._charge:.0f}\N{NO-BREAK SPACE}%"
 
     @property
     def word(self) -> str:
-        """How it is."""
+        """The charge as a word."""
         return charge_word(self._charge, self._reserve)
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The charge as a sentence."""
         return f"{self.text}, {self.word}; reserve {100 * self._reserve:.0f} %"
 
     def show_charge(self, charge: float, reserve: float) -> None:
@@ -246,7 +246,7 @@ class ChargeBar(Instrument):
         charge = 0.0 if math.isnan(self._charge) else max(0.0, min(1.0, self._charge))
         full.setWidth(charge * inner.width())
         painter.fillRect(full, self.colour(name))
-        if name != "good":  # no colour alone
+        if name != "good":  # not by colour alone
             painter.fillRect(full, QBrush(self.colour("card"), Qt.BrushStyle.BDiagPattern))
         x = inner.left() + self._reserve * inner.width()
         painter.setPen(QPen(self.colour("ink"), 2.0))
@@ -294,31 +294,32 @@ UP = ((0.5, 0.08), (0.95, 0.62), (0.05, 0.62))
 DOWN = ((0.5, 0.92), (0.95, 0.38), (0.05, 0.38))
 ALONG = ((0.92, 0.5), (0.38, 0.95), (0.38, 0.05))
 DIAMOND = ((0.5, 0.05), (0.95, 0.5), (0.5, 0.95), (0.05, 0.5))
-"""Corners in a square of side 1, from its top left."""
+"""Corners in a square of side 1, relative to its top left."""
 
 PHASES: Mapping[Phase, tuple[str, Sign]] = {
     Phase.PAUSED: ("paused", Sign.WARNING),
     Phase.BROKEN: ("broken: reset to fly again", Sign.BAD),
     Phase.ENDED: ("ended: open a scenario", Sign.BAD),
 }
-"""What is told of a flight that does not go on."""
+"""Text for a flight that does not advance."""
 HELD = ("held: reset to fly again", Sign.BAD)
-"""And of one whose autopilot has ended."""
+"""Text for a flight whose autopilot has ended."""
 CALM = 0.05
-"""Less wind than this is none [m/s]."""
+"""A slower wind counts as calm [m/s]."""
 
 
 def paint_mode(painter: QPainter, place: QRectF, mode: FlightMode, colour: QColor) -> None:
-    """Paint the shape of a mode.
+    """Paint the symbol of a mode.
 
-    Off is an empty circle, armed one with a dot; hovering a diamond; climbing a triangle up, with
-    the ground under it at a take-off; so downwards; cruising a triangle to the right.
+    Off is an empty circle, armed one with a dot; hovering is a diamond; climbing is a triangle
+    pointing up, with the ground below it for a take-off, and descending likewise down; cruising is
+    a triangle pointing right.
 
     Args:
-        painter: with antialiasing.
-        place: a square.
-        mode: to paint.
-        colour: of it.
+        painter: painter with antialiasing.
+        place: a square area.
+        mode: the mode.
+        colour: its colour.
     """
     thick = QPen(colour, max(1.5, place.width() / 11.0))
     painter.setPen(Qt.PenStyle.NoPen)
@@ -360,11 +361,11 @@ def _paint_corners(
 
 
 def wind_text(wind: tuple[float, float, float], units: ShownUnits) -> str:
-    """Return a wind in words: how fast, and where it comes from.
+    """Return a wind in words: its speed, and the direction that it comes from.
 
     Args:
         wind: velocity of the air in W [m/s].
-        units: in which it is said.
+        units: units of the text.
     """
     if not all(map(math.isfinite, wind)):
         return "wind –"
@@ -394,7 +395,7 @@ class ConditionCard(Card):
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The state as a sentence."""
         return f"{self.mode.label}, {self.facts}"
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
@@ -432,14 +433,14 @@ class ConditionCard(Card):
         painter.drawText(line, LEFT, self.facts)
 
     def _paint_nothing(self, painter: QPainter) -> None:
-        """Paint that there is no flight yet."""
+        """Paint the hint that there is no flight yet."""
         painter.setFont(self.face())
         painter.setPen(self.colour("muted"))
         painter.drawText(self.body, LEFT, "Nothing flies yet: open a scenario.")
 
 
 def simulated_text(seconds: float, decimals: int) -> str:
-    """Return a simulated time [s] as minutes and seconds, and hours from one on: 1:02.5."""
+    """Return a simulated time [s] as minutes and seconds, with hours if needed: 1:02.5."""
     if not math.isfinite(seconds):
         return "–"
     ticks = round(seconds * 10**decimals)
@@ -450,7 +451,7 @@ def simulated_text(seconds: float, decimals: int) -> str:
 
 
 class ClockCard(Card):
-    """The large clock; its upper line has the times, the lower one says what they are."""
+    """The large clock; the upper line has the times, the lower one their names."""
 
     name = "clock"
     title = "Clock"
@@ -463,7 +464,7 @@ class ClockCard(Card):
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The times as a sentence."""
         return f"local time {self.wall}, simulated time {self.simulated}, {self.state}"
 
     def show_wall(self) -> None:
@@ -474,11 +475,11 @@ class ClockCard(Card):
             self.update(self._left_half.toAlignedRect())
 
     def show_silence(self, seconds: float) -> None:
-        """Show that nothing was heard of the flight for a time [s]."""
+        """Show that the flight has sent nothing for a time [s]."""
         self._show_state(f"no news for {seconds:.0f} s", Sign.WARNING)
 
     def show_phase(self, view: LiveView) -> None:
-        """Show where the flight is."""
+        """Show the state of the flight."""
         match view.phase:
             case Phase.STARTING:
                 self._show_state(view.said or "starting", Sign.OFF)
@@ -496,7 +497,7 @@ class ClockCard(Card):
                 self._show_state(f"{view.pace.text} real time", Sign.GOOD)
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
-        """Show the simulated time; to the millisecond where it stands."""
+        """Show the simulated time; with milliseconds while it is paused."""
         self.show_phase(view)
         text = simulated_text(now.time, 1 if view.phase is Phase.FLYING else 3)
         if text != self.simulated:
@@ -504,7 +505,7 @@ class ClockCard(Card):
             self.update(self._upper(self._right_half).toAlignedRect())
 
     def paint_still(self, painter: QPainter) -> None:
-        """Paint the frame, and what is what."""
+        """Paint the frame and the names of the times."""
         painter.setPen(QPen(self.colour("line"), 1.0))
         painter.setBrush(self.colour("card"))
         corner = 0.5 * self.text_size
@@ -514,7 +515,7 @@ class ClockCard(Card):
         painter.drawText(self._lower(self._left_half), LEFT, "Local time")
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint both times, and how the flight does."""
+        """Paint both times, and the state of the flight."""
         if self._left_half.intersects(rect):
             painter.setFont(self.face(2.45, bold=True))
             painter.setPen(self.colour("ink"))
@@ -579,7 +580,7 @@ class ClockCard(Card):
 
 
 class RotorState(Enum):
-    """How a rotor does, in a word; each has a filling of its bar, too."""
+    """A rotor's state, as a word; each also has its own pattern of the bar."""
 
     FINE = ""
     LIMIT = "at the limit"
@@ -589,13 +590,13 @@ class RotorState(Enum):
 
 @dataclass(frozen=True)
 class RotorReading:
-    """What a bar shows.
+    """Values of a bar.
 
     Attributes:
-        thrust: [N].
-        share: of the largest thrust, 0 .. 1.
-        speed: [rad/s].
-        state: how the rotor does.
+        thrust: thrust [N].
+        share: share of the largest thrust, 0 .. 1.
+        speed: speed [rad/s].
+        state: state of the rotor.
     """
 
     thrust: float
@@ -614,7 +615,7 @@ class RotorBars(Instrument):
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The rotors as a sentence."""
         return "; ".join(
             f"rotor {number}: {each.thrust:.1f} newtons, {each.speed:.0f} radians a second"
             + (f", {each.state.value}" if each.state.value else "")
@@ -622,19 +623,19 @@ class RotorBars(Instrument):
         )
 
     def begin(self, count: int) -> None:
-        """Show so many rotors at rest."""
+        """Show a number of rotors at rest."""
         self.readings = (RotorReading(0.0, 0.0, 0.0, RotorState.FINE),) * count
         self.renew()
 
     def show_rotors(self, readings: Sequence[RotorReading]) -> None:
-        """Show what the rotors do."""
+        """Show the rotors' values."""
         for index, (old, new) in enumerate(zip(self.readings, readings, strict=True)):
             if _seen(old) != _seen(new):
                 self.update(self._column(index).toAlignedRect())
         self.readings = tuple(readings)
 
     def paint_still(self, painter: QPainter) -> None:
-        """Paint numbers, troughs, and what the rows are."""
+        """Paint numbers, empty bars, and the names of the rows."""
         if not self.readings:
             return
         self._fit()
@@ -656,7 +657,7 @@ class RotorBars(Instrument):
             painter.drawLine(trough.topLeft() - _right(over), trough.topRight() + _right(over))
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the bars that a rectangle touches, and their numbers."""
+        """Paint the bars that overlap a rectangle, and their numbers."""
         painter.setFont(self.face(self._factor))
         row, middle = self._row, Qt.AlignmentFlag.AlignCenter
         for index, reading in enumerate(self.readings):
@@ -694,7 +695,7 @@ class RotorBars(Instrument):
         return QRectF(column.center().x() - width / 2, top, width, max(4.0, bottom - top))
 
     def _fit(self) -> None:
-        """Choose a size at which the widest number fits into a column."""
+        """Choose a text size at which the widest number fits into a column."""
         room = self._column(0).width() - 2.0
         for factor in (1.0, 0.92, 0.84, 0.76):
             self._factor = factor
@@ -731,35 +732,35 @@ def _text(value: float, decimals: int) -> str:
 
 
 def _seen(reading: RotorReading) -> tuple[str, str, int, RotorState]:
-    """Return what of a reading can be seen."""
+    """Return the visible part of a reading."""
     share = reading.share if math.isfinite(reading.share) else 0.0
     return _text(reading.thrust, 1), _text(reading.speed, 0), round(200 * share), reading.state
 
 
 AT_LIMIT = 0.98
-"""From this share of its largest thrust on, a rotor is at its limit."""
+"""A rotor at this share of its largest thrust is at its limit."""
 WHOLE = 0.995
-"""A rotor that gives a smaller share of its thrust is weak."""
+"""A rotor with a smaller share of its thrust is weak."""
 NEARLY_NONE = 0.01
-"""And one that gives less than this has failed."""
+"""A rotor with less than this share has failed."""
 CONCERNS = (
     (RotorState.STOPPED, Sign.BAD),
     (RotorState.WEAK, Sign.WARNING),
     (RotorState.LIMIT, Sign.WARNING),
 )
-"""What is told first, and with which sign."""
+"""States in order of severity, with their symbols."""
 
 
 def rotor_reading(
     rotor: Rotor, thrust: float, share: float, speed: float | None = None
 ) -> RotorReading:
-    """Return what a rotor's bar shows.
+    """Return the values of a rotor's bar.
 
     Args:
-        rotor: as described.
-        thrust: that it gives [N].
-        share: of its thrust that it can give, 1 where it is whole.
-        speed: [rad/s]; None to take the one that makes the thrust.
+        rotor: the rotor's description.
+        thrust: its thrust [N].
+        share: share of its thrust that it can produce, 1 without a fault.
+        speed: its speed [rad/s]; None for the one that produces the thrust.
     """
     part = thrust / rotor.max_thrust if rotor.max_thrust > 0.0 else 0.0
     if speed is None:
@@ -792,7 +793,7 @@ class RotorCard(Card):
         self.parts = [self.bars]
 
     def begin(self, view: LiveView) -> None:
-        """Show as many bars as there are rotors."""
+        """Show one bar per rotor."""
         assert view.vehicle is not None
         self.bars.begin(len(view.vehicle.rotors))
 

@@ -1,4 +1,4 @@
-"""Satellite navigation: the position, and a map of path, obstacles and way-points; north is up."""
+"""Satellite navigation: the position, and a map of path, obstacles and waypoints, north up."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -44,21 +44,21 @@ from workbench.plant.worlds.outline import Outline
 from workbench.session.snapshot import Snapshot
 
 MOST_POINTS = 600
-"""That are kept; then every other one goes, and points are taken half as densely."""
+"""Number of kept points; beyond it every other one is dropped, and the spacing doubles."""
 FINEST = 0.02
-"""Points nearer to each other than this are one, at the start [m]."""
+"""Initial least distance between points [m]."""
 
 NEW, RECENT = 10.0, 60.0
-"""Age under which the trail is thick, and under which it is a whole line [s]; else it is dotted."""
+"""The trail is thick below the first age, solid below the second, and then dotted [s]."""
 
 TRAIL_PERIOD = 0.1
-"""Between places of the trail that are taken from what was flown [s]."""
+"""Period between recorded points of the trail [s]."""
 
 
 FARTHEST_SEEN = 20.0
-"""Reach of the map at the start, at most, for an obstacle to be in it [m]."""
+"""Largest initial reach of the map for an obstacle to be in view [m]."""
 MOST_LINES = 4
-"""On what is under the pointer."""
+"""Largest number of lines about the place under the pointer."""
 GO_TO = (
     "Click a place on the map to fly there at the present height. With Shift, further clicks set "
     "way-points that are flown in turn. A right click takes one away, Escape sets none. The wheel "
@@ -68,12 +68,12 @@ GO_TO = (
 
 @dataclass(frozen=True)
 class TrailPoint:
-    """Where it was.
+    """A recorded position.
 
     Attributes:
-        time: when [s].
-        east: in W [m].
-        north: in W [m].
+        time: its time [s].
+        east: east in W [m].
+        north: north in W [m].
     """
 
     time: float
@@ -82,18 +82,18 @@ class TrailPoint:
 
 
 class Trail:
-    """Points of a way, the newest last."""
+    """Points of a path, the newest last."""
 
     def __init__(self) -> None:
         self.clear()
 
     def clear(self) -> None:
-        """Forget all."""
+        """Remove all points."""
         self.points: list[TrailPoint] = []
         self._spacing = FINEST
 
     def add(self, points: Iterable[TrailPoint]) -> bool:
-        """Take points in the order of time, and return whether any was new enough to keep."""
+        """Add points in order of time, and return whether any was kept."""
         kept = False
         for point in points:
             if not (math.isfinite(point.east) and math.isfinite(point.north)):
@@ -111,27 +111,27 @@ class Trail:
 
 
 class PathMap(Instrument):
-    """Shows home, obstacles, the trail, way-points and the drone, with a scale bar.
+    """Shows home, obstacles, trail, waypoints and drone, with a scale bar.
 
-    The wheel shows more or less of the world, a pointer says what is under it.
+    The wheel zooms; the pointer shows what is under it.
 
     Args:
         look: colours.
-        parent: inside which it stands.
+        parent: the Qt parent.
 
     Attributes:
-        trail: that was flown.
+        trail: the flown path.
         home: where the flight began.
-        place: of the drone, None before the first.
-        under: the place under the pointer, None where it is elsewhere.
-        armed: whether a click sets a way-point.
-        say_place: what is written beside the pointer's place.
+        place: position of the drone, None before the first.
+        under: the place under the pointer, None if it is elsewhere.
+        armed: whether a click sets a waypoint.
+        say_place: returns the text about the pointer's place.
     """
 
     clicked = pyqtSignal(object, bool)
     """The `Place` of a click while it is armed, and whether Shift was held."""
     unwanted = pyqtSignal(int)
-    """Index of a way-point that was clicked with the right button."""
+    """Index of a waypoint that was clicked with the right button."""
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(look, "Map of the path", parent)
@@ -152,12 +152,12 @@ class PathMap(Instrument):
 
     @property
     def frame(self) -> MapFrame:
-        """The part of the world that is shown."""
+        """The visible part of the world."""
         return self._frame.frame
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The map as a sentence."""
         if self.place is None:
             return "no position yet"
         east, north = self.place.east - self.home.east, self.place.north - self.home.north
@@ -167,7 +167,7 @@ class PathMap(Instrument):
         return said
 
     def begin(self, home: Place, outlines: tuple[Outline, ...] = ()) -> None:
-        """Forget the way: a flight begins at a place, among obstacles."""
+        """Clear the trail: a flight begins at a place, among obstacles."""
         self.trail.clear()
         self.home, self.place = home, None
         self._outlines, self._points = outlines, ()
@@ -175,24 +175,24 @@ class PathMap(Instrument):
         self.renew()
 
     def show_points(self, points: Sequence[Place], present: int) -> None:
-        """Show way-points, of which one is flown to."""
+        """Show waypoints, and the one that is flown to."""
         self._points, self._present = tuple(points), present
         self.update()
 
     def arm(self, armed: bool) -> None:
-        """Let a click set a way-point, or not."""
+        """Set whether a click sets a waypoint."""
         self.armed = armed
         self.setCursor(Qt.CursorShape.CrossCursor if armed else Qt.CursorShape.ArrowCursor)
         self.update()
 
     def show_pose(self, place: Place, yaw: float, passed: list[TrailPoint], time: float) -> None:
-        """Show where the drone is, and the way since the last call.
+        """Show the drone, and its path since the last call.
 
         Args:
-            place: now, in W.
-            yaw: now [rad].
-            passed: places on the way, in the order of time.
-            time: simulated [s].
+            place: present position in W.
+            yaw: present yaw [rad].
+            passed: positions on the path, in order of time.
+            time: simulated time [s].
         """
         if not all(map(math.isfinite, (place.east, place.north, yaw))):
             return
@@ -213,17 +213,17 @@ class PathMap(Instrument):
             self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Say what is under the pointer."""
+        """Show what is under the pointer."""
         assert event is not None
         self._look_under(event.position())
 
     def leaveEvent(self, event: QEvent | None) -> None:
-        """Say nothing of a place any more."""
+        """Clear the text about the pointer's place."""
         self.under = None
         self.update()
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Set a way-point where that is wanted, or take one away with the right button."""
+        """Set a waypoint if armed, or remove one with the right button."""
         assert event is not None
         self._look_under(event.position())
         if event.button() is Qt.MouseButton.LeftButton and self.armed:
@@ -235,7 +235,7 @@ class PathMap(Instrument):
                 self.unwanted.emit(near)
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Show more of the world, or less."""
+        """Zoom in or out."""
         assert event is not None
         if event.angleDelta().y():
             self._frame.zoom(-1 if event.angleDelta().y() > 0 else 1)
@@ -250,7 +250,7 @@ class PathMap(Instrument):
         self.update()
 
     def _point_at(self, at: QPointF) -> int | None:
-        """Return the index of the way-point at a pixel, None where none is."""
+        """Return the index of the waypoint at a pixel, None without one."""
         ways = [math.hypot(at.x() - x, at.y() - y) for x, y in map(self._pixels, self._points)] or [
             math.inf
         ]
@@ -258,7 +258,7 @@ class PathMap(Instrument):
         return nearest if ways[nearest] <= self.text_size else None
 
     def paint_still(self, painter: QPainter) -> None:
-        """Paint the grid, what stands, the arrow to north and the scale bar."""
+        """Paint the grid, obstacles, north arrow and scale bar."""
         area = self.area.adjusted(0.5, 0.5, -0.5, -0.5)
         painter.setPen(QPen(self.colour("line"), 1.0))
         painter.setBrush(self.colour("field"))
@@ -274,7 +274,7 @@ class PathMap(Instrument):
         self._paint_north(painter)
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint what moves, the trail, home, way-points and the drone."""
+        """Paint moving objects, the trail, home, waypoints and the drone."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for each in self._outlines:
             if each.course is not None:
@@ -317,7 +317,7 @@ class PathMap(Instrument):
         painter.drawPolygon(QPolygonF(corners))
 
     def _paint_points(self, painter: QPainter, drone: QPointF) -> None:
-        """Paint way-points with their numbers, and the way to those ahead."""
+        """Paint numbered waypoints, and the path to those ahead."""
         at = [QPointF(*self._pixels(each)) for each in self._points]
         ahead = at[self._present :]
         if ahead:
@@ -334,7 +334,7 @@ class PathMap(Instrument):
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, f"{number}")
 
     def _paint_under(self, painter: QPainter, place: Place) -> None:
-        """Write what is under the pointer at the top, on a plate."""
+        """Write what is under the pointer at the top, on a background."""
         lines = list(self.say_place(place))
         if not lines:
             return
@@ -438,7 +438,7 @@ class PathMap(Instrument):
 
 
 class GpsCard(Card):
-    """Latitude, longitude and altitude as measured; the map has the true way, from above."""
+    """Latitude, longitude and altitude as measured; the map shows the true path from above."""
 
     name = "gps"
     title = "GPS, path"
@@ -480,7 +480,7 @@ class GpsCard(Card):
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The position as a sentence."""
         said = self.hint.spoken if self.hint.isVisibleTo(self) else self.table.spoken
         return f"{self.note}; {said}; {self.map.spoken}"
 
@@ -494,7 +494,7 @@ class GpsCard(Card):
         self.table.set_line(3, Line("From home", "m"))
 
     def place_parts(self, body: QRectF) -> None:
-        """Put the map on the left, or above."""
+        """Place the map on the left, or above."""
         picture, numbers = beside(body, 0.9 * self.text_size, 7.6 * self.text_size, share=0.48)
         put(self.map, picture)
         put(self.table, numbers)
@@ -508,12 +508,12 @@ class GpsCard(Card):
         put(self.go_to, QRectF(left, line.center().y() - height / 2, wanted.width(), height))
 
     def hideEvent(self, event: QHideEvent | None) -> None:
-        """Let a click that comes later set nothing."""
+        """Disarm the map while hidden."""
         self.go_to.setChecked(False)
         super().hideEvent(event)
 
     def begin(self, view: LiveView) -> None:
-        """Begin a new way where the flight begins."""
+        """Start a new trail where the flight begins."""
         assert view.snapshot is not None
         start = [p - d for p, d in zip(view.snapshot.p_WB, view.snapshot.displacement, strict=True)]
         self._seen = -math.inf
@@ -522,7 +522,7 @@ class GpsCard(Card):
         self._route.begin()
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
-        """Show the newest reading and its age, and the way."""
+        """Show the newest reading and its age, and the path."""
         self._now = now
         self._bar(self._route.barred)
         self._show_map(now)
@@ -541,7 +541,7 @@ class GpsCard(Card):
         self.table.show_row(3, number_text(math.hypot(*now.displacement[:2]), 2))
 
     def _bar(self, barred: str) -> None:
-        """Let the button be pressed where a way-point can be flown."""
+        """Enable the button while a waypoint can be flown."""
         tip = barred or GO_TO
         if self.go_to.toolTip() != tip:
             self.go_to.setToolTip(tip)
@@ -559,7 +559,7 @@ class GpsCard(Card):
         self.map.show_points(points, self._route.present)
 
     def _say_place(self, place: Place) -> list[str]:
-        """Return latitude and longitude of a place, and what stands there."""
+        """Return latitude and longitude of a place, and what is there."""
         shown, height, time = self.units.place, 0.0, 0.0
         if self._now is not None:
             height, time = self._now.p_WB[2], self._now.time
@@ -578,7 +578,7 @@ class GpsCard(Card):
         self.map.show_pose(Place(east, north), now.roll_pitch_yaw[2], self._passed(), now.time)
 
     def _passed(self) -> list[TrailPoint]:
-        """Return where the drone was since the last call, also while the map was hidden."""
+        """Return the positions since the last call, also while the map was hidden."""
         if "position_data.x" not in self._signals.units:
             return []
         times, east = self._signals.series("position_data.x", self._seen + TRAIL_PERIOD)
@@ -592,7 +592,7 @@ class GpsCard(Card):
 
 
 def _least(home: Place, outlines: Iterable[Outline]) -> float:
-    """Return the reach within which the nearest obstacle that stands is seen, as far as it may."""
+    """Return the least reach that shows the nearest obstacle, within `FARTHEST_SEEN`."""
     ways = [
         math.hypot(east - home.east, north - home.north)
         for each in outlines
@@ -603,6 +603,6 @@ def _least(home: Place, outlines: Iterable[Outline]) -> float:
 
 
 def _spaced(times: np.ndarray, period: float) -> np.ndarray:
-    """Return the indices of the first of each period of some times."""
+    """Return the indices of the first of some times in each period."""
     _, first = np.unique(np.floor((times - times[0]) / period), return_index=True)
     return first

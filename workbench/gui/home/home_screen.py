@@ -1,4 +1,4 @@
-"""The Home screen: all of a flight at a glance, as cards in columns."""
+"""The Home screen: an overview of the flight, as cards in columns."""
 
 import math
 import time
@@ -29,36 +29,36 @@ from workbench.live.view import LiveView
 from workbench.session.snapshot import Snapshot
 
 PASCALS = 100.0
-"""In a hectopascal."""
+"""Pascals per hectopascal."""
 SILENT = "Neither measures in this flight. Switch them on in Settings, Sensors."
 MARGIN = 10.0
-"""Around all cards, at scale 1 [px]."""
+"""Margin around all cards, at scale 1 [px]."""
 GAP = 8.0
-"""Between cards, at scale 1 [px]."""
+"""Space between cards, at scale 1 [px]."""
 SMALLEST = 0.8
-"""Scale under which text is no longer readable: then the screen scrolls."""
+"""Least scale with legible text: below it the screen scrolls."""
 WIDE_ENOUGH = 0.75
-"""Three columns are taken where text in them is not smaller than this share of that in two..."""
+"""Three columns are used if their text is at least this share of the size in two columns..."""
 LARGE_ENOUGH = 0.95
-"""...and not smaller than at this scale, unless it would be in two as well."""
+"""...and at least of this scale, unless it would be smaller in two columns as well."""
 PERIOD = 0.1
-"""Between two looks at the same number: digits that change faster cannot be read [s]."""
+"""Period between updates of a number: digits that change faster are illegible [s]."""
 MOST = 3
-"""So many in one frame, of those that wait longest..."""
+"""Largest number of updates per frame, those that wait longest first..."""
 LATEST = 0.2
-"""...and all that have waited for longer than this [s]."""
+"""...plus all that have waited for longer than this [s]."""
 TEXT = (11.0, 12.0)
-"""Bounds of the height of plain text at scale 1, within which the desktop's is taken [px]."""
+"""Limits of the height of plain text at scale 1, within which the desktop's size is used [px]."""
 TICK = 250
-"""Between two looks at the wall clock [ms]."""
+"""Period between updates of the wall clock [ms]."""
 SILENCE = 1.0
-"""A flying flight that says nothing for longer is told of [s]."""
+"""Silence of a flying flight after which it is reported [s]."""
 SPEAKING = 1.0
-"""Between two new descriptions for a screen reader [s]."""
+"""Least period between descriptions for a screen reader [s]."""
 
 
 class MotionCard(Card):
-    """A table: along x, y, z of the world, and how much in all."""
+    """A table: components along x, y, z of the world, and magnitude."""
 
     name = "motion"
     title = "Motion"
@@ -73,7 +73,7 @@ class MotionCard(Card):
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The table as a sentence."""
         return f"in the world frame: {self.table.spoken}"
 
     def use_units(self, units: ShownUnits) -> None:
@@ -93,7 +93,7 @@ class MotionCard(Card):
 
 
 class ImuCard(Card):
-    """Turning rates, specific force and magnetic field along the sensors' axes."""
+    """Angular velocity, specific force and magnetic field along the sensors' axes."""
 
     name = "imu"
     title = "IMU, magnetometer"
@@ -113,7 +113,7 @@ class ImuCard(Card):
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The readings as a sentence."""
         return f"{self.note}; {super().spoken}"
 
     def use_units(self, units: ShownUnits) -> None:
@@ -123,7 +123,7 @@ class ImuCard(Card):
         self.table.set_line(1, Line("Specific force", units.acceleration.unit.symbol))
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
-        """Show the newest readings, and the one that does worse beside the title."""
+        """Show the newest readings, and the worse of the two states beside the title."""
         state = sensor_state(view, now, "imu")
         compass = sensor_state(view, now, "magnetometer")
         silent = now.imu is None and now.magnetometer is None
@@ -148,20 +148,20 @@ class ImuCard(Card):
 
 
 def _unmeasured(state: SensorState) -> tuple[str, ...]:
-    """Return what stands in place of x, y, z of a sensor that has no reading."""
+    """Return the text instead of x, y, z for a sensor without a reading."""
     off = state.health in (Health.OFF, Health.ABSENT)
     return ("", "", state.note if off else NOTHING)
 
 
 def range_text(height: float) -> str:
-    """Return what a range finder read [m], in words where it is out of range."""
+    """Return a range finder's reading [m] as text, in words if it is out of range."""
     if math.isinf(height):
         return "too far" if height > 0.0 else "too near"
     return number_text(height, 2)
 
 
 class HeightCard(Card):
-    """How high it is, in two ways."""
+    """The height from two sensors."""
 
     name = "height"
     title = "Barometer, range finder"
@@ -176,11 +176,11 @@ class HeightCard(Card):
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The heights as a sentence."""
         return f"{self.note}; {super().spoken}"
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
-        """Show the newest readings, and the one that does worse beside the title."""
+        """Show the newest readings, and the worse of the two states beside the title."""
         air = sensor_state(view, now, "barometer")
         way = sensor_state(view, now, "range_finder")
         silent = now.barometer is None and now.height is None
@@ -200,18 +200,18 @@ class HeightCard(Card):
 
 
 def _concern(state: SensorState) -> int:
-    """Return how much a state has to be told."""
+    """Return the severity of a state."""
     return list(Health).index(state.health) if state.measures else 0
 
 
 @dataclass(frozen=True)
 class Slot:
-    """A place in a column.
+    """A card's place in a column.
 
     Attributes:
-        name: of the card.
-        height: that it needs at scale 1 [px].
-        stretch: share that it takes of what is left.
+        name: name of the card.
+        height: least height at scale 1 [px].
+        stretch: its share of the remaining height.
     """
 
     name: str
@@ -224,8 +224,8 @@ class Plan:
     """Columns of equal width.
 
     Attributes:
-        width: at which the scale is 1 [px].
-        height: at which the scale is 1 [px].
+        width: width at scale 1 [px].
+        height: height at scale 1 [px].
         columns: slots from top to bottom.
     """
 
@@ -234,19 +234,19 @@ class Plan:
     columns: tuple[tuple[Slot, ...], ...]
 
     def scale(self, width: float, height: float) -> float:
-        """Return by how much larger everything may be on so many pixels."""
+        """Return the scale that fits a number of pixels."""
         return min(width / self.width, height / self.height)
 
 
 @dataclass(frozen=True)
 class Arrangement:
-    """All cards.
+    """The layout of all cards.
 
     Attributes:
-        scale: of text and margins.
-        width: that they take [px].
-        height: that they take [px].
-        spots: where each card stands, by its name [px].
+        scale: scale of text and margins.
+        width: total width [px].
+        height: total height [px].
+        spots: area of each card, by its name [px].
     """
 
     scale: float
@@ -293,13 +293,13 @@ TWO = Plan(
 
 
 def choose_plan(width: float, height: float) -> Plan:
-    """Return the plan that shows most on so many pixels."""
+    """Return the plan with the best use of a number of pixels."""
     three, two = THREE.scale(width, height), TWO.scale(width, height)
     return THREE if three >= min(two, max(LARGE_ENOUGH, WIDE_ENOUGH * two)) else TWO
 
 
 def arrange(width: float, height: float) -> Arrangement:
-    """Return where the cards stand on so many pixels, or on more where these are too few."""
+    """Return the layout of the cards on a number of pixels, or on more if these are too few."""
     plan = choose_plan(width, height)
     scale = plan.scale(width, height)
     if scale < SMALLEST:
@@ -322,10 +322,10 @@ def arrange(width: float, height: float) -> Arrangement:
 
 
 class Turns:
-    """Tells which of some names are due.
+    """Tells which of some names are due for an update.
 
     Args:
-        names: that take turns.
+        names: names that take turns.
     """
 
     def __init__(self, names: Iterable[str]) -> None:
@@ -333,12 +333,12 @@ class Turns:
         self._due: dict[str, float] = {}
 
     def reset(self) -> None:
-        """Let all be due at once."""
+        """Make all names due at once."""
         self._due.clear()
 
     def due(self, time: float) -> list[str]:
-        """Return the names that are due at a time [s], which then wait for their next turn."""
-        if not self._due:  # and from here on they come one after the other
+        """Return the names that are due at a time [s]; they then wait for their next turn."""
+        if not self._due:  # from here on they are due one after the other
             share = PERIOD / len(self._names)
             self._due = {n: time + PERIOD + k * share for k, n in enumerate(self._names)}
             return list(self._names)
@@ -352,15 +352,14 @@ class Turns:
 
 
 class HomeScreen(Screen):
-    """Cards in two or three columns, as there is room.
+    """Cards in two or three columns, depending on the size.
 
-    Dials follow every view, numbers change ten times a second, and what has not changed is not
-    painted.
+    Dials follow every view, numbers change ten times a second, and unchanged parts are not painted.
 
     Args:
-        workspace: what all screens share.
-        parent: inside which it stands.
-        clock: returns wall time that runs on [s].
+        workspace: services that all screens share.
+        parent: the Qt parent.
+        clock: returns a monotonic time [s].
     """
 
     title = "Home"
@@ -395,7 +394,7 @@ class HomeScreen(Screen):
         self._colour()
 
     def begin(self, view: LiveView) -> None:
-        """Forget the last flight, and show as many rotors and sensors as this one has."""
+        """Clear the last flight, and show the rotors and sensors of this one."""
         self._watch.begin(view)
         for card in self.cards.values():
             card.begin(view)
@@ -403,7 +402,7 @@ class HomeScreen(Screen):
         self.show_view(view)
 
     def show_view(self, view: LiveView) -> None:
-        """Show the present."""
+        """Show a view."""
         now = self._clock()
         self._last, self._heard = view, now
         if view.snapshot is None:
@@ -411,34 +410,34 @@ class HomeScreen(Screen):
             return
         for card in self.cards.values():
             card.show_dials(view, view.snapshot)
-        if view.phase is not Phase.FLYING:  # few views come, and each one counts
+        if view.phase is not Phase.FLYING:  # while views are rare, show each one
             self._turns.reset()
         for name in self._turns.due(now):
             self.cards[name].show_numbers(view, view.snapshot)
             self._speak(name, now)
 
     def sizeHint(self) -> QSize:
-        """Return the size at which there is no scroll bar."""
+        """Return the size without scroll bars."""
         return QSize(1190, 600)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size; it scrolls then."""
+        """Return the least size; the screen then scrolls."""
         return QSize(360, 240)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Arrange the cards anew."""
+        """Lay out the cards again."""
         super().resizeEvent(event)
         self._arrange()
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Let the wall clock run."""
+        """Start the wall clock."""
         super().showEvent(event)
         self._clock_card.show_wall()
         self._timer.start()
         self._turns.reset()
 
     def hideEvent(self, event: QHideEvent | None) -> None:
-        """Stop the wall clock while it is hidden."""
+        """Stop the wall clock while hidden."""
         self._timer.stop()
         super().hideEvent(event)
 
@@ -464,7 +463,7 @@ class HomeScreen(Screen):
     def _arrange(self) -> None:
         viewport = self._scroll.maximumViewportSize()
         arrangement = arrange(viewport.width(), viewport.height())
-        if arrangement.height > viewport.height():  # the bar takes of the width
+        if arrangement.height > viewport.height():  # width of the scroll bar
             arrangement = arrange(viewport.width() - BAR, viewport.height())
         self._board.resize(round(arrangement.width), round(arrangement.height))
         own = QFontInfo(QApplication.font()).pixelSize()
@@ -477,7 +476,7 @@ class HomeScreen(Screen):
             card.setGeometry(QRect(left, top, right - left, bottom - top))
 
     def _tick(self) -> None:
-        """Show the time of day, and whether the flight is still heard of."""
+        """Show the time of day, and whether the flight is silent."""
         self._clock_card.show_wall()
         if self._last is not None and self._last.phase is Phase.FLYING:
             silence = self._clock() - self._heard
@@ -485,7 +484,7 @@ class HomeScreen(Screen):
                 self._clock_card.show_silence(silence)
 
     def _speak(self, name: str, now: float) -> None:
-        """Tell a screen reader what a card shows, if it was not told just now."""
+        """Describe a card to a screen reader, unless it was described just now."""
         if now - self._spoken.get(name, -math.inf) >= SPEAKING:
             self._spoken[name] = now
             self.cards[name].setAccessibleDescription(self.cards[name].spoken)
@@ -501,7 +500,7 @@ class HomeScreen(Screen):
             self.show_view(self._last)
 
     def _colour(self) -> None:
-        """Let the board have the colour behind everything."""
+        """Paint the board in the background colour."""
         palette = self._board.palette()
         palette.setColor(palette.ColorRole.Window, self.workspace.look.colour("ground"))
         self._board.setAutoFillBackground(True)

@@ -1,4 +1,4 @@
-"""What the lidar measures: the nearest obstacles around the drone, seen from above."""
+"""The lidar's scan: the nearest obstacles around the drone, seen from above."""
 
 import math
 
@@ -28,15 +28,15 @@ from workbench.live.view import LiveView
 from workbench.session.snapshot import Clearance, Snapshot
 
 LEAST, MOST = 5.0, 100.0
-"""Bounds of how far it shows [m]."""
+"""Limits of the shown range [m]."""
 AROUND = 2.0
-"""It reaches so many times as far as the nearest obstacle is."""
+"""Shown range as a multiple of the nearest obstacle's distance."""
 BREAK = 0.25
-"""Neighbours that differ by more than this share are not of one wall."""
+"""Neighbours whose ranges differ by more than this share belong to different walls."""
 
 
 class LidarRing(Instrument):
-    """Shows a ring: strokes where something is, and a line to the nearest."""
+    """Shows a ring: arcs at obstacles, and a line to the nearest one."""
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(look, "Lidar ring", parent)
@@ -49,30 +49,30 @@ class LidarRing(Instrument):
 
     @property
     def reach(self) -> float:
-        """How far it shows [m]."""
+        """The shown range [m]."""
         return self._scale.reach
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The scan as a sentence."""
         if not math.isfinite(self.ring.nearest):
             return "nothing within range"
         near = ", near" if self.warning else ""
         return f"nearest {self.ring.nearest:.1f} metres {side_of(self.ring.bearing)}{near}"
 
     def clear(self) -> None:
-        """Forget what was seen."""
+        """Clear the scan."""
         self._scale.reset()
         self.ring, self.warning = NOTHING, False
         self.renew()
 
     def show_ring(self, ring: Ring, warning: bool, time: float) -> None:
-        """Show what was seen.
+        """Show a scan.
 
         Args:
             ring: nearest returns by bearing.
             warning: whether something is too near.
-            time: now [s].
+            time: present time [s].
         """
         if ring is self.ring and warning == self.warning:
             return
@@ -84,11 +84,11 @@ class LidarRing(Instrument):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return a size at which all is readable."""
+        """Return a legible size."""
         return QSize(200, 200)
 
     def paint_still(self, painter: QPainter) -> None:
-        """Paint lines of equal distance with their metres, and the eight bearings."""
+        """Paint circles of equal distance with numbers, and the eight bearings."""
         middle, radius = self.area.center(), self._radius
         painter.setBrush(self.colour("field"))
         painter.setPen(QPen(self.colour("muted"), 1.0))
@@ -109,7 +109,7 @@ class LidarRing(Instrument):
         self._paint_drone(painter, middle, max(4.0, 0.055 * radius))
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint what was seen."""
+        """Paint the scan."""
         if not math.isfinite(self.ring.nearest):
             return
         middle, pixels = self.area.center(), self._radius / self.reach
@@ -128,12 +128,12 @@ class LidarRing(Instrument):
 
     @property
     def _parts(self) -> int:
-        """Into how many rings the reach is divided, each a round number of metres."""
+        """Number of circles within the range, each a round number of metres."""
         leading = round(self.reach / 10.0 ** math.floor(math.log10(self.reach) + 1e-9))
         return {1: 2, 2: 2, 5: 5}[leading] if self._radius > 90 else {1: 2, 2: 2, 5: 1}[leading]
 
     def _paint_metres(self, painter: QPainter, share: float) -> None:
-        """Paint the metres of a ring, right of straight ahead."""
+        """Paint the metres of a circle, to the right of straight ahead."""
         text = f"{share * self.reach:g}"
         text += "\N{NO-BREAK SPACE}m" if share == 1.0 else ""
         size = 1.15 * self.text_size
@@ -155,9 +155,9 @@ class LidarRing(Instrument):
         painter.drawPolygon(QPolygonF([middle + size * QPointF(x, y) for x, y in corners]))
 
     def _strokes(self, middle: QPointF, pixels: float, width: float) -> list[QLineF]:
-        """Return a stroke for each sector where something is within reach.
+        """Return an arc for each sector with an obstacle within range.
 
-        Each is longer than its sector by its width, so that what is narrow is seen, too.
+        Each is longer than its sector by its width, so that narrow obstacles are visible, too.
         """
         seen = self.ring.distances <= self.reach
         radii = self._joined(pixels * self.ring.distances)[:, seen]
@@ -174,7 +174,7 @@ class LidarRing(Instrument):
         return [QLineF(*row) for row in np.transpose(ends).tolist()]
 
     def _joined(self, radii: np.ndarray) -> np.ndarray:
-        """Return the radii of both ends of each stroke, so that those of one wall join."""
+        """Return the radii at both ends of each arc, so that arcs of one wall join."""
         joined = np.empty((2, SECTORS))
         for row, neighbour in enumerate((np.roll(radii, 1), np.roll(radii, -1))):
             both = np.isfinite(neighbour) & np.isfinite(radii)
@@ -185,7 +185,7 @@ class LidarRing(Instrument):
         return joined
 
     def _paint_nearest(self, painter: QPainter, middle: QPointF, pixels: float) -> None:
-        """Paint a line to what is nearest, and its sign: a ring, or a triangle that warns."""
+        """Paint a line to the nearest obstacle, with a symbol: a ring, or a warning triangle."""
         ring = self.ring
         level = min(self.reach, ring.nearest * math.cos(ring.elevation)) * pixels
         way = QPointF(-math.sin(ring.bearing), -math.cos(ring.bearing))
@@ -207,7 +207,7 @@ class LidarRing(Instrument):
 
 
 class LidarCard(Card):
-    """The ring of the newest scan, and what is nearest."""
+    """The ring of the newest scan, and the nearest obstacle."""
 
     name = "lidar"
     title = "Lidar, obstacles"
@@ -230,7 +230,7 @@ class LidarCard(Card):
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The card as a sentence."""
         said = self.hint.spoken if self.hint.isVisibleTo(self) else self.ring.spoken
         return f"{self.note}; {said}; {self.table.spoken}"
 
@@ -240,21 +240,21 @@ class LidarCard(Card):
         self.table.set_line(1, Line("To the left", units.angle.unit.symbol))
 
     def place_parts(self, body: QRectF) -> None:
-        """Put the ring on the left, or above."""
+        """Place the ring on the left, or above."""
         picture, numbers = beside(body, 1.0 * self.text_size, 7.0 * self.text_size)
         put(self.ring, picture)
         put(self.hint, picture if self.table.isVisibleTo(self) else body)
         put(self.table, numbers)
 
     def begin(self, view: LiveView) -> None:
-        """Forget what was around the last flight."""
+        """Clear the last flight's scan."""
         self._cloud = b""
         self.ring.clear()
         for row in range(4):
             self.table.show_row(row, "")
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
-        """Show the newest scan, and what is known of obstacles besides."""
+        """Show the newest scan, and the distance to the nearest obstacle."""
         state = sensor_state(view, now, "lidar")
         near = now.clearance is not None and now.clearance.warning
         self._show_note(state, near)
@@ -273,7 +273,7 @@ class LidarCard(Card):
         self.table.show_row(3, _free_way(now.clearance))
 
     def _show_note(self, state: SensorState, near: bool) -> None:
-        """Let a warning go before the lidar's own state."""
+        """Show a warning in preference to the lidar's own state."""
         if near:
             self.set_note("obstacle near", Sign.WARNING)
         elif state.health is Health.FAULTY:
@@ -298,7 +298,7 @@ class LidarCard(Card):
 
 
 def _free_way(clearance: Clearance | None) -> str:
-    """Return the way to the nearest obstacle, from the world and not from the lidar."""
+    """Return the distance to the nearest obstacle, from the world and not from the lidar."""
     if clearance is None:
         return "–"
     return number_text(clearance.distance, 2) if math.isfinite(clearance.distance) else "free"

@@ -1,4 +1,4 @@
-"""Way-points that the operator sets, flown one after the other."""
+"""Waypoints set by the operator, flown one after the other."""
 
 import math
 from collections.abc import Iterable
@@ -16,26 +16,26 @@ from workbench.live.view import LiveView
 from workbench.plant.worlds.outline import Outline
 
 ARRIVED = 0.3
-"""At this distance from a way-point the next one is flown to [m]."""
+"""Distance from a waypoint at which the next one is flown to [m]."""
 SETTLING = 0.2
-"""After an order, until it shows in what is asked of the drone [s]."""
+"""Time after an order until the command shows it [s]."""
 FOLLOWS = slice(4, 8)
-"""Of a `Reference`: the place, and whether it is gone to."""
+"""Part of a `Reference`: the place, and whether it is flown to."""
 
 
 class Route(QObject):
-    """Way-points of the flight; each is an order to go to a place, which the log has.
+    """Waypoints of the flight; each is an order to go to a place, which the log records.
 
-    The last one is held. Any other command ends the route, whoever gives it: the drone does not
-    fly on by itself after a stick was moved.
+    The drone holds at the last one. Any other command ends the route, whoever gives it: the drone
+    does not continue by itself after a stick was moved.
 
     Args:
-        flight: which flies it.
-        notices: where its end is told.
+        flight: the flight to fly.
+        notices: takes the reason of its end.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        places: in W [m], in the order in which they are flown.
+        places: waypoints in W [m], in order.
         present: index of the one that is flown to, or held.
     """
 
@@ -52,20 +52,20 @@ class Route(QObject):
 
     @property
     def barred(self) -> str:
-        """Why no way-point can be flown now, "" if one can."""
+        """Why no waypoint can be flown now, "" if one can."""
         return barrier_of(self._flight)
 
     def begin(self) -> None:
-        """Forget all: another flight begins."""
+        """Clear the route: another flight begins."""
         self._forget()
         self.changed.emit()
 
     def add(self, place: Place, *, more: bool) -> None:
-        """Fly to a place at the present height, at once or after those that there are.
+        """Fly to a place at the present height, at once or after the existing waypoints.
 
         Args:
-            place: in W.
-            more: whether it comes after the others, and not in their place.
+            place: place in W.
+            more: whether it is appended, instead of replacing the others.
         """
         view = self._flight.view
         if self.barred or view.snapshot is None:
@@ -90,7 +90,7 @@ class Route(QObject):
         self.changed.emit()
 
     def remove(self, index: int) -> None:
-        """Take a way-point away; the drone flies to the next one, or holds where there is none."""
+        """Remove a waypoint; the drone flies to the next one, or holds without one."""
         flown = index == self.present
         del self.places[index]
         self.present -= index < self.present
@@ -107,7 +107,7 @@ class Route(QObject):
         self._in_force = math.inf
 
     def _go(self) -> None:
-        """Fly to the present way-point."""
+        """Fly to the present waypoint."""
         place = self.places[self.present]
         self._in_force = math.inf
         self._orders += 1
@@ -116,7 +116,7 @@ class Route(QObject):
         )
 
     def _wait(self, order: int, time: float) -> None:
-        """Look from then on whether it is still asked for; a newer order has its own time."""
+        """Check from a time on whether the order is in force; a newer order sets a new time."""
         if order == self._orders:
             self._in_force = time + SETTLING
 
@@ -147,7 +147,7 @@ class Route(QObject):
 
 
 def inside(place: Place, height: float, outlines: Iterable[Outline]) -> str:
-    """Return the name of the obstacle that a place at a height [m] is inside of, "" for none."""
+    """Return the name of the obstacle that contains a place at a height [m], "" for none."""
     return next(
         (
             each.name

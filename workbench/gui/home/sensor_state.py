@@ -1,4 +1,4 @@
-"""How a sensor does, in words; no Qt."""
+"""State of a sensor, in words; no Qt."""
 
 import math
 from dataclasses import dataclass
@@ -9,11 +9,11 @@ from workbench.session.snapshot import SensorStatus, Snapshot
 from workbench.systems.sensors.faults import Fault
 
 OLD_PERIODS = 3.0
-"""A reading is old once it is older than so many periods and its latency."""
+"""A reading is old if its age exceeds this number of periods plus its latency..."""
 SLACK = 0.02
-"""And this [s]: what is seen is not quite of this moment."""
+"""...plus this [s]: the display lags a little."""
 ROUND_AGES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
-"""Under which the age of a good reading is said to be [s]."""
+"""Age limits that the text for a good reading uses [s]."""
 NAMES = {
     "imu": "The IMU",
     "gps": "GPS",
@@ -25,7 +25,7 @@ NAMES = {
 
 
 class Health(Enum):
-    """How a sensor does."""
+    """Health of a sensor."""
 
     ABSENT = "none"
     """The drone has no such sensor."""
@@ -35,17 +35,17 @@ class Health(Enum):
     GOOD = "good"
     OLD = "old"
     FAULTY = "faulty"
-    """A fault was ordered."""
+    """A fault was commanded."""
 
 
 @dataclass(frozen=True)
 class SensorState:
-    """How a sensor does.
+    """State of a sensor.
 
     Attributes:
         health: in one word.
-        note: that stands beside its name, with the age of its reading.
-        advice: what to do where it does not measure, a sentence; "" else.
+        note: text beside its name, with the age of its reading.
+        advice: what to do if it does not measure, as a sentence; else "".
     """
 
     health: Health
@@ -54,17 +54,17 @@ class SensorState:
 
     @property
     def word(self) -> str:
-        """What stands in the place of a number."""
+        """Text in place of a number."""
         return "off: see Settings" if self.health is Health.OFF else self.note
 
     @property
     def measures(self) -> bool:
-        """Whether there is a reading, however old."""
+        """Whether there is a reading of any age."""
         return self.health in (Health.GOOD, Health.OLD, Health.FAULTY)
 
 
 def sensor_state(view: LiveView, snapshot: Snapshot, kind: str) -> SensorState:
-    """Return how the first sensor of a kind does."""
+    """Return the state of the first sensor of a kind."""
     found = next((each for each in snapshot.sensors if each.kind == kind), None)
     if found is None:
         return _silent(view, kind)
@@ -83,19 +83,19 @@ def sensor_state(view: LiveView, snapshot: Snapshot, kind: str) -> SensorState:
 
 
 def age_text(age: float) -> str:
-    """Return an age [s] in milliseconds, or in seconds where it is long."""
+    """Return an age [s] in milliseconds, or in seconds if it is long."""
     if age < 0.9995:
         return f"{max(0.0, 1000 * age):.0f}\N{NO-BREAK SPACE}ms"
     return f"{age:.1f}\N{NO-BREAK SPACE}s"
 
 
 def _calm(age: float) -> float:
-    """Return the next round age [s]: one that changes all the time cannot be read."""
+    """Return the next round age [s]: one that changes all the time is illegible."""
     return next((each for each in ROUND_AGES if age < each), math.ceil(age))
 
 
 def _usual_age(view: LiveView, status: SensorStatus) -> float:
-    """Return the age [s] that a reading may have where all is well."""
+    """Return the largest normal age of a reading [s]."""
     rate = status.rate or status.asked_rate
     latency = 0.0
     if view.scenario is not None:
@@ -105,7 +105,7 @@ def _usual_age(view: LiveView, status: SensorStatus) -> float:
 
 
 def _silent(view: LiveView, kind: str) -> SensorState:
-    """Return the state of a kind that does not measure, and how to get it to."""
+    """Return the state of a kind that does not measure, with how to enable it."""
     name = NAMES[kind]
     if view.vehicle is not None and all(each.kind != kind for each in view.vehicle.sensors):
         return SensorState(

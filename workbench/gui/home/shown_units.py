@@ -1,4 +1,4 @@
-"""Units of the Home screen, as the user prefers them."""
+"""Units of the Home screen, by the user's preferences."""
 
 from dataclasses import dataclass
 
@@ -9,35 +9,35 @@ from workbench.gui.units import Unit, unit_for
 
 @dataclass(frozen=True)
 class Shown:
-    """A unit and how many decimals are shown.
+    """A unit and its number of decimals.
 
     Attributes:
-        unit: in which it is shown.
-        decimals: behind the point.
+        unit: the unit.
+        decimals: number of decimals.
     """
 
     unit: Unit
     decimals: int
 
     def text(self, value: float) -> str:
-        """Return a value in SI as digits."""
+        """Return a value in SI as text."""
         return number_text(self.unit.shown(value), self.decimals)
 
     def texts(self, *values: float) -> tuple[str, ...]:
-        """Return several."""
+        """Return several values as text."""
         return tuple(map(self.text, values))
 
 
 @dataclass(frozen=True)
 class ShownUnits:
-    """Units by what is measured.
+    """Units by quantity.
 
     Attributes:
-        length: [m], to the centimetre.
-        speed: of movement.
-        acceleration: of movement.
-        angle: of attitude.
-        rate: of turning.
+        length: length [m], to the centimetre.
+        speed: velocity of the drone.
+        acceleration: acceleration of the drone.
+        angle: angle of attitude.
+        rate: angular velocity.
         place: latitude and longitude, to 1 cm.
     """
 
@@ -50,7 +50,7 @@ class ShownUnits:
 
 
 def shown_units(preferences: Preferences) -> ShownUnits:
-    """Return the units that are preferred now."""
+    """Return the preferred units."""
     degree = preferences.text("angle_unit") == "degree"
     angle = unit_for("rad", preferences)
     return ShownUnits(

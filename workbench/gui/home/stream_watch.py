@@ -1,4 +1,4 @@
-"""What the Home screen takes from everything that is published; no Qt."""
+"""The Home screen's part of the published data; no Qt."""
 
 import struct
 from collections.abc import Iterable
@@ -12,10 +12,10 @@ from workbench.scenario.parameters import parameter_table
 
 
 class StreamWatch:
-    """Keeps the newest cloud and rotor speeds, and the live parameters as they are now.
+    """Keeps the newest cloud and rotor speeds, and the present live parameters.
 
     Attributes:
-        scan: reads the cloud, None where there is none.
+        scan: reads the cloud, None without one.
         cloud: newest payload, b"" before the first.
     """
 
@@ -28,7 +28,7 @@ class StreamWatch:
         self._defaults = parameter_table().defaults()
 
     def begin(self, view: LiveView) -> None:
-        """Forget all: a flight begins."""
+        """Clear all: a flight begins."""
         self._values = dict(view.values)
         self.cloud = self._rotors = b""
         clouds = [topic for topic in view.topics if topic.id == drone_topics.LIDAR_CLOUD]
@@ -36,7 +36,7 @@ class StreamWatch:
         self._reader.begin(view.topics)
 
     def hear(self, published: Iterable[Published]) -> None:
-        """Take what was published, in the order of time."""
+        """Take published data, in order of time."""
         for each in published:
             for number, payload in each.payloads:
                 if number == drone_topics.LIDAR_CLOUD:
@@ -52,4 +52,4 @@ class StreamWatch:
     def rotor_speeds(self) -> tuple[float, ...]:
         """Return the newest speed of each rotor [rad/s], none before the first."""
         numbers = struct.unpack(f"<{len(self._rotors) // 4}f", self._rotors)
-        return numbers[: len(numbers) // 2]  # thrusts come behind
+        return numbers[: len(numbers) // 2]  # thrusts follow

@@ -1,1 +1,1 @@
-"""Instruments: widgets that show one thing, and paint only when it has changed."""
+"""Instruments: widgets that show one thing, and repaint only when it has changed."""

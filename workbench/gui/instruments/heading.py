@@ -1,13 +1,13 @@
-"""Where a drone's nose points, as a compass has it; plain mathematics.
+"""Compass heading of a drone's nose; plain mathematics.
 
-The world is east-north-up: yaw is 0 when the nose points east, and grows towards north. A compass
-says degrees from north, clockwise seen from above. So heading = 90° - yaw.
+The world is east-north-up: yaw is 0 when the nose points east, and increases towards north. A
+compass shows degrees from north, clockwise seen from above. So heading = 90° - yaw.
 """
 
 import math
 
 POINTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
-"""Of the compass, every 45° clockwise from north."""
+"""Points of the compass, every 45° clockwise from north."""
 
 
 def heading_of(yaw: float) -> float:
@@ -18,7 +18,7 @@ def heading_of(yaw: float) -> float:
 
 
 def direction_of(east: float, north: float) -> float:
-    """Return the heading [degrees] of a level vector, 0 where it has no length."""
+    """Return the heading [degrees] of a horizontal vector, 0 if it has no length."""
     return heading_of(math.atan2(north, east)) if east or north else 0.0
 
 
@@ -28,6 +28,6 @@ def point_of(heading: float) -> str:
 
 
 def mark_text(degrees: int) -> str:
-    """Return what stands at a mark of the tape."""
+    """Return the text at a mark of the tape."""
     degrees %= 360
     return POINTS[degrees // 45] if degrees % 45 == 0 else f"{degrees:03d}"

@@ -1,6 +1,6 @@
-"""What all instruments share: a cached still part, type faces, colours, signs, and a hint.
+"""The base class of instruments: a cached still part, fonts, colours and symbols; and a hint.
 
-The hint stands in the place of an instrument that has nothing to show.
+The hint replaces an instrument that has nothing to show.
 """
 
 from abc import abstractmethod
@@ -14,7 +14,7 @@ from workbench.gui.theme import Look
 
 
 class Sign(Enum):
-    """How something is; the value is the name of its colour."""
+    """State symbol; the value is the name of its colour."""
 
     GOOD = "good"
     """A full circle."""
@@ -27,14 +27,14 @@ class Sign(Enum):
 
 
 def paint_sign(painter: QPainter, place: QRectF, sign: Sign, colour: QColor, on: QColor) -> None:
-    """Paint a sign.
+    """Paint a symbol.
 
     Args:
-        painter: with antialiasing.
-        place: a square.
-        sign: to paint.
-        colour: of it.
-        on: of what stands on it.
+        painter: painter with antialiasing.
+        place: a square area.
+        sign: the symbol.
+        colour: its colour.
+        on: colour of marks on it.
     """
     thickness = max(1.2, place.width() / 9.0)
     painter.setPen(Qt.PenStyle.NoPen)
@@ -68,25 +68,25 @@ def paint_sign(painter: QPainter, place: QRectF, sign: Sign, colour: QColor, on:
 
 LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-"""Sides of a line on which text stands."""
+"""Alignment of text at the sides of a line."""
 TEXT_SIZE = 12.0
-"""Height of plain text by default [px]."""
+"""Default height of plain text [px]."""
 _TABULAR = QFont.Tag("tnum")
 
 
 class Instrument(QWidget):
     """A widget with a still part, painted once, and a moving part above it.
 
-    It covers all of its area itself, so that nothing behind it is painted again with it.
+    It is opaque, so that nothing behind it is repainted with it.
 
     Args:
-        look: colours.
+        look: source of colours.
         name: what it shows, for a screen reader.
-        parent: inside which it stands.
+        parent: the Qt parent.
     """
 
     ground = "card"
-    """Colour that fills it, by the name that the look has for it."""
+    """Name of its background colour in the look."""
 
     def __init__(self, look: Look, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -101,23 +101,23 @@ class Instrument(QWidget):
 
     @property
     def spoken(self) -> str:
-        """What it shows as a sentence, for a screen reader."""
+        """The shown content as a sentence, for a screen reader."""
         return ""
 
     @property
     def area(self) -> QRectF:
-        """All of it."""
+        """Its full area."""
         return QRectF(self.rect())
 
     def set_text_size(self, size: float) -> None:
-        """Set the height of plain text [px]; other sizes follow."""
+        """Set the height of plain text [px]; other sizes scale with it."""
         if size != self.text_size:
             self.text_size = size
             self._faces.clear()
             self.renew()
 
     def face(self, factor: float = 1.0, bold: bool = False) -> QFont:
-        """Return the type face of a size relative to plain text, with digits of equal width."""
+        """Return the font of a size relative to plain text, with digits of equal width."""
         key = (factor, bold)
         if key not in self._faces:
             font = QFont(self.font())
@@ -134,19 +134,19 @@ class Instrument(QWidget):
         return self._colours[name]
 
     def renew(self) -> None:
-        """Paint all again, the still part too."""
+        """Repaint everything, including the still part."""
         self._still = None
         self.update()
 
     def paint_still(self, painter: QPainter) -> None:
-        """Paint what seldom changes; the ground is filled already."""
+        """Paint the part that seldom changes; the background is already filled."""
 
     @abstractmethod
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint what changes, as far as it touches a rectangle."""
+        """Paint the part that changes, where it overlaps a rectangle."""
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Copy the still part, and paint the moving one over it."""
+        """Copy the still part, and paint the moving part over it."""
         assert event is not None
         if self.width() < 2 or self.height() < 2:
             return
@@ -162,12 +162,12 @@ class Instrument(QWidget):
         painter.end()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Make the still part anew."""
+        """Make the still part again."""
         self.renew()
         super().resizeEvent(event)
 
     def _recolour(self) -> None:
-        """Take the look's new colours."""
+        """Apply the look's new colours."""
         self._colours.clear()
         self.renew()
 
@@ -185,7 +185,7 @@ class Instrument(QWidget):
 
 
 class Hint(Instrument):
-    """A word and a sentence in the place of an instrument that has nothing to show."""
+    """A word and a sentence in place of an instrument that has nothing to show."""
 
     def __init__(self, look: Look, name: str, parent: QWidget | None = None) -> None:
         super().__init__(look, name, parent)
@@ -193,18 +193,18 @@ class Hint(Instrument):
         self.sentence = ""
 
     def say(self, word: str, sentence: str) -> None:
-        """Show a word, as off, and what can be done."""
+        """Show a word with the symbol of off, and a remedy."""
         if (word, sentence) != (self.word, self.sentence):
             self.word, self.sentence = word, sentence
             self.renew()
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """Both as a sentence."""
         return f"{self.word}. {self.sentence}"
 
     def paint_still(self, painter: QPainter) -> None:
-        """Paint both in the middle."""
+        """Paint both in the centre."""
         size = self.text_size
         area = self.area.adjusted(size / 2, 0.0, -size / 2, 0.0)
         wraps = Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignHCenter

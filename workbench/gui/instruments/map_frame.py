@@ -1,4 +1,4 @@
-"""Which part of the world a map shows: in round steps, so that it moves only if it must; no Qt."""
+"""The part of the world that a map shows: in round steps, so that it seldom moves; no Qt."""
 
 import math
 from bisect import bisect_left
@@ -6,20 +6,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 SLACK = 0.7
-"""The content has to fit into this share of a smaller step before that is taken."""
+"""The content must fit into this share of a smaller step before that step is used..."""
 PATIENCE = 2.0
-"""For so long [s]."""
+"""...for this time [s]."""
 
 LEAST = 2.0
-"""Half of the map's shorter side, at least [m]."""
+"""Least half of the map's shorter side [m]."""
 MARGIN = 1.25
-"""Room around what must be seen."""
+"""Margin around the visible content, as a factor."""
 EDGE = 0.9
-"""Share of the reach within which all has to stay."""
+"""Share of the reach that must contain everything."""
 GRID = 8.0
-"""The middle is a whole multiple of this part of the reach."""
+"""The centre is a whole multiple of the reach divided by this."""
 SCALE_SHARE = 0.4
-"""Of the map's width that the scale bar may take."""
+"""Largest share of the map's width for the scale bar."""
 
 
 def round_reach(reach: float) -> float:
@@ -29,11 +29,11 @@ def round_reach(reach: float) -> float:
 
 
 class SteadyScale:
-    """Widens at once when the content asks for it, and narrows only after a while.
+    """Widens at once if the content needs it, and narrows only after some time.
 
     Args:
-        least: it never reaches less far than this [m].
-        most: nor farther.
+        least: least reach [m].
+        most: largest reach [m].
     """
 
     def __init__(self, least: float, most: float = math.inf) -> None:
@@ -42,16 +42,16 @@ class SteadyScale:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the content."""
+        """Clear the content."""
         self.reach = self._least
         self._since = math.inf
 
     def take(self, wanted: float, time: float) -> float:
-        """Return how far to reach.
+        """Return the reach.
 
         Args:
-            wanted: by the content [m].
-            time: now, in any seconds that run on.
+            wanted: reach of the content [m].
+            time: present time of any monotonic clock [s].
         """
         wanted = min(self._most, max(self._least, wanted)) if wanted > 0.0 else self._least
         step = min(self._most, round_reach(wanted))
@@ -76,10 +76,10 @@ class Place:
 
 @dataclass(frozen=True)
 class MapFrame:
-    """The part that is shown.
+    """The visible part.
 
     Attributes:
-        middle: of it.
+        middle: its centre.
         reach: half of the shorter side [m].
     """
 
@@ -87,7 +87,7 @@ class MapFrame:
     reach: float
 
     def place(self, x: float, y: float, width: float, height: float) -> Place:
-        """Return the place at a pixel of a map of a size [px]."""
+        """Return the place at a pixel of a map of a given size [px]."""
         scale = self.scale(width, height)
         return Place(
             self.middle.east + (x - width / 2) / scale,
@@ -95,7 +95,7 @@ class MapFrame:
         )
 
     def pixels(self, place: Place, width: float, height: float) -> tuple[float, float]:
-        """Return where a place is on a map of a size [px], from its top left; north is up."""
+        """Return a place's position on a map of a size [px], from its top left; north is up."""
         scale = self.scale(width, height)
         return (
             width / 2 + (place.east - self.middle.east) * scale,
@@ -103,7 +103,7 @@ class MapFrame:
         )
 
     def scale(self, width: float, height: float) -> float:
-        """Return pixels a metre."""
+        """Return pixels per metre."""
         return min(width, height) / 2 / self.reach
 
     def bar(self, width: float, height: float) -> float:
@@ -116,29 +116,29 @@ class MapFrame:
 
 
 STEPS = tuple(step * 10.0**power for power in range(4) for step in (1.0, 2.0, 5.0))
-"""Reaches that the wheel chooses from [m]."""
+"""Selectable reaches of the wheel [m]."""
 
 
 class SteadyFrame:
-    """Chooses the part: it holds all, in round steps, and its middle moves in steps as well."""
+    """Chooses the visible part: it contains everything, and its size and centre move in steps."""
 
     def __init__(self) -> None:
         self.reset(Place(0.0, 0.0))
 
     def reset(self, home: Place, least: float = LEAST) -> None:
-        """Begin around a place.
+        """Start around a place.
 
         Args:
-            home: in the middle.
-            least: half of the map's shorter side, at least [m].
+            home: centre of the map.
+            least: least half of the map's shorter side [m].
         """
         self._scale = SteadyScale(least)
         self.frame = MapFrame(home, least)
 
     def zoom(self, steps: int) -> None:
-        """Show more, or less again with a negative number, with the next `take`.
+        """Zoom out, or in with a negative number, at the next `take`.
 
-        What must be seen is seen however little is asked for.
+        All required places stay visible.
         """
         place = bisect_left(STEPS, self.frame.reach) + steps
         self._scale = SteadyScale(STEPS[min(max(place, STEPS.index(LEAST)), len(STEPS) - 1)])
@@ -147,8 +147,8 @@ class SteadyFrame:
         """Return the part that shows all places.
 
         Args:
-            places: that must be seen.
-            time: now [s].
+            places: places that must be visible.
+            time: present time [s].
         """
         seen = list(places)
         east, north = [each.east for each in seen], [each.north for each in seen]

@@ -1,4 +1,4 @@
-"""A table of numbers: labels, columns of digits under each other, units."""
+"""A table of numbers: labels, aligned columns of digits, and units."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from workbench.gui.instruments.instrument import LEFT, RIGHT, Instrument
 from workbench.gui.theme import Look
 
 NOTHING = "–"
-"""Stands where nothing is known."""
+"""Text for an unknown value."""
 DIGITS = 1.12
 """Size of digits relative to plain text."""
 TALLEST_ROW = 2.1
