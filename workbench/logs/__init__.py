@@ -1,1 +1,1 @@
-"""A flight as a file: MCAP, which viewers open, and from which it is flown again to the bit."""
+"""Flight logs in MCAP, which viewers can open; a log can be replayed to the bit."""

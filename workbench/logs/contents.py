@@ -1,4 +1,4 @@
-"""What a log has besides the topics, and under which names: scenario, gains, actions, versions."""
+"""The parts of a log other than topics, and their names: scenario, gains, actions, versions."""
 
 import json
 import platform
@@ -23,23 +23,23 @@ FLIGHT = "flight"
 VERSIONS = "versions"
 SETTINGS = "settings"
 SCENARIO = "scenario.yaml"
-"""Attachment: the scenario, as `workbench fly` takes it."""
+"""Attachment: the scenario, for `workbench fly`."""
 GAINS = "gains.yaml"
-"""Attachment: all parameter values of the start, as a gain file."""
+"""Attachment: all parameter values at the start, as a gain file."""
 CONTROLLER = "controller"
 """Name of the metadata with name, file and sha256 of the control law; attachment: its text."""
 LAW = "controller.py"
 LAW_TYPE = "text/x-python"
 ESTIMATOR = "estimator"
-"""Name of the metadata with name, file and sha256 of an estimator of the user's own, where the
-flight knew its motion from one; attachment: its text."""
+"""Name of the metadata with name, file and sha256 of the user's own estimator, if the flight used
+one; attachment: its text."""
 ESTIMATOR_TEXT = "estimator.py"
 LAWS = "controllers/"
-"""Beginning of the names of attachments with the texts of laws that took over in flight."""
+"""Prefix of the names of attachments with the texts of laws that took over in flight."""
 TOPICS = "topics.json"
 """Attachment: the link's definitions of the topics."""
 IMPORTED = "flight_record.json"
-"""Attachment of a log that was imported, instead of all others: what its messages do not say."""
+"""The only attachment of an imported log: data that are not in its messages."""
 STATE = Channel("/dh_drone/exact_state", "dh_drone_msgs/msg/ExactState")
 ACTIONS = Channel("/dh_drone/actions", "dh_drone_msgs/msg/PilotAction")
 
@@ -47,13 +47,13 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def law_name(law: Controller) -> str:
-    """Return the name of the attachment with a law's text, which its action has, too."""
+    """Return the name of the attachment with the text of a law, also used in its action."""
     file = f"{LAWS}{law.digest[:12]}/{law.unscheduled}.py"
     return with_label(file, law.schedule.label if law.schedule else "")
 
 
 def scenario_text(scenario: Scenario) -> str:
-    """Return a scenario as YAML; files that it names are named from the root."""
+    """Return a scenario as YAML, with absolute paths of files."""
     from pydrake.common.yaml import yaml_dump_typed
 
     vehicle = scenario.vehicle
@@ -75,10 +75,10 @@ def scenario_text(scenario: Scenario) -> str:
 
 
 def read_scenario(text: str) -> Scenario:
-    """Return the scenario of a text that `scenario_text` made.
+    """Return the scenario from a text made by `scenario_text`.
 
     Raises:
-        RuntimeError, TypeError, ValueError: if it is none.
+        RuntimeError, TypeError, ValueError: if it is invalid.
     """
     from pydrake.common.yaml import yaml_load_typed
 
@@ -87,7 +87,7 @@ def read_scenario(text: str) -> Scenario:
 
 
 def gains_text(vehicle: str, values: Mapping[str, float], controller: str = DEFAULT) -> str:
-    """Return parameter values as the text of a gain file of a vehicle and a controller."""
+    """Return parameter values as the text of a gain file for a vehicle and a controller."""
     whose = {} if controller == DEFAULT else {"controller": controller}
     data: dict[str, Any] = {
         "vehicle": vehicle,
@@ -100,16 +100,16 @@ def gains_text(vehicle: str, values: Mapping[str, float], controller: str = DEFA
 
 
 def read_gains(text: str) -> dict[str, float]:
-    """Return the parameter values of a text that `gains_text` made.
+    """Return the parameter values from a text made by `gains_text`.
 
     Raises:
-        yaml.YAMLError, KeyError, TypeError, ValueError: if it is none.
+        yaml.YAMLError, KeyError, TypeError, ValueError: if it is invalid.
     """
     return {str(name): float(value) for name, value in yaml.load(text, _LOADER)["gains"].items()}
 
 
 def _from_root(name: str, shipped: list[str]) -> str:
-    """Return a path from the root of the file system, or a shipped name as it is."""
+    """Return an absolute path, or a shipped name unchanged."""
     if not name or name in shipped or not Path(name).expanduser().exists():
         return name
     return str(Path(name).expanduser().resolve())
@@ -121,7 +121,7 @@ def _controller_from_root(name: str) -> str:
 
 
 def action_text(action: Action) -> str:
-    """Return an action as JSON, without its time and what is as by default; numbers are exact."""
+    """Return an action as JSON, without its time and defaults; numbers are exact."""
     values = {field.name: _plain(getattr(action, field.name)) for field in fields(Action)}
     usual = {field.name: _plain(getattr(Action(), field.name)) for field in fields(Action)}
     return json.dumps(
@@ -130,10 +130,10 @@ def action_text(action: Action) -> str:
 
 
 def read_action(at: float, text: str) -> Action:
-    """Return the action of a text at a time [s].
+    """Return the action from a text, at a time [s].
 
     Raises:
-        ValueError, TypeError, AttributeError: if it is none.
+        ValueError, TypeError, AttributeError: if it is invalid.
     """
     values: dict[str, Any] = json.loads(text)
     if "gust" in values:
@@ -147,12 +147,12 @@ def read_action(at: float, text: str) -> Action:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value made only of what JSON knows; numbers may be numpy's."""
+    """Return a value of JSON types only; numbers may be numpy's."""
     if value is None or isinstance(value, str | bool):
         return value
     if isinstance(value, Gust | Push | Injection):
         values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-        if not any(values.get("torque", ())):  # as what reads logs of earlier versions has it
+        if not any(values.get("torque", ())):  # as in logs of earlier versions
             values.pop("torque", None)
         return values
     if isinstance(value, Mapping):
@@ -168,11 +168,11 @@ PACKAGES = {
 }
 UNKNOWN = "unknown"
 PHYSICS = "2"
-"""Of how the vehicle is stepped; logs that do not say it are of 1, Drake's discrete plant."""
+"""Version of the physics stepping; logs without it have version 1, Drake's discrete plant."""
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what computes here, by name, and the platform."""
+    """Return the versions of the software used, by name, and the platform."""
     found = {name: _version(package) for name, package in PACKAGES.items()}
     machine = {"python": platform.python_version(), "platform": platform.platform()}
     return {"physics": PHYSICS} | found | machine

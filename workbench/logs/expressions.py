@@ -1,4 +1,4 @@
-"""Signals made from others by a short expression, as sqrt(v_x**2 + v_y**2)."""
+"""Signals computed from others by a short expression, such as sqrt(v_x**2 + v_y**2)."""
 
 import ast
 import re
@@ -14,14 +14,14 @@ from workbench.logs.spectrum import LEAST, even_samples
 Samples = tuple[np.ndarray, np.ndarray]
 """Times [s] and values, (N) each."""
 Read = Callable[[str, float], Samples]
-"""Returns the samples of a signal by its name, from a time on [s]."""
+"""Function that returns the samples of a signal by its name, from a time on [s]."""
 
 LONGEST = 300
-"""Characters."""
+"""Largest number of characters."""
 FIRST = ("position_data", "velocity_data", "acceleration_data", "force_torque_data")
-"""Topics whose fields are meant where several have one of a name: the true motion."""
+"""Topics that take precedence where several have a field with the same name: the true motion."""
 _BEFORE = 1.0
-"""Earlier samples that are read of other signals, to interpolate from [s]."""
+"""Time before the first sample for which other signals are read, for interpolation [s]."""
 _DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
 
 
@@ -31,10 +31,9 @@ class Function:
 
     Attributes:
         of: returns values from times [s] and arguments.
-        arguments: how many it has.
-        before: returns how much earlier samples are needed [s], from the numbers among the
-            arguments.
-        help: what it is, in words.
+        arguments: their number.
+        before: returns from the numeric arguments how much earlier samples are needed [s].
+        help: its description.
     """
 
     of: Callable[..., np.ndarray]
@@ -44,7 +43,7 @@ class Function:
 
 
 def _plain(of: Callable[..., np.ndarray], arguments: int, help: str) -> Function:
-    """Return a function of values alone."""
+    """Return a function that depends on values only."""
     return Function(lambda _, *values: of(*values), arguments, help)
 
 
@@ -59,7 +58,7 @@ def _derivative(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _lowpass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
-    import scipy.signal  # slow to load, and seldom wanted
+    import scipy.signal  # slow to load, and rarely needed
 
     if len(time) < LEAST:  # the flight has just begun
         return np.full(len(time), np.nan)
@@ -119,7 +118,7 @@ FUNCTIONS: Mapping[str, Function] = {
         lambda cutoff: 5.0 / cutoff if cutoff > 0.0 else 0.0,
     ),
 }
-"""By the names that expressions have; numpy's where numpy has one."""
+"""Functions by their names in expressions; those of numpy if numpy has one."""
 CONSTANTS = {"pi": np.pi}
 _BINARY: Mapping[type[ast.operator], Callable[..., np.ndarray]] = {
     ast.Add: np.add,
@@ -145,9 +144,9 @@ class Expression:
     """An expression that was parsed.
 
     Attributes:
-        text: as it was written.
-        signals: what it names, in the order of the text; its times are those of the first.
-        before: how much earlier samples it needs than those that it gives [s].
+        text: as written.
+        signals: the names in it, in the order of the text; its times are those of the first signal.
+        before: how much earlier samples it needs than it returns [s].
     """
 
     text: str
@@ -160,7 +159,7 @@ class Expression:
         """Return the full name of each of its signals.
 
         Raises:
-            WorkbenchError: if one is unknown, or may be several.
+            WorkbenchError: if one is unknown or ambiguous.
         """
         names = tuple(known)
         found = {each: _candidates(each, names) for each in self.signals}
@@ -172,23 +171,23 @@ class Expression:
         return {name: full[0] for name, full in found.items()}
 
     def can_find(self, known: Iterable[str]) -> bool:
-        """Return whether `find` would find all of its signals, without a search for near names."""
+        """Return whether `find` would succeed, without a search for similar names."""
         names = tuple(known)
         return all(len(_candidates(each, names)) == 1 for each in self.signals)
 
     def series(self, read: Read, full: Mapping[str, str], since: float = -np.inf) -> Samples:
-        """Return its times and values from a time on [s].
+        """Return its times and values, from a time on [s].
 
-        Other signals than the first are interpolated linearly to its times; before their first
-        sample there is no value, after their last one it holds.
+        Other signals than the first are interpolated linearly to its times. There is no value
+        before their first sample; the last one is held.
 
         Args:
-            read: the samples of its signals.
-            full: their full names, as `find` has them.
-            since: the time.
+            read: returns the samples of its signals.
+            full: their full names, from `find`.
+            since: first time [s].
 
         Raises:
-            WorkbenchError: if a filter does not suit the samples.
+            WorkbenchError: if a filter is not suitable for the samples.
         """
         begin = since - self.before
         time, first = read(full[self.signals[0]], begin)
@@ -204,17 +203,17 @@ class Expression:
         return time[seen:], made[seen:]
 
     def values(self, time: np.ndarray, parts: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return its values (N) at times [s], from those of its signals (N), by their names.
+        """Return its values (N) at times [s], from the values of its signals (N) by name.
 
         Raises:
-            WorkbenchError: if a filter does not suit the samples.
+            WorkbenchError: if a filter is not suitable for the samples.
         """
-        with np.errstate(all="ignore"):  # what is no number is a gap in the curve
+        with np.errstate(all="ignore"):  # invalid results are gaps in the curve
             made = self._value(self._tree, time, parts)
         return np.broadcast_to(np.asarray(made, dtype=float), time.shape)
 
     def _value(self, node: ast.expr, time: np.ndarray, parts: Mapping[str, np.ndarray]) -> Any:
-        """Return the value of a node that `parse_expression` has let pass."""
+        """Return the value of a node that `parse_expression` accepted."""
         match node:
             case ast.Constant(value=float() | int() as value):
                 return np.float64(value)
@@ -242,9 +241,9 @@ def _at(time: np.ndarray, own: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _candidates(name: str, known: tuple[str, ...]) -> list[str]:
-    """Return the full names that a signal may have: TOPIC.FIELD, or its FIELD alone.
+    """Return the possible full names of a signal given as TOPIC.FIELD, or as FIELD alone.
 
-    A field of several topics is that of the true motion, where that has it.
+    If several topics have the field, that of the true motion takes precedence.
     """
     if name in known:
         return [name]
@@ -256,18 +255,18 @@ def _candidates(name: str, known: tuple[str, ...]) -> list[str]:
 def parse_expression(text: str) -> Expression:
     """Return an expression of numbers, signals, + - * / // % **, comparisons, and `FUNCTIONS`.
 
-    Signals are TOPIC.FIELD, or FIELD alone where one topic has it, or the true motion. Nothing is
-    run: the text is taken apart by `ast`, and what is not in this list is refused.
+    Signals are TOPIC.FIELD, or FIELD alone if it is in only one topic or in the true motion. No
+    code is executed: `ast` parses the text, and anything not in this list is rejected.
 
     Raises:
-        WorkbenchError: with the place of what is wrong.
+        WorkbenchError: with the position of the error.
     """
     if len(text) > LONGEST:
         raise WorkbenchError(f"an expression has at most {LONGEST} characters: shorten it")
     named: dict[str, str] = {}
 
     def stand_in(found: re.Match[str]) -> str:
-        """Return a name as long as a dotted one, so that places stay, but plain Python."""
+        """Return a plain Python name as long as a dotted one, so that positions stay the same."""
         if re.match(r"\d", found.string[found.start() - 1 : found.start()] or " "):
             return found.group()
         known = next((key for key, name in named.items() if name == found.group()), None)
@@ -291,7 +290,7 @@ def parse_expression(text: str) -> Expression:
 
 
 def _check(node: ast.expr, text: str, named: dict[str, str], signals: list[str]) -> float:
-    """Refuse what is not allowed, note signals, and return what is needed before [s]."""
+    """Check that a node is allowed, note signals, and return the time needed before [s]."""
 
     def below(*nodes: ast.expr) -> float:
         return max((_check(each, text, named, signals) for each in nodes), default=0.0)
@@ -332,7 +331,7 @@ def _number(node: ast.expr, text: str, name: str) -> float:
 
 
 def _wrong(text: str, column: int, why: str) -> WorkbenchError:
-    """Return the error for what stands at a column, counted from 0."""
+    """Return the error at a column, counted from 0."""
     text = text.rstrip()
     rest = text[column : column + 20]
     at = f"at character {column + 1}, '{rest}'" if rest else "at its end"

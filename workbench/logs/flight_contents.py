@@ -1,4 +1,4 @@
-"""What is in a flight record: signals, clocks, how it flew, and what can be found from it."""
+"""The contents of a flight record: clock offsets, use of motors, and what can be identified."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,31 +19,31 @@ from workbench.logs.flight_record import (
 from workbench.logs.step_response import LOOPS
 
 LONGEST_OFFSET = 0.2
-"""Between two clocks [s]."""
+"""Limit of the offset between two clocks [s]."""
 LEAST_CORRELATION = 0.6
-"""Below which an offset between two streams is not told."""
+"""Smallest correlation for an offset between two streams to be reported."""
 TURNING = 0.1
-"""Share of the full command, above which a motor turns."""
+"""Share of the full command above which a motor turns."""
 GROUND = 2.0
-"""After the motors begin to turn, and before they end: the drone may be on the ground [s]."""
+"""Time after motors start, and before they stop, in which the drone may be on the ground [s]."""
 FULL = 0.995
-"""Share of the full command, from which on a motor can give no more."""
+"""Share of the full command from which on a motor is saturated."""
 FAST = 180.0
-"""Rate of gyro and commands that rotor lag and inertia need [Hz], as `identify` has it."""
+"""Rate of gyro and commands needed for rotor lag and inertia [Hz], as in `identify`."""
 _GRID = 0.005
-"""Of the search for an offset [s]."""
+"""Step of the search for an offset [s]."""
 _BRIDGE = 0.05
 
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """How much later one stream shows the motion than another.
+    """The time offset between two streams of the same motion.
 
     Attributes:
-        earlier: what is compared, in words.
-        later: likewise.
-        offset: of the latter behind the former; negative where it is ahead [s].
-        correlation: of both at that offset.
+        earlier: name of one stream.
+        later: name of the other stream.
+        offset: delay of the second behind the first; negative if it is ahead [s].
+        correlation: of both streams at that offset.
     """
 
     earlier: str
@@ -54,12 +54,12 @@ class ClockOffset:
 
 @dataclass(frozen=True)
 class Findable:
-    """What may be identified from a log.
+    """A quantity, and whether it can be identified from a log.
 
     Attributes:
-        what: a quantity.
-        can: whether the log has what that needs.
-        why: what it has, or has not.
+        what: the quantity.
+        can: whether the log has the necessary signals.
+        why: the signals that it has or lacks.
     """
 
     what: str
@@ -69,16 +69,16 @@ class Findable:
 
 @dataclass(frozen=True)
 class FlightContents:
-    """What is in a flight record.
+    """The contents of a flight record.
 
     Attributes:
-        turning: time in which a motor turns [s]; NaN where the log has neither commands nor speeds.
-        saturated: share of that in which a motor gives all that it can; NaN where the log has
-            speeds alone, as it does not say how fast a motor can be.
+        turning: time in which a motor turns [s]; NaN if the log has neither commands nor speeds.
+        saturated: share of that time with a saturated motor; NaN if the log has only speeds, as the
+            largest speed is unknown.
         known_until: time after which no on-board signal was measured [s].
         offsets: between streams.
-        findable: what may be identified.
-        loops: whose step response may be measured, see `step_response.LOOPS`.
+        findable: what can be identified.
+        loops: those with a measurable step response, see `step_response.LOOPS`.
     """
 
     turning: float
@@ -90,9 +90,9 @@ class FlightContents:
 
 
 def contents_of(flight: FlightRecord) -> FlightContents:
-    """Return what is in a flight record."""
+    """Return the contents of a flight record."""
     turning, saturated = _motors(flight)
-    # Motion capture may go on where the radio link has ended.
+    # Motion capture may continue after the radio link has ended.
     outside = ("position_data.", "velocity_data.", "attitude.")
     ends = [
         float(signal.time[-1])
@@ -116,7 +116,7 @@ def contents_of(flight: FlightRecord) -> FlightContents:
 
 
 def _turns(name: str, values: np.ndarray) -> np.ndarray:
-    """Return when a motor turns, by its commands or speeds; the largest speed counts as full."""
+    """Return when a motor turns, from commands or speeds; the largest speed counts as full."""
     full = 1.0 if name.startswith(SHARES) else float(np.nanmax(values, initial=0.0))
     return np.asarray(values > TURNING * full)
 
@@ -138,7 +138,7 @@ def _motors(flight: FlightRecord) -> tuple[float, float]:
 
 
 def _offsets(flight: FlightRecord) -> list[ClockOffset]:
-    """Return the offsets between the streams that show one motion."""
+    """Return the offsets between the streams of the same motion."""
     pairs = (
         (
             "body rate of motion capture",
@@ -169,7 +169,7 @@ def _offsets(flight: FlightRecord) -> list[ClockOffset]:
 
 
 def _attitude_rate(flight: FlightRecord) -> tuple[float, float] | None:
-    """Return by how much the estimated attitude's rate is behind the gyro [s], and correlation."""
+    """Return the delay of the estimated attitude's rate behind the gyro [s], and correlation."""
     turn = parts("estimate.q_", "wxyz")
     span = _shared(flight, [*GYRO, *turn])
     if span is None:
@@ -185,12 +185,12 @@ def _attitude_rate(flight: FlightRecord) -> tuple[float, float] | None:
 def clock_offset(
     flight: FlightRecord, first: Sequence[str], second: Sequence[str]
 ) -> tuple[float, float] | None:
-    """Return by how much some signals are behind others [s], and their correlation then.
+    """Return the delay of some signals behind others [s], and their correlation at it.
 
     Args:
         flight: the log.
         first: signals.
-        second: as many, which show the same.
+        second: as many signals of the same quantities.
     """
     span = _shared(flight, [*first, *second])
     if span is None:
@@ -202,8 +202,8 @@ def clock_offset(
 def _best_offset(first: np.ndarray, second: np.ndarray) -> tuple[float, float] | None:
     """Return the offset of samples (n, k) behind others [s], and the correlation there.
 
-    The largest correlation over all columns together, of samples that both are known at; between
-    steps of the grid by a parabola.
+    It has the largest correlation over all columns together, of samples known in both, with
+    parabolic interpolation between steps of the grid.
     """
     most = round(LONGEST_OFFSET / _GRID)
     both = np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1)
@@ -235,9 +235,9 @@ def _best_offset(first: np.ndarray, second: np.ndarray) -> tuple[float, float] |
 
 
 def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
-    """Return a time that signals share, in the air where the motors tell of it [s].
+    """Return the common time span of signals, in the air as far as the motors show it [s].
 
-    A landing is a blow that another stream shows otherwise, and on the ground nothing moves.
+    A landing is a shock that streams show differently, and on the ground nothing moves.
     """
     if not flight.has(names) or any(len(flight[name].time) < 2 for name in names):
         return None
@@ -251,7 +251,7 @@ def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
 
 
 def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
-    """Return what may be identified, by what the log has and how fast."""
+    """Return what can be identified, from the signals of the log and their rates."""
     commands = flight.motors(SHARES, SPEED_COMMANDS)
     motion = "position_data" if "position_data.x" in flight else "estimate"
     speed = "velocity_data" if "velocity_data.v_x" in flight else "estimate"

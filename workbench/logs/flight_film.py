@@ -1,4 +1,4 @@
-"""A log in 3-D as one HTML page: the drone on its flown path, and the path that was wanted."""
+"""A log in 3-D as one HTML page, with the drone, its path, and the commanded path."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,12 +15,12 @@ from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
 
 PERIOD = 1.0 / 32.0
-"""Between two pictures [s]."""
+"""Period between pictures [s]."""
 LONGEST = 3600.0
-"""Of a film [s]."""
+"""Longest film [s]."""
 _FLOWN, _WANTED = Rgba(0.12, 0.47, 0.71, 1.0), Rgba(1.0, 0.5, 0.05, 1.0)
 _EYE = np.array([-1.2, -1.2, 0.8])
-"""Where the camera stands, in sizes of the flown path from its middle."""
+"""Position of the camera from the middle of the flown path, in sizes of the path."""
 
 
 def film_flight(
@@ -29,13 +29,13 @@ def film_flight(
     page: Path,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Write the film of a log; where place or attitude is not known, no drone is seen.
+    """Write the film of a log; the drone is hidden where its position or attitude is unknown.
 
     Args:
-        flight: the log; of motion capture and of the flight computer's estimate the former counts.
-        description: of the drone that is drawn.
+        flight: the log; motion capture takes precedence over the estimate of the flight computer.
+        description: of the drone to draw.
         page: the HTML file to write.
-        progress: takes the share done, 0 .. 1.
+        progress: called with the share done, 0 .. 1.
 
     Raises:
         WorkbenchError: if the log has no attitude.
@@ -82,7 +82,7 @@ def _play(
     known: np.ndarray,
     progress: Callable[[float], None] | None,
 ) -> None:
-    """Put the drone at each state (n, 13) at its time (n) [s] into the film."""
+    """Add the drone to the film, at each state (n, 13) and time (n) [s]."""
     builder = DiagramBuilder()
     _, scene_graph, state = add_shapes(builder, description)
     builder.ExportInput(state, "state")

@@ -1,4 +1,4 @@
-"""Writes a flight's log while it is flown; what goes wrong with the file never ends the flight."""
+"""Write the log of a flight during the flight; an error of the file never ends the flight."""
 
 import json
 import logging
@@ -45,15 +45,15 @@ from workbench.systems.bridge import Bridge
 NS = 1e9
 """Nanoseconds in a second."""
 LOOK_PERIOD = 1.0
-"""Between two looks whether the file is still in its place [s]."""
+"""Period between checks that the file is still in its place [s]."""
 _FAILURES = (OSError, ValueError, KeyError, TypeError, OverflowError, struct.error)
-"""What writing may raise: a full disk, or a payload that is none of its topic."""
+"""Errors from writing, such as a full disk, or a payload that does not fit its topic."""
 
 
 class _Written(NamedTuple):
-    """What becomes of a topic: its conversion, and for each message a maker, an encoder, a channel.
+    """The output of a topic: its conversion, and for each message a factory, an encoder, a channel.
 
-    The log takes a conversion's parts by themselves, as thousands of messages a second are written.
+    The log uses the parts of a conversion separately, as it writes thousands of messages a second.
     """
 
     conversion: Conversion
@@ -61,23 +61,23 @@ class _Written(NamedTuple):
 
 
 class FlightLog:
-    """The log of one flight, from its start.
+    """The log of one flight, from its start on.
 
-    A chunk of some 128 kB goes to the file as soon as it is full, so a process that is killed
-    leaves a file that can be read but for the last chunk.
+    A chunk of some 128 kB is written as soon as it is full. So a killed process leaves a file that
+    is readable except for the last chunk.
 
     Args:
         path: the file; an older log of that name is overwritten, any other file is not.
-        topics: what is published.
-        scenario: that is flown.
-        settings: parameter values that the flight was built with on top of the scenario's.
-        values: all parameter values that it began with.
+        topics: the published ones.
+        scenario: the one flown.
+        settings: parameter values that replace those of the scenario.
+        values: all parameter values at the start.
         vehicle: its name.
-        controller: that flies; without one, the scenario's as its file stands now.
+        controller: the one that flies; None for that of the scenario, from its present file.
 
     Attributes:
         path: the file.
-        said: why the log ended before it was closed, "" else; it is logged once as well.
+        said: why the log ended before it was closed, else ""; it is also logged once.
 
     Raises:
         WorkbenchError: if the file cannot be written.
@@ -116,7 +116,7 @@ class FlightLog:
             raise
 
     def write(self, sampled: Sampled) -> None:
-        """Write what was published at one time, and the exact state."""
+        """Write the topics published at one time, and the exact state."""
         if self._open:
             try:
                 self._publish(sampled.published)
@@ -125,7 +125,7 @@ class FlightLog:
                 self._end(error)
 
     def publish(self, published: Published) -> None:
-        """Write what was published besides samples, as events."""
+        """Write other published topics, such as events."""
         if self._open:
             try:
                 self._publish(published)
@@ -133,13 +133,13 @@ class FlightLog:
                 self._end(error)
 
     def act(self, at: float, action: Action, by: str, law: Controller | None = None) -> None:
-        """Write what somebody did.
+        """Write an action.
 
         Args:
             at: a time of whole physics steps [s].
-            action: what; its own `at` says nothing here.
+            action: the action; its own `at` is ignored.
             by: operator, a client's name, link, ...
-            law: that flies then; its text is written where it takes over and is not shipped.
+            law: the one that flies then; its text is written if it takes over and is not shipped.
         """
         if not self._open:
             return
@@ -165,9 +165,9 @@ class FlightLog:
             self._end(error)
 
     def look(self) -> None:
-        """End the log if its file was moved or deleted; looks no more than once a second.
+        """End the log if its file was moved or deleted; checks at most once a second.
 
-        What is written to a deleted file is lost without any error.
+        Writing to a deleted file loses data without any error.
         """
         now = time.monotonic()
         if self._open and now >= self._look_due:
@@ -175,7 +175,7 @@ class FlightLog:
             self._check_place()
 
     def close(self) -> None:
-        """End the file; nothing more is written. `said` tells if it is not whole."""
+        """End the file; nothing more is written. `said` states the reason if it is incomplete."""
         self._check_place()
         if self._open:
             try:
@@ -194,7 +194,7 @@ class FlightLog:
         law: Controller,
         found: Mapping[str, str],
     ) -> None:
-        """Write all that is known before the flight."""
+        """Write all data known before the flight."""
         now, writer = time.time_ns(), self._writer
         flight = {"vehicle": vehicle, "physics_step": repr(self._step), "begun_ns": str(now)}
         writer.add_metadata(FLIGHT, flight)
@@ -235,7 +235,7 @@ class FlightLog:
         }
 
     def _check_place(self) -> None:
-        """End the log where its file is not in its place any more; make whole what was moved."""
+        """End the log if its file is no longer in its place, and complete a moved file."""
         if not self._open or self._writer.is_in_place():
             return
         self._open = False
@@ -270,7 +270,7 @@ class FlightLog:
         self._last_ns = t_ns
 
     def _end(self, error: Exception) -> None:
-        """End the log, not the flight, and say so once."""
+        """End the log, not the flight, and log this once."""
         self._open = False
         reason = getattr(error, "strerror", None) or str(error)
         try:
@@ -288,10 +288,10 @@ class FlightLog:
 
 
 def _refuse_others(path: Path) -> None:
-    """Refuse to overwrite what is no log.
+    """Check that no file other than a log is overwritten.
 
     Raises:
-        WorkbenchError: if there is such a file.
+        WorkbenchError: if it would be.
     """
     try:
         if not path.exists():
@@ -323,7 +323,7 @@ class LoggedFlight:
         settings: parameter values that override those of the scenario's gains.
 
     Attributes:
-        session: that is flown.
+        session: the one flown.
 
     Raises:
         WorkbenchError: if the scenario cannot be built, or the log cannot be written.
@@ -343,14 +343,14 @@ class LoggedFlight:
 
     @property
     def said(self) -> str:
-        """Why the log is not whole, "" else."""
+        """Why the log is incomplete, else ""."""
         return self._log.said
 
     def run(self, progress: Callable[[float], None]) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1.
 
         Raises:
-            FlightBrokenError: if the simulation cannot go on; the log ends there.
+            FlightBrokenError: if the simulation cannot continue; the log ends there.
         """
 
         def keep(share: float) -> None:

@@ -1,4 +1,4 @@
-"""Reads a flight's log, whoever wrote it."""
+"""Read the log of a flight in any known format."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -25,7 +25,7 @@ KNOWN = (
     "Crazyflie's usd log, a CSV of NanoBench, or any CSV with a mapping file"
 )
 BESIDE = ".mapping.yaml"
-"""Ending of a mapping file that lies beside a CSV and need not be named."""
+"""Ending of a mapping file that is found next to a CSV file."""
 
 
 def read_flight(
@@ -33,16 +33,16 @@ def read_flight(
     mapping: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> FlightRecord:
-    """Read a log; what it is, its first bytes say.
+    """Read a log; its first bytes determine the format.
 
     Args:
-        path: the log, see `KNOWN`; CSV files and usd logs may be packed with gzip.
-        mapping: a file that names the columns of a CSV; without it, X.mapping.yaml beside X.csv
-            is taken where it exists.
-        progress: takes the share done, 0 .. 1, where that is known.
+        path: the log, see `KNOWN`; CSV files and usd logs may be compressed with gzip.
+        mapping: a file that names the columns of a CSV; None for X.mapping.yaml next to X.csv, if
+            it exists.
+        progress: called with the share done, 0 .. 1, if known.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is no log that is known.
+        WorkbenchError: if it cannot be read, or its format is unknown.
     """
     if mapping is not None:
         return read_csv(path, mapping)
@@ -75,7 +75,7 @@ def open_log(
     mapping: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> LogRecord:
-    """Return any log as one of ours, for what draws, lists and exports those.
+    """Return any log in the form of our own logs, to draw, list and export it.
 
     Raises:
         WorkbenchError: as `read_flight`.

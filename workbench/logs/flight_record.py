@@ -1,4 +1,4 @@
-"""A flight as it was measured: signals under the workbench's names, whoever wrote the log.
+"""A flight as measured: signals with the workbench's names, for every log format.
 
     from workbench.logs.flight_reader import read_flight
 
@@ -28,8 +28,8 @@ log's first sample. Names that a log may have; `workbench log LOG` lists those o
     rate_setpoint.w_x w_y w_z              in B [rad/s]
     torque_setpoint.x y z                  share of the full torque, in B
 
-What a reader knows no such name for keeps the log's own. Samples that were not measured, as a
-logger filled them in, are left out, and the signal's gaps say where.
+Other signals keep the names of the log. Samples filled in by a logger and not measured are left
+out; the gaps of the signal show where.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -42,46 +42,46 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 
 Span = tuple[float, float]
-"""From and to [s]."""
+"""Begin and end [s]."""
 SHARES, SPEED_COMMANDS, SPEEDS = "motors.command_", "rotors.speed_command.", "rotors.speed."
-"""How the names of the motors' signals begin: commands as shares of the full one or as speeds, and
-what the rotors did."""
+"""Prefixes of the names of motor signals: commands as shares of the full one, commands as speeds,
+and rotor speeds."""
 LOG_ENDINGS = (".mcap", ".ulg", ".bin", ".bbl", ".bfl", ".csv", ".gz")
-"""Of files that are logs, in small letters; a Crazyflie's have none."""
+"""Endings of log files in lower case; those of a Crazyflie have none."""
 GAP = 2.5
-"""Periods between two samples, from which on something is missing between them."""
+"""Number of periods between two samples from which on there is a gap."""
 LATEST = 1e7
-"""Time of a log [s], a third of a year; what is later is a damaged number."""
+"""Latest time in a log [s], a third of a year; a later one is a damaged number."""
 MOST_POINTS = 50_000_000
-"""Of a grid, times its signals."""
+"""Largest number of points of a grid, times its signals."""
 LEAST = 2
-"""Samples of a signal that has a rate."""
+"""Smallest number of samples of a signal with a rate."""
 
 
 def parts(beginning: str, each: Iterable[str] = "xyz") -> tuple[str, ...]:
-    """Return the names of a vector's signals: what they begin with, and the part's name."""
+    """Return the names of the signals of a vector: prefix, and name of the component."""
     return tuple(f"{beginning}{part}" for part in each)
 
 
 GYRO = parts("imu.angular_velocity.")
 FORCE = parts("imu.linear_acceleration.")
 ASKED = parts("setpoint.")
-"""Names of gyro, accelerometer, and the position that is gone to."""
+"""Names of gyro, accelerometer, and position setpoint."""
 
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """One number over time; of a topic's messages also a text.
+    """One number over time, or a text in the messages of a topic.
 
     Attributes:
         name: TOPIC.FIELD.
-        unit: SI; 1 for none, "" where it is not known.
-        time: of the samples, rising (n) [s].
-        values: (n); NaN or "" where a message has no such field.
-        rate: samples that were measured in a second [Hz]; 0 where it is not known.
-        delay: how much later the log has a value than it was true [s]; None where unknown.
-        gaps: where nothing was measured, each from a sample to the next one, or to the end of the
-            record after the last; ordered.
+        unit: SI; 1 for none, "" if unknown.
+        time: of the samples, increasing (n) [s].
+        values: (n); NaN or "" if a message has no such field.
+        rate: measured samples per second [Hz]; 0 if unknown.
+        delay: of values in the log [s]; None if unknown.
+        gaps: times without measurements, each from a sample to the next one, or from the last one
+            to the end of the record; ordered.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Signal:
     gaps: tuple[Span, ...] = ()
 
     def at(self, time: np.ndarray, bridge: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Return values (m) at rising times (m) [s], and whether each is known (m).
+        """Return values (m) at increasing times (m) [s], and whether each is known (m).
 
         Between neighbouring samples they are interpolated linearly. In gaps longer than `bridge`
         [s], and before the first and after the last sample, they are NaN and not known.
@@ -116,7 +116,7 @@ class Grid:
     Attributes:
         names: of the signals (k).
         time: evenly spaced (m) [s].
-        values: (m, k); NaN where not known.
+        values: (m, k); NaN where unknown.
         known: (m, k).
     """
 
@@ -140,12 +140,12 @@ class FlightRecord:
     """A flight as it was measured.
 
     Attributes:
-        name: of the flight, its file's without ending.
+        name: of the flight, that of the file without ending.
         source: the file.
-        format: of the log, in words, as "NanoBench CSV".
-        firmware: whose and which version; "" where the log does not say.
-        parameters: of the firmware, and what else the log says of the flight, by name.
-        remarks: what the reader found, left out or assumed, a sentence each.
+        format: of the log, such as "NanoBench CSV".
+        firmware: name and version; "" if the log does not state it.
+        parameters: of the firmware, and other data on the flight in the log, by name.
+        remarks: on what the reader found, left out or assumed, a sentence each.
         signals: by their names.
         end: of the record [s].
     """
@@ -163,18 +163,18 @@ class FlightRecord:
         """Return a signal.
 
         Raises:
-            WorkbenchError: if there is none of that name; it names near ones.
+            WorkbenchError: if there is none with that name; it suggests similar ones.
         """
         if name not in self.signals:
             raise unknown_name(f"signal of {self.source.name},", name, self.signals)
         return self.signals[name]
 
     def __contains__(self, name: object) -> bool:
-        """Return whether there is a signal of a name."""
+        """Return whether there is a signal with a name."""
         return name in self.signals
 
     def described(self) -> dict[str, Any]:
-        """Return all but the samples, as JSON has it; `from_description` takes it."""
+        """Return everything except the samples in JSON types, for `from_description`."""
         return {
             "name": self.name,
             "source": self.source.name,
@@ -202,15 +202,15 @@ class FlightRecord:
         source: Path,
         samples: Mapping[str, tuple[np.ndarray, np.ndarray]],
     ) -> "FlightRecord":
-        """Return the record that was described.
+        """Return the record from its description.
 
         Args:
             said: by `described`.
             source: the file.
-            samples: time and values of the signals, by name; a signal without is left out.
+            samples: time and values of the signals, by name; a signal without samples is left out.
 
         Raises:
-            KeyError, TypeError, ValueError: if it is no description.
+            KeyError, TypeError, ValueError: if the description is invalid.
         """
         signals = {
             each["name"]: Signal(
@@ -236,14 +236,14 @@ class FlightRecord:
         )
 
     def names(self, topic: str = "") -> list[str]:
-        """Return the names of signals: all, or those of a topic or of a field's parts."""
+        """Return the names of signals: all, or those of a topic or of the components of a field."""
         return [name for name in self.signals if not topic or name.startswith(f"{topic}.")]
 
     def motors(self, *kinds: str) -> list[str]:
-        """Return the signals of the motors in their order, of the first kind that the log has.
+        """Return the signals of the motors in order, of the first kind that the log has.
 
         Args:
-            kinds: of `SHARES`, `SPEED_COMMANDS` and `SPEEDS`.
+            kinds: from `SHARES`, `SPEED_COMMANDS` and `SPEEDS`.
         """
         for kind in kinds:
             numbers = (name.removeprefix(kind) for name in self.signals if name.startswith(kind))
@@ -252,24 +252,24 @@ class FlightRecord:
         return []
 
     def has(self, names: Iterable[str]) -> bool:
-        """Return whether all of these signals are there."""
+        """Return whether all of these signals exist."""
         return all(name in self.signals for name in names)
 
     def resample(
         self, names: Sequence[str], period: float, bridge: float = 0.0, span: Span | None = None
     ) -> Grid:
-        """Return signals at common times, and where they are known.
+        """Return signals at common times, with flags where they are known.
 
-        Nothing is filtered: of a signal faster than the grid, low-pass first what may alias.
+        Nothing is filtered: low-pass a signal faster than the grid first, to avoid aliasing.
 
         Args:
             names: of the signals.
             period: of the grid [s].
             bridge: longest gap to interpolate across [s].
-            span: from and to; what all signals share without it [s].
+            span: begin and end; None for the common time of all signals [s].
 
         Raises:
-            WorkbenchError: if a name is unknown, or there is no time that all signals share.
+            WorkbenchError: if a name is unknown, or the signals have no common time.
         """
         signals = [self[name] for name in names]
         if any(len(signal.time) == 0 for signal in signals):
@@ -292,9 +292,9 @@ class FlightRecord:
 
 
 def rising_rows(time: np.ndarray) -> np.ndarray:
-    """Return which of finite times (n) [s] are good: those that rise, up to `LATEST`.
+    """Return which of finite times (n) [s] are valid: increasing, up to `LATEST`.
 
-    Of a single time that leaps ahead of those that follow, only that one is left out.
+    If a single time jumps ahead of those that follow, only that one is left out.
     """
     good = time <= LATEST
     if len(time) > 2:
@@ -315,10 +315,10 @@ def make_signal(
     rate: float | None = None,
     delay: float | None = None,
 ) -> Signal:
-    """Return a signal whose rate and gaps are those of its times.
+    """Return a signal, with the rate and gaps of its times.
 
-    Samples that are no numbers, or whose time does not rise, are left out. A gap is where two
-    samples are `GAP` periods apart, or more; the period is the median.
+    Samples that are not numbers, or at times that do not increase, are left out. A gap is where two
+    samples are `GAP` periods or more apart; the period is the median.
 
     Args:
         name: TOPIC.FIELD.
@@ -326,8 +326,8 @@ def make_signal(
         time: (n) [s].
         values: (n).
         end: of the record [s]; a signal that ends earlier has a gap up to it.
-        rate: as of the signal, where it is not that of the times [Hz].
-        delay: as of the signal [s].
+        rate: of the signal, if it is not that of the times [Hz].
+        delay: of the signal [s].
     """
     time, values = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     good = np.isfinite(values) & np.isfinite(time)

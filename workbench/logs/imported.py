@@ -1,8 +1,8 @@
-"""Flight records as logs of the workbench, and logs of the workbench as flight records.
+"""Convert flight records to logs of the workbench, and back.
 
-What shows our own flights shows an imported one then. Each topic of it has a message a sample, of
-64-bit numbers; what was not measured at that time is NaN. In each gap there is a message with
-nothing but NaN, so that no curve is drawn across.
+Tools for our own flights then also show imported ones. Each topic has one message per sample, of
+64-bit numbers, with NaN for what was not measured at that time. Each gap has a message of NaN only,
+so that no curve is drawn across it.
 """
 
 import json
@@ -29,7 +29,7 @@ _PLACE = re.compile(r"\d+")
 
 
 def log_of(flight: FlightRecord) -> LogRecord:
-    """Return a flight as `read_log` would return it."""
+    """Return a flight in the form that `read_log` returns."""
     topics = _topics(flight)
     return LogRecord(
         path=flight.source,
@@ -47,7 +47,7 @@ def log_of(flight: FlightRecord) -> LogRecord:
 
 
 def write_flight(flight: FlightRecord, path: Path) -> None:
-    """Write a flight as a log of the workbench; `flight_of` returns the same flight again.
+    """Write a flight as a log of the workbench; `flight_of` restores the same flight.
 
     Raises:
         OSError: if the file cannot be written.
@@ -76,10 +76,10 @@ def write_flight(flight: FlightRecord, path: Path) -> None:
 
 
 def flight_of(record: LogRecord) -> FlightRecord:
-    """Return the flight of a log that `write_flight` wrote.
+    """Return the flight from a log written by `write_flight`.
 
     Raises:
-        WorkbenchError: if what it says of its signals cannot be read.
+        WorkbenchError: if the description of its signals cannot be read.
     """
     samples = {}
     for topic in record.topics.values():  # those of a damaged part of the file are missing
@@ -96,12 +96,12 @@ def flight_of(record: LogRecord) -> FlightRecord:
 
 
 def _about(flight: FlightRecord) -> str:
-    """Return what the messages do not say."""
+    """Return the data that are not in the messages."""
     return json.dumps(flight.described(), indent=1)
 
 
 def _topics(flight: FlightRecord) -> list[LoggedTopic]:
-    """Return the topics of a flight's signals, with a message a sample."""
+    """Return the topics of the signals of a flight, with one message per sample."""
     grouped: dict[str, list[Signal]] = {}
     for signal in flight.signals.values():
         if len(signal.time):
@@ -135,7 +135,7 @@ def _topic(name: str, signals: list[Signal]) -> LoggedTopic:
 def _define(
     kind: str, tree: Mapping[str, Any], texts: dict[str, str], ordered: list[Signal | None]
 ) -> None:
-    """Add the definition of a tree's message and of what is in it, and its signals in order."""
+    """Add the definitions of the message of a tree and of its parts, and its signals in order."""
     lines: list[str] = []
     texts[kind] = ""  # the outermost comes first
     for name, value in tree.items():
@@ -183,12 +183,12 @@ _TOPICS = (
     "estimate",
     "wind",
 )
-"""Whose numbers are signals."""
+"""Topics with numbers that become signals."""
 _UNWANTED = ("covariance", "lease", "axes", "frame", "orientation", "status")
 
 
 def flight_record(record: LogRecord) -> FlightRecord:
-    """Return a log as a flight record; the true motion is the simulation's.
+    """Return a log as a flight record; the true motion is that of the simulation.
 
     Raises:
         WorkbenchError: if a message cannot be decoded.
@@ -203,7 +203,7 @@ def flight_record(record: LogRecord) -> FlightRecord:
 
 
 def _flown(record: LogRecord) -> FlightRecord:
-    """Return the log of a flight of ours."""
+    """Return the log of one of our own flights."""
     end = record.duration
     signals: dict[str, Signal] = {}
     for name in _TOPICS:
@@ -246,9 +246,9 @@ def _flown(record: LogRecord) -> FlightRecord:
 
 
 def _points(record: LogRecord, time: np.ndarray) -> np.ndarray | None:
-    """Return the points that a pilot went to (n, 3); None where he flew in another way, too.
+    """Return the points that a pilot flew to (n, 3); None if there were also other commands.
 
-    Until the first one it is the place of the start, which the mode holds.
+    Before the first one it is the start position, which the mode holds.
     """
     try:
         script = record.scenario().script

@@ -1,7 +1,7 @@
-"""A flight record as a spec judges it: what recordings have, and the signals that its case names.
+"""A flight record for a spec: the arrays of a recording, and the signals named in its case.
 
-Arrays of the recording are on one even grid, that of the fastest of them, straight between samples
-and NaN in gaps. Signals under the log's own names keep their times.
+Arrays of the recording are on one even grid, that of the fastest of them, with linear interpolation
+between samples and NaN in gaps. Signals with the log's own names keep their times.
 """
 
 import math
@@ -28,17 +28,17 @@ from workbench.session.recording import Recording
 FINEST = 1e-3
 """Shortest period of the grid [s]."""
 BRIDGE = 2.6
-"""Periods of a signal that are interpolated across: what is longer counts as a gap."""
+"""Number of periods of a signal to interpolate across; anything longer is a gap."""
 BEFORE = 3.0
-"""So much of the log before the span is read, too [s]."""
+"""Time before the span that is read, too [s]."""
 LONGEST = {"x": 1.25, "y": 1.25, "z": 1.25, "v_x": 0.75, "v_y": 0.75, "v_z": 0.75}
-"""Lag that is looked for, by loop, and that of all others [s]."""
+"""Longest lag in the search, by loop, and for all other loops [s]."""
 LONGEST_OTHER = 0.5
 _VECTORS = ("p_WB", "v_WB", "w_WB", "vdot_WB", "wdot_WB", "wind_W")
 
 
 def read_case(spec: Spec, case: Case) -> JudgedLog:
-    """Return the flight of a case that has a log; one that says so where there is no log.
+    """Return the flight of a case with a log; if there is no log, the flight states this.
 
     Raises:
         WorkbenchError: if the log cannot be read, or lacks a signal that the case names.
@@ -54,13 +54,13 @@ def read_case(spec: Spec, case: Case) -> JudgedLog:
 
 
 def judged_log(record: FlightRecord, vehicle: Vehicle, case: Case, config: LogConfig) -> JudgedLog:
-    """Return a flight record as a case judges it.
+    """Return a flight record in the form that a case judges.
 
     Args:
         record: of the log.
-        vehicle: that flew.
-        case: names signals, loop and metrics.
-        config: which part of the log, and the order of its motors.
+        vehicle: the one that flew.
+        case: with signals, loop and metrics.
+        config: the part of the log, and the order of its motors.
 
     Raises:
         WorkbenchError: if the log lacks a signal that the case names, or the span.
@@ -109,9 +109,9 @@ def _trace(record: FlightRecord, name: str) -> Trace:
 def _measured(
     record: FlightRecord, loop: str, span: tuple[float, float], missing: dict[str, str]
 ) -> dict[str, float]:
-    """Return the numbers of a loop's step response out of a part of a log.
+    """Return the metrics of the step response of a loop, from a part of a log.
 
-    Why they cannot be trusted is added to what is missing.
+    Reasons not to trust them are added to `missing`.
     """
     signals = {}
     for name in find_loop(record, loop)[:2]:
@@ -139,7 +139,7 @@ def _recording(
     end: float,
     missing: dict[str, str],
 ) -> Recording:
-    """Return what a log has of a recording, and add why it has not the rest."""
+    """Return the arrays of a recording that a log has, and note why others are missing."""
     turn = [parts(f"{topic}.", QUATERNION) for topic in ("attitude", "estimate")]
     angles = [parts(f"{topic}.", ANGLES) for topic in ("position_data", "estimate")]
     body = [parts("attitude.w_"), GYRO, parts("estimate.w_")]
@@ -191,7 +191,7 @@ def _recording(
 def _motors(
     record: FlightRecord, vehicle: Vehicle, order: Sequence[int], missing: dict[str, str]
 ) -> dict[str, tuple[np.ndarray, np.ndarray, float]]:
-    """Return times (N), values (N, n) and rate of commands, speeds and thrusts that a log has."""
+    """Return times (N), values (N, n) and rate of the commands, speeds and thrusts in a log."""
     rotors = vehicle.rotors
     limits = np.array([rotor.max_rot_velocity for rotor in rotors])
     found: dict[str, tuple[np.ndarray, np.ndarray, float]] = {}
@@ -223,7 +223,7 @@ def _motors(
 def _speeds(
     record: FlightRecord, rotors: int, order: Sequence[int]
 ) -> tuple[np.ndarray, np.ndarray, float] | None:
-    """Return times, speeds (N, n) of the rotors and their rate; None where a log has none."""
+    """Return times, speeds (N, n) of the rotors and their rate; None if a log has none."""
     places = [number - 1 for number in order] or list(range(rotors))
     names = [f"rotors.speed.{place}" for place in places]
     if not record.has(names):
@@ -243,7 +243,7 @@ def _at(record: FlightRecord, name: str, time: np.ndarray) -> np.ndarray:
 
 
 def _held(times: np.ndarray, values: np.ndarray, grid: np.ndarray, longest: float) -> np.ndarray:
-    """Return rows (N, n) straight between those of times, NaN where these are too far apart."""
+    """Return rows (N, n) interpolated linearly, NaN where samples are too far apart."""
     made = np.column_stack(
         [np.interp(grid, times, column, left=np.nan, right=np.nan) for column in values.T]
     )

@@ -1,7 +1,7 @@
-"""Writes MCAP files: messages in chunks, each on its way to the disk as soon as it is full.
+"""Write MCAP files: messages in chunks, each written as soon as it is full.
 
-The `mcap` package's own writer takes five times as long a message, which counts while flying; all
-but messages and their index are its records.
+The writer of the `mcap` package takes five times as long per message, too long in flight. Records
+other than messages and their index are those of the package.
 """
 
 import os
@@ -35,11 +35,11 @@ MAGIC = b"\x89MCAP0\r\n"
 CHUNK_SIZE = 128 * 1024
 """Bytes of messages in a chunk, before it is compressed."""
 COMPRESSION = 1
-"""Level of zstd: the fastest."""
+"""Compression level of zstd, the fastest."""
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_CODE = int(Opcode.MESSAGE)
 _MESSAGE_HEAD = 22
-"""Bytes of a message's record before its data, behind opcode and length."""
+"""Bytes in the record of a message before its data, after opcode and length."""
 _INDEX = struct.Struct("<BQHI")
 _FOOTER = struct.Struct("<BQQQ")
 
@@ -48,8 +48,8 @@ class McapWriter:
     """An MCAP file that grows.
 
     Args:
-        path: the file; one that is there is overwritten.
-        library: who writes, for the file's header.
+        path: the file; an existing one is overwritten.
+        library: name of the writer, for the header of the file.
 
     Raises:
         OSError: from any method, if the file cannot be written.
@@ -62,7 +62,7 @@ class McapWriter:
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION)
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
-        self._counts: list[int] = [0]  # a channel's number is its place
+        self._counts: list[int] = [0]  # the number of a channel is its index
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._chunks: list[ChunkIndex] = []
@@ -71,29 +71,29 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """Bytes that are whole in the file."""
+        """Bytes of complete records in the file."""
         return self._at
 
     def is_in_place(self) -> bool:
-        """Return whether the path still leads to the file."""
+        """Return whether the path still refers to the file."""
         try:
             there = self._path.stat()
         except (FileNotFoundError, NotADirectoryError):
             return False
-        except OSError:  # it cannot be told, and writing goes on
+        except OSError:  # unknown, and writing continues
             return True
         mine = os.fstat(self._file.fileno())
         return (there.st_dev, there.st_ino) == (mine.st_dev, mine.st_ino)
 
     def add_schema(self, name: str, text: str) -> int:
-        """Add a type of ROS 2 messages and return its number."""
+        """Add a type of ROS 2 messages, and return its number."""
         number = len(self._schemas) + 1
         self._schemas.append(Schema(number, text.encode(), "ros2msg", name))
         self._write(_bytes(self._schemas[-1]))
         return number
 
     def add_channel(self, topic: str, schema: int, metadata: Mapping[str, str]) -> int:
-        """Add a topic whose messages are in CDR and return its number."""
+        """Add a topic with messages in CDR, and return its number."""
         number = len(self._counts)
         self._counts.append(0)
         self._channels.append(Channel(number, topic, "cdr", dict(metadata), schema))
@@ -101,7 +101,7 @@ class McapWriter:
         return number
 
     def attach(self, name: str, media_type: str, data: bytes, created: int) -> None:
-        """Add a file; `created` in nanoseconds since 1970."""
+        """Add an attachment; `created` is in nanoseconds since 1970."""
         record = _bytes(Attachment(created, created, name, media_type, data))
         index = AttachmentIndex(
             self._at, len(record), created, created, len(data), name, media_type
@@ -158,16 +158,16 @@ class McapWriter:
         self._begin_chunk()
 
     def finish(self) -> None:
-        """Write the messages since the last chunk, and the summary at the file's end; close it."""
+        """Write the messages since the last chunk and the summary, and close the file."""
         self.end_chunk()
         self._write(_bytes(DataEnd(0)) + self._summary())
         self._file.close()
 
     def give_up(self) -> None:
-        """Close the file with what is whole in it.
+        """Close the file with its complete records.
 
         Raises:
-            OSError: if what is not whole cannot be cut off.
+            OSError: if the incomplete rest cannot be cut off.
         """
         try:
             self._file.truncate(self._at)
@@ -175,7 +175,7 @@ class McapWriter:
             self._file.close()
 
     def _summary(self) -> bytes:
-        """Return the summary with its offsets and the footer, for the place behind DataEnd."""
+        """Return the summary with its offsets and the footer, to follow DataEnd."""
         begin = self._at + len(_bytes(DataEnd(0)))
         groups: list[tuple[Opcode, list[McapRecord]]] = [
             (Opcode.SCHEMA, [*self._schemas]),
@@ -215,7 +215,7 @@ class McapWriter:
         self._indices: dict[int, array[int]] = {}
 
     def _write(self, data: bytes) -> None:
-        """Hand bytes to the system: only then do they count."""
+        """Write bytes to the system; only then they count."""
         rest = memoryview(data)
         while rest:
             rest = rest[self._file.write(rest) or 0 :]

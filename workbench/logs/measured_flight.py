@@ -1,4 +1,4 @@
-"""A flight record as identification takes it: free flight on one even grid, motors by rotor."""
+"""A flight record for identification: free flight on one even grid, motors by rotor."""
 
 from collections.abc import Sequence
 
@@ -25,26 +25,26 @@ from workbench.logs.flight_record import (
 from workbench.logs.readers.rotations import in_world
 
 FILTERS = {"Crazyflie": ((30.0, 145.0), (80.0, 116.0))}
-"""Cut-offs of accelerometer and gyro where logs hold filtered samples, of firmware and chip [Hz]. A
+"""Cut-offs of accelerometer and gyro for logs with filtered samples, of firmware and chip [Hz]. A
 Crazyflie 2.1 has low-passes of second order at 1 kHz (`ACCEL_LPF_CUTOFF_FREQ` 30,
-`GYRO_LPF_CUTOFF_FREQ` 80), and its BMI088 those of `BMI088_ACCEL_BW_OSR4` at 1600 Hz, which is
-145 Hz, and `BMI088_GYRO_BW_116_ODR_1000_HZ`: crazyflie-firmware, from 2021.06 to 2025.12.1,
+`GYRO_LPF_CUTOFF_FREQ` 80), and its BMI088 those of `BMI088_ACCEL_BW_OSR4` at 1600 Hz, which is 145
+Hz, and `BMI088_GYRO_BW_116_ODR_1000_HZ`: crazyflie-firmware, from 2021.06 to 2025.12.1,
 src/hal/src/sensors_bmi088_bmp3xx.c, before 2024 sensors_bmi088_bmp388.c. A Crazyflie 2.0 has the
-same low-passes behind an MPU-9250 at 41 and 98 Hz (sensors_mpu9250_lps25h.c). Logs do not tell
-which of the two flew: there the options of `identify` say it."""
+same low-passes behind an MPU-9250 at 41 and 98 Hz (sensors_mpu9250_lps25h.c). Logs do not state
+which of the two flew; use the options of `identify`."""
 BRIDGE = 2.5
-"""Samples that may be missing in a row."""
+"""Largest number of consecutive missing samples."""
 SLOW_BRIDGE = 0.15
-"""Longest gap in a flight whose log is too slow for rates anyway [s]."""
+"""Longest gap in a flight with a log too slow for rates anyway [s]."""
 LIFTED = 0.2
-"""Height by which a flight rises above where its motors began to turn [m]."""
+"""Height above the start of the motors that counts as flight [m]."""
 VELOCITY_BRIDGE = 0.25
 """Longest gap in velocity and attitude [s]."""
 _MOTIONS = (
     (("velocity_data.v_x", "velocity_data.v_y", "velocity_data.v_z"), "attitude"),
     (("estimate.v_x", "estimate.v_y", "estimate.v_z"), "estimate"),
 )
-"""Velocities in W, and whose quaternion turns them into B, the best first."""
+"""Velocities in W, with the source of the quaternion to B, the best first."""
 
 
 def measured_flight(
@@ -54,19 +54,19 @@ def measured_flight(
     force_lowpass: float | None = None,
     gyro_lowpass: float | None = None,
 ) -> Flight:
-    """Return what of a log tells of its vehicle.
+    """Return the parts of a log that are useful to identify its vehicle.
 
     Args:
         record: of the log.
-        rotors: how many the vehicle has.
-        order: for each rotor of the description the number of its motor in the log, from 1; the
-            log's own order without it.
-        force_lowpass: cut-off of the accelerometer's filter [Hz], 0 for none; by default that of
-            the firmware, see `FILTERS`.
-        gyro_lowpass: the same of the gyro.
+        rotors: number of rotors of the vehicle.
+        order: for each rotor of the description the number of its motor in the log, from 1; empty
+            for the order of the log.
+        force_lowpass: cut-off of the accelerometer filter [Hz], 0 for none; by default that of the
+            firmware, see `FILTERS`.
+        gyro_lowpass: the same for the gyro.
 
     Raises:
-        WorkbenchError: where the log has no gyro, accelerometer or commands, or no flight.
+        WorkbenchError: if the log has no gyro, accelerometer or commands, or no flight.
     """
     names, kind = _commands(record, rotors, order)
     usual = [in_series(cutoffs) for cutoffs in FILTERS.get(record.firmware.split(" ")[0], ((), ()))]
@@ -119,7 +119,7 @@ def measured_flight(
 def motor_commands(
     record: FlightRecord, rotors: int, order: Sequence[int] = ()
 ) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return times (N) [s] and commands (N, n) of motors, by rotor, and what they are.
+    """Return times (N) [s] and commands (N, n) of motors, by rotor, and their kind.
 
     Arguments and errors are those of `measured_flight`.
     """
@@ -135,7 +135,7 @@ def has_imu(record: FlightRecord) -> bool:
 
 
 def _commands(record: FlightRecord, rotors: int, order: Sequence[int]) -> tuple[list[str], str]:
-    """Return the names of the motors' commands, by rotor, and what they are."""
+    """Return the names of the motor commands, by rotor, and their kind."""
     for beginning, kind in ((SPEED_COMMANDS, SPEED), (SHARES, SHARE)):
         names = record.motors(beginning)
         if len(names) >= rotors:
@@ -161,10 +161,10 @@ def _commands(record: FlightRecord, rotors: int, order: Sequence[int]) -> tuple[
 
 
 def _refuse_grounded(record: FlightRecord, names: Sequence[str]) -> None:
-    """Refuse a log that begins on the ground, and stays there.
+    """Reject a log that begins on the ground and stays there.
 
     Raises:
-        WorkbenchError: if the height is known, and never that of a flight.
+        WorkbenchError: if the height is known and too small for a flight.
     """
     height = next((record[z] for z in ("position_data.z", "estimate.z") if z in record), None)
     turns = record[names[0]]
@@ -180,7 +180,7 @@ def _refuse_grounded(record: FlightRecord, names: Sequence[str]) -> None:
 
 
 def in_series(cutoffs: Sequence[float]) -> float:
-    """Return the cut-off of one low-pass that delays as several do [Hz], 0 for none of them."""
+    """Return the cut-off of one low-pass with the delay of several [Hz], 0 for none."""
     return 1.0 / sum(1.0 / cutoff for cutoff in cutoffs) if cutoffs else 0.0
 
 
@@ -198,7 +198,7 @@ def _at(
 
 
 def _velocity(record: FlightRecord, grid: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
-    """Return the velocity in B (N, 3), and where it is known (N); None where the log has none."""
+    """Return the velocity in B (N, 3), and where it is known (N); None if the log has none."""
     for names, whose in _MOTIONS:
         turn = parts(f"{whose}.q_", "wxyz")
         if record.has((*names, *turn)):

@@ -1,4 +1,4 @@
-"""A flight record as what predictions start from: its motion, and the law that flew."""
+"""The parts of a flight record that predictions need: its motion, and the law that flew."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,55 +22,55 @@ from workbench.logs.flight_record import (
 from workbench.plant.vehicle import Vehicle
 
 PERIOD, FINE = 0.01, 0.005
-"""Of the grid of what was sampled at 100 Hz or so, and at twice that [s]."""
+"""Periods of the grid for samples at about 100 Hz, and at twice that [s]."""
 FAST = 150.0
-"""Rate of positions from which on the grid is fine [Hz]."""
+"""Rate of positions from which on the fine grid is used [Hz]."""
 BRIDGE = math.inf
-"""Longest gap that is interpolated across [s]."""
+"""Longest gap to interpolate across [s]."""
 GAP = 0.2
-"""In a longer one nothing counts as measured [s]."""
+"""In a longer gap nothing counts as measured [s]."""
 FARTHEST = 1e6
-"""Beyond it is no place of a drone [m]."""
+"""Largest plausible coordinate of a drone [m]."""
 JUMP = 1.0
-"""Between two samples, what moves farther was not measured right [m]."""
+"""Largest plausible movement between two samples [m]."""
 TRUE = (
     *parts("attitude.q_", "wxyz"),
     *parts("position_data."),
     *parts("velocity_data.v_"),
 )
-"""Attitude, position and velocity as they were."""
+"""Signals of the true attitude, position and velocity."""
 KNOWN = (
     *parts("estimate.q_", "wxyz"),
     *parts("estimate."),
     *parts("estimate.v_"),
 )
-"""As the flight computer knew them."""
+"""The same as known to the flight computer."""
 WANTED = parts("attitude_setpoint.", ("roll", "pitch", "yaw", "thrust"))
 LAWS = {
     **{name: name for name in SHIPPED},
     "PID": "crazyflie",
     "Mellinger": "mellinger",
 }
-"""Control laws, by what logs call them."""
+"""Control laws, by their names in logs."""
 FIRMWARES = {
     "PX4": "px4",
     "ArduCopter": "ardupilot",
     "Betaflight": "betaflight",
     "Crazyflie": "crazyflie",
 }
-"""Likewise by how the name of a firmware begins, where a log does not say which law flew."""
+"""Control laws by the prefix of the firmware's name, for logs that do not name the law."""
 UNKNOWN = ("", "?")
 
 
 def law_name(flight: FlightRecord, own: Mapping[str, str] | None = None) -> str:
-    """Return which law flew, as far as the log tells; "" where it does not.
+    """Return the name of the law that flew, "" if the log does not state it.
 
     Args:
         flight: the log.
-        own: where files of the user's own are, by the names of their laws.
+        own: paths of the user's own files, by the names of their laws.
 
     Raises:
-        WorkbenchError: if it names one that is not known.
+        WorkbenchError: if it names an unknown one.
     """
     said, known = str(flight.parameters.get("controller", "")), LAWS | dict(own or {})
     if said in known:
@@ -86,13 +86,13 @@ def law_name(flight: FlightRecord, own: Mapping[str, str] | None = None) -> str:
 def flown_law(
     flight: FlightRecord, vehicle: Vehicle, name: str, values: Mapping[str, float] | None = None
 ) -> Law:
-    """Return a law with the gains that the log tells, over other values.
+    """Return a law with the gains in the log, which replace other values.
 
     Args:
         flight: the log.
-        vehicle: that flew, as the law knows it.
+        vehicle: the one that flew, as known to the law.
         name: of a shipped law, or the path of a file.
-        values: of its parameters that the log need not tell; those for the vehicle without it.
+        values: of its parameters, where the log does not state them; None for those of the vehicle.
 
     Raises:
         WorkbenchError: if the law cannot be read, or a value is out of its range.
@@ -108,16 +108,16 @@ def flown_law(
 
 
 def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
-    """Return a flight's motion, from its begin to where the on-board data end.
+    """Return the motion of a flight, from its begin to the end of the on-board data.
 
-    Where nothing beside the flight computer measured it, the motion is what that knew.
+    Without a separate measurement, the motion is that known to the flight computer.
 
     Args:
         flight: with position, attitude, setpoint and motor commands.
-        vehicle: that flew.
+        vehicle: the one that flew.
 
     Raises:
-        WorkbenchError: if a signal is missing, or too much of one.
+        WorkbenchError: if a signal is missing, or most of it is.
     """
     truth = TRUE if flight.has(TRUE) or not flight.has(KNOWN) else KNOWN
     commands = flight.motors(SHARES, SPEED_COMMANDS, SPEEDS)
@@ -177,10 +177,10 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
 def _check(
     flight: FlightRecord, vehicle: Vehicle, truth: Sequence[str], commands: Sequence[str]
 ) -> None:
-    """Refuse a log without what a prediction needs, or of a drone with other rotors.
+    """Check that a log has the signals for a prediction, and as many motors as rotors.
 
     Raises:
-        WorkbenchError: naming what is missing.
+        WorkbenchError: that names what is missing.
     """
     told, rotors = len(commands), len(vehicle.rotors)
     if told not in (0, rotors):

@@ -1,4 +1,4 @@
-"""Figures of a log: an overview, or the fields that were asked for, over time or as spectra."""
+"""Figures of a log: an overview, or requested fields over time or as spectra."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -16,14 +16,14 @@ from workbench.logs.spectrum import Welch, density_unit, power_spectrum
 from workbench.logs.step_response import StepEstimate
 
 MOST_CURVES = 16
-"""In one panel; more cannot be told apart."""
+"""Largest number of curves in a panel; more cannot be distinguished."""
 TIME = "time [s]"
 _LEAST_TIME = 0.1
-"""Shown even of a shorter flight [s]."""
+"""Smallest span of the time axis [s]."""
 _PER_CHARACTER = 0.075
-"""Room that a letter of a legend takes [inch]."""
+"""Width of a character in a legend [inch]."""
 _OVER = ("--", ":", "-.")
-"""How the curves of other logs are drawn."""
+"""Style of the curves of other logs."""
 
 
 def _parts(topic: str, fields: str) -> tuple[str, ...]:
@@ -58,16 +58,17 @@ _PANELS: tuple[tuple[str, tuple[tuple[str, ...], ...], tuple[str, ...], float], 
     ("motor commands", (_parts("motors", " ".join(f"command_{i}" for i in range(1, 9))),), (), 0.2),
     ("battery", (_parts("battery", "voltage"),), (), 0.5),
 )
-"""Of an overview of a log from elsewhere: a title, what is measured (the first that there is), what
-was wanted, and what the axis spans at least."""
+"""Panels of an overview of an imported log: title, measured signals (the first available),
+commands, and smallest span of the axis.
+"""
 _NAME = re.compile(r"/[\w./]+|[\w.]+")
 _WITH_UNIT = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
-"""An expression, and its unit in brackets."""
+"""Pattern of an expression with its unit in brackets."""
 
 
 @styled
 def plot_overview(record: LogRecord) -> Figure:
-    """Return an overview of a flight: position, velocities, attitude, thrusts, with commands.
+    """Return the overview of a flight: position, velocities, attitude and thrusts, with commands.
 
     Raises:
         WorkbenchError: if the log has no such topics.
@@ -93,7 +94,7 @@ def plot_overview(record: LogRecord) -> Figure:
 
 
 def _imported_overview(record: LogRecord) -> Figure:
-    """Return an overview of what a log from elsewhere has: measured, and wanted dashed."""
+    """Return the overview of an imported log: measured signals, with commands dashed."""
     known = {
         series.name: series
         for topic in record.topics.values()
@@ -126,14 +127,13 @@ def _known(known: Mapping[str, Signal], names: Sequence[str]) -> list[Signal]:
 
 @styled
 def plot_fields(record: LogRecord, names: list[str], over: Sequence[LogRecord] = ()) -> Figure:
-    """Return a figure of fields over time, those of one unit in one panel.
+    """Return a figure of fields over time, with a panel for each unit.
 
     Args:
         record: the log.
-        names: TOPIC.FIELD, TOPIC for all its fields, or an expression of fields, as
-            "sqrt(v_x**2 + v_y**2) [m/s]"; the unit in brackets may be left out.
-        over: other logs whose fields of these names are drawn over it, paler; a log that has not
-            all of them shows those that it has.
+        names: TOPIC.FIELD, TOPIC for all its fields, or an expression of fields, such as
+            "sqrt(v_x**2 + v_y**2) [m/s]" with an optional unit in brackets.
+        over: other logs, drawn over it in paler colours; fields that they lack are left out.
 
     Raises:
         WorkbenchError: if one is unknown or a text, or there are too many.
@@ -178,7 +178,7 @@ def plot_spectra(record: LogRecord, names: list[str], welch: Welch) -> Figure:
 
 
 def _stacked(record: LogRecord, panels: dict[str, dict[str, Signal]]) -> tuple[Figure, list[Axes]]:
-    """Return a figure with a panel for each unit, and room for the names beside it."""
+    """Return a figure with a panel for each unit, and space for legends."""
     longest = max(len(name) for found in panels.values() for name in found)
     right = max(RIGHT, 0.6 + _PER_CHARACTER * longest)
     title = f"{record.vehicle}: {record.path.name}"
@@ -186,7 +186,7 @@ def _stacked(record: LogRecord, panels: dict[str, dict[str, Signal]]) -> tuple[F
 
 
 def _panels(record: LogRecord, names: list[str]) -> dict[str, dict[str, Signal]]:
-    """Return the series of names by their unit and name.
+    """Return the named series, by unit and name.
 
     Raises:
         WorkbenchError: if one is unknown or a text, or there are too many of a unit.
@@ -226,7 +226,7 @@ def _derived(record: LogRecord, text: str) -> Signal:
 
 
 def _numbers(record: LogRecord, name: str) -> list[Signal]:
-    """Return the series of a name that are numbers."""
+    """Return the numeric series of a name."""
     found = record.several(name)
     numbers = [series for series in found if series.values.dtype.kind in "biuf"]
     if not numbers:
@@ -239,14 +239,14 @@ def _of(record: LogRecord, topic: str, fields: list[str]) -> list[Signal]:
 
 
 def _over(record: LogRecord, names: list[str]) -> dict[str, Signal]:
-    """Return the series of names that a log has."""
+    """Return those of the named series that a log has."""
     shown: dict[str, Signal] = {}
     for name in names:
         try:
             shown |= {
                 key: each for part in _panels(record, [name]).values() for key, each in part.items()
             }
-        except WorkbenchError:  # a log from elsewhere need not have all that this one has
+        except WorkbenchError:  # an imported log may lack series of this one
             continue
     if not shown:
         raise WorkbenchError(f"{record.path}: has none of {', '.join(names)} to draw over it")
@@ -256,7 +256,7 @@ def _over(record: LogRecord, names: list[str]) -> dict[str, Signal]:
 def _draw_over(
     axes: Axes, whose: str, drawn: list[str], found: Mapping[str, Signal], dashes: str
 ) -> None:
-    """Draw the series of another log in the colours of this one's, paler."""
+    """Draw the series of another log in paler colours."""
     for name, series in found.items():
         place = drawn.index(name) if name in drawn else len(drawn)
         color = PALETTE.series[place % len(PALETTE.series)]
@@ -280,7 +280,7 @@ def _draw(axes: Axes, title: str, found: list[Signal], least: float) -> None:
 
 
 def _draw_commands(axes: Axes, found: list[Signal]) -> None:
-    """Draw what was asked for, dashed, in the colours of what came of it."""
+    """Draw commands dashed, in the colours of the responses."""
     for index, series in enumerate(found):
         axes.plot(
             series.time,
@@ -305,7 +305,7 @@ def _finish(record: LogRecord, axes: list[Axes]) -> None:
 
 @styled
 def plot_step_response(flight: FlightRecord, estimate: StepEstimate) -> Figure:
-    """Return a figure of a step response with its spread, and of why it is not to be trusted."""
+    """Return a figure of a step response with its spread, and with reasons not to trust it."""
     title = f"{flight.name}: step response of {estimate.name}"
     figure, (axes,) = stacked(title, 1, width=8.0, height=3.6)
     color = PALETTE.series[0]

@@ -1,4 +1,4 @@
-"""A flight's log, read: also of a file that a kill or a full disk has cut short."""
+"""Read the log of a flight, also from a file cut short by a crash or a full disk."""
 
 import json
 import os
@@ -47,7 +47,7 @@ from workbench.logs.series import LoggedTopic
 from workbench.scenario.scenario import Action, Scenario
 
 LARGEST_CHUNK = 64 * 1024 * 1024
-"""Bytes of a chunk, unpacked; a file that says more is not believed."""
+"""Largest size of an uncompressed chunk [bytes]; a file that states more is damaged."""
 _HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 _BROKEN = (
@@ -59,23 +59,23 @@ _BROKEN = (
     struct.error,
     zstandard.ZstdError,
 )
-"""What reading a damaged record may raise."""
+"""Errors from reading a damaged record."""
 _MEMORY = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-"""Of this machine, in bytes: a log is read as a whole."""
+"""Memory of this machine [bytes]; a log is read as a whole."""
 
 
 @dataclass
 class McapContents:
-    """What was found in a file.
+    """The contents of a file.
 
     Attributes:
         schemas: by their number.
         channels: by their number.
         attachments: by their name.
         metadata: by their name.
-        messages: in the order of the file: number of the channel, time [ns] and bytes.
-        closed: whether the file has its end.
-        damaged: records that could not be read.
+        messages: in file order: number of the channel, time [ns] and bytes.
+        closed: whether the file is complete.
+        damaged: number of records that could not be read.
     """
 
     schemas: dict[int, Schema] = field(default_factory=dict)
@@ -88,14 +88,14 @@ class McapContents:
 
 
 def read_mcap(data: bytes, progress: Callable[[float], None] | None = None) -> McapContents:
-    """Return what can be read of an MCAP file, record by record from the beginning.
+    """Return the readable contents of an MCAP file, record by record from the beginning.
 
-    A file that was cut has no summary at its end, where the `mcap` package looks first; and its
-    reader ends with the first record that is damaged.
+    A truncated file has no summary at its end, where the `mcap` package looks first, and the reader
+    of that package stops at the first damaged record.
 
     Args:
-        data: the file's bytes, beginning with MCAP's magic bytes.
-        progress: takes the share done, 0 .. 1.
+        data: the bytes of the file, beginning with MCAP's magic bytes.
+        progress: called with the share done, 0 .. 1.
     """
     found = McapContents()
     for opcode, begin, end in _records(data, len(MAGIC)):
@@ -112,7 +112,7 @@ def read_mcap(data: bytes, progress: Callable[[float], None] | None = None) -> M
 
 
 def _records(data: bytes, at: int) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, begin and end of each record that is whole."""
+    """Yield opcode, begin and end of each complete record."""
     while at + _HEAD.size <= len(data):
         opcode, length = _HEAD.unpack_from(data, at)
         begin = at + _HEAD.size
@@ -123,7 +123,7 @@ def _records(data: bytes, at: int) -> Iterator[tuple[int, int, int]]:
 
 
 def _take(found: McapContents, opcode: int, content: bytes) -> None:
-    """Add a record to what was found."""
+    """Add a record to the contents."""
     stream = ReadDataStream(BytesIO(content))
     match opcode:
         case Opcode.CHUNK:
@@ -181,7 +181,7 @@ def _unpacked(chunk: Chunk) -> bytes:
 
 @dataclass(frozen=True, eq=False)
 class Done:
-    """What somebody did: who, and what, with its time [s]."""
+    """An action in flight, with its time [s] and who did it."""
 
     by: str
     action: Action
@@ -189,24 +189,25 @@ class Done:
 
 @dataclass(frozen=True, eq=False)
 class LogRecord:
-    """A flight as its log has it.
+    """A flight from its log.
 
     Attributes:
         path: of the log.
         vehicle: its name.
         physics_step: [s].
-        versions: of what computed it, by name; see `versions`.
-        scenario_text: that was flown, as YAML.
-        settings: parameter values that it was built with on top of the scenario's.
-        values: all parameter values of its start.
+        versions: of the software that computed it, by name; see `versions`.
+        scenario_text: the scenario flown, as YAML.
+        settings: parameter values that replaced those of the scenario.
+        values: all parameter values at the start.
         definitions: of the link's topics.
-        topics: by their short names, without /dh_drone/ in front; those with messages.
-        remark: what is missing, a sentence; "" if nothing is.
+        topics: those with messages, by their short names, without the prefix /dh_drone/.
+        remark: a sentence on what is missing, "" if nothing is.
         controller: name, file and sha256 of the control law; empty in logs of earlier versions.
-        law: text of its file, "" in those.
-        estimator: name, file and sha256 of an estimator of the user's own; empty without one.
-        laws: texts of laws that took over in flight, by the name that their action has.
-        imported: what the messages of an imported log do not say, as JSON; "" for our own flights.
+        law: text of its file, "" in logs of earlier versions.
+        estimator: name, file and sha256 of the user's own estimator; empty without one.
+        laws: texts of laws that took over in flight, by the name in their action.
+        imported: data of an imported log that are not in its messages, as JSON; "" for our own
+            flights.
     """
 
     path: Path
@@ -227,7 +228,7 @@ class LogRecord:
 
     @property
     def duration(self) -> float:
-        """Time of the last state; of an imported log, which has none, of the last message [s]."""
+        """Time of the last state [s], or of the last message in an imported log."""
         if self.imported:
             return max((topic.t_ns[-1] for topic in self.topics.values()), default=0) * 1e-9
         t_ns = self.state_ns
@@ -244,7 +245,7 @@ class LogRecord:
         """Exact states of the plant: q_WB, p_WB, w_WB, v_WB; (n, 13).
 
         Raises:
-            WorkbenchError: if the log says that they have other fields.
+            WorkbenchError: if they have other fields in the log.
         """
         found = self.topics.get(_short(STATE.topic))
         if found is None:
@@ -260,10 +261,10 @@ class LogRecord:
 
     @cached_property
     def done(self) -> tuple[Done, ...]:
-        """What everybody did, in order.
+        """All actions, in order.
 
         Raises:
-            WorkbenchError: if it is nothing that this version of the workbench knows.
+            WorkbenchError: if this version of the workbench does not know an action.
         """
         found = self.topics.get(_short(ACTIONS.topic))
         if found is None:
@@ -281,7 +282,7 @@ class LogRecord:
         """Return the scenario.
 
         Raises:
-            WorkbenchError: if it is none for this version of the workbench.
+            WorkbenchError: if it is invalid for this version of the workbench.
         """
         if self.imported:
             raise WorkbenchError(
@@ -294,7 +295,7 @@ class LogRecord:
             raise WorkbenchError(f"{self.path}: its scenario cannot be read: {reason}") from error
 
     def between(self, begin: float, end: float) -> "LogRecord":
-        """Return the log with the messages of a time alone [s].
+        """Return the log with only the messages of a time span [s].
 
         Raises:
             WorkbenchError: if there are none.
@@ -310,10 +311,10 @@ class LogRecord:
         return [series.name for topic in self.topics.values() for series in topic.columns.values()]
 
     def series(self, name: str) -> Signal:
-        """Return a series by TOPIC.FIELD, as velocity_data.v_x.
+        """Return a series by TOPIC.FIELD, such as velocity_data.v_x.
 
         Raises:
-            WorkbenchError: if there is none; it names near ones.
+            WorkbenchError: if there is none; it suggests similar ones.
         """
         found = self.several(name)
         if len(found) > 1 or _short(name) != found[0].name:
@@ -321,10 +322,10 @@ class LogRecord:
         return found[0]
 
     def several(self, name: str) -> list[Signal]:
-        """Return the series of a TOPIC, of a TOPIC.FIELD, or of all parts of a field.
+        """Return the series of a TOPIC, of a TOPIC.FIELD, or of all components of a field.
 
         Raises:
-            WorkbenchError: if there is none; it names near ones.
+            WorkbenchError: if there is none; it suggests similar ones.
         """
         topic, _, path = _short(name).partition(".")
         if topic not in self.topics:
@@ -341,14 +342,14 @@ class LogRecord:
 
 
 def read_log(path: Path, progress: Callable[[float], None] | None = None) -> LogRecord:
-    """Read a log as far as it is whole.
+    """Read a log as far as it is readable.
 
     Args:
         path: the file.
-        progress: takes the share done, 0 .. 1.
+        progress: called with the share done, 0 .. 1.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is no log of the workbench.
+        WorkbenchError: if it cannot be read, or is not a log of the workbench.
     """
     data = read_plain(path, _MEMORY // 2)
     if not data:
@@ -391,10 +392,10 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
 
 
 def _imported(path: Path, found: McapContents, topics: Mapping[str, LoggedTopic]) -> LogRecord:
-    """Return a log that was imported, which has neither scenario nor parameters of ours.
+    """Return an imported log, which has neither a scenario nor parameters of the workbench.
 
     Raises:
-        KeyError, TypeError, ValueError: if it is none.
+        KeyError, TypeError, ValueError: if it is invalid.
     """
     text = found.attachments[IMPORTED].decode()
     about = json.loads(text)
@@ -447,7 +448,7 @@ def _topics(found: McapContents) -> dict[str, LoggedTopic]:
 
 
 def _remark(found: McapContents) -> str:
-    """Return what is missing, in words."""
+    """Return a sentence on what is missing."""
     last = max((t_ns for _, t_ns, _ in found.messages), default=0) * 1e-9
     parts = []
     if not found.closed:
@@ -460,5 +461,5 @@ def _remark(found: McapContents) -> str:
 
 
 def _short(topic: str) -> str:
-    """Return a topic's name as it is written on the command line."""
+    """Return the name of a topic as used on the command line."""
     return re.sub(r"^/(dh_drone/)?", "", topic)

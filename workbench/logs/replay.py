@@ -1,4 +1,4 @@
-"""Flies a log again and compares every exact state, bit by bit."""
+"""Replay a log, and compare every state to the bit."""
 
 import dataclasses
 from collections.abc import Callable, Iterator
@@ -22,19 +22,19 @@ from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
 PARTS = {"orientation": 0, "position": 4, "angular velocity": 7, "velocity": 10}
-"""Where each part of a state begins."""
+"""Index at which each part of a state begins."""
 SLICE = 0.25
-"""Flown between two comparisons [s]."""
+"""Time flown between two comparisons [s]."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The first state that is not the same.
+    """The first state that differs.
 
     Attributes:
-        time: of it [s].
+        time: of that state [s].
         part: orientation, position, angular velocity or velocity.
-        size: largest difference of a number in it, in SI units.
+        size: largest difference of its components, in SI units.
     """
 
     time: float
@@ -44,13 +44,14 @@ class Difference:
 
 @dataclass(frozen=True)
 class Replayed:
-    """What a flight again came to.
+    """The result of a replay.
 
     Attributes:
-        states: that were compared.
-        duration: that they cover [s].
-        first: difference; None where all states are equal to the bit.
-        changed: versions that differ, "numpy 2.4.6, was 2.3.0", and so the controller's text.
+        states: number of states compared.
+        duration: covered by them [s].
+        first: first difference; None if all states are equal to the bit.
+        changed: versions that differ, such as "numpy 2.4.6, was 2.3.0", and a changed text of the
+            controller.
     """
 
     states: int
@@ -60,7 +61,7 @@ class Replayed:
 
     @property
     def equal(self) -> bool:
-        """Whether every state is the same to the bit."""
+        """Whether every state is equal to the bit."""
         return self.first is None
 
 
@@ -70,17 +71,17 @@ def replay(
     controller: str = "",
     estimator: str = "",
 ) -> Replayed:
-    """Fly a log again, up to its end or the first difference.
+    """Replay a log, up to its end or the first difference.
 
     Args:
-        record: what was read of it.
+        record: the log.
         progress: takes the share done, 0 .. 1.
-        controller: that flew: a shipped one's name, a file's path, or the path of the log itself,
-            for the texts that it holds. Python that only the log names does not run.
-        estimator: on which it was flown, a shipped one's name or a file's path; likewise.
+        controller: the one that flew: the name of a shipped one, the path of a file, or the path of
+            the log itself, for the texts in it. Python that only the log names is not executed.
+        estimator: the one used in the flight, in the same form.
 
     Raises:
-        WorkbenchError: if it has no states, or cannot be flown here.
+        WorkbenchError: if the log has no states, or cannot be flown here.
     """
     if not len(record.states):
         raise WorkbenchError(f"{record.path}: has no states, so there is nothing to fly again")
@@ -127,16 +128,17 @@ def _replayed(
 
 
 def again(record: LogRecord, controller: str, folder: Path, estimator: str = "") -> Scenario:
-    """Return the scenario that flies a log again: what was done stands in its script.
+    """Return the scenario that replays a log; its script has all actions.
 
     Args:
-        record: what was read of it.
+        record: the log.
         controller: see `replay`.
-        folder: an empty one, for the texts of laws.
+        folder: an empty folder, for the texts of laws.
         estimator: see `replay`.
 
     Raises:
-        WorkbenchError: if only the log names a controller or an estimator that is not shipped.
+        WorkbenchError: if a controller or an estimator that is not shipped is named only in the
+            log.
     """
     scenario = record.scenario()
     actions = [done.action for done in record.done]
@@ -157,7 +159,7 @@ def again(record: LogRecord, controller: str, folder: Path, estimator: str = "")
             f"{record.path}: Python that the log alone holds took over in flight: if you trust "
             f"it, name the log itself, as --controller {record.path}"
         )
-    elif controller and controller == given:  # scheduled as it was
+    elif controller and controller == given:  # scheduled as before
         controller = with_label(given, split_label(record.controller.get("name", ""))[1])
     actions = [
         dataclasses.replace(action, controller=files.get(action.controller, action.controller))
@@ -178,10 +180,10 @@ def again(record: LogRecord, controller: str, folder: Path, estimator: str = "")
 
 
 def logged_estimator(record: LogRecord) -> str:
-    """Return the estimator on which a log was flown.
+    """Return the estimator used in the flight of a log.
 
     Raises:
-        WorkbenchError: if it is Python that only the log names.
+        WorkbenchError: if it is Python code that only the log names.
     """
     name = record.scenario().estimator
     if name in ESTIMATORS:
@@ -197,7 +199,7 @@ def _same_file(one: str, other: Path) -> bool:
 
 
 def _written(record: LogRecord, folder: Path) -> tuple[str, dict[str, str]]:
-    """Write the texts that a log holds; return the first one's file, and the others' by name."""
+    """Write the texts in a log; return the file of the first, and those of the others by name."""
 
     def written(name: str, text: str) -> str:
         file, label = split_label(name)
@@ -220,7 +222,7 @@ def _written(record: LogRecord, folder: Path) -> tuple[str, dict[str, str]]:
 def _flown(
     record: LogRecord, scenario: Scenario, progress: Callable[[float], None] | None
 ) -> Iterator[Sampled]:
-    """Yield what is published as it is flown."""
+    """Yield the published topics during the flight."""
     session = Session(scenario, record.values, bridge=Bridge())
     steps = max(1, round(record.duration / record.physics_step))
     each = max(1, round(SLICE / record.physics_step))
@@ -232,7 +234,7 @@ def _flown(
 
 
 def _difference(sampled: Sampled, state: np.ndarray) -> Difference | None:
-    """Return how a state differs from that of the log, None if it does not in any bit."""
+    """Return the difference of a state from that of the log, None if they are equal to the bit."""
     flown = np.array(sampled.state)
     if flown.tobytes() == np.ascontiguousarray(state).tobytes():
         return None
@@ -243,7 +245,7 @@ def _difference(sampled: Sampled, state: np.ndarray) -> Difference | None:
 
 
 def _changed(record: LogRecord, law: Controller) -> tuple[str, ...]:
-    """Return what is not as it was, in words: the controller's text, and versions."""
+    """Return what has changed, in words: the text of the controller, and versions."""
     now, whose = versions(), record.controller
     found = []
     if whose and whose["sha256"] != law.digest:

@@ -1,4 +1,4 @@
-"""What the sensors of a logged flight gave, as an estimator takes it."""
+"""The sensor samples of a logged flight, for an estimator."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,12 +28,12 @@ from workbench.scenario.configured import read_configured, read_configured_world
 
 @dataclass(frozen=True)
 class LoggedSensors:
-    """A logged flight as an estimator hears it.
+    """A logged flight with its sensor samples, for an estimator.
 
     Attributes:
-        samples: of its sensors.
-        mounting: of them.
-        known: how far an estimate may be off at the start.
+        samples: of the sensors.
+        mounting: of the sensors.
+        known: initial uncertainty of an estimate.
         state_time: of the true motion (N) [s].
         states: the true motion: q_WB, p_WB, w_WB_W, v_WB_W (N, 13).
     """
@@ -52,11 +52,11 @@ class LoggedSensors:
 
 
 def logged_sensors(record: LogRecord) -> LoggedSensors:
-    """Return what the sensors of a flight gave, in the axes of the vehicle that its scenario names.
+    """Return the sensor samples of a flight, in the axes of the vehicle in its scenario.
 
     Raises:
-        WorkbenchError: if the log has no samples of an IMU, or no true motion to begin with, or
-            the scenario's vehicle is not there or another one by now.
+        WorkbenchError: if the log has no samples of an IMU or no true motion at the start, or the
+            vehicle of the scenario is missing or has changed.
     """
     if "imu" not in record.topics:
         raise WorkbenchError(
@@ -111,9 +111,9 @@ def _imu(record: LogRecord, R_BS: np.ndarray) -> Stamped:
 
 
 def _gps(record: LogRecord, home: Home, imu: Stamped, *, repeats: bool) -> Stamped | None:
-    """Return the samples of the GPS without those that count as none in flight, too.
+    """Return the samples of the GPS, without those that are ignored in flight, too.
 
-    A frozen GPS repeats itself to the bit in the air, see `systems.navigation`.
+    A frozen GPS repeats its sample to the bit in the air, see `systems.navigation`.
     """
     if "gps" not in record.topics or "gps_velocity" not in record.topics:
         return None
@@ -150,7 +150,7 @@ def _columns(record: LogRecord, topic: str, fields: Sequence[str]) -> np.ndarray
 
 
 def _in_order(stamp: np.ndarray, arrived: np.ndarray, values: np.ndarray) -> Stamped:
-    """Return samples whose stamps grow; one that is no number, or was there before, is left out."""
+    """Return samples with increasing stamps; repeated and non-finite samples are left out."""
     good = np.isfinite(values).all(axis=1)
     good &= np.diff(np.maximum.accumulate(stamp), prepend=-np.inf) > 0.0
     return Stamped(stamp[good], arrived[good], values[good])

@@ -1,4 +1,4 @@
-"""A topic of a log as arrays over time: a column for each number of its messages."""
+"""A topic of a log as arrays over time, with a column for each number of its messages."""
 
 import struct
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from workbench.logs.flight_record import Signal, Span
 _STAMP = "header.stamp."
 _POINTS = "sensor_msgs/msg/PointCloud2"
 _POINT_TYPES = {1: "i1", 2: "u1", 3: "<i2", 4: "<u2", 5: "<i4", 6: "<u4", 7: "<f4", 8: "<f8"}
-"""What a PointField calls them."""
+"""Types of a PointField."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +25,14 @@ class LoggedTopic:
     """The messages of one topic.
 
     Attributes:
-        name: as in /dh_drone/velocity_data.
-        short: the same without /dh_drone/ in front.
-        type: of its messages, as dh_drone_msgs/msg/VelocityData.
+        name: such as /dh_drone/velocity_data.
+        short: name without the prefix /dh_drone/.
+        type: of its messages, such as dh_drone_msgs/msg/VelocityData.
         schema: definition of that type.
         t_ns: time of each message [ns].
         messages: in CDR.
-        gaps: of an imported log, in whose topics streams of several rates may be: of each signal by
-            its name, from and to [s].
+        gaps: begin and end [s] by signal, for an imported log, where a topic may combine streams of
+            several rates.
     """
 
     name: str
@@ -49,7 +49,7 @@ class LoggedTopic:
         return np.array(self.t_ns, dtype=np.int64) * 1e-9
 
     def between(self, begin: float, end: float) -> "LoggedTopic":
-        """Return the messages of a time [s]."""
+        """Return the messages of a time span [s]."""
         kept = np.flatnonzero((self.time >= begin) & (self.time <= end)).tolist()
         return replace(
             self, t_ns=[self.t_ns[i] for i in kept], messages=[self.messages[i] for i in kept]
@@ -57,7 +57,7 @@ class LoggedTopic:
 
     @cached_property
     def stamps(self) -> np.ndarray:
-        """What the messages' headers say of when their content was taken [s].
+        """Times of the contents of the messages, from their headers [s].
 
         Raises:
             WorkbenchError: if they have no such headers.
@@ -78,9 +78,9 @@ class LoggedTopic:
 
     @cached_property
     def columns(self) -> dict[str, Signal]:
-        """Everything in the messages by name of the field, but for headers and points.
+        """All contents of the messages by name of the field, except headers and points.
 
-        Of an imported log each field at the times when it was measured, with a NaN in its gaps.
+        In an imported log each field is at its measured times, with a NaN in its gaps.
 
         Raises:
             WorkbenchError: if a message cannot be decoded.
@@ -91,7 +91,7 @@ class LoggedTopic:
         return {path: _measured(each, self.gaps.get(each.name, ())) for path, each in rows.items()}
 
     def rows(self) -> dict[str, Signal]:
-        """Return the same with a value a message in each.
+        """Return the same columns, with one value for each message.
 
         Raises:
             WorkbenchError: if a message cannot be decoded.
@@ -108,9 +108,9 @@ class LoggedTopic:
 
     @cached_property
     def points(self) -> dict[str, Signal]:
-        """The points of all clouds by name of their field, a value a point; {} for other topics.
+        """The points of all clouds by field, with one value for each point; {} for other topics.
 
-        Lengths are in m, in the sensor's frame; each point has its cloud's time.
+        Lengths are in m, in the sensor frame; each point has the time of its cloud.
 
         Raises:
             WorkbenchError: if a message cannot be decoded.
@@ -144,7 +144,7 @@ class LoggedTopic:
         return self._one_by_one(codec)
 
     def _one_by_one(self, codec: Codec) -> dict[str, tuple[str, np.ndarray]]:
-        """Return the columns where messages differ in their lengths."""
+        """Return the columns of messages that differ in length."""
         units: dict[str, str] = {}
         rows: list[dict[str, object]] = []
         for message in self.messages:
@@ -165,7 +165,7 @@ def _measured(series: Signal, gaps: Sequence[Span]) -> Signal:
     if series.values.dtype.kind != "f":
         return series
     kept = ~np.isnan(series.values)
-    # Times are whole nanoseconds here, and gaps' ends are not.
+    # Times here are whole nanoseconds, unlike the ends of gaps.
     within = np.searchsorted(series.time, [begin + 2e-9 for begin, _ in gaps])
     inside = [
         row
@@ -180,7 +180,7 @@ def _points(layout: Layout, message: bytes) -> np.ndarray:
     """Return the points of a PointCloud2 as a structured array.
 
     Raises:
-        ValueError: if it says of itself what cannot be.
+        ValueError: if its description of itself is invalid.
     """
     places = {column.path: column for column in layout.columns}
 
@@ -199,13 +199,13 @@ def _points(layout: Layout, message: bytes) -> np.ndarray:
             "itemsize": value("point_step"),
         }
     )
-    data = places.get("data")  # there is none where no ray met anything
+    data = places.get("data")  # missing if no ray hit anything
     count = value("width") * value("height")
     return np.frombuffer(message, kind, count, data.offset) if data else np.zeros(0, kind)
 
 
 def _table(layout: Layout, messages: Sequence[bytes]) -> np.ndarray | None:
-    """Return messages as a structured array; None if they are not all laid out alike."""
+    """Return messages as a structured array; None if their layouts differ."""
     size = len(messages[0])
     if any(len(message) != size for message in messages):
         return None
@@ -227,7 +227,7 @@ def _table(layout: Layout, messages: Sequence[bytes]) -> np.ndarray | None:
 
 
 def _wanted(layout: Layout) -> list[Column]:
-    """Return the columns that are worth a series."""
+    """Return the columns that become series."""
     return [
         column
         for column in layout.columns
@@ -240,7 +240,7 @@ def _is_header(path: str) -> bool:
 
 
 def _format(column: Column) -> tuple[str, tuple[int, ...]]:
-    """Return numpy's name of a column: as many places as it has values, one for a text."""
+    """Return the numpy format of a column: as many elements as it has values, one for a text."""
     if column.code == "s":
         return f"S{max(column.count, 1)}" if column.count else "S1", (1,)
     return f"<{column.code}" if column.code != "?" else "?", (column.count,)
@@ -265,7 +265,7 @@ def _text(value: object) -> object:
 
 
 def _gathered(rows: list[dict[str, object]], path: str) -> np.ndarray:
-    """Return a column of rows, some of which may not have it."""
+    """Return a column of rows, where some may lack it."""
     found = [row.get(path) for row in rows]
     if any(isinstance(value, str) for value in found):
         return np.array(["" if value is None else value for value in found], dtype=object)

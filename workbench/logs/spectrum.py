@@ -7,29 +7,29 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 
 WINDOWS = ("hann", "hamming", "flattop", "boxcar")
-"""Of a segment, by scipy's names."""
+"""Windows of a segment, by scipy's names."""
 DETRENDS = ("constant", "linear", "none")
-"""What is taken off each segment: its mean, its straight line, or nothing."""
+"""What is subtracted from each segment: its mean, its linear trend, or nothing."""
 SPECTRUM = "a spectrum"
 LEAST = 16
-"""Samples; of fewer there is nothing to say."""
+"""Smallest number of samples."""
 JITTER = 0.02
-"""Share of a period that samples may be off an even grid, and be taken as they are."""
+"""Deviation from an even grid up to which samples are used as they are, as a share of a period."""
 LATE = 0.2
-"""Share of a period that samples may be late or early, and be interpolated onto an even grid."""
+"""Deviation from an even grid up to which samples are interpolated, as a share of a period."""
 GAP = 4.5
-"""Periods between two samples, above which nothing is interpolated."""
+"""Number of periods between two samples above which nothing is interpolated."""
 UNEVEN = 0.05
-"""Share of the samples that may be missing, or further off."""
+"""Largest share of samples that are missing, or farther off."""
 
 
 @dataclass(frozen=True)
 class Welch:
-    """How a spectrum is made.
+    """The settings of a spectrum.
 
     Attributes:
         window: one of `WINDOWS`.
-        averages: segments, half over each other, whose spectra are averaged.
+        averages: number of averaged segments, which overlap by half.
         detrend: one of `DETRENDS`.
     """
 
@@ -44,10 +44,10 @@ class Spectrum:
 
     Attributes:
         frequency: (M) [Hz].
-        density: (M), in the signal's unit squared, over Hz.
-        rate: of the even samples that it is of [Hz].
-        segment: samples of a segment.
-        resampled: whether samples were missing, or late, and were interpolated.
+        density: (M), in the squared unit of the signal per Hz.
+        rate: of the even samples used [Hz].
+        segment: number of samples in a segment.
+        resampled: whether missing or late samples were interpolated.
     """
 
     frequency: np.ndarray
@@ -58,19 +58,19 @@ class Spectrum:
 
 
 def power_spectrum(time: np.ndarray, values: np.ndarray, welch: Welch, name: str = "") -> Spectrum:
-    """Return the power spectral density of a signal; it is scipy.signal.welch's.
+    """Return the power spectral density of a signal, by scipy.signal.welch.
 
     Args:
-        time: of the samples (n), rising [s]; an even grid, but for single samples that are
-            missing or late, which are interpolated linearly.
-        values: (n); what is not finite counts as missing.
-        welch: how it is made.
+        time: of the samples (n), increasing [s]; an even grid, except that single missing or late
+            samples are interpolated linearly.
+        values: (n); values that are not finite count as missing.
+        welch: the settings.
         name: of the signal, for messages.
 
     Raises:
         WorkbenchError: if there are too few samples, or they are too uneven.
     """
-    import scipy.signal  # slow to load, and seldom wanted
+    import scipy.signal  # slow to load, and rarely needed
 
     even, rate, resampled = even_samples(time, values, f"{name}: a spectrum" if name else SPECTRUM)
     size = len(even)
@@ -91,11 +91,11 @@ def even_samples(time: np.ndarray, values: np.ndarray, what: str) -> tuple[np.nd
 
     Args:
         time: as for `power_spectrum`.
-        values: likewise.
-        what: needs them, for messages, as "a spectrum".
+        values: as for `power_spectrum`.
+        what: their use, for messages, such as "a spectrum".
 
     Raises:
-        WorkbenchError: if there are too few, or gaps are too long or too many to guess across.
+        WorkbenchError: if there are too few, or gaps are too long or too many.
     """
     whole = np.isfinite(values)
     time, values = time[whole], np.asarray(values, dtype=float)[whole]

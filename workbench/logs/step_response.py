@@ -1,24 +1,24 @@
-r"""The step response of a loop, measured out of ordinary flying.
+r"""The step response of a loop, identified from ordinary flight.
 
-The response y is the set-point u through the loop's impulse response g, and a disturbance:
+The response y is the setpoint u through the impulse response g of the loop, plus a disturbance:
 
     y(t) = sum_k g_k u(t - k T) + c_w + e(t),   A(q) e = white
 
-g is found by least squares over all of the flight that is known (a deconvolution in time, so that
-no window's edge leaks into it), with
+g is found by least squares over all known parts of the flight (a deconvolution in time, free of
+leakage from the edges of windows), with
 
-- a constant c_w a window, for trim and slow disturbances;
-- the disturbance's colour: A of order `ORDER` is fitted to the first residuals, and both signals
-  are filtered by it (Cochrane and Orcutt's iteration); so turbulence, and a set-point that an outer
-  loop makes of the response, bias g less;
-- the prior that g is smooth and dies out, cov(g_i, g_j) = c a^max(i, j), whose c and a make what
-  was measured most likely (Pillonetto et al., "Kernel methods in system identification",
-  Automatica 50, 2014, "TC kernel");
-- a second fit with taps before 0, which a loop cannot have: if the log is much likelier with them,
-  clocks are off, or the set-point follows the response.
+- a constant c_w for each window, for trim and slow disturbances;
+- the spectrum of the disturbance: A of order `ORDER` is fitted to the first residuals, and both
+  signals are filtered by it (Cochrane and Orcutt's iteration). This reduces the bias of g from
+  turbulence, and from a setpoint that an outer loop computes from the response;
+- the prior that g is smooth and decays, cov(g_i, g_j) = c a^max(i, j), with c and a of maximum
+  likelihood (Pillonetto et al., "Kernel methods in system identification", Automatica 50, 2014, "TC
+  kernel");
+- a second fit with taps before 0, which no causal loop has: if the log is much likelier with them,
+  clocks disagree, or the setpoint follows the response.
 
-The spread is that of `DRAWS` draws of windows (block bootstrap). What of it cannot be trusted, and
-why, is said in `StepEstimate.doubts`.
+The spread is that of `DRAWS` draws of windows (block bootstrap). `StepEstimate.doubts` states what
+cannot be trusted, and why.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,37 +30,37 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.logs.flight_record import FlightRecord, Grid
 
 TAPS = 120
-"""Of the impulse response from 0 on."""
+"""Number of taps of the impulse response from 0 on."""
 EARLY = 24
-"""Taps before 0 of the second fit."""
+"""Number of taps before 0 in the second fit."""
 ORDER = 6
-"""Of the disturbance's colour."""
+"""Order of the model of the disturbance."""
 SLACK = 2
-"""Taps before 0 that filters and samples between others may leave there."""
+"""Number of taps before 0 that filters and interpolation may cause."""
 DRAWS = 100
 LEAST_WINDOWS = 8
-"""Of the response's length each; of less there is no spread."""
+"""Smallest number of windows, of the length of the response each, for a spread."""
 LEAST_COHERENCE = 0.6
-"""Mean over frequency, weighted with the set-point's power."""
+"""Smallest coherence, as a mean over frequency weighted with the power of the setpoint."""
 WIDEST = 0.15
-"""Half of the spread's width that the settled part may have, as a share of the final value."""
+"""Largest half width of the spread in the settled part, as a share of the final value."""
 SOONER = 30.0
-"""-2 log p, by which the log may be likelier if the response comes before the set-point."""
+"""Limit of the gain in -2 log p if the response may precede the setpoint."""
 LEAST_RISE = 4.0
-"""Samples of the slower signal within the rise time."""
+"""Smallest number of samples of the slower signal within the rise time."""
 LEAST_GAIN = 0.2
-"""Final value, below which there is no response to speak of."""
+"""Smallest final value that counts as a response."""
 SETTLED = 0.4
-"""The last share of the response, of which the final value is the mean."""
+"""Last share of the response; its mean is the final value."""
 
 
 @dataclass(frozen=True)
 class Loop:
-    """A loop whose response may be in a log: its set-point, and the first response there is.
+    """A loop that may have a response in a log, with its setpoint and response.
 
     Attributes:
-        setpoints: signals, the first that the log has is taken.
-        responses: likewise.
+        setpoints: signals; the first one in the log is used.
+        responses: signals; the first one in the log is used.
         length: of its step response [s].
     """
 
@@ -99,26 +99,26 @@ def _loops() -> dict[str, Loop]:
 
 
 LOOPS: Mapping[str, Loop] = _loops()
-"""By the name that people call them."""
+"""Loops by name."""
 
 
 @dataclass(frozen=True, eq=False)
 class StepEstimate:
-    """A step response as a flight shows it.
+    """A step response identified from a flight.
 
     Attributes:
         name: of the loop.
         setpoint: the signal.
-        response: likewise.
-        time: from the set-point's step on, a few samples before it (n) [s].
+        response: the signal.
+        time: from a few samples before the step of the setpoint (n) [s].
         values: response to a step of 1 (n).
-        low, high: within which it lies at 95 % (n).
-        coherence: of response and set-point over frequency, weighted with the set-point's power.
-        windows: of the response's length that were whole.
-        final: value that it settles at.
-        rise: from 10 to 90 % of the final value [s]; NaN where it never gets there.
-        overshoot: above the final value, as a share of it.
-        doubts: why it is not to be trusted, a sentence each; none if it is.
+        low, high: bounds of 95 % (n).
+        coherence: of response and setpoint over frequency, weighted with the power of the setpoint.
+        windows: number of complete windows of the length of the response.
+        final: settled value.
+        rise: time from 10 to 90 % of the final value [s]; NaN if not reached.
+        overshoot: as a share of the final value.
+        doubts: reasons not to trust it, a sentence each.
     """
 
     name: str
@@ -137,19 +137,19 @@ class StepEstimate:
 
     @property
     def trusted(self) -> bool:
-        """Whether nothing speaks against it."""
+        """Whether there are no doubts."""
         return not self.doubts
 
 
 def find_loop(flight: FlightRecord, name: str) -> tuple[str, str, float]:
-    """Return set-point, response and length [s] of a loop that a log has.
+    """Return setpoint, response and length [s] of a loop in a log.
 
     Args:
         flight: the log.
         name: one of `LOOPS`, or SETPOINT:RESPONSE of any two signals.
 
     Raises:
-        WorkbenchError: if the log has not both signals.
+        WorkbenchError: if the log lacks one of the signals.
     """
     if ":" in name:
         setpoint, _, response = name.partition(":")
@@ -168,15 +168,15 @@ def find_loop(flight: FlightRecord, name: str) -> tuple[str, str, float]:
 
 
 def step_response(flight: FlightRecord, name: str, length: float | None = None) -> StepEstimate:
-    """Return the step response of a loop, out of all of a flight.
+    """Return the step response of a loop, from a whole flight.
 
     Args:
         flight: the log.
         name: one of `LOOPS`, or SETPOINT:RESPONSE.
-        length: of the response; the loop's without it [s].
+        length: of the response; by default that of the loop [s].
 
     Raises:
-        WorkbenchError: if the log has not both signals, or nothing of them that is whole.
+        WorkbenchError: if the log lacks one of the signals, or has no complete window of them.
     """
     setpoint, response, usual = find_loop(flight, name)
     span = usual if length is None else length
@@ -236,14 +236,14 @@ def step_response(flight: FlightRecord, name: str, length: float | None = None) 
 
 
 GAP_PERIODS = 2.5
-"""Periods of the slower signal that are interpolated across."""
+"""Number of periods of the slower signal to interpolate across."""
 
 
 def _pieces(flight: FlightRecord, grid: Grid, least: int) -> list[np.ndarray]:
-    """Return set-point and response (n, 2) of each stretch that is whole and long enough.
+    """Return setpoint and response (n, 2) of each complete stretch that is long enough.
 
-    A signal that is faster than the grid is low-passed first, and the other one alike, so that
-    their relation stays.
+    A signal faster than the grid is first low-passed. The other one gets the same filter, so that
+    their relation stays the same.
     """
     from scipy.signal import butter, sosfiltfilt  # slow to load
 
@@ -274,7 +274,7 @@ def _pieces(flight: FlightRecord, grid: Grid, least: int) -> list[np.ndarray]:
 
 
 def _windows(piece: np.ndarray, taps: int, early: int) -> list[np.ndarray]:
-    """Return windows of a piece whose responses follow each other, each with what is before it."""
+    """Return windows of a piece with consecutive responses, each with the samples before it."""
     size = taps
     found = []
     for begin in range(taps - 1, len(piece) - early - size + 1, size):
@@ -286,8 +286,7 @@ class _Fits:
     """Least squares of windows, each with a weight.
 
     Attributes:
-        sooner: by how much likelier the log is, in -2 log p, if taps may come earlier than a loop
-            can have them.
+        sooner: gain in the likelihood of the log, in -2 log p, with noncausal taps.
     """
 
     def __init__(self, windows: Sequence[np.ndarray], early: int) -> None:
@@ -305,7 +304,7 @@ class _Fits:
         )
         shifted, _ = _likeliest(squares.sum(axis=0), products.sum(axis=0), power, count)
         self.sooner = cost - shifted
-        # In the prior's coordinates the ridge is 1, and each draw is a sum and one solution.
+        # In the coordinates of the prior the ridge is 1, and each draw is a sum and one solution.
         root = self._root
         self._inner = np.array([root.T @ square[causal, causal] @ root for square in squares])
         self._turned = products[:, causal] @ root
@@ -326,7 +325,7 @@ def _rows(window: np.ndarray, early: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ridge(rows: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """Return a first solution, whose taps are held down a little."""
+    """Return a first solution, with a small penalty on the taps."""
     square = sum(phi.T @ phi for phi, _ in rows)
     product = sum(phi.T @ y for phi, y in rows)
     ridge = 1e-3 * np.trace(square) / len(square) + 1e-12
@@ -356,7 +355,7 @@ def _likeliest(
 
 
 def _colour(residuals: Sequence[np.ndarray]) -> np.ndarray:
-    """Return A(q) of the disturbance, 1 first, by Yule and Walker's equations."""
+    """Return A(q) of the disturbance, 1 first, by the Yule-Walker equations."""
     lags = np.zeros(ORDER + 1)
     for residual in residuals:
         for lag in range(min(ORDER + 1, len(residual))):
@@ -369,14 +368,14 @@ def _colour(residuals: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _filtered(values: np.ndarray, colour: np.ndarray) -> np.ndarray:
-    """Return A(q) values, where all that it needs is known."""
+    """Return A(q) values, where all its inputs are known."""
     size = len(values) - len(colour) + 1
     last = len(colour) - 1
     return np.asarray(sum(c * values[last - i : last - i + size] for i, c in enumerate(colour)))
 
 
 def _coherence(pieces: Sequence[np.ndarray], taps: int) -> float:
-    """Return the coherence of set-point and response, weighted with the set-point's power."""
+    """Return the coherence of setpoint and response, weighted with the power of the setpoint."""
     from scipy.signal import csd  # slow to load
 
     size = 2 * taps
@@ -396,7 +395,7 @@ def _coherence(pieces: Sequence[np.ndarray], taps: int) -> float:
     coherent = np.divide(
         cross**2, power * other, out=np.zeros_like(power), where=power * other > 0.0
     )
-    # Of so few averages even noise is coherent, by 1 / averages.
+    # With so few averages even noise has a coherence of 1 / averages.
     unbiased = np.clip((coherent * averages - 1.0) / max(averages - 1.0, 1.0), 0.0, 1.0)
     return float(np.sum(power * unbiased) / power.sum()) if averages > 1.0 else 0.0
 
@@ -431,7 +430,7 @@ def _doubts(
     moved: float,
     drift: float,
 ) -> tuple[str, ...]:
-    """Return why a step response is not to be trusted."""
+    """Return reasons not to trust a step response."""
     if moved == 0.0:
         return ("the set-point never moves",)
     scale = max(abs(final), 1e-9)

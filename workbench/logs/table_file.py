@@ -12,13 +12,14 @@ from workbench.logs.flight_record import Signal
 from workbench.logs.series import LoggedTopic
 
 ROWS = 100_000
-"""Written at a time, as texts take a hundred times the memory of numbers."""
+"""Number of rows written at a time, as texts take a hundred times the memory of numbers."""
 
 
 def tables(topic: LoggedTopic) -> dict[str, dict[str, Signal]]:
-    """Return what is to be written of a topic, by the stem of its file.
+    """Return the tables of a topic, by the stem of their file.
 
-    A table with a row a message, and of clouds another one with a row a point.
+    There is a table with a row for each message, and for clouds another one with a row for each
+    point.
 
     Raises:
         WorkbenchError: if a message cannot be decoded.
@@ -35,8 +36,8 @@ def tables(topic: LoggedTopic) -> dict[str, dict[str, Signal]]:
 def write_table(columns: Mapping[str, Signal], path: Path) -> None:
     """Write columns as a table.
 
-    CSV has names with units in its first line, "v_x [m/s]"; Parquet has names, and the unit in each
-    field's metadata. What is not known is left empty.
+    CSV has names with units in its first line, such as "v_x [m/s]". Parquet has names, with the
+    unit in the metadata of each field. Unknown values are left empty.
 
     Args:
         columns: of equal lengths, by name.
@@ -66,7 +67,7 @@ def _write_csv(columns: Mapping[str, Signal], path: Path) -> None:
 
 
 def _texts(values: np.ndarray) -> list[str]:
-    """Return values as the shortest texts that are read back as the same numbers."""
+    """Return values as the shortest texts that restore the same numbers."""
     if values.dtype.kind == "O":
         return [str(value) for value in values]
     texts: list[str] = values.astype(str).tolist()
