@@ -14,10 +14,9 @@ import pytest
 from tests.logs.test_flight_reader import MAPPING, SHARED, blackbox, real, usd_log
 from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_contents import contents_of
-from workbench.logs.flight_reader import read_flight
+from workbench.logs.flight_reader import READERS, read_flight
 from workbench.logs.flight_record import FlightRecord, make_signal
 from workbench.logs.imported import write_flight
-from workbench.logs.readers.limited_reader import READERS
 
 MANY, FEW, FEWER = 1000, 40, 3
 """Copies of each: in the slow tests, in the quick ones, and where each takes a process."""

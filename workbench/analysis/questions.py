@@ -267,8 +267,8 @@ second to some seconds, and is asked when a slider is at rest; the third takes m
 else waits for it."""
 ANSWERED_BY: dict[type[Question], tuple[int, str]] = {
     Judge: (QUICK, "judging:judge"),
-    ShapeLoop: (QUICK, "shaping:shape_loop"),
-    MovePole: (QUICK, "shaping:move_pole"),
+    ShapeLoop: (QUICK, "judging:shape_loop"),
+    MovePole: (QUICK, "judging:move_pole"),
     DrawFrequency: (QUICK, "judging:draw_frequency"),
     Predict: (QUICK, "predicting:predict"),
     JudgePlantInput: (SLOW, "judging:judge_plant_input"),

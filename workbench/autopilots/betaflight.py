@@ -35,7 +35,6 @@ from dataclasses import dataclass
 from multiprocessing.connection import wait
 from pathlib import Path
 
-from workbench.autopilots import msp
 from workbench.common.cache import PROGRESS_LOGGER, cache_folder
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.ipc.child_process import ChildProcess
@@ -72,39 +71,44 @@ READY, ANSWER = 30.0, 10.0
 """Time until it can be armed, which its barometer's calibration takes, and for an answer [s]."""
 ARMED = 1
 """Bit of the mode flags."""
+MSP_PID, MSP_SET_PID = 112, 202
+MSP_PID_ADVANCED, MSP_SET_PID_ADVANCED = 94, 95
+MSP_FILTER_CONFIG, MSP_SET_FILTER_CONFIG = 92, 93
+MSP_STATUS = 101
+"""Commands of MSP, the protocol by which Betaflight is configured."""
 SETTERS = {
-    msp.PID: msp.SET_PID,
-    msp.PID_ADVANCED: msp.SET_PID_ADVANCED,
-    msp.FILTER_CONFIG: msp.SET_FILTER_CONFIG,
+    MSP_PID: MSP_SET_PID,
+    MSP_PID_ADVANCED: MSP_SET_PID_ADVANCED,
+    MSP_FILTER_CONFIG: MSP_SET_FILTER_CONFIG,
 }
 GAINS = {
-    f"{name}_{axis}": (msp.PID, "B", 3 * row + column)
+    f"{name}_{axis}": (MSP_PID, "B", 3 * row + column)
     for row, axis in enumerate(("roll", "pitch", "yaw"))
     for column, name in enumerate("pid")
 } | {
-    "angle_p_gain": (msp.PID, "B", 9),
-    "angle_limit": (msp.PID_ADVANCED, "B", 17),
-    "anti_gravity_gain": (msp.PID_ADVANCED, "<H", 21),
-    "throttle_boost": (msp.PID_ADVANCED, "B", 30),
-    "f_roll": (msp.PID_ADVANCED, "<H", 32),
-    "f_pitch": (msp.PID_ADVANCED, "<H", 34),
-    "f_yaw": (msp.PID_ADVANCED, "<H", 36),
-    "d_max_roll": (msp.PID_ADVANCED, "B", 39),
-    "d_max_pitch": (msp.PID_ADVANCED, "B", 40),
-    "d_max_yaw": (msp.PID_ADVANCED, "B", 41),
-    "d_max_gain": (msp.PID_ADVANCED, "B", 42),
-    "d_max_advance": (msp.PID_ADVANCED, "B", 43),
-    "iterm_relax_cutoff": (msp.PID_ADVANCED, "B", 46),
-    "thrust_linear": (msp.PID_ADVANCED, "B", 56),
-    "tpa_rate": (msp.PID_ADVANCED, "B", 58),
-    "tpa_breakpoint": (msp.PID_ADVANCED, "<H", 59),
-    "yaw_lowpass_hz": (msp.FILTER_CONFIG, "<H", 3),
-    "gyro_lpf2_static_hz": (msp.FILTER_CONFIG, "<H", 22),
-    "dterm_lpf2_static_hz": (msp.FILTER_CONFIG, "<H", 26),
-    "gyro_lpf1_dyn_min_hz": (msp.FILTER_CONFIG, "<H", 29),
-    "gyro_lpf1_dyn_max_hz": (msp.FILTER_CONFIG, "<H", 31),
-    "dterm_lpf1_dyn_min_hz": (msp.FILTER_CONFIG, "<H", 33),
-    "dterm_lpf1_dyn_max_hz": (msp.FILTER_CONFIG, "<H", 35),
+    "angle_p_gain": (MSP_PID, "B", 9),
+    "angle_limit": (MSP_PID_ADVANCED, "B", 17),
+    "anti_gravity_gain": (MSP_PID_ADVANCED, "<H", 21),
+    "throttle_boost": (MSP_PID_ADVANCED, "B", 30),
+    "f_roll": (MSP_PID_ADVANCED, "<H", 32),
+    "f_pitch": (MSP_PID_ADVANCED, "<H", 34),
+    "f_yaw": (MSP_PID_ADVANCED, "<H", 36),
+    "d_max_roll": (MSP_PID_ADVANCED, "B", 39),
+    "d_max_pitch": (MSP_PID_ADVANCED, "B", 40),
+    "d_max_yaw": (MSP_PID_ADVANCED, "B", 41),
+    "d_max_gain": (MSP_PID_ADVANCED, "B", 42),
+    "d_max_advance": (MSP_PID_ADVANCED, "B", 43),
+    "iterm_relax_cutoff": (MSP_PID_ADVANCED, "B", 46),
+    "thrust_linear": (MSP_PID_ADVANCED, "B", 56),
+    "tpa_rate": (MSP_PID_ADVANCED, "B", 58),
+    "tpa_breakpoint": (MSP_PID_ADVANCED, "<H", 59),
+    "yaw_lowpass_hz": (MSP_FILTER_CONFIG, "<H", 3),
+    "gyro_lpf2_static_hz": (MSP_FILTER_CONFIG, "<H", 22),
+    "dterm_lpf2_static_hz": (MSP_FILTER_CONFIG, "<H", 26),
+    "gyro_lpf1_dyn_min_hz": (MSP_FILTER_CONFIG, "<H", 29),
+    "gyro_lpf1_dyn_max_hz": (MSP_FILTER_CONFIG, "<H", 31),
+    "dterm_lpf1_dyn_min_hz": (MSP_FILTER_CONFIG, "<H", 33),
+    "dterm_lpf1_dyn_max_hz": (MSP_FILTER_CONFIG, "<H", 35),
 }
 """Where each gain stands in an answer of MSP: the command, its size, and its place."""
 REASONS = {
@@ -189,7 +193,7 @@ class Betaflight:
         self._sent = self._heard = -math.inf
         self._end, self._watched = "", False
         self._console: socket.socket | None = None
-        self._answers = msp.Answers()
+        self._answers = MspAnswers()
         self._read_back: dict[int, bytes] = {}
         self._asked: set[int] = set()
         with contextlib.ExitStack() as opened:
@@ -274,7 +278,7 @@ class Betaflight:
                     struct.pack_into(place[1], payload, place[2], round(value))
             if payload != self._read_back[command]:
                 with self._told_how_it_ended():
-                    console.sendall(msp.request(setter, bytes(payload)) + msp.request(command))
+                    console.sendall(msp_request(setter, bytes(payload)) + msp_request(command))
                 self._asked.add(command)
 
     @property
@@ -298,7 +302,7 @@ class Betaflight:
         """
         console = self._connected()
         with self._told_how_it_ended():
-            console.sendall(msp.request(command, payload))
+            console.sendall(msp_request(command, payload))
         end = time.monotonic() + limit
         while time.monotonic() < end:
             self._keep_alive()
@@ -343,7 +347,7 @@ class Betaflight:
     def _cycle(self, limit: float) -> int:
         """Return the period of its control loop as it says it [us], 0 where it does not run."""
         self._connected()
-        (found,) = struct.unpack_from("<H", self.ask(msp.STATUS, limit=limit))
+        (found,) = struct.unpack_from("<H", self.ask(MSP_STATUS, limit=limit))
         return int(found)
 
     def _check(self, patience: float = 0.0) -> None:
@@ -422,7 +426,7 @@ class Betaflight:
     def _connected(self) -> socket.socket:
         if self._console is None:
             self._console = socket.create_connection((HOST, CONSOLE), 1.0)
-            self._answers = msp.Answers()
+            self._answers = MspAnswers()
         return self._console
 
     def _settled(self) -> bool:
@@ -482,7 +486,7 @@ class Betaflight:
 
     def _status(self) -> tuple[bool, int]:
         """Return whether it is armed, and its arming flags."""
-        found = self.ask(msp.STATUS)
+        found = self.ask(MSP_STATUS)
         more = found[15] & 15
         (flags,) = struct.unpack_from("<I", found, 17 + more)
         return bool(struct.unpack_from("<I", found, 6)[0] & ARMED), flags
@@ -614,3 +618,56 @@ def _make(command: list[str]) -> str:
     lines = done.stdout.decode(errors="replace").strip().splitlines() or ["it says nothing"]
     errors = [line for line in lines if "error" in line.lower()]
     return (errors or lines)[-1][:300]
+
+
+def msp_request(command: int, payload: bytes = b"") -> bytes:
+    """Return a request of MSP version 1: `$M<`, size, command, payload, checksum.
+
+    The checksum is the exclusive or of the three before it. Source: Betaflight 4.6, src/main/msp.
+    """
+    body = bytes([len(payload), command]) + payload
+    return b"$M<" + body + bytes([_checksum(body)])
+
+
+class MspAnswers:
+    """Splits received bytes into answers of MSP.
+
+    Answers have the form of requests, but begin with `$M>`, and with `$M!` where the command is
+    refused.
+    """
+
+    def __init__(self) -> None:
+        self._kept = bytearray()
+
+    def take(self, data: bytes) -> Iterator[tuple[int, bytes | None]]:
+        """Yield each complete answer: its command, and its payload, None if refused.
+
+        Other bytes, and answers with a wrong checksum, are left out.
+        """
+        self._kept += data
+        while True:
+            start = self._kept.find(b"$M")
+            if start < 0:
+                del self._kept[:-1]  # a $ may begin one
+                return
+            del self._kept[:start]
+            if len(self._kept) < 6:
+                return
+            size = self._kept[3]
+            if len(self._kept) < size + 6:
+                return
+            body, check = bytes(self._kept[3 : size + 5]), self._kept[size + 5]
+            kind = chr(self._kept[2])
+            if kind not in ">!" or _checksum(body) != check:
+                del self._kept[:2]
+                continue
+            refused = kind == "!"
+            del self._kept[: size + 6]
+            yield body[1], None if refused else body[2:]
+
+
+def _checksum(body: bytes) -> int:
+    check = 0
+    for byte in body:
+        check ^= byte
+    return check

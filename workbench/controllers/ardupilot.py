@@ -28,7 +28,7 @@ rotation of the thrust vector, x and y, and the remaining heading error, z. The 
     e_f  = LPF_FLTE(LPF_FLTT(ω_sp) - ω),   τ = P e_f + I + D LPF_FLTD(de_f/dt) + FF LPF_FLTT(ω_sp)
     dI/dt = I e_f, within IMAX; only towards 0 while the mixer saturates
 
-ω has passed INS_GYRO_FILTER. Motor signals follow from τ and F, see `control/ardupilot_mixer.py`; a
+ω has passed INS_GYRO_FILTER. Motor signals follow from τ and F, see `control/mixers.py`; a
 speed controller converts a full signal to `motor_speed`.
 
 Source: ArduPilot, AC_PosControl.cpp, AC_AttitudeControl.cpp, AC_AttitudeControl_Multi.cpp,
@@ -40,7 +40,6 @@ from typing import Any
 
 import numpy as np
 
-from workbench.control.ardupilot_mixer import actuator, mixed, mixing
 from workbench.control.firmware_filters import (
     COEFFICIENTS,
     butterworth,
@@ -48,9 +47,12 @@ from workbench.control.firmware_filters import (
     first_order,
 )
 from workbench.control.flight_law import known_vehicle, law_constants
-from workbench.control.motor_columns import (
+from workbench.control.mixers import (
     MOST,
     NAMES,
+    ardupilot_actuator,
+    ardupilot_mixed,
+    ardupilot_mixing,
     column_numbers,
     columns,
     effects,
@@ -292,7 +294,7 @@ def design(vehicle: Any, g: Any, dt: float) -> list[float]:
         for most in (g.ATC_ACC_R_MAX, g.ATC_ACC_P_MAX, g.ATC_ACC_Y_MAX)
     ]
     return [
-        *column_numbers(vehicle.rotors, mixing(vehicle.rotors)),
+        *column_numbers(vehicle.rotors, ardupilot_mixing(vehicle.rotors)),
         *butterworth(g.INS_GYRO_FILTER, dt),
         *(first_order(getattr(g, name), dt) for name in _FILTERS),
         first_order(THROTTLE_CUTOFF, dt),
@@ -613,13 +615,13 @@ def update(
     average = raised if raised > average else average
     given = boosted if first else m.throttle + g.k_throttle * (boosted - m.throttle)
     given = between(given, 0.0, 1.0)
-    u, (cut_tilt, cut_yaw, least, most) = mixed(
+    u, (cut_tilt, cut_yaw, least, most) = ardupilot_mixed(
         (roll, pitch, yaw, given), average, 0.001 * g.MOT_YAW_HEADROOM, columns(g)
     )
     none = 0.0 * given
     wrench, by = (none, none, none, none), effects(g)
     for i in range(MOST):
-        signal = actuator(u[i], g.MOT_THST_EXPO, g.MOT_SPIN_MIN, g.MOT_SPIN_MAX)
+        signal = ardupilot_actuator(u[i], g.MOT_THST_EXPO, g.MOT_SPIN_MIN, g.MOT_SPIN_MAX)
         speed = g.motor_speed * signal
         wrench = with_motor(wrench, i, g.motor_constant * speed * (speed + g.linear_speed), by)
     outer = (i_x, i_y, i_z, *e_velocity, *d_velocity, cut_x, cut_y)
@@ -651,7 +653,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
     fastest = vehicle.rotors[0].max_rot_velocity
     rotors = known_vehicle(law_constants(vehicle)).rotors
-    mix = mixing(rotors)
+    mix = ardupilot_mixing(rotors)
     signals = np.clip(frame.hover_speeds / fastest, SPIN_MIN, SPIN_MAX)
     ratios = (signals - SPIN_MIN) / (SPIN_MAX - SPIN_MIN)
     shares = EXPO * ratios**2 + (1.0 - EXPO) * ratios

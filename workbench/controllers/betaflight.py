@@ -30,7 +30,7 @@ pidsum_limit, integrals at iterm_windup percent of it; they are thousandths of a
 First low-passes have dynamic cut-offs: min + (max - min) (t + expo / 10 t (1 - t)). The part of the
 throttle above the frequency throttle_boost_cutoff is boosted by throttle_boost / 10. In rate mode
 (`acro` 1) the outer loop commands ω_sp = outer_p_angle (θ_d - θ), and the 8 above becomes 40.
-Motor signals follow from sums and throttle, see `control/betaflight_mixer.py`; a speed controller
+Motor signals follow from sums and throttle, see `control/mixers.py`; a speed controller
 converts a full signal to `motor_speed`. The update runs at 1024 Hz, Betaflight's at 8000.
 
 Source: Betaflight 4.6.0 development snapshot (MSP API 1.47), pid.c, pid_init.c, filter.c, gyro.c.
@@ -42,13 +42,14 @@ from typing import Any
 
 import numpy as np
 
-from workbench.control.betaflight_mixer import mixed, mixing
 from workbench.control.betaflight_outer import between, outer_loop
 from workbench.control.firmware_filters import cascaded, first_order, towards
 from workbench.control.flight_law import known_vehicle, law_constants
-from workbench.control.motor_columns import (
+from workbench.control.mixers import (
     MOST,
     NAMES,
+    betaflight_mixed,
+    betaflight_mixing,
     column_numbers,
     columns,
     effects,
@@ -245,7 +246,7 @@ def design(vehicle: Any, g: Any, dt: float) -> list[float]:
     idle = 1e-4 * g.motor_idle
     pairs = ((g.d_max_roll, g.d_roll), (g.d_max_pitch, g.d_pitch), (g.d_max_yaw, g.d_yaw))
     return [
-        *column_numbers(vehicle.rotors, mixing(vehicle.rotors)),
+        *column_numbers(vehicle.rotors, betaflight_mixing(vehicle.rotors)),
         cascaded(ATTITUDE_CUTOFF, dt, 3),
         cascaded(D_MAX_RANGE, dt, 2),
         cascaded(D_MAX_SMOOTH, dt, 2),
@@ -449,7 +450,7 @@ def update(
     torque = probe3(torque, TORQUE, loops)
 
     # mixer and motors
-    u = mixed((*torque, boosted), g.airmode, 0.01 * g.thrust_linear, columns(g))
+    u = betaflight_mixed((*torque, boosted), g.airmode, 0.01 * g.thrust_linear, columns(g))
     none = 0.0 * throttle
     wrench, by = (none, none, none, none), effects(g)
     for i in range(MOST):
@@ -506,7 +507,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
     fastest = vehicle.rotors[0].max_rot_velocity
     rotors = known_vehicle(law_constants(vehicle)).rotors
-    mix = mixing(rotors)
+    mix = betaflight_mixing(rotors)
     linear = np.array([each.linear_speed for each in rotors])
     constants = np.array([each.motor_constant for each in rotors])
     slopes = constants * (2.0 * frame.hover_speeds + linear) * (1.0 - IDLE) * fastest

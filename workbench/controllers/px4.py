@@ -18,7 +18,7 @@ those of the world and the body with z up, where the same equations hold. By com
 
 ω has passed the second-order low-pass IMU_GYRO_CUTOFF, and dω/dt also the first-order low-pass
 IMU_DGYRO_CUTOFF. The yaw torque passes the first-order low-pass MC_YAW_TQ_CUTOFF.
-Motor signals follow from τ and F, see `control/px4_allocation.py`. A signal x gives the thrust
+Motor signals follow from τ and F, see `control/mixers.py`. A signal x gives the thrust
 share THR_MDL_FAC x² + (1 - THR_MDL_FAC) x, and a speed controller converts x to a speed between
 SIM_GZ_EC_MIN and SIM_GZ_EC_MAX. Rates: 512, 256 and 102 Hz; in PX4 400, 250 and 50 to 100.
 
@@ -39,15 +39,18 @@ from workbench.control.firmware_filters import (
     towards,
 )
 from workbench.control.flight_law import known_vehicle, law_constants
-from workbench.control.motor_columns import (
+from workbench.control.mixers import (
     MOST,
     NAMES,
+    SCALES,
     column_numbers,
     columns,
     effects,
+    px4_allocated,
+    px4_left_over,
+    px4_mixing,
     with_motor,
 )
-from workbench.control.px4_allocation import SCALES, allocated, left_over, mixing
 from workbench.control.quaternions import canonical, inverse, product, shortest, unit, upright
 from workbench.controllers import (
     GRAVITY,
@@ -204,7 +207,7 @@ DESIGNED = (
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
     """Return the allocation's columns, filters, limits, and the thrust of a speed."""
     tilt = g.MPC_TILTMAX_AIR * RADIANS
-    mix, scales = mixing(vehicle.rotors)
+    mix, scales = px4_mixing(vehicle.rotors)
     return [
         *column_numbers(vehicle.rotors, mix),
         *scales,
@@ -409,9 +412,9 @@ def update(
 
     # allocation and motors
     mix, by = columns(g), effects(g)
-    u = allocated((roll, pitch, yaw, thrust), g.MC_AIRMODE, mix)
+    u = px4_allocated((roll, pitch, yaw, thrust), g.MC_AIRMODE, mix)
     scales = g.roll_scale, g.pitch_scale, g.yaw_scale
-    left = left_over(u, (roll, pitch, yaw), scales, by)
+    left = px4_left_over(u, (roll, pitch, yaw), scales, by)
     none = 0.0 * thrust
     wrench = (none, none, none, none)
     for i in range(MOST):
@@ -442,7 +445,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     least = IDLE * fastest
     signals = (frame.hover_speeds - least) / (fastest - least)
     rotors = known_vehicle(law_constants(vehicle)).rotors
-    mix, _ = mixing(rotors)
+    mix, _ = px4_mixing(rotors)
     linear = np.array([each.linear_speed for each in rotors])
     constants = np.array([each.motor_constant for each in rotors])
     slopes = constants * (2.0 * frame.hover_speeds + linear) * (fastest - least)

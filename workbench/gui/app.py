@@ -2,20 +2,22 @@
 
 import signal
 import sys
+import threading
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import TracebackType
 
-from PyQt6.QtCore import QCoreApplication, QObject, Qt, QTimer
+from PyQt6.QtCore import QCoreApplication, QObject, Qt, QTimer, pyqtSignal
 from PyQt6.QtWidgets import QApplication
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
-from workbench.gui.crash import CrashGuard
 from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.home.route import FOLLOWS
 from workbench.gui.main_window import MainWindow
-from workbench.gui.notices import Notices
+from workbench.gui.notices import Notice, Notices, Severity
 from workbench.gui.style import apply_style
 from workbench.gui.workspace import Workspace, make_workspace
 from workbench.live.choice import Choice
@@ -34,6 +36,71 @@ SETTLING = 0.2
 ORGANISATION, NAME = "drake-drone-workbench", "workbench"
 BEAT = 200
 """Period between checks for Ctrl-C in the terminal [ms]."""
+REMEDY = "The window goes on. Reset the flight (Ctrl+R) if it looks wrong; copy the details."
+LONGEST_WORDS = 200
+"""Largest length of an exception's message in the banner [characters]."""
+
+
+class CrashGuard(QObject):
+    """Turns unhandled exceptions of all threads into notices, while it is installed.
+
+    Otherwise one in a slot would end the process.
+
+    Args:
+        notices: takes the report.
+        parent: the Qt parent; this object is deleted with it.
+    """
+
+    interrupted = pyqtSignal()
+    """Ctrl-C was pressed in the terminal."""
+    _caught = pyqtSignal(object)
+
+    def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._notices = notices
+        queued = Qt.ConnectionType.QueuedConnection  # in whatever thread it happened
+        self._caught.connect(self._tell, queued)  # type: ignore[call-arg]
+        self._before = (sys.excepthook, threading.excepthook)
+
+    def install(self) -> None:
+        """Install the handlers."""
+        self._before = (sys.excepthook, threading.excepthook)
+        sys.excepthook = self.catch
+        threading.excepthook = self._catch_in_thread
+
+    def uninstall(self) -> None:
+        """Restore the former handlers."""
+        sys.excepthook, threading.excepthook = self._before
+
+    def catch(
+        self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        """Report an exception; Ctrl-C closes the app."""
+        if issubclass(kind, KeyboardInterrupt):
+            self.interrupted.emit()
+            return
+        details = "".join(traceback.format_exception(kind, error, trace))
+        print(details, file=sys.stderr)
+        words = " ".join(str(error).split())[:LONGEST_WORDS]
+        where = _place(trace)
+        what = f"something went wrong in the app: {kind.__name__}: {words}{where}"
+        self._caught.emit(Notice(Severity.FAILURE, what, REMEDY, details))
+
+    def _catch_in_thread(self, caught: threading.ExceptHookArgs) -> None:
+        if caught.exc_value is not None and not issubclass(caught.exc_type, SystemExit):
+            self.catch(caught.exc_type, caught.exc_value, caught.exc_traceback)
+
+    def _tell(self, notice: Notice) -> None:
+        self._notices.told.emit(notice)
+
+
+def _place(trace: TracebackType | None) -> str:
+    """Return file and line of the exception."""
+    frames = traceback.extract_tb(trace)
+    if not frames:
+        return ""
+    last = frames[-1]
+    return f" ({last.filename.rpartition('/')[2]}:{last.lineno})"
 
 
 class DemoPilot(QObject):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from workbench.analysis.judging import move_pole
 from workbench.analysis.questions import MovePole
-from workbench.analysis.shaping import move_pole
 from workbench.analysis.subject import Subject
 from workbench.common.parameter import Parameter
 from workbench.design.judge.pole_placing import PolePlacer, state_shares

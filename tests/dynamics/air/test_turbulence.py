@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from scipy.signal import welch
 
 from workbench.common.jitable import tell_numba
-from workbench.dynamics.air.turbulence import intensities, lengths, step_filters, velocities
+from workbench.dynamics.air.update import intensities, lengths, step_filters, velocities
 
 FOOT = 0.3048
 HEIGHT = 50.0

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.dynamics.air.settings import AirSettings
-from workbench.dynamics.air.turbulence import intensities
-from workbench.dynamics.air.update import gust_share, push_at, push_share, wind_at
+from workbench.dynamics.air.update import gust_share, intensities, push_at, push_share, wind_at
 
 PERIOD = 1 / 128
 STATE = np.array([1.0, *[0.0] * 5, 20.0, *[0.0] * 6])

@@ -5,11 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from workbench.analysis.judging import draw_frequency
+from workbench.analysis.judging import draw_frequency, move_pole, shape_loop
 from workbench.analysis.judging import judge as judge_loops
 from workbench.analysis.questions import DrawFrequency, Judge, MovePole, Predict, ShapeLoop
 from workbench.analysis.replies import Judged, JudgedLoop, Predicted, StepNumbers
-from workbench.analysis.shaping import move_pole, shape_loop
 from workbench.analysis.subject import Subject
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel

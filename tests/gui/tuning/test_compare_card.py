@@ -23,7 +23,7 @@ from workbench.gui.tuning.compare_card import (
     csv_text,
 )
 from workbench.gui.tuning.limits import STEP_LIMITS, find_limit
-from workbench.gui.tuning.responses import ResponseHistory
+from workbench.gui.tuning.response_card import ResponseHistory
 from workbench.scenario.excitation import Excitation, Exciting, Shape
 from workbench.scenario.scenario import Scenario
 

@@ -15,8 +15,14 @@ from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import KINDS, load_choice, load_kind
 from workbench.gui.tuning.limits import LOAD_LIMITS, LOAD_PEAKS
 from workbench.gui.tuning.number_table import State
-from workbench.gui.tuning.response_card import limits_of, metric_rows
-from workbench.gui.tuning.responses import StepPart, Trace, measure_load, step_parts
+from workbench.gui.tuning.response_card import (
+    StepPart,
+    Trace,
+    limits_of,
+    measure_load,
+    metric_rows,
+    step_parts,
+)
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.gui.workspace import make_workspace
 from workbench.live.choice import Choice

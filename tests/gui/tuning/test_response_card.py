@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from workbench.gui.tuning.responses import GHOSTS, ResponseHistory, Round, Trace
+from workbench.gui.tuning.response_card import GHOSTS, ResponseHistory, Round, Trace
 from workbench.scenario.excitation import Excitation, Exciting, Shape
 
 STEP = Excitation("x", Shape.STEP, 1.0, 1.0, repeats=True)

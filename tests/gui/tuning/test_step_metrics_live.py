@@ -5,8 +5,13 @@ import numpy as np
 import pytest
 
 from workbench.gui.tuning.number_table import State
-from workbench.gui.tuning.response_card import metric_rows
-from workbench.gui.tuning.responses import StepPart, Trace, measure_step, step_parts
+from workbench.gui.tuning.response_card import (
+    StepPart,
+    Trace,
+    measure_step,
+    metric_rows,
+    step_parts,
+)
 from workbench.scenario.excitation import Excitation, Shape
 
 TIME = np.arange(0.0, 4.0, 1.0 / 128.0)

@@ -13,7 +13,7 @@ from PIL import Image
 from pydrake.geometry import Convex
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.meshes import child, gltf, reading
+from workbench.plant.meshes import child, gltf
 from workbench.plant.meshes.child import convert, convert_all
 from workbench.plant.meshes.job import MeshJob, is_sealed
 
@@ -414,9 +414,6 @@ def test_what_is_no_mesh_is_refused_in_a_clause(written, name, content, said):
 
 
 def test_too_many_faces_are_refused(written, monkeypatch):
-    monkeypatch.setattr(reading, "MOST_FACES", 3)
-    assert failure(job(written("a.stl", stl()))) == "it has more than 3 faces"
-    monkeypatch.undo()
     monkeypatch.setattr(child, "MOST_FACES", 3)
     assert failure(job(written("a.stl", stl()))) == "it has more than 3 faces"
 

@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.meshes import reading
-from workbench.plant.meshes.reading import Beside, read_collada
+from workbench.plant.meshes import child
+from workbench.plant.meshes.child import Beside, read_collada
 
 SKIN = "<newparam sid='s'><surface type='2D'><init_from>img</init_from></surface></newparam>"
 SKIN += "<newparam sid='t'><sampler2D><source>s</source></sampler2D></newparam>"
@@ -254,7 +254,7 @@ def test_a_bomb_of_instances_is_refused_at_once(read):
 
 
 def test_too_many_faces_of_all_instances_are_refused(read, monkeypatch):
-    monkeypatch.setattr(reading, "MOST_FACES", 3)
+    monkeypatch.setattr(child, "MOST_FACES", 3)
     assert len(read(document(TRIANGLE * 3))) == 3
     with pytest.raises(WorkbenchError, match="it has more than 3 faces"):
         read(document(TRIANGLE * 4))

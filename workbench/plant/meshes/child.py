@@ -1,17 +1,29 @@
-"""Convert meshes, in a process of its own: the files come from strangers."""
+"""Read mesh files of any common format and convert them, in a child process: none is trusted."""
 
+import io
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
+from xml.parsers import expat
 
+import collada
 import numpy as np
+import trimesh
 from scipy.spatial import ConvexHull
+from trimesh.resolvers import Resolver
+from trimesh.visual import TextureVisuals
+from trimesh.visual.color import to_rgba
+from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import one_line, serve
-from workbench.plant.meshes.gltf import write_gltf
+from workbench.plant.meshes.gltf import GENERATOR, to_z_up, write_gltf
 from workbench.plant.meshes.job import MeshJob, sealed, write_whole
+from workbench.plant.meshes.materials import make_material, material_of, open_picture, vertex_colors
 from workbench.plant.meshes.parts import MOST_FACES, Array, Part, joined
-from workbench.plant.meshes.reading import read_parts
+from workbench.plant.meshes.side_files import find_side_file
 
 THINNEST = 1e-3
 """Of a hull [m]: a sheet has no volume, and contact would pass through it."""
@@ -22,6 +34,20 @@ _MANY = 20_000
 _MANY_DIRECTIONS = 800
 _FEW_VERTICES = 50
 _FEW_DIRECTIONS = 20
+_MOST_NODES = 100_000
+_LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
+"""Of red, green and blue: ITU-R BT.709, as the COLLADA specification asks."""
+_FORMATS = {
+    ".stl": "stl",
+    ".stla": "stl",
+    ".stlb": "stl",
+    ".obj": "obj",
+    ".ply": "ply",
+    ".off": "off",
+    ".glb": "glb",
+    ".gltf": "gltf",
+}
+"""By suffix, for trimesh; `.dae` is read here."""
 
 
 def convex_hull(points: Array) -> tuple[Array, Array]:
@@ -152,8 +178,6 @@ def convert(job: MeshJob) -> bytes:
     parts = [part for part in _placed(job) if len(part.faces)]
     if not parts:
         raise WorkbenchError("it has no faces")
-    if sum(len(part.faces) for part in parts) > MOST_FACES:
-        raise WorkbenchError(f"it has more than {MOST_FACES} faces")
     if job.use == "collision":
         return write_obj(*convex_hull(np.concatenate([part.vertices for part in parts])))
     return write_gltf(joined(parts), job.rgba)
@@ -169,6 +193,372 @@ def _placed(job: MeshJob) -> list[Part]:
     T = np.eye(4)
     T[:3, 3] = -0.5 * (np.min(corners, axis=0) + np.max(corners, axis=0))
     return [part.moved(T) for part in parts]
+
+
+def read_collada(data: bytes, resolver: Resolver) -> list[Part]:
+    """Return the parts of a COLLADA document, in metres, as Gazebo reads it.
+
+    Gazebo's ColladaLoader (gz-common, graphics/src/ColladaLoader.cc) multiplies all by
+    `<unit meter=...>` and never looks at `<up_axis>`; RViz leaves it, too. So what a drone's file
+    has along z is along z of its link, whether it says Y_UP or Z_UP. Its submeshes bear the `name`
+    of their `<node>`, or of the nearest node above that has one.
+
+    Args:
+        data: the document.
+        resolver: finds pictures by name.
+
+    Raises:
+        WorkbenchError: a clause without the file's name. Other exceptions are pycollada's own.
+    """
+    _refuse_entities(data)
+    document = _load(data)
+    if any(isinstance(error, collada.common.DaeBrokenRefError) for error in document.errors):
+        document = _load(_without_broken_materials(document))
+    if document.scene is None:
+        raise WorkbenchError("it has no scene")
+    meter = document.assetInfo.unitmeter
+    meter = 1.0 if meter is None else float(meter)
+    if not (math.isfinite(meter) and meter > 0.0):
+        raise WorkbenchError(f"its unit of {meter} m is no length")
+    reader = _Reader(resolver)
+    reader.read(document.scene)
+    to_metres = np.diag([meter, meter, meter, 1.0])
+    return [part.moved(to_metres @ T) for part, T in reader.found]
+
+
+def _load(data: bytes) -> Any:
+    return collada.Collada(io.BytesIO(data), ignore=[collada.common.DaeError])
+
+
+def _without_broken_materials(document: Any) -> bytes:
+    """Return a document without references to materials that it lacks, or that are not understood.
+
+    pycollada leaves out a geometry for one of these; Gazebo draws it without.
+    """
+    root = document.xmlnode.getroot()
+    known = {f"#{material.id}" for material in document.materials}
+    for common in root.findall(".//{*}technique_common"):
+        for child in common.findall("{*}instance_material"):
+            if child.get("target") not in known:
+                common.remove(child)
+    return bytes(collada.xmlutil.etree.tostring(root))
+
+
+def _refuse_entities(data: bytes) -> None:
+    """Refuse a document that declares entities: they stand before the root element or nowhere."""
+
+    def refuse(*_: object) -> None:
+        raise WorkbenchError("it declares entities of its own: write out what they stand for")
+
+    def stop(*_: object) -> None:
+        raise StopIteration
+
+    parser = expat.ParserCreate()
+    parser.EntityDeclHandler = refuse
+    parser.StartElementHandler = stop
+    try:
+        parser.Parse(data, True)
+    except StopIteration:
+        return
+    except expat.ExpatError as error:
+        raise WorkbenchError(f"not XML: {expat.ErrorString(error.code)}") from error
+
+
+class _Reader:
+    """Walks a scene, each instance on its own, within bounds of nodes and faces."""
+
+    def __init__(self, resolver: Resolver) -> None:
+        self.found: list[tuple[Part, Array]] = []
+        self._resolver = resolver
+        self._nodes = 0
+        self._faces = 0
+        self._parts: dict[tuple[int, int], Part | None] = {}
+        self._materials: dict[int, PBRMaterial | None] = {}
+
+    def read(self, scene: Any) -> None:
+        todo: list[tuple[Any, Array, str]] = [
+            (node, np.eye(4), "") for node in reversed(scene.nodes)
+        ]
+        while todo:
+            self._nodes += 1
+            if self._nodes > _MOST_NODES:
+                raise WorkbenchError(f"it has more than {_MOST_NODES} nodes")
+            node, T_above, name = todo.pop()
+            if isinstance(node, collada.scene.GeometryNode):
+                self._read_geometry(node, T_above, name)
+            elif isinstance(node, collada.scene.Node):
+                T = T_above @ node.matrix
+                named = node.node if isinstance(node, collada.scene.NodeNode) else node
+                name = named.xmlnode.get("name") or name
+                todo += [(child, T, name) for child in reversed(node.children)]
+
+    def _read_geometry(self, node: Any, T: Array, name: str) -> None:
+        geometry = node.geometry
+        effects = {each.symbol: each.target.effect for each in node.materials}
+        names = tuple(str(each) for each in (name, geometry.name, geometry.id) if each)
+        for primitive in geometry.primitives:
+            part = self._part(primitive, effects.get(primitive.material))
+            if part is None:
+                continue
+            self._faces += len(part.faces)
+            if self._faces > MOST_FACES:
+                raise WorkbenchError(f"it has more than {MOST_FACES} faces")
+            self.found.append((replace(part, names=names), T))
+
+    def _part(self, primitive: Any, effect: Any) -> Part | None:
+        """Return the triangles of a primitive in an effect's looks, made once."""
+        key = (id(primitive), id(effect))
+        if key not in self._parts:
+            self._parts[key] = self._triangles(primitive, effect)
+        return self._parts[key]
+
+    def _triangles(self, primitive: Any, effect: Any) -> Part | None:
+        if isinstance(primitive, collada.polylist.Polylist):
+            primitive = primitive.triangleset()
+        if not isinstance(primitive, collada.triangleset.TriangleSet):
+            return None  # lines
+        if primitive.vertex is None or not len(primitive):
+            return None
+        material = self._material(effect) if effect is not None else None
+        corners = [(primitive.vertex, primitive.vertex_index)]
+        if primitive.normal is not None:
+            corners.append((primitive.normal, primitive.normal_index))
+        if primitive.texcoordset:
+            corners.append((primitive.texcoordset[0][:, :2], primitive.texcoord_indexset[0]))
+        # Gazebo knows no colours of vertices; beside a material they are often leftovers.
+        colors = primitive.sources.get("COLOR", []) if material is None else []
+        if colors:
+            offset, data = colors[0][0], colors[0][4].data
+            corners.append((data, primitive.index[:, :, offset]))
+        # One vertex for each set of indices that occurs together.
+        together = np.column_stack([np.ravel(index) for _, index in corners])
+        rows, faces = np.unique(together, axis=0, return_inverse=True)
+        values = [source[rows[:, column]] for column, (source, _) in enumerate(corners)]
+        vertices, *rest = values
+        return Part(
+            names=(),
+            vertices=np.asarray(vertices, dtype=float),
+            faces=faces.reshape(-1, 3),
+            normals=np.asarray(rest.pop(0), dtype=float) if primitive.normal is not None else None,
+            uv=rest.pop(0) if primitive.texcoordset else None,
+            colors=vertex_colors(255.0 * rest.pop(0)) if colors else None,
+            material=material,
+        )
+
+    def _material(self, effect: Any) -> PBRMaterial | None:
+        if id(effect) not in self._materials:
+            self._materials[id(effect)] = _make_material(effect, self._resolver)
+        return self._materials[id(effect)]
+
+
+def _make_material(effect: Any, resolver: Resolver) -> PBRMaterial | None:
+    """Return the material of an effect, None if it gives no colour."""
+    looks = effect.diffuse
+    if looks is None:
+        looks = effect.emission  # what the shader `constant` has instead
+    if isinstance(looks, collada.material.Map):
+        picture = _picture(looks, resolver)
+        return make_material((1.0, 1.0, 1.0, _alpha(effect)), picture) if picture else None
+    if not isinstance(looks, tuple | list) or len(looks) < 3:
+        return None
+    return make_material((*looks[:3], _alpha(effect)))
+
+
+def _picture(found: Any, resolver: Resolver) -> Any:
+    try:
+        return open_picture(resolver.get(found.sampler.surface.image.path))
+    except (OSError, AttributeError, TypeError):  # missing, or a reference to nothing
+        return None
+
+
+def _alpha(effect: Any) -> float:
+    """Return how opaque an effect is, 0 .. 1 (COLLADA 1.4.1, Determining Transparency).
+
+    As in Gazebo, it is opaque where `<transparent>` does not say how it is meant; exporters
+    disagree, and a drone that cannot be seen is of no use.
+    """
+    transparent = effect.xmlnode.find(".//{*}transparent")
+    color = effect.transparent
+    if transparent is None or not isinstance(color, tuple):
+        return 1.0
+    given = effect.xmlnode.find(".//{*}transparency")
+    share = effect.transparency if given is not None else 1.0
+    share = share if isinstance(share, float) else 1.0
+    light = float(_LUMINANCE @ color[:3])
+    opaque = {
+        "A_ONE": color[3] * share,
+        "A_ZERO": 1.0 - color[3] * share,
+        "RGB_ONE": light * share,
+        "RGB_ZERO": 1.0 - light * share,
+    }.get(transparent.get("opaque"), 1.0)
+    return float(np.clip(np.nan_to_num(opaque, nan=1.0), 0.0, 1.0))
+
+
+class Beside(Resolver):
+    """Finds the side files of a mesh for trimesh, and writes none."""
+
+    def __init__(self, mesh_file: Path) -> None:
+        self._file = mesh_file
+        self.file_name = mesh_file.name
+
+    def get(self, key: str) -> bytes:
+        path = find_side_file(self._file, str(key))
+        if path is None:
+            raise FileNotFoundError(key)
+        data = path.read_bytes()
+        return _as_utf8(data) if path.suffix.lower() == ".mtl" else data
+
+    def keys(self) -> Iterable[str]:
+        return ()
+
+    def namespaced(self, namespace: str) -> "Beside":
+        return self
+
+    def write(self, name: str, data: object) -> NoReturn:
+        raise PermissionError(name)
+
+
+def read_parts(file: Path, submesh: str) -> list[Part]:
+    """Return the parts of a mesh file in metres, each as transformed by the file's own scene.
+
+    Args:
+        file: resolved.
+        submesh: name of the part that is asked for, or "" for all.
+
+    Raises:
+        WorkbenchError: a clause without the file's name.
+    """
+    suffix = file.suffix.lower()
+    data = file.read_bytes()
+    if suffix == ".dae":
+        parts = read_collada(data, Beside(file))
+    elif suffix in _FORMATS:
+        data = _repaired(data, _FORMATS[suffix])
+        if suffix == ".obj" and submesh:
+            data = _only_object(data, submesh)
+        parts = _read_scene(data, _FORMATS[suffix], Beside(file))
+    else:
+        known = ", ".join(sorted([".dae", *_FORMATS]))
+        raise WorkbenchError(f"'{suffix}' cannot be read: convert it to one of {known}")
+    if not submesh or suffix == ".obj":
+        return parts
+    chosen = [part for part in parts if submesh in part.names]
+    if not chosen:
+        raise _no_such(submesh, (part.names[0] for part in parts if part.names))
+    return chosen
+
+
+def _repaired(data: bytes, kind: str) -> bytes:
+    """Return content that trimesh takes: it asks for UTF-8, and for an exact length of an STL."""
+    if kind == "stl":
+        length = 84 + 50 * int.from_bytes(data[80:84], "little")
+        return data[:length] if 84 < length <= len(data) else _as_utf8(data)
+    return _as_utf8(data) if kind in ("obj", "off") else data
+
+
+def _as_utf8(data: bytes) -> bytes:
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode()
+    return data
+
+
+def _read_scene(data: bytes, kind: str, resolver: Resolver) -> list[Part]:
+    scene = trimesh.load_scene(
+        io.BytesIO(data), file_type=kind, resolver=resolver, process=False, validate=False
+    )
+    # Gazebo draws glTF with z up, whatever the standard says; but what was written here is turned
+    # for Drake, which takes y for up.
+    turn = to_z_up() if f'"generator":"{GENERATOR}"'.encode() in data else np.eye(4)
+    plain = _Plain(_opaque if kind in ("gltf", "glb") else vertex_colors)
+    parts = []
+    faces = 0
+    for node in sorted(scene.graph.nodes_geometry, key=str):
+        T, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if not isinstance(mesh, trimesh.Trimesh):
+            continue  # points and lines
+        if kind == "stl" and np.isfinite(mesh.vertices).all():
+            mesh.merge_vertices()  # each face has three of its own there
+        faces += len(mesh.faces)
+        if faces > MOST_FACES:
+            raise WorkbenchError(f"it has more than {MOST_FACES} faces")
+        parts.append(plain.part((str(node), str(name)), mesh).moved(turn @ T))
+    return parts
+
+
+class _Plain:
+    """Makes parts of trimesh's meshes; those that share a material share one again."""
+
+    def __init__(self, light: Callable[[Any], Array]) -> None:
+        self._light = light
+        self._materials: dict[int, PBRMaterial] = {}
+
+    def part(self, names: tuple[str, ...], mesh: trimesh.Trimesh) -> Part:
+        visual = mesh.visual
+        uv = material = colors = None
+        if isinstance(visual, TextureVisuals):
+            uv = visual.uv
+            material = self._material(visual.material)
+            colors = visual.vertex_attributes.get("color")
+        elif visual.kind in ("vertex", "face"):
+            colors = visual.vertex_colors
+        n = len(mesh.vertices)
+        # Only what the file has: without normals faces are drawn flat, as an STL's should be.
+        normals = mesh.vertex_normals if "vertex_normals" in mesh._cache else None
+        return Part(
+            names=names,
+            vertices=np.asarray(mesh.vertices, dtype=float),
+            faces=np.asarray(mesh.faces),
+            normals=None if normals is None else np.asarray(normals, dtype=float),
+            uv=None if uv is None or len(uv) != n else np.asarray(uv, dtype=float)[:, :2],
+            colors=None if colors is None or len(colors) != n else self._light(colors),
+            material=material,
+        )
+
+    def _material(self, found: PBRMaterial | SimpleMaterial | None) -> PBRMaterial | None:
+        if found is None:
+            return None
+        if id(found) not in self._materials:
+            self._materials[id(found)] = material_of(found)
+        return self._materials[id(found)]
+
+
+def _opaque(colors: Any) -> Array:
+    """Return glTF's colours of vertices, which are light already."""
+    found = np.array(to_rgba(colors))
+    found[:, 3] = 255
+    return found
+
+
+def _only_object(data: bytes, name: str) -> bytes:
+    """Return an OBJ file's content without the faces of all but one object or group.
+
+    Its last `o` or `g` names a face, as in tinyobjloader, which Gazebo reads with.
+    """
+    kept = []
+    names = []
+    here = ""
+    found = False
+    for line in data.decode().splitlines():
+        word, _, rest = line.strip().partition(" ")
+        if word in ("o", "g"):
+            here = rest.strip()
+            names.append(here)
+            found |= here == name
+        if word != "f" or here == name:
+            kept.append(line)
+    if not found:
+        raise _no_such(name, names)
+    return "\n".join(kept).encode()
+
+
+def _no_such(name: str, known: Iterable[str]) -> WorkbenchError:
+    names = list(dict.fromkeys(known))
+    more = ", ..." if len(names) > 20 else ""
+    has = f"it has {', '.join(names[:20])}{more}" if names else "its parts have no names"
+    return WorkbenchError(f"it has no part '{name}': {has}")
 
 
 if __name__ == "__main__":
