@@ -1,4 +1,4 @@
-"""Layouts: boxes, pages that scroll where they must, lines that flow, and labels that give way."""
+"""Layouts: boxes, pages that scroll, lines that wrap, and labels that elide."""
 
 from collections.abc import Sequence
 from typing import TypeVar
@@ -20,14 +20,15 @@ from PyQt6.QtWidgets import (
 Box = TypeVar("Box", bound=QBoxLayout)
 WIDEST = 1500
 TALLEST = 1000
-"""Of a page [px]; beyond that its parts would only drift apart."""
+"""Largest height of a page [px]; beyond it its parts would only spread out."""
 
 BAR = 11
-"""Width of a scroll bar in our style; it would lie on what is scrolled [px]."""
+"""Width of a scroll bar in our style, which covers part of the scrolled content [px]."""
 
 
 Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int | Qt.AlignmentFlag]
-"""Of a box: a widget or a layout, alone or with its stretch or side; or room, by its stretch."""
+"""Part of a box: a widget or a layout, with an optional stretch or alignment; or empty space, given
+by its stretch."""
 Margins = tuple[int, int, int, int]
 NO_MARGINS = (0, 0, 0, 0)
 
@@ -38,12 +39,12 @@ def hbox(
     margins: Margins | None = None,
     spacing: int | None = None,
 ) -> QHBoxLayout:
-    """Return parts beside each other.
+    """Return parts side by side.
 
     Args:
         parts: from left to right.
-        of: whose layout it is, None where it stands in another layout.
-        margins: at left, top, right and bottom [px]; None for those of the style.
+        of: widget that gets the layout, None for a nested layout.
+        margins: margins at left, top, right and bottom [px]; None for those of the style.
         spacing: between the parts [px]; None for that of the style.
     """
     return _filled(QHBoxLayout(of), parts, margins, spacing)
@@ -55,7 +56,7 @@ def vbox(
     margins: Margins | None = None,
     spacing: int | None = None,
 ) -> QVBoxLayout:
-    """Return parts below each other; the arguments are those of `hbox`."""
+    """Return parts one below the other; arguments as for `hbox`."""
     return _filled(QVBoxLayout(of), parts, margins, spacing)
 
 
@@ -82,11 +83,11 @@ def _filled(box: Box, parts: Sequence[Part], margins: Margins | None, spacing: i
 
 
 def fit_page(screen: QWidget, layout: QLayout) -> None:
-    """Fill a screen with a layout, in the middle of a large one.
+    """Fill a screen with a layout, centred if the screen is large.
 
     Args:
-        screen: that has no layout yet.
-        layout: of the page.
+        screen: screen without a layout.
+        layout: layout of the page.
     """
     area = QScrollArea(screen)
     area.setWidgetResizable(True)
@@ -99,7 +100,7 @@ def fit_page(screen: QWidget, layout: QLayout) -> None:
 
 
 def scrolled(part: QWidget) -> QScrollArea:
-    """Return an area in which a part has all the width, and is scrolled where it is too high."""
+    """Return an area that gives a part its full width and scrolls it vertically if necessary."""
     area = QScrollArea()
     area.setWidgetResizable(True)
     area.setFrameShape(QFrame.Shape.NoFrame)
@@ -111,13 +112,13 @@ def scrolled(part: QWidget) -> QScrollArea:
 
 
 class Pair(QWidget):
-    """Two cards beside each other, or one below the other where that would cut them.
+    """Two cards side by side, or one below the other if they would be clipped.
 
     Args:
-        left: or above.
-        right: or below.
-        shares: of the width that both take [ratio].
-        spacing: between them [px].
+        left: left or upper card.
+        right: right or lower card.
+        shares: shares of the width [ratio].
+        spacing: space between them [px].
     """
 
     def __init__(
@@ -132,12 +133,12 @@ class Pair(QWidget):
             self._box.addWidget(part, share)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the width of the wider one, and the height of both as they stand."""
+        """Return the width of the wider card, and the height in the present arrangement."""
         widest = max(part.minimumSizeHint().width() for part in self._parts)
         return QSize(widest, self._box.minimumSize().height())
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Stand as the width allows."""
+        """Arrange the cards for the width."""
         needed = sum(part.minimumSizeHint().width() for part in self._parts)
         across = self.width() >= needed + self._box.spacing()
         directions = QBoxLayout.Direction
@@ -146,9 +147,9 @@ class Pair(QWidget):
 
 
 class _Ground(QWidget):
-    """Holds a page, and asks for as little height as the page can do with at its width.
+    """Holds a page, and requests the least height that the page needs at its width.
 
-    A scroll area by itself would ask for the height that the page likes best.
+    A scroll area alone would request the page's preferred height.
     """
 
     def __init__(self, layout: QLayout) -> None:
@@ -159,7 +160,7 @@ class _Ground(QWidget):
         self._page.installEventFilter(self)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least that cuts nothing."""
+        """Return the least size without clipping."""
         least = self._layout.minimumSize()
         if not self._layout.hasHeightForWidth():
             return least
@@ -167,11 +168,11 @@ class _Ground(QWidget):
         return QSize(least.width(), self._layout.minimumHeightForWidth(width))
 
     def sizeHint(self) -> QSize:
-        """Return the same: the rest is room."""
+        """Return the same size; more is empty space."""
         return self.minimumSizeHint()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Put the page in the middle."""
+        """Centre the page."""
         super().resizeEvent(event)
         width, height = min(self.width(), WIDEST), min(self.height(), TALLEST)
         self._page.setGeometry((self.width() - width) // 2, 0, width, height)
@@ -179,18 +180,18 @@ class _Ground(QWidget):
             self.updateGeometry()
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Ask anew when something on the page needs another room."""
+        """Update the size when something on the page changes its size."""
         if event is not None and event.type() is QEvent.Type.LayoutRequest:
             self.updateGeometry()
         return False
 
 
 class FlowLayout(QLayout):
-    """Puts widgets beside each other, and below where they would be cut; hidden ones take no room.
+    """Places widgets side by side and wraps lines; hidden ones take no space.
 
     Args:
-        parent: whose layout it is, if it has one yet.
-        spacing: between two widgets, in both directions [px].
+        parent: widget that gets the layout, if it exists yet.
+        spacing: space between widgets, in both directions [px].
     """
 
     def __init__(self, parent: QWidget | None = None, spacing: int = 8) -> None:
@@ -200,12 +201,12 @@ class FlowLayout(QLayout):
         self._items: list[QLayoutItem] = []
 
     def addItem(self, item: QLayoutItem | None) -> None:
-        """Take an item; Qt's name, as those that follow."""
+        """Add an item; Qt's name, like the following ones."""
         if item is not None:
             self._items.append(item)
 
     def count(self) -> int:
-        """Return how many items there are."""
+        """Return the number of items."""
         return len(self._items)
 
     def itemAt(self, index: int) -> QLayoutItem | None:
@@ -213,35 +214,35 @@ class FlowLayout(QLayout):
         return self._items[index] if 0 <= index < len(self._items) else None
 
     def takeAt(self, index: int) -> QLayoutItem | None:
-        """Give an item back."""
+        """Remove and return an item."""
         return self._items.pop(index) if 0 <= index < len(self._items) else None
 
     def expandingDirections(self) -> Qt.Orientation:
-        """Ask for no more room than there is."""
+        """Request no additional space."""
         return Qt.Orientation(0)
 
     def hasHeightForWidth(self) -> bool:
-        """Say that it needs more height where it is narrow."""
+        """Tell Qt that its height depends on its width."""
         return True
 
     def heightForWidth(self, width: int) -> int:
-        """Return the height of all lines in a width [px]."""
+        """Return the height of all lines at a width [px]."""
         return self._place(QRect(0, 0, width, 0), move=False)
 
     def sizeHint(self) -> QSize:
-        """Return the size of all in one line."""
+        """Return the size of all items in one line."""
         hints = [item.sizeHint() for item in self._shown()]
         width = sum(each.width() for each in hints) + self.spacing() * max(0, len(hints) - 1)
         return self._around(QSize(width, max((each.height() for each in hints), default=0)))
 
     def minimumSize(self) -> QSize:
-        """Return the size of the widest and of the highest one."""
+        """Return the width of the widest item and the height of the highest one."""
         hints = [item.sizeHint() for item in self._shown()]
         widest = max((each.width() for each in hints), default=0)
         return self._around(QSize(widest, max((each.height() for each in hints), default=0)))
 
     def setGeometry(self, rect: QRect) -> None:
-        """Place all within a rectangle."""
+        """Place all items within a rectangle."""
         super().setGeometry(rect)
         self._place(rect, move=True)
 
@@ -254,7 +255,7 @@ class FlowLayout(QLayout):
         return size + more
 
     def _place(self, rect: QRect, *, move: bool) -> int:
-        """Return the height that all take in a rectangle's width, and place them if asked to."""
+        """Return the height of all items at a rectangle's width, and place them if requested."""
         room = rect.marginsRemoved(self.contentsMargins())
         x, y, high = room.left(), room.top(), 0
         line: list[tuple[QLayoutItem, QRect]] = []
@@ -275,7 +276,7 @@ class FlowLayout(QLayout):
 
 
 class ElidedLabel(QLabel):
-    """A label that needs no width."""
+    """A label that needs no width: long text is elided."""
 
     def setText(self, text: str | None) -> None:
         """Show another text."""
@@ -283,11 +284,11 @@ class ElidedLabel(QLabel):
         self.setToolTip(text)
 
     def minimumSizeHint(self) -> QSize:
-        """Return next to nothing."""
+        """Return almost no width."""
         return QSize(24, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint as much as there is room for."""
+        """Paint the text that fits."""
         painter = QPainter(self)
         painter.setPen(self.palette().color(self.foregroundRole()))
         room = self.contentsRect()

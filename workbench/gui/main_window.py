@@ -71,38 +71,38 @@ _EDITS = {
     *((key, _CONTROL) for key in map(ord, "ACVXYZ")),
     (ord("Z"), _CONTROL | _SHIFT),
 }
-"""Letters with Ctrl that edit text everywhere: all, copy, paste, cut, redo, undo."""
+"""Keys with Ctrl that edit text on every system: select all, copy, paste, cut, redo, undo."""
 TURN = 0.0005
-"""After which a thread that paints lets one go on that carries an answer [s].
+"""Interval after which the painting thread yields to threads that carry answers [s].
 
-Python's own 5 ms, taken twice on the way out and once on the way back, would be most of the time
-from a slider to its margins.
+Python's default of 5 ms, needed twice for a question and once for the reply, would be most of the
+delay from a slider to its margins.
 """
 TITLE = "Drake drone workbench"
 FIRST_SIZE = (1280, 720)
 SMALLEST = (960, 540)
 SHARES = (760, 430)
-"""Of the width, for the screens and the 3-D view, at first."""
+"""Initial widths of the screens and the 3-D view."""
 NARROWEST_SCREEN = 619
-"""Of all screens, so that none scrolls across [px]."""
+"""Least width of all screens, so that none scrolls horizontally [px]."""
 GROUP = "window/1"
-"""Of settings; another number where what is kept would no longer fit."""
+"""Group of settings; the number changes when stored values no longer fit."""
 CLOSING = 2.0
-"""Time that a log has to be ended when the window closes [s]."""
+"""Time limit for ending a log when the window closes [s]."""
 
 
 class ArgumentsDialog(QDialog):
-    """A line for each argument; the flight, and the key that stops it, go on behind it.
+    """A line for each argument; the flight, and the key that stops it, keep working meanwhile.
 
     Args:
-        file: what it is for, as a name.
-        arguments: that it takes; those without a default need a value.
-        given: hears the values of those that are not as by default, by name.
-        parent: above which it opens.
+        file: name of the file that needs them.
+        arguments: its arguments; those without a default need a value.
+        given: called with the values that differ from the defaults, by name.
+        parent: the Qt parent.
 
     Attributes:
-        lines: by the argument's name.
-        buttons: of which Open waits until nothing is missing.
+        lines: lines by the argument's name.
+        buttons: its buttons; Open is disabled until nothing is missing.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class ArgumentsDialog(QDialog):
         self._look()
 
     def accept(self) -> None:
-        """Give the values, and close."""
+        """Pass the values on, and close."""
         self._given(
             {
                 each.name: self.lines[each.name].text().strip()
@@ -158,7 +158,7 @@ class ArgumentsDialog(QDialog):
         self._form.addRow(label if needed else dressed(label, "muted"), line)
 
     def _look(self) -> None:
-        """Let it be opened once every argument that needs a value has one."""
+        """Enable Open when every argument that needs a value has one."""
         missing = [
             each.name
             for each in self._arguments
@@ -171,15 +171,14 @@ class ArgumentsDialog(QDialog):
 
 
 class FocusGuard(QObject):
-    """Watches the widget that has the focus.
+    """Watches the focused widget.
 
-    Qt moves the focus on to the next widget when a button that has it is disabled or hidden, as
-    Take off is once the drone takes off. The next one would then hear the space bar: a key that
-    nobody meant for it. So the focus goes to the frame that the button stands in, which hears no
-    key; Tab leads on from there.
+    When a focused button is disabled or hidden, as Take off after the take-off, Qt moves the focus
+    to the next widget. That widget would then receive the space bar, which was not meant for it. So
+    the focus moves to the frame around the button, which ignores keys; Tab continues from there.
 
-    On X11 a field takes Ctrl+E, Ctrl+K and others for itself, as in a terminal, and the app's
-    shortcuts are dead in it. It keeps the keys that edit text on every system, and no others.
+    On X11 a field uses Ctrl+E, Ctrl+K and others itself, as in a terminal, which disables the app's
+    shortcuts there. Here it keeps only the keys that edit text on every system.
 
     Args:
         parent: the Qt parent; this object is deleted with it.
@@ -193,7 +192,7 @@ class FocusGuard(QObject):
         application.focusChanged.connect(self._follow)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Keep the keys of the app's shortcuts from a field; Qt's name."""
+        """Keep the app's shortcuts working in a field; Qt's name."""
         if not isinstance(event, QKeyEvent) or event.type() is not QEvent.Type.ShortcutOverride:
             return False
         key, modifiers = event.key(), event.modifiers()
@@ -209,7 +208,7 @@ class FocusGuard(QObject):
         if now is None or before is None or not isinstance(now, QAbstractButton):
             return
         if before.isEnabled() and before.isVisible():
-            return  # the user has moved it
+            return  # the user has moved the focus
         frame = before.parentWidget()
         while frame is not None and not (frame.isEnabled() and frame.isVisible()):
             frame = frame.parentWidget()
@@ -230,14 +229,14 @@ class FocusGuard(QObject):
 
 
 def take_short_turns() -> None:
-    """Let the threads that carry orders and answers wait little for the one that paints."""
+    """Let threads that carry orders and answers wait less for the thread that paints."""
     sys.setswitchinterval(TURN)
 
 
 def spare_collector() -> None:
-    """Let the collector pass over all that is there by now, which lives as long as the window.
+    """Exclude present objects from garbage collection, as they live as long as the window.
 
-    Looking through all of it takes a tenth of a second at a time, while nothing is painted.
+    A collection of all of them would stop painting for a tenth of a second.
     """
     gc.collect()
     gc.freeze()
@@ -247,10 +246,10 @@ class MainWindow(QMainWindow):
     """The window of the app.
 
     Args:
-        workspace: what its screens share.
-        rows: which screens there are.
-        first: name of the screen to begin with; "" for the one seen last.
-        view3d: whether there is a 3-D view at all.
+        workspace: services that its screens share.
+        rows: the existing screens.
+        first: name of the first screen; "" for the last one of the previous run.
+        view3d: whether there is a 3-D view.
     """
 
     def __init__(
@@ -303,10 +302,10 @@ class MainWindow(QMainWindow):
     def show_screen(self, name: str) -> None:
         """Show a screen by its name."""
         self.stack.show_screen(name)
-        self.side_bar.mark(name)  # the button that was pressed twice, too
+        self.side_bar.mark(name)  # also the button that was clicked twice
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
-        """Return what each action of the table does."""
+        """Return the function of each action in the table."""
         control, opener = self.control, self.opener
         handlers: dict[str, Callable[[], object]] = {
             "open_scenario": lambda: opener.ask(FileKind.SCENARIO),
@@ -390,7 +389,7 @@ class MainWindow(QMainWindow):
         self._show_theme()
 
     def _show_possible(self, view: LiveView) -> None:
-        """Let what has no effect now not be pressed; stop can always be."""
+        """Disable actions that have no effect now; stop is always enabled."""
         paused = self.actions_by_name["pause"]
         if paused.isChecked() != (view.phase is Phase.PAUSED):
             paused.setChecked(view.phase is Phase.PAUSED)
@@ -438,7 +437,7 @@ class MainWindow(QMainWindow):
             opens(path)
 
     def _ask_for_arguments(self, what: Choice | Scenario, needed: Sequence[XacroArgument]) -> None:
-        """Ask for arguments without which a drone cannot be read; what flies goes on."""
+        """Ask for missing arguments of a drone's file; the present flight continues."""
         model = what.model if isinstance(what, Choice) else what.vehicle.model
         name = Path(model).name or "The drone's description"
 
@@ -456,7 +455,7 @@ class MainWindow(QMainWindow):
         dialog.show()
 
     def _show_tuning(self) -> "GainEditor | None":
-        """Show the tuning screen, and return its gains; None where it cannot be made."""
+        """Show the tuning screen, and return its gains; None if it cannot be made."""
         screen = self._tuning_screen()
         return screen.gains if screen is not None else None
 
@@ -466,7 +465,7 @@ class MainWindow(QMainWindow):
             screen.tabs.setCurrentWidget(screen.what_if)
 
     def _tuning_screen(self) -> "TuningScreen | None":
-        """Show the tuning screen, and return it; None where it cannot be made."""
+        """Show the tuning screen, and return it; None if it cannot be made."""
         self.show_screen("tuning")
         return cast("TuningScreen | None", self.stack.screen_of("tuning"))
 
@@ -488,14 +487,14 @@ class MainWindow(QMainWindow):
         self._ask_to_save(self.close)
 
     def _unsaved(self) -> Screen | None:
-        """Return the screen that has what would be lost with the flight."""
+        """Return the screen with data that would be lost with the flight."""
         return next((screen for screen in self.stack.screens if screen.unsaved()), None)
 
     def _ask_to_save(self, go_on: Callable[[], object]) -> None:
-        """Go on with what ends the flight, once nothing would be lost, or the user lets it be.
+        """Continue with what ends the flight, once nothing would be lost or the user agrees.
 
-        A flight in the air is no reason to ask: it can be flown again, and its log is ended whole.
-        The question is not modal: the flight goes on, and F12 stops its rotors.
+        A flight in the air is no reason to ask: it can be repeated, and its log is completed. The
+        question is not modal: the flight continues, and F12 stops the rotors.
         """
         if self._question is not None:
             self._question.close()
@@ -527,7 +526,7 @@ class MainWindow(QMainWindow):
             self._question = None
 
     def _begin(self) -> None:
-        """Make the screens, once the window is seen."""
+        """Make the screens, once the window is visible."""
         if not self._closed:
             self.stack.setFocus()
             self.stack.make_ahead(self._first)
@@ -557,10 +556,10 @@ class MainWindow(QMainWindow):
                 self.opener.drop(Path(url.toLocalFile()))
 
     def closeEvent(self, event: QCloseEvent | None) -> None:
-        """Keep where the window was, and end all that was started.
+        """Store the window's position, and end everything.
 
-        Who closes the window by its frame is asked as by Ctrl+Q; who ends the program, as by
-        Ctrl+C in its terminal, is not: nobody might be there to answer.
+        Closing the window by its frame asks the same question as Ctrl+Q. Ending the program, as by
+        Ctrl+C in its terminal, does not: nobody might be there to answer.
         """
         by_frame = event is not None and event.spontaneous()
         if event is not None and by_frame and not self._closed and self._unsaved() is not None:
@@ -579,7 +578,7 @@ class MainWindow(QMainWindow):
         super().closeEvent(event)
 
     def _end_log(self) -> None:
-        """End a recording properly, in a time that the user does not notice."""
+        """End a recording properly, quickly enough that the user does not notice."""
         live = self.workspace.flight.live
         if self.recorder.is_recording and live is not None:
             until = time.monotonic() + CLOSING
@@ -588,9 +587,9 @@ class MainWindow(QMainWindow):
                 time.sleep(0.01)
 
     def _keep_places(self) -> None:
-        """Keep where the window is and what it shows for the next start."""
+        """Store the window's position and layout for the next start."""
         store = self._store
-        # a start without 3-D says nothing about the next one
+        # a start without 3-D does not change the stored value
         draws = self.workspace.flight.draws
         beside = self.view3d.isVisibleTo(self) if draws else self._was_beside()
         store.setValue(f"{GROUP}/geometry", self.saveGeometry())
@@ -601,7 +600,7 @@ class MainWindow(QMainWindow):
         store.sync()
 
     def _restore_places(self) -> None:
-        """Put window and splitter where they were; whatever else is kept there is ignored."""
+        """Restore the positions of window and splitter; invalid stored values are ignored."""
         for name, restore in (
             ("geometry", self.restoreGeometry),
             ("splitter", self.splitter.restoreState),
@@ -611,7 +610,7 @@ class MainWindow(QMainWindow):
                 restore(kept)
 
     def _last_screen(self) -> str:
-        """Return the name of the screen that was seen last."""
+        """Return the name of the last screen."""
         try:
             return find_screen(str(self._store.value(f"{GROUP}/screen", ""))).name
         except WorkbenchError:

@@ -1,4 +1,4 @@
-"""What the app has to tell: a sentence that says what happened, and one that says what to do."""
+"""Notices of the app: a sentence about an event, and one about what to do."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -7,7 +7,7 @@ from PyQt6.QtCore import QObject, pyqtSignal
 
 
 class Severity(Enum):
-    """How much a notice matters; shown as a word and a shape, not as a colour alone."""
+    """Severity of a notice; shown as a word and a shape, not only as a colour."""
 
     INFORMATION = "note"
     WARNING = "warning"
@@ -19,10 +19,10 @@ class Notice:
     """Something that the user should know.
 
     Attributes:
-        severity: how much it matters.
-        what: happened, as a sentence.
-        remedy: what to do about it, "" where there is nothing to do.
-        details: the stack trace of a fault of ours; "" else.
+        severity: its severity.
+        what: the event, as a sentence.
+        remedy: what to do about it, "" for nothing.
+        details: stack trace of a programming error; else "".
     """
 
     severity: Severity
@@ -32,19 +32,19 @@ class Notice:
 
 
 class Notices(QObject):
-    """Where all parts of the app tell what happened; the banner shows it."""
+    """Collects notices from all parts of the app; the banner shows them."""
 
     told = pyqtSignal(object)
     """A `Notice`."""
 
     def inform(self, what: str) -> None:
-        """Tell what was done."""
+        """Report success."""
         self.told.emit(Notice(Severity.INFORMATION, what))
 
     def warn(self, what: str, remedy: str = "") -> None:
-        """Tell what did not go as wished."""
+        """Report something that did not go as wished."""
         self.told.emit(Notice(Severity.WARNING, what, remedy))
 
     def fail(self, what: str, remedy: str = "") -> None:
-        """Tell what is broken until something is done."""
+        """Report a failure that lasts until something is done."""
         self.told.emit(Notice(Severity.FAILURE, what, remedy))

@@ -1,6 +1,6 @@
-"""The number field of the app, and numbers as people type them.
+"""The number field of the app, and parsing of typed numbers.
 
-It has a number in SI, shown in a unit. A point or a comma separates the decimals.
+It holds a number in SI and shows it in a unit. A point or a comma separates the decimals.
 """
 
 import math
@@ -15,18 +15,18 @@ from workbench.gui.style import dressed, set_class
 from workbench.gui.units import Unit
 
 NUMBER = r"[-+\N{MINUS SIGN}]?[\d.,]+(?:[eE][-+\N{MINUS SIGN}]?\d+)?"
-"""Expression for what may be meant as a number; `read_number` says whether it is one."""
+"""Pattern of text that may be a number; `read_number` decides whether it is."""
 _PLAIN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 
 
 def read_number(text: str) -> float:
-    """Return the number that a text says; it does not depend on the locale.
+    """Return the number that a text contains, independent of the locale.
 
-    A point and a comma both separate the decimals: who types 0,5 means a half. So neither can
-    separate thousands, and a text that has two of them is refused.
+    Both a point and a comma separate decimals: 0,5 means a half. So neither can separate thousands,
+    and a text with two of them is refused.
 
     Raises:
-        WorkbenchError: if it is no number, or one that is too large for a computer.
+        WorkbenchError: if it is not a number, or is too large for a float.
     """
     typed = text.strip()
     if not typed:
@@ -48,10 +48,10 @@ def read_number(text: str) -> float:
 
 
 def read_whole_number(text: str) -> int:
-    """Return the whole number that a text says.
+    """Return the whole number that a text contains.
 
     Raises:
-        WorkbenchError: if it is no number, or not a whole one.
+        WorkbenchError: if it is not a number, or not a whole one.
     """
     number = read_number(text)
     if not number.is_integer():
@@ -60,27 +60,26 @@ def read_whole_number(text: str) -> int:
 
 
 EXACT_DECIMALS = 12
-"""That the spin box keeps of a value; fewer are shown."""
+"""Number of decimals that the spin box keeps; fewer are shown."""
 CLOSE = 1e-4
-"""A text that is as near as this stands for the exact value."""
+"""Relative tolerance within which a text stands for the exact value."""
 DIGITS = 5
-"""Significant ones of a value that the usual decimals do not show."""
+"""Significant digits of a value that the usual decimals do not show."""
 REFUSED = "bad"
-"""Class of a field in which something stands that is not taken."""
+"""Class of a field with a refused text."""
 
 
 class NumberField(QDoubleSpinBox):
-    """A number that is typed or stepped; every number field of the app is one.
+    """A number that is typed or stepped; every number field of the app uses it.
 
-    Qt's own spin box drops the characters that it does not like while they are typed, so that 1,2
-    becomes 12. Here every character stays. What is no number, or out of range, stays as it was
-    typed, is marked, and is told in a sentence; the value does not change. Escape brings the value
-    back.
+    Qt's own spin box drops invalid characters while typing, so that 1,2 becomes 12. Here every
+    character stays. Text that is not a number, or out of range, stays as typed, is marked, and is
+    explained by a message; the value does not change. Escape restores the value.
 
     Args:
-        label: what the number is, for its accessible name.
-        decimals: as shown.
-        step: of an arrow, as shown.
+        label: name of the number, for accessibility.
+        decimals: number of shown decimals.
+        step: step of an arrow, in the shown unit.
         parent: the Qt parent; this object is deleted with it.
         whole: whether it is a whole number.
     """
@@ -88,7 +87,7 @@ class NumberField(QDoubleSpinBox):
     edited = pyqtSignal(float)
     """The new value in SI; the user has changed it."""
     refused = pyqtSignal(str)
-    """Why what is typed is not taken, a sentence; "" once something else is typed."""
+    """Why the typed text is refused, as a sentence; "" once the text changes."""
 
     def __init__(
         self,
@@ -126,12 +125,12 @@ class NumberField(QDoubleSpinBox):
 
     @property
     def fault(self) -> str:
-        """Why what stands in the field is not taken, a sentence; "" where it is."""
+        """Why the text is refused, as a sentence; "" if it is not."""
         return self._fault
 
     @property
     def is_typed_in(self) -> bool:
-        """Whether the user is about to type another value."""
+        """Whether the user is typing another value."""
         line = self.lineEdit()
         return self.hasFocus() and line is not None and line.isModified()
 
@@ -139,10 +138,10 @@ class NumberField(QDoubleSpinBox):
         """Show the value in a unit, within limits in SI; emits no signal.
 
         Args:
-            unit: in which it is shown.
-            minimum: of the value, in SI.
-            maximum: of the value, in SI.
-            least: of its magnitude, in SI.
+            unit: the shown unit.
+            minimum: smallest value, in SI.
+            maximum: largest value, in SI.
+            least: least magnitude, in SI.
         """
         kept = self.si
         self._unit, self._least = unit, least
@@ -159,11 +158,11 @@ class NumberField(QDoubleSpinBox):
             self.setToolTip(name)
 
     def show_decimals(self, decimals: int) -> None:
-        """Show so many decimals."""
+        """Set the number of shown decimals."""
         self._shown_decimals = decimals
 
     def show_si(self, value: float) -> None:
-        """Show a value without a signal; a text that was refused stays until the value changes."""
+        """Show a value without a signal; a refused text stays until the value changes."""
         shown = self._unit.shown(value)
         if self._fault and round(shown, EXACT_DECIMALS) == self.value():
             return
@@ -174,13 +173,13 @@ class NumberField(QDoubleSpinBox):
         self.blockSignals(blocked)
 
     def setToolTip(self, text: str | None) -> None:
-        """Let a pointer over the field tell this, while nothing is wrong with what stands in it."""
+        """Set the tooltip, which is shown while the text is valid."""
         self._tip = text or ""
         if not self._fault:
             super().setToolTip(text)
 
     def restore(self) -> None:
-        """Show the value in place of what was typed."""
+        """Replace the typed text by the value."""
         self._accept()
         line = self.lineEdit()
         assert line is not None
@@ -192,7 +191,7 @@ class NumberField(QDoubleSpinBox):
         return self.number_text(value)
 
     def number_text(self, value: float) -> str:
-        """Return a number as it is shown, without its unit."""
+        """Return a number as shown, without its unit."""
         text = f"{value:.{self._shown_decimals}f}"
         if not math.isclose(float(text), value, rel_tol=CLOSE, abs_tol=1e-12):
             text = f"{value:.{DIGITS}g}"
@@ -206,11 +205,11 @@ class NumberField(QDoubleSpinBox):
     def valueFromText(self, text: str | None) -> float:
         plain = self._without_unit(text or "")
         if plain == self.number_text(self.value()):
-            return self.value()  # the rest of its decimals is not lost by showing them
+            return self.value()  # showing a value must not lose its other decimals
         return read_number(plain)
 
     def fixup(self, text: str | None) -> str:
-        """Refuse what stands in the field: it was left, or entered; Qt's name."""
+        """Refuse the text when it is entered or the field loses the focus; Qt's name."""
         self._refuse(text or "")
         return text or ""
 
@@ -218,7 +217,7 @@ class NumberField(QDoubleSpinBox):
         self._accept()
         aim = self.value() + steps * self.singleStep()
         if abs(aim) < self._unit.shown(self._least) - CLOSE:
-            steps += 1 if steps > 0 else -1  # over what is too near to 0
+            steps += 1 if steps > 0 else -1  # skips values too near to 0
         super().stepBy(steps)
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
@@ -231,14 +230,14 @@ class NumberField(QDoubleSpinBox):
         super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Change nothing unless the field has been chosen: a page is scrolled over it."""
+        """Ignore the wheel unless the field has the focus: the page may be scrolling."""
         if event is not None and not self.hasFocus():
             event.ignore()
         else:
             super().wheelEvent(event)
 
     def tell(self, said: str) -> None:
-        """Tell why what is typed is not taken; "" for no reason any more."""
+        """Show why the typed text is refused; "" for no reason."""
         super().setToolTip(said or self._tip)
         if said and self.isVisible():
             QToolTip.showText(self.mapToGlobal(QPoint(0, self.height())), said, self)
@@ -251,7 +250,7 @@ class NumberField(QDoubleSpinBox):
         self.edited.emit(self._si)
 
     def _look(self, text: str) -> None:
-        """Take the mark away as soon as the text is mended."""
+        """Remove the mark as soon as the text is valid."""
         self._refused_text = None
         if self._fault and not self._fault_of(text):
             self._accept()
@@ -283,7 +282,7 @@ class NumberField(QDoubleSpinBox):
         set_class(self, " ".join([*names, REFUSED] if self._fault else names))
 
     def _fault_of(self, text: str) -> str:
-        """Return what is wrong with a text, a sentence; "" where nothing is."""
+        """Return what is wrong with a text, as a sentence; "" if it is valid."""
         plain = self._without_unit(text)
         try:
             number = float(read_whole_number(plain)) if self._whole else read_number(plain)
@@ -304,13 +303,13 @@ class NumberField(QDoubleSpinBox):
 
     def _without_unit(self, text: str) -> str:
         plain, symbol = text.strip(), self.suffix().strip()
-        while symbol and plain.endswith(symbol):  # Qt adds another where a part of it is deleted
+        while symbol and plain.endswith(symbol):  # Qt adds another if a part is deleted
             plain = plain.removesuffix(symbol).strip()
         return plain
 
 
 def buddy(text: str, widget: QWidget, help: str = "") -> QLabel:
-    """Return a label with a mnemonic that leads to a widget; name the widget where it has none."""
+    """Return a label with a mnemonic for a widget; name the widget if it has no name."""
     label = dressed(QLabel(text), "muted")
     label.setBuddy(widget)
     if not widget.accessibleName():

@@ -1,4 +1,4 @@
-"""Opens files: chosen in a dialog, dropped onto the window, or from the recent ones."""
+"""Opens files: from a dialog, dropped onto the window, or from the recent ones."""
 
 from collections.abc import Callable, Mapping
 from enum import Enum
@@ -17,17 +17,17 @@ from workbench.gui.notices import Notices
 from workbench.logs.flight_record import LOG_ENDINGS
 
 READ = 65536
-"""Of a file, to find out what it is [bytes]."""
+"""Number of bytes read to determine a file's kind."""
 _WORLD_KEYS = ("directives:", "obstacles:")
 _WORLDS = "worlds"
-"""Name of a folder in which a file of a title alone is an empty world."""
+"""Name of a folder in which a file with only a title is an empty world."""
 
 KEY = "recent/1"
 MOST = 8
 
 
 class FileKind(Enum):
-    """What can be opened."""
+    """Kind of a file."""
 
     SCENARIO = "scenario"
     MODEL = "model"
@@ -47,7 +47,7 @@ FILTERS = {
     FileKind.LAYOUT: "Layouts (*.layout.yaml)",
     FileKind.SPEC: "Specs (*.spec.yaml)",
 }
-"""What a file dialog shows of each."""
+"""Filter of a file dialog for each kind."""
 _BY_ENDING = {
     ".xacro": FileKind.MODEL,
     ".urdf": FileKind.MODEL,
@@ -57,14 +57,14 @@ _BY_ENDING = {
     **dict.fromkeys(LOG_ENDINGS, FileKind.LOG),
 }
 _BY_KEYS = {"charts:": FileKind.LAYOUT, "cases:": FileKind.SPEC, "margins:": FileKind.SPEC}
-"""At the beginning of a line of YAML."""
+"""Keys at the start of a line of YAML that determine the kind."""
 
 
 def kind_of(path: Path) -> FileKind:
-    """Return what a file, or a Gazebo model's folder, is, by its name and its beginning.
+    """Return the kind of a file, or of a Gazebo model's folder, from its name and its start.
 
     Raises:
-        WorkbenchError: if it is nothing that can be opened.
+        WorkbenchError: if it cannot be opened.
     """
     ending = path.suffix.lower()
     if ending in _BY_ENDING:
@@ -96,14 +96,14 @@ def _beginning(path: Path) -> str:
 
 
 Recent = tuple[FileKind, str]
-"""What a file that was opened is, and its path."""
+"""Kind and path of an opened file."""
 
 
 class RecentFiles(QObject):
-    """The newest files first.
+    """The recent files, newest first.
 
     Args:
-        store: where they are kept.
+        store: storage of the list.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -115,18 +115,18 @@ class RecentFiles(QObject):
         self._store = store
 
     def add(self, kind: FileKind, path: str) -> None:
-        """Remember a file as the newest."""
+        """Add a file as the newest."""
         path = str(Path(path).expanduser().absolute())
         kept = [each for each in self._read() if each[1] != path]
         self._store.setValue(KEY, [f"{of.value}:{at}" for of, at in [(kind, path), *kept][:MOST]])
         self.changed.emit()
 
     def files(self) -> tuple[Recent, ...]:
-        """Return those that are still there."""
+        """Return the files that still exist."""
         return tuple(each for each in self._read() if Path(each[1]).exists())
 
     def _read(self) -> list[Recent]:
-        """Return what is kept, without what makes no sense."""
+        """Return the stored list, without invalid entries."""
         kept = self._store.value(KEY, [])
         lines = [kept] if isinstance(kept, str) else kept if isinstance(kept, list) else []
         found = []
@@ -139,12 +139,12 @@ class RecentFiles(QObject):
 
 
 def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[FileKind, Path], None]) -> None:
-    """List the files that are still there in a menu; to be called again when they change.
+    """List the existing recent files in a menu; must be called again when they change.
 
     Args:
-        menu: to fill.
-        files: which there are.
-        opens: told which is chosen.
+        menu: menu to fill.
+        files: the recent files.
+        opens: called with the selected one.
     """
     menu.clear()
     present = files.files()
@@ -160,10 +160,10 @@ class Opener:
 
     Args:
         control: flies scenarios, models, worlds and controllers.
-        recent: remembers them.
-        notices: where refusals are told.
-        shows: told the path of what the charts show: a log, a layout, a spec.
-        window: above which dialogs open.
+        recent: list to add opened files to.
+        notices: takes refusals.
+        shows: called with the path of a file for the charts: a log, a layout, a spec.
+        window: the Qt parent of dialogs.
     """
 
     def __init__(
@@ -201,7 +201,7 @@ class Opener:
         self._opens[kind](path)
 
     def _fly_controller(self, path: Path) -> None:
-        """Fly with a control law of the user's own; the flight goes on if it cannot be read."""
+        """Fly the user's own control law; the flight continues if it cannot be read."""
         try:
             load_controller(path)
         except WorkbenchError as error:
@@ -210,7 +210,7 @@ class Opener:
         self._control.fly_controller(str(path))
 
     def drop(self, path: Path) -> None:
-        """Open a file by what it is."""
+        """Open a file according to its kind."""
         try:
             kind = kind_of(path)
         except WorkbenchError as error:
@@ -219,7 +219,7 @@ class Opener:
         self.open(kind, path)
 
     def ask(self, kind: FileKind) -> QFileDialog:
-        """Let a file be chosen, while the flight, and the key that stops it, go on."""
+        """Show a file dialog, while the flight and the key that stops it keep working."""
         dialog = QFileDialog(self._window, f"Open {kind.value}", str(self._folders[kind]))
         dialog.setNameFilters([FILTERS[kind], "All files (*)"])
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)

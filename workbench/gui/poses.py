@@ -1,4 +1,4 @@
-"""Poses of frames, the tree of a vehicle's frames, and from where they are seen."""
+"""Poses of frames, the tree of a vehicle's frames, and viewpoints."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ class Pose:
     """A pose of a frame in another one.
 
     Attributes:
-        p: place (3) [m].
+        p: position (3) [m].
         R: orientation (3, 3).
     """
 
@@ -22,11 +22,11 @@ class Pose:
     R: np.ndarray
 
     def after(self, parent: "Pose") -> "Pose":
-        """Return this pose in what the parent's pose is in."""
+        """Return this pose in the frame in which the parent's pose is given."""
         return Pose(parent.p + parent.R @ self.p, parent.R @ self.R)
 
     def roll_pitch_yaw(self) -> tuple[float, float, float]:
-        """Return the orientation as angles about x, y and z, fixed axes in this order [rad]."""
+        """Return the orientation as angles about the fixed axes x, y and z in turn [rad]."""
         R = self.R
         pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
         roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
@@ -42,7 +42,7 @@ def rotation_of(q: Sequence[float] | np.ndarray) -> np.ndarray:
 
 
 def turned(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Return the orientation of these angles about x, y and z, fixed axes in this order."""
+    """Return the orientation with these angles about the fixed axes x, y and z in turn [rad]."""
     (cr, sr), (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (roll, pitch, yaw))
     return np.array(
         [
@@ -54,20 +54,20 @@ def turned(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 
 def frame_pairs(about: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
-    """Return parent and child of each frame, as the topic says them."""
+    """Return parent and child of each frame, as in the topic."""
     said = about.get("frames", ())
     assert isinstance(said, list | tuple)
     return tuple((str(parent), str(child)) for parent, child in said)
 
 
 def poses_in_parent(numbers: Sequence[float]) -> tuple[Pose, ...]:
-    """Return the poses of a message: place and quaternion w, x, y, z of each frame."""
+    """Return the poses in a message: position and quaternion w, x, y, z of each frame."""
     table = np.asarray(numbers, dtype=float).reshape(-1, 7)
     return tuple(Pose(row[:3], rotation_of(row[3:])) for row in table)
 
 
 def poses_in_world(pairs: Sequence[tuple[str, str]], poses: Sequence[Pose]) -> Mapping[str, Pose]:
-    """Return the pose of each frame in W, by name; a parent comes before its children."""
+    """Return the pose of each frame in W, by name; a parent precedes its children."""
     found: dict[str, Pose] = {}
     for (parent, child), pose in zip(pairs, poses, strict=False):
         found[child] = pose.after(found.get(parent, HOME))
@@ -76,12 +76,12 @@ def poses_in_world(pairs: Sequence[tuple[str, str]], poses: Sequence[Pose]) -> M
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """From where something is seen in parallel projection.
+    """Viewpoint of a parallel projection.
 
     Attributes:
-        turn: about z; at 0 the eye is behind, and x goes away from it [rad].
-        tilt: of the eye above the level; a quarter turn looks straight down [rad].
-        width: that is seen across [m].
+        turn: rotation about z; at 0 the eye is behind, and x points away from it [rad].
+        tilt: elevation of the eye; a quarter turn looks straight down [rad].
+        width: visible width [m].
     """
 
     turn: float = 0.0

@@ -1,6 +1,6 @@
-"""What the user prefers: the table of preferences, and their values, kept between starts.
+"""The user's preferences: their table, and their values, stored between starts.
 
-A row of the table makes a line of the Settings screen.
+Each row of the table is a line of the Settings screen.
 """
 
 import math
@@ -17,18 +17,18 @@ PreferenceValue = float | bool | str
 
 @dataclass(frozen=True)
 class Preference:
-    """One thing that a user may prefer otherwise; its kind follows from the default.
+    """One preference; its kind follows from the default.
 
     Attributes:
-        name: unique.
-        group: heading under which it stands.
+        name: unique name.
+        group: its heading.
         label: in words.
         default: a number, a switch or a text.
-        help: what it does, a sentence.
-        unit: SI, of a number.
-        minimum: of a number.
-        maximum: of a number.
-        choices: that a text may be; empty where it may be any.
+        help: what it does, as a sentence.
+        unit: SI unit of a number.
+        minimum: minimum of a number.
+        maximum: maximum of a number.
+        choices: allowed texts; empty if any text is allowed.
         folder: whether the text is a folder's path.
     """
 
@@ -44,10 +44,10 @@ class Preference:
     folder: bool = False
 
     def check(self, value: PreferenceValue) -> PreferenceValue:
-        """Return a value that may be kept.
+        """Return a value if it is valid.
 
         Raises:
-            WorkbenchError: if it may not.
+            WorkbenchError: if it is not valid.
         """
         if isinstance(self.default, bool):
             return bool(value)
@@ -64,10 +64,10 @@ class Preference:
         return number
 
     def read(self, kept: object) -> PreferenceValue:
-        """Return the value that was kept, which a settings file may have made a text.
+        """Return the stored value, which a settings file may have turned into text.
 
         Raises:
-            WorkbenchError: if it is none.
+            WorkbenchError: if it is not valid.
         """
         if isinstance(self.default, bool):
             return str(kept).lower() in ("true", "1")
@@ -203,7 +203,7 @@ PREFERENCES: tuple[Preference, ...] = (
 
 
 def find_preference(name: str) -> Preference:
-    """Return the row of a name.
+    """Return the row with a name.
 
     Raises:
         WorkbenchError: if there is none.
@@ -215,15 +215,15 @@ GROUP = "preferences"
 
 
 class Preferences(QObject):
-    """Values of the table of preferences.
+    """Values of all preferences.
 
     Args:
-        store: where they are kept.
+        store: storage of the values.
         parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal(str)
-    """Name of a preference that has another value now."""
+    """Name of a preference whose value has changed."""
 
     def __init__(self, store: QSettings | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -231,28 +231,28 @@ class Preferences(QObject):
         self._values: dict[str, PreferenceValue] = {}
 
     def number(self, name: str) -> float:
-        """Return a preference that is a number, in SI units."""
+        """Return the value of a number, in SI units."""
         return float(self.value(name))
 
     def text(self, name: str) -> str:
-        """Return a preference that is a text or a choice."""
+        """Return the value of a text or a choice."""
         return str(self.value(name))
 
     def switch(self, name: str) -> bool:
-        """Return whether a preference is on."""
+        """Return whether a switch is on."""
         return bool(self.value(name))
 
     def value(self, name: str) -> PreferenceValue:
-        """Return a preference; the store is asked once, as that takes a while."""
+        """Return a value; it is cached, because reading the store is slow."""
         if name not in self._values:
             self._values[name] = self._read(find_preference(name))
         return self._values[name]
 
     def set(self, name: str, value: PreferenceValue) -> None:
-        """Give a preference a value.
+        """Set a preference.
 
         Raises:
-            WorkbenchError: if it may not have that one.
+            WorkbenchError: if the value is not valid.
         """
         row = find_preference(name)
         value = row.check(value)
@@ -262,19 +262,19 @@ class Preferences(QObject):
             self.changed.emit(name)
 
     def reset(self, name: str) -> None:
-        """Give a preference its default."""
+        """Restore a preference's default."""
         self.set(name, find_preference(name).default)
 
     def _read(self, row: Preference) -> PreferenceValue:
-        """Return what the store has, or the default where that is nothing sensible."""
+        """Return the stored value, or the default without a valid one."""
         kept = self.store.value(f"{GROUP}/{row.name}", row.default)
         try:
             return row.read(kept)
-        except WorkbenchError:  # another version wrote it, or an editor
+        except WorkbenchError:  # written by another version or an editor
             return row.default
 
 
 def log_folder(preferences: Preferences) -> Path:
-    """Return the folder that the user prefers, or where the app was started."""
+    """Return the preferred folder for logs, or else the folder in which the app was started."""
     chosen = preferences.text("log_folder")
     return Path(chosen).expanduser() if chosen else Path.cwd()

@@ -1,4 +1,4 @@
-"""Writes what happens to files: logs of flights, and pictures of the window."""
+"""Writes files: logs of flights, and pictures of the window."""
 
 import re
 import time
@@ -21,15 +21,15 @@ from workbench.live.messages import NetworkView
 from workbench.live.view import LiveView
 
 LOOK = 500
-"""Between two looks at the file's size [ms]."""
+"""Period between checks of the file's size [ms]."""
 
 
 class Camera:
-    """Writes pictures of a window into the folder for logs.
+    """Writes pictures of a window to the folder for logs.
 
     Args:
-        window: to be seen.
-        workspace: where the folder is chosen, and the path is told.
+        window: the window.
+        workspace: has the folder, and shows the path.
     """
 
     def __init__(self, window: QWidget, workspace: Workspace) -> None:
@@ -37,7 +37,7 @@ class Camera:
         self._answers = Answers(self._refuse, window)
 
     def take(self) -> None:
-        """Take a picture now, and write it in the background: packing it takes a while."""
+        """Take a picture now, and write it in the background, as compression is slow."""
         image = self._window.grab().toImage()
         name = f"workbench-{datetime.now():%Y%m%d-%H%M%S-%f}"[:-3] + ".png"
         path = log_folder(self._workspace.preferences) / name
@@ -47,7 +47,7 @@ class Camera:
         )
 
     def close(self) -> None:
-        """Tell of no further picture."""
+        """Report no further pictures."""
         self._answers.close()
 
     def _refuse(self, said: str) -> None:
@@ -65,19 +65,19 @@ def _write(image: QImage, path: Path) -> Path:
 
 
 class Recorder(QObject):
-    """Begins and ends the log of what flies; a log that ends by itself is told.
+    """Starts and ends the log of a flight; reports a log that ends by itself.
 
     Args:
-        flight: which is recorded.
-        preferences: where the folder for logs is chosen.
-        notices: where its end is told.
+        flight: the recorded flight.
+        preferences: source of the folder for logs.
+        notices: takes the report of its end.
         parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()
-    """It records now, or does not, or the file has grown."""
+    """Recording has started or ended, or the file has grown."""
     recorded = pyqtSignal(str)
-    """Path of a log that has been ended."""
+    """Path of a completed log."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class Recorder(QObject):
 
     @property
     def path(self) -> str:
-        """Of the log that is written, "" if none is."""
+        """Path of the log, "" without one."""
         return self._path
 
     @property
@@ -106,20 +106,20 @@ class Recorder(QObject):
         return bool(self._path)
 
     def said(self) -> str:
-        """Return for how long and how much has been written, "" without a log."""
+        """Return duration and size of the log as text, "" without a log."""
         if not self._path:
             return ""
         seconds = int(time.monotonic() - self._since)
         try:
             size = Path(self._path).stat().st_size
-        except OSError:  # not there yet, or somebody took it away
+        except OSError:  # not created yet, or deleted
             size = 0
         return f"{seconds // 60}:{seconds % 60:02d}  {size_text(size)}"
 
     def toggle(self) -> None:
-        """Begin, or end."""
+        """Start or end the log."""
         if self._path:
-            # the flight says how it ended, as for a log that ends by itself
+            # the flight reports its end, as for a log that ends by itself
             self._flight.order(LiveFlight.stop_log, refused=lambda said: None)
             return
         try:
@@ -133,7 +133,7 @@ class Recorder(QObject):
         self._flight.order(lambda live: live.keep_log(path), refused=self._refuse)
 
     def _follow(self, view: LiveView) -> None:
-        """Follow what the flight says of its log."""
+        """Follow the flight's reports about its log."""
         path = view.network.log
         if path == self._path:
             return
@@ -148,7 +148,7 @@ class Recorder(QObject):
         self.changed.emit()
 
     def _tell_end(self, ended: str, network: NetworkView) -> None:
-        """Tell how a log has ended, once: it is whole, or it is not there any more."""
+        """Report once how a log has ended: complete, or gone."""
         if not network.log_said and Path(ended).is_file():
             self._notices.inform(f"recorded {ended}")
             self.recorded.emit(ended)
@@ -163,12 +163,12 @@ class Recorder(QObject):
 
 
 def log_name(vehicle: str, now: datetime) -> str:
-    """Return a name by vehicle and date, without what file systems dislike."""
+    """Return a name from vehicle and date that is valid in file systems."""
     return f"{re.sub(r'[^A-Za-z0-9_-]+', '_', vehicle) or 'flight'}-{now:%Y%m%d-%H%M%S}.mcap"
 
 
 def size_text(size: int) -> str:
-    """Return a size [bytes] in words."""
+    """Return a size [bytes] as text."""
     if size < 1_000_000:
         return f"{size / 1000:.0f} kB"
     return f"{size / 1e6:.1f} MB" if size < 1e9 else f"{size / 1e9:.2f} GB"

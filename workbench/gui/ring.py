@@ -1,4 +1,4 @@
-"""Rows of numbers over time, the newest so many of them, in one block of memory."""
+"""The newest rows of numbers over time, in one block of memory."""
 
 import numpy as np
 
@@ -6,12 +6,12 @@ import numpy as np
 class Ring:
     """The newest rows of a table whose first column is time.
 
-    A block twice as long as wanted is filled from its start; when it is full, its newer half moves
-    to the front. So rows always lie one after the other, and a view of them costs nothing.
+    A block of at least twice the needed length is filled from its start; when it is full, its newer
+    half moves to the front. So rows are always contiguous, and a view of them costs nothing.
 
     Args:
-        rows: that are kept at least.
-        columns: numbers of a row, time included.
+        rows: least number of kept rows.
+        columns: numbers per row, including time.
     """
 
     def __init__(self, rows: int, columns: int) -> None:
@@ -20,7 +20,7 @@ class Ring:
         self._end = 0
 
     def append(self, rows: np.ndarray) -> None:
-        """Append rows (N, columns), whose times must not go back."""
+        """Append rows (N, columns) with non-decreasing times."""
         rows = rows[-self._kept :]
         if self._end + len(rows) > len(self._block):
             left = self._block[max(0, self._end - self._kept) : self._end]

@@ -1,4 +1,4 @@
-"""The screens of the app in their order; none is loaded here, nor is Qt."""
+"""The screens of the app, in order; loads neither them nor Qt."""
 
 import importlib
 from collections.abc import Callable
@@ -13,10 +13,10 @@ class ScreenRow:
     """One screen.
 
     Attributes:
-        name: on the command line.
-        title: in the side bar.
-        icon: of its picture, see `icons`.
-        module: below `workbench.gui` where it is.
+        name: name on the command line.
+        title: title in the side bar.
+        icon: name of its picture, see `icons`.
+        module: its module, below `workbench.gui`.
         kind: name of its class.
     """
 
@@ -58,6 +58,6 @@ def find_screen(name: str) -> ScreenRow:
     """Return the row of a screen.
 
     Raises:
-        WorkbenchError: if there is none.
+        WorkbenchError: if there is no such screen.
     """
     return find_row("screen", name, SCREENS)

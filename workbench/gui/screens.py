@@ -1,6 +1,6 @@
-"""What every screen is, the stack of them, of which one is seen, and the side bar that chooses it.
+"""The base class of screens, their stack, and the side bar that selects the visible one.
 
-Each is made when it is first seen, or when there is nothing else to do.
+Each screen is made on first use, or when the app is idle.
 """
 
 import contextlib
@@ -32,7 +32,7 @@ class Screen(QWidget):
     """A page of the app behind one button of the side bar.
 
     Attributes:
-        title: in the side bar and as accessible name.
+        title: text in the side bar and accessible name.
         icon: name of its picture, see `icons`.
     """
 
@@ -45,42 +45,42 @@ class Screen(QWidget):
         self.setAccessibleName(f"{self.title} screen")
 
     def begin(self, view: LiveView) -> None:
-        """Take note that a flight has begun: vehicle, topics and scenario are known."""
+        """Note that a flight has begun: vehicle, topics and scenario are known."""
 
     def take_over(self, view: LiveView) -> None:
-        """Take note that another controller has taken over in flight."""
+        """Note that another controller has taken over in flight."""
 
     def show_view(self, view: LiveView) -> None:
-        """Show the present; called at most sixty times a second, and only while it is seen."""
+        """Show a view; called at most sixty times a second, and only while visible."""
 
     def unsaved(self) -> str:
-        """Return what would be lost with the flight, as a sentence; "" for nothing."""
+        """Return which data would be lost with the flight, as a sentence; "" for none."""
         return ""
 
     def save_unsaved(self, saved: Callable[[], object]) -> None:
-        """Let the user save that, and call back once it is saved."""
+        """Let the user save that data, and call back when it is saved."""
 
     def release(self) -> None:
-        """Let go of what is held: the screen is left, or the window has lost focus."""
+        """Release held controls: the screen is left, or the window has lost the focus."""
 
     def close_screen(self) -> None:
-        """End what the screen has started; the app closes."""
+        """End everything that the screen has started; the app closes."""
 
 
 ICON = 26
-"""Edge of a picture [pixels of the layout]."""
+"""Edge length of an icon [layout pixels]."""
 
 PAUSE = 60
-"""Between two screens that are made in advance, for the window to breathe [ms]."""
+"""Pause between screens that are made in advance, in which the window handles events [ms]."""
 
 
 class SideBar(QFrame):
     """Buttons one below the other; that of the present screen has a bar beside it.
 
     Args:
-        actions: those that show screens, by name.
-        look: colours.
-        parent: in which it stands.
+        actions: actions that show screens, by name.
+        look: source of colours.
+        parent: the Qt parent.
     """
 
     def __init__(
@@ -107,13 +107,13 @@ class SideBar(QFrame):
         self.paint_icons()
 
     def mark(self, name: str) -> None:
-        """Show which screen is seen."""
+        """Mark the visible screen's button."""
         for each, action in self._actions.items():
             action.setChecked(each == name)
         self.paint_icons()
 
     def paint_icons(self) -> None:
-        """Draw the pictures in the present colours, that of the present screen in the accent."""
+        """Draw the icons in the present colours, that of the present screen in the accent's."""
         for row in SCREENS:
             action = self._actions[row.name]
             colour = "accent" if action.isChecked() else "muted"
@@ -121,17 +121,17 @@ class SideBar(QFrame):
 
 
 class ModuleLoader(QObject):
-    """Imports modules in a thread of its own, one after another, so that the window stays quick.
+    """Imports modules in a thread, one after another, so that the window stays responsive.
 
-    A module that cannot be imported is passed over: who needs it finds out why.
+    A module that cannot be imported is skipped: its user gets the error.
 
     Args:
-        modules: full names.
+        modules: full names of the modules.
         parent: the Qt parent; this object is deleted with it.
     """
 
     loaded = pyqtSignal(str)
-    """Name of a module that is there now, or cannot be had."""
+    """Name of a module that was imported, or cannot be."""
     _arrived = pyqtSignal(str)
 
     def __init__(self, modules: Sequence[str], parent: QObject | None = None) -> None:
@@ -143,13 +143,13 @@ class ModuleLoader(QObject):
         self._arrived.connect(self._pass_on, queued)  # type: ignore[call-arg]
 
     def start(self) -> None:
-        """Begin."""
+        """Start importing."""
         if self._thread is None and self._wanted:
             self._thread = threading.Thread(target=self._load, name="loading screens")
             self._thread.start()
 
     def close(self) -> None:
-        """Load no further module, and wait for the one that is being loaded."""
+        """Import no further module, and wait for the present one."""
         self._wanted = False
         if self._thread is not None:
             self._thread.join()
@@ -158,7 +158,7 @@ class ModuleLoader(QObject):
         for name in self._modules:
             if not self._wanted:
                 return
-            # who shows the screen imports it again, and tells what is wrong with it
+            # the screen imports it again, and reports the error
             with contextlib.suppress(Exception):
                 importlib.import_module(name)
             self._arrived.emit(name)
@@ -169,12 +169,12 @@ class ModuleLoader(QObject):
 
 
 def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
-    """Return what stands where a screen should that could not be made: a sentence in the middle.
+    """Return a page in place of a screen that could not be made: a sentence in the centre.
 
     Args:
-        title: of the screen.
-        said: why it is not here.
-        parent: in which it stands.
+        title: title of the screen.
+        said: the reason.
+        parent: the Qt parent.
     """
     page = QWidget(parent)
     layout = vbox(1, of=page)
@@ -189,18 +189,18 @@ def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
 
 
 class ScreenStack(QStackedWidget):
-    """All screens, of which one is seen.
+    """All screens, one of which is visible.
 
     Args:
-        workspace: what they share.
-        rows: which there are.
-        parent: in which it stands.
+        workspace: services that they share.
+        rows: the existing screens.
+        parent: the Qt parent.
     """
 
     completed = pyqtSignal()
     """All screens were made in advance."""
     switched = pyqtSignal(str)
-    """Name of the screen that is seen now."""
+    """Name of the visible screen."""
 
     def __init__(
         self,
@@ -223,26 +223,26 @@ class ScreenStack(QStackedWidget):
 
     @property
     def name(self) -> str:
-        """Of the screen that is seen, "" before the first."""
+        """Name of the visible screen, "" before the first."""
         return self._name
 
     @property
     def current(self) -> Screen | None:
-        """The screen that is seen, None where it could not be made."""
+        """The visible screen, None if it could not be made."""
         return self._screens.get(self._name)
 
     @property
     def screens(self) -> tuple[Screen, ...]:
-        """Those that were made until now."""
+        """The screens made so far."""
         return tuple(self._screens.values())
 
     def screen_of(self, name: str) -> Screen | None:
-        """Return a screen, made now if need be; None where it cannot be made."""
+        """Return a screen, and make it if necessary; None if it cannot be made."""
         self._make(self._row(name))
         return self._screens.get(name)
 
     def show_screen(self, name: str) -> None:
-        """Show a screen; the one before lets go of what it holds."""
+        """Show a screen; the previous one releases held controls."""
         if name == self._name:
             return
         if self.current is not None:
@@ -255,7 +255,7 @@ class ScreenStack(QStackedWidget):
         self.switched.emit(name)
 
     def make_ahead(self, first: str) -> None:
-        """Make all screens in idle time, and show one of them as soon as it can be.
+        """Make all screens in idle time, and show one of them as soon as possible.
 
         Args:
             first: name of that one.
@@ -266,12 +266,12 @@ class ScreenStack(QStackedWidget):
         self._loader.start()
 
     def release(self) -> None:
-        """Let the screen that is seen let go of what it holds."""
+        """Let the visible screen release held controls."""
         if self.current is not None:
             self.current.release()
 
     def close_screens(self) -> None:
-        """End what the screens have started."""
+        """End everything that the screens have started."""
         self._ahead = []
         if self._loader is not None:
             self._loader.close()
@@ -285,7 +285,7 @@ class ScreenStack(QStackedWidget):
         return find_screen(name)
 
     def _make_next(self, module: str) -> None:
-        """Make a screen whose module is there, after the window has drawn."""
+        """Make a screen whose module is loaded, after the window has painted."""
         self._loaded.add(module)
         if not self._name and self._ahead and module == self._row(self._ahead[0]).path:
             self.show_screen(self._ahead.pop(0))
@@ -293,7 +293,7 @@ class ScreenStack(QStackedWidget):
         QTimer.singleShot(PAUSE, self._make_one)
 
     def _make_one(self) -> None:
-        """Make the next screen that was not seen yet."""
+        """Make the next screen that was not visible yet."""
         ready = [name for name in self._ahead if self._row(name).path in self._loaded]
         self._ahead = [name for name in self._ahead if name not in ready[:1]]
         for name in ready[:1]:
@@ -302,7 +302,7 @@ class ScreenStack(QStackedWidget):
                 self.completed.emit()
 
     def _make(self, row: ScreenRow) -> QWidget:
-        """Return a screen's page, which is made at first, or says why it cannot be."""
+        """Return a screen's page, made on first use, or a page that says why it cannot be made."""
         if row.name in self._pages:
             return self._pages[row.name]
         try:

@@ -582,11 +582,11 @@ class GainEditor(QObject):
         self._tell_proposed(changed)
 
     def adopt(self, values: Values, what: str) -> None:
-        """Try many values in one step, whatever the user prefers: a profile, or a search's result.
+        """Propose many values in one step whatever is preferred: a profile, or a search's result.
 
         Args:
-            values: by name; the others stay.
-            what: in words, for undo.
+            values: values by name; the others stay.
+            what: name of the change, for undo.
 
         Raises:
             WorkbenchError: if the table refuses one; then none is taken.

@@ -15,7 +15,7 @@ NOTHING = "–"
 DIGITS = 1.12
 """Size of digits relative to plain text."""
 TALLEST_ROW = 2.1
-"""Height of a row relative to plain text."""
+"""Largest height of a row relative to plain text."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class Line:
     """A row of a readout.
 
     Attributes:
-        label: what it is.
-        unit: behind the numbers.
+        label: name of the quantity.
+        unit: unit after the numbers.
     """
 
     label: str
@@ -32,15 +32,15 @@ class Line:
 
 
 class Readout(Instrument):
-    """Rows of numbers; a cell is painted again only when its text has changed.
+    """Rows of numbers; a cell is repainted only when its text has changed.
 
     Args:
-        look: colours.
-        name: what it shows, for a screen reader.
+        look: source of colours.
+        name: name of the table, for a screen reader.
         lines: rows.
         columns: headings, empty for one column without a heading.
-        widest: text for which every cell has room.
-        parent: inside which it stands.
+        widest: the widest text of a cell.
+        parent: the Qt parent.
     """
 
     def __init__(
@@ -64,12 +64,12 @@ class Readout(Instrument):
 
     @property
     def texts(self) -> tuple[tuple[str, ...], ...]:
-        """What the cells say, row by row."""
+        """Texts of the cells, row by row."""
         return tuple(tuple(row) for row in self._cells)
 
     @property
     def spoken(self) -> str:
-        """All of it as a sentence."""
+        """The table as a sentence."""
         headings = self._columns or ("",)
         parts = []
         for line, cells, measured in zip(self._lines, self._cells, self._measured, strict=True):
@@ -79,7 +79,7 @@ class Readout(Instrument):
         return "; ".join(parts)
 
     def set_line(self, index: int, line: Line) -> None:
-        """Give a row another label and unit."""
+        """Change a row's label and unit."""
         if line != self._lines[index]:
             self._lines[index] = line
             self._places = []
@@ -99,7 +99,7 @@ class Readout(Instrument):
                     self.update(self._places[index][column].toAlignedRect())
 
     def renew(self) -> None:
-        """Lay out again, too."""
+        """Lay out again and repaint."""
         self._places = []
         super().renew()
 
@@ -123,7 +123,7 @@ class Readout(Instrument):
             painter.drawText(above, RIGHT, heading)
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the cells that a rectangle touches."""
+        """Paint the cells that overlap a rectangle."""
         if not self._places:
             self._lay_out()
         painter.setPen(self.colour("ink"))
@@ -143,7 +143,7 @@ class Readout(Instrument):
         return 0.35 * self.text_size
 
     def _lay_out(self) -> None:
-        """Find a place for every cell, and the size of digits that fits."""
+        """Compute the position of every cell, and the largest digits that fit."""
         plain = QFontMetricsF(self.face())
         label = max(plain.horizontalAdvance(line.label) for line in self._lines)
         unit = max(plain.horizontalAdvance(line.unit) for line in self._lines)
@@ -159,7 +159,7 @@ class Readout(Instrument):
         words = [
             0.0 if count > 1 else left - plain.horizontalAdvance(line.label) - self._gap
             for line in self._lines
-        ]  # of a single column, a word may be wider than the numbers and reach to the label
+        ]  # in a single column, a word may be wider than the numbers and extend to the label
         top = (self.height() - height * (len(self._lines) + headings)) / 2 + headings * height
         self._places = [
             [

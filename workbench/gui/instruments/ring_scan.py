@@ -1,4 +1,4 @@
-"""What a lidar sees around a drone, seen from above; plain mathematics on arrays."""
+"""A lidar's scan around a drone, seen from above; plain mathematics on arrays."""
 
 import math
 from collections.abc import Sequence
@@ -11,12 +11,12 @@ from workbench.gui.cloud_rays import rays_from
 from workbench.link.topics import Topic
 
 SECTORS = 120
-"""Into which the view around is divided."""
+"""Number of sectors around the drone."""
 GROUND = 0.15
-"""Returns below this height over the ground are the ground [m]..."""
+"""Returns below this height above the ground count as ground [m]..."""
 GROUND_SHARE = 0.03
-"""...and those that are lower than this share of their range: attitude and scan are not quite of
-the same time."""
+"""...and those below this share of their range, because attitude and scan differ slightly in
+time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +24,10 @@ class Ring:
     """Nearest returns by bearing, in the body frame B, from the lidar.
 
     Attributes:
-        distances: level distance to what is nearest in each sector [m]; inf where nothing is.
-        nearest: smallest range of all [m], inf without a return.
-        bearing: of that, about the body's z from its x, to the left [rad].
-        elevation: of that, above the body's x-y plane [rad].
+        distances: horizontal distance of the nearest return in each sector [m]; inf without one.
+        nearest: smallest of all ranges [m], inf without a return.
+        bearing: its bearing, about the body's z from its x, to the left [rad].
+        elevation: its elevation above the body's x-y plane [rad].
     """
 
     distances: np.ndarray
@@ -37,11 +37,11 @@ class Ring:
 
 
 NOTHING = Ring(np.full(SECTORS, np.inf), math.inf, 0.0, 0.0)
-"""Before the first scan."""
+"""Ring before the first scan."""
 
 
 def sector_bearings() -> np.ndarray:
-    """Return the bearings of the sectors' middles (SECTORS) [rad]; the first is ahead."""
+    """Return the bearings of the sectors' centres (SECTORS) [rad]; the first is ahead."""
     return np.arange(SECTORS) * (2.0 * math.pi / SECTORS)
 
 
@@ -49,7 +49,7 @@ class RingScan:
     """Makes a ring of a cloud's payload.
 
     Args:
-        topic: the cloud's, whose `about` has the directions of its rays and the lidar's place.
+        topic: the cloud's topic, whose `about` has the ray directions and the lidar's pose.
     """
 
     def __init__(self, topic: Topic) -> None:
@@ -59,7 +59,7 @@ class RingScan:
         directions = rays.directions_S @ rays.sensor_in_B.R.T
         bearings = np.arctan2(directions[:, 1], directions[:, 0])
         sectors = np.round(bearings / (2.0 * math.pi / SECTORS)).astype(int) % SECTORS
-        # Rays in the order of their sectors, so that the least of each is one reduction.
+        # Rays in order of their sectors, so that a single reduction gives each minimum.
         self._order = np.argsort(sectors, kind="stable")
         self._sectors, self._first = np.unique(sectors[self._order], return_index=True)
         self._directions = directions[self._order]
@@ -68,17 +68,17 @@ class RingScan:
         self.least, self.most = (float(bound) for bound in about["range"])
 
     def ring(self, payload: bytes, height: float, down_B: Sequence[float]) -> Ring:
-        """Return the ring of a payload, without the ground.
+        """Return the ring of a payload, without ground returns.
 
         Args:
-            payload: of the cloud's topic.
-            height: of the body's origin over the ground [m].
+            payload: payload of the cloud's topic.
+            height: height of the body's origin above the ground [m].
             down_B: direction of gravity in B, a unit vector.
         """
         ranges = np.frombuffer(payload, "<f4", offset=self._ranges_at)[self._order].astype(float)
-        ranges[ranges < self.least] = self.least  # -inf: nearer than the lidar can tell
+        ranges[ranges < self.least] = self.least  # -inf: closer than the lidar can measure
         falls = self._directions @ np.array(down_B)
-        with np.errstate(invalid="ignore"):  # inf - inf: no return is no ground
+        with np.errstate(invalid="ignore"):  # inf - inf: no return is not the ground
             above = height - self._p_BS @ np.array(down_B) - ranges * falls
             ranges[above < GROUND + GROUND_SHARE * ranges] = np.inf
         distances = np.full(SECTORS, np.inf)
@@ -93,7 +93,7 @@ class RingScan:
 
 
 def side_of(bearing: float) -> str:
-    """Return in words where a bearing [rad], to the left, lies."""
+    """Return the direction of a bearing [rad], to the left, in words."""
     words = (
         "ahead",
         "ahead left",
@@ -108,7 +108,7 @@ def side_of(bearing: float) -> str:
 
 
 def down_of(q_WB: Sequence[float]) -> tuple[float, float, float]:
-    """Return the direction of gravity in B, of an orientation w, x, y, z."""
+    """Return the direction of gravity in B for an orientation w, x, y, z."""
     w, x, y, z = q_WB
     return (
         -2.0 * (x * z - w * y),

@@ -1,1 +1,1 @@
-"""Fly by two sticks: on the screen, on the keyboard, or on a game pad."""
+"""Fly with two sticks: on the screen, on the keyboard, or on a game pad."""

@@ -1,6 +1,7 @@
-"""Game pads, by SDL: found as they are plugged in, read when asked; needs no window and no screen.
+"""Game pads, by SDL: detected when plugged in, and polled; works without a window or screen.
 
-SDL is the extra `gamepad`; without it there is no pad, and `GamePads.missing` says what to install.
+SDL is the optional extra `gamepad`; without it there are no pads, and `GamePads.missing` says what
+to install.
 """
 
 import importlib
@@ -16,13 +17,13 @@ from workbench.gui.joystick.piloting import Sticks
 
 INSTALL = "Game pads need PySDL2: pip install PySDL2 pysdl2-dll, then start again."
 FULL = 32767.0
-"""Of an axis."""
+"""Full deflection of an axis."""
 START = "SDL_CONTROLLER_BUTTON_START"
-"""By which a pad takes over from another one."""
+"""Button with which a pad takes over from another one."""
 
 
 class PadButton(Enum):
-    """Buttons that mean something here, by what is asked; where they are, and SDL's name."""
+    """Buttons with a function: the request, the button's position, and SDL's name."""
 
     TAKE_OFF = ("take_off", "A, below", "SDL_CONTROLLER_BUTTON_A")
     LAND = ("land", "B, right", "SDL_CONTROLLER_BUTTON_B")
@@ -31,17 +32,17 @@ class PadButton(Enum):
 
     @property
     def request(self) -> str:
-        """What is asked of the flight mode."""
+        """The request to the flight mode."""
         return self.value[0]
 
     @property
     def words(self) -> str:
-        """What is asked, as it is read."""
+        """The request in words."""
         return "stop the rotors" if self is PadButton.STOP else self.request.replace("_", " ")
 
     @property
     def place(self) -> str:
-        """Which button it is, in words."""
+        """The button's position, in words."""
         return self.value[1]
 
 
@@ -50,13 +51,13 @@ class PadReading:
     """A pad at one time.
 
     Attributes:
-        name: of the pad.
-        sticks: where they are.
-        pressed: buttons that have gone down since the last reading.
-        number: SDL's, of this pad while it is plugged in.
-        guid: of its kind; its mapping is kept under that.
+        name: name of the pad.
+        sticks: positions of the sticks.
+        pressed: buttons pressed since the last reading.
+        number: SDL's number of this pad while it is plugged in.
+        guid: SDL's GUID of its model; the mapping is stored under it.
         raw: its axes, -1 .. 1.
-        asks: whether its button Start has gone down: it wants to fly.
+        asks: whether Start was pressed: it asks to fly.
     """
 
     name: str
@@ -70,7 +71,7 @@ class PadReading:
 
 @dataclass
 class _OpenPad:
-    """A pad that is plugged in; `down` has the buttons that are held, by SDL's names."""
+    """A plugged-in pad; `down` has the pressed buttons, by SDL's names."""
 
     handle: Any
     name: str
@@ -79,17 +80,17 @@ class _OpenPad:
 
 
 class GamePads:
-    """The game pads that are plugged in, one of which flies.
+    """The plugged-in game pads, one of which flies.
 
-    The first one flies. Another one takes over when it is told to, never because one is unplugged.
+    The first one flies. Another one takes over on request, but never because one is unplugged.
 
     Args:
-        mapping: returns what the axes of a pad move, by its GUID.
+        mapping: returns the mapping of a pad's axes, by its GUID.
 
     Attributes:
-        missing: what to install, "" where game pads can be read.
-        readings: of all pads, as they were at the last look.
-        flying: number of the pad that flies, None while none does.
+        missing: what to install, "" if game pads can be read.
+        readings: last readings of all pads.
+        flying: number of the pad that flies, None without one.
     """
 
     def __init__(self, mapping: Callable[[str], PadMapping] = lambda guid: PadMapping()) -> None:
@@ -101,15 +102,15 @@ class GamePads:
         self._pads: dict[int, _OpenPad] = {}
 
     def open(self) -> None:
-        """Begin to look for pads."""
+        """Start to look for pads."""
         if self._sdl is not None or self.missing:
             return
         try:
             sdl = _load()
-        except ImportError:  # not there, or there without SDL's own library
+        except ImportError:  # not installed, or installed without SDL's own library
             self.missing = INSTALL
             return
-        # Ctrl-C stays Python's; a window of SDL's own, which it would wait for, there is none.
+        # Leave Ctrl-C to Python; SDL needs no window of its own here.
         sdl.SDL_SetHint(b"SDL_NO_SIGNAL_HANDLERS", b"1")
         sdl.SDL_SetHint(b"SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", b"1")
         if sdl.SDL_InitSubSystem(sdl.SDL_INIT_GAMECONTROLLER) != 0:
@@ -119,7 +120,7 @@ class GamePads:
         self._sdl = sdl
 
     def read(self) -> PadReading | None:
-        """Look at all pads, and return how the one is that flies, None while none does."""
+        """Read all pads, and return the reading of the one that flies, None without one."""
         sdl = self._sdl
         if sdl is None:
             return None
@@ -133,12 +134,12 @@ class GamePads:
         return next((each for each in self.readings if each.number == self.flying), None)
 
     def fly(self, number: int) -> None:
-        """Let a pad fly from now on, as of the next reading."""
+        """Let another pad fly from the next reading on."""
         if number in self._pads:
             self.flying = number
 
     def close(self) -> None:
-        """Let go of everything."""
+        """Close all pads and SDL."""
         if self._sdl is not None:
             for number in tuple(self._pads):
                 self._let_go(number)
@@ -147,7 +148,7 @@ class GamePads:
             self.readings = ()
 
     def _find(self) -> None:
-        """Open the pads that have been plugged in; the first of them flies, if it is alone."""
+        """Open newly plugged-in pads; the first of them flies, if it is alone."""
         sdl, were_none = self._sdl, not self._pads
         for index in range(sdl.SDL_NumJoysticks()):
             number = sdl.SDL_JoystickGetDeviceInstanceID(index)
@@ -158,7 +159,7 @@ class GamePads:
                 name = sdl.SDL_GameControllerName(handle) or b"game pad"
                 guid = bytes(sdl.SDL_JoystickGetDeviceGUID(index).data).hex()
                 pad = _OpenPad(handle, name.decode(errors="replace"), guid)
-                pad.down = self._down(pad)  # what is held while it is plugged in is not pressed
+                pad.down = self._down(pad)  # buttons held while plugging in do not count as pressed
                 self._pads[number] = pad
         if were_none and self._pads:
             self.flying = next(iter(self._pads))
@@ -192,5 +193,5 @@ def _load() -> ModuleType:
         ImportError: if it is not installed.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it warns of which library it has found
+        warnings.simplefilter("ignore")  # prints a warning about the library that it found
         return importlib.import_module("sdl2")

@@ -1,4 +1,4 @@
-"""The joystick screen: two sticks, what they ask for, and what the drone makes of it."""
+"""The joystick screen: two sticks, their command, and the drone's response."""
 
 from dataclasses import dataclass
 
@@ -48,11 +48,11 @@ from workbench.session.snapshot import Snapshot
 
 YAW_RATE = 3
 FOLLOW = 7
-"""Places in `Snapshot.reference`; the velocity stands before them."""
+"""Index in `Snapshot.reference`; the velocity precedes it."""
 BAR = 8.0
 """Thickness of a bar [px]."""
 TALLEST = 72.0
-"""Row [px]."""
+"""Largest height of a row [px]."""
 CURVE_POINTS = 81
 DOT = 3.5
 HANDLING = (
@@ -63,18 +63,18 @@ HANDLING = (
     "stick_dead_band",
 )
 SLIDER_STEPS = 200
-"""Of a slider, from end to end."""
+"""Number of steps of a slider."""
 PERCENT = Unit("%", 100.0)
 KNOB_SHARE = 0.2
-"""Radius of the knob in radii of the circle."""
+"""Radius of the knob, as a share of the circle's."""
 LARGEST_PAD = 480
-"""Width and height [px]."""
+"""Largest width and height [px]."""
 READY = "Ready: move a stick to fly, let go to stop and hold."
 TAKING_OFF = "Taking off: the sticks count once it hovers."
 MODE_HELP = "Forward is where the nose points."
 KEYS_HELP = "Keys: W A S D and the arrows, held down; not while a field or a slider has the focus."
 LEAST_SAID = 0.1
-"""Keys that ask for less than full stick by no more than this are not said to be gentle [m/s]."""
+"""Smaller reductions of the keys' speed are not reported as gentle [m/s]."""
 TAKES_OVER = "Start on it, with its sticks let go, takes over"
 NO_PAD_FLIES = f"The game pad that flew is gone, another one waits: {TAKES_OVER}."
 NO_PAD = "Game pad: none is plugged in; it is found as soon as it is."
@@ -85,12 +85,12 @@ class Answered:
     """One axis of a flight; a velocity [m/s] or a yaw rate [rad/s].
 
     Attributes:
-        name: of the axis; positive is what it says first.
+        name: name of the axis; its first direction is positive.
         unit: m/s or rad/s.
-        asked: by the pilot; None while the drone flies to a place by itself.
-        flown: now.
-        scale: that fills a bar: full stick, or what is flown beyond it.
-        limit: of the flight, that is flown at most.
+        asked: command of the pilot; None while the drone flies to a place by itself.
+        flown: present value.
+        scale: full length of a bar: full stick, or the flown value if it is larger.
+        limit: limit of the flight.
     """
 
     name: str
@@ -102,7 +102,7 @@ class Answered:
 
 
 def answered(snapshot: Snapshot, handling: Handling, limits: FlightLimits) -> tuple[Answered, ...]:
-    """Return the four axes of a flight; to the right is positive, as it is on a stick."""
+    """Return the four axes of a flight; right is positive, as on a stick."""
     yaw = snapshot.roll_pitch_yaw[2]
     asked, follow = snapshot.reference, snapshot.reference[FOLLOW] > 0.0
     wanted = heading_velocity(asked[:3], yaw)
@@ -124,8 +124,8 @@ class ResponseView(QWidget):
     """Paints rows of `Answered`.
 
     Args:
-        look: colours.
-        preferences: units that are shown.
+        look: source of colours.
+        preferences: source of units.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -139,12 +139,12 @@ class ResponseView(QWidget):
         look.changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
-        """Return room for four rows."""
+        """Return the size of four rows."""
         line = self.fontMetrics().height()
         return QSize(28 * self.fontMetrics().averageCharWidth(), 5 * line + 4 * 28)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least that is not cut."""
+        """Return the least size without clipping."""
         line = self.fontMetrics().height()
         return QSize(34 * self.fontMetrics().averageCharWidth(), 5 * line + 4 * 20)
 
@@ -184,7 +184,7 @@ class ResponseView(QWidget):
             self._paint_bar(painter, row, QRectF(0.0, top + line + 4.0, width, BAR))
 
     def _paint_bar(self, painter: QPainter, row: Answered, box: QRectF) -> None:
-        """Paint what is flown as a bar, what is asked as a mark, and the limit as a fence."""
+        """Paint the flown value as a bar, the command as a mark, and the limit as a line."""
         look = self._look
         scale = 1.05 * max(row.scale, abs(row.flown), abs(row.asked or 0.0))
         middle, way = box.center().x(), box.width() / 2
@@ -211,10 +211,10 @@ class ResponseView(QWidget):
 
 
 class CurveView(Instrument):
-    """Raw against shaped, with a dot for each axis that is pushed.
+    """Shaped over raw input, with a dot for each deflected axis.
 
     Args:
-        look: colours.
+        look: source of colours.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -239,13 +239,13 @@ class CurveView(Instrument):
         )
 
     def show_sticks(self, sticks: Sticks) -> None:
-        """Show where the sticks are on it."""
+        """Show the sticks' positions on it."""
         if sticks != self._sticks:
             self._sticks = sticks
             self.update()
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint a dot for each axis that is pushed."""
+        """Paint a dot for each deflected axis."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(self.colour("card"), 1.0))
         painter.setBrush(self.colour("accent"))
@@ -295,16 +295,16 @@ class CurveView(Instrument):
 
 
 class HandlingPanel(QWidget):
-    """Sliders for the preferences of sticks.
+    """Sliders for the preferences of the sticks.
 
     Args:
-        preferences: where they are kept.
-        look: colours.
+        preferences: storage of the values.
+        look: source of colours.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        curve: drawn beside.
-        sliders: by the name of their preference.
+        curve: the curve beside them.
+        sliders: sliders by the name of their preference.
     """
 
     def __init__(self, preferences: Preferences, look: Look, parent: QWidget | None = None) -> None:
@@ -357,7 +357,7 @@ class HandlingPanel(QWidget):
         self._preferences.set(name, min(max(round(value / step) * step, row.minimum), row.maximum))
 
     def _follow(self, name: str) -> None:
-        """Show what is preferred now."""
+        """Show the present preferences."""
         if name in ("speed_unit", "angle_unit"):
             for each in HANDLING:
                 self._values[each].setText(self._text(each, self._preferences.number(each)))
@@ -383,15 +383,15 @@ class HandlingPanel(QWidget):
 
 @dataclass(frozen=True)
 class Words:
-    """What a stick does in each direction, and the key that does the same.
+    """What a stick does in each direction, and the equivalent keys.
 
     Attributes:
-        name: of the stick.
-        up: what away from the pilot does; so the next three.
-        down: towards.
+        name: name of the stick.
+        up: effect of the direction away from the pilot; the next three likewise.
+        down: towards the pilot.
         left: to the left.
         right: to the right.
-        keys: of up, down, left and right.
+        keys: keys for up, down, left and right.
     """
 
     name: str
@@ -407,16 +407,16 @@ RIGHT_STICK = Words("Right stick", "forward", "back", "left", "right", ("↑", "
 
 
 class StickPad(Instrument):
-    """Shows a stick, and lets the mouse hold it.
+    """Shows a stick, and lets the mouse move it.
 
     Args:
-        words: what it does.
-        look: colours.
+        words: effects of its directions.
+        look: source of colours.
         parent: the Qt parent; this object is deleted with it.
     """
 
     dragged = pyqtSignal(object)
-    """The `Stick` where the mouse holds it, None when it lets go."""
+    """The `Stick` while the mouse holds it, None on release."""
 
     def __init__(self, words: Words, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(
@@ -433,41 +433,41 @@ class StickPad(Instrument):
         self.setCursor(Qt.CursorShape.OpenHandCursor)
 
     def sizeHint(self) -> QSize:
-        """Return what suits a thumb."""
+        """Return a size that suits a thumb."""
         return QSize(240, 240)
 
     @property
     def stick(self) -> Stick:
-        """Where it is shown."""
+        """The shown position."""
         return self._stick
 
     def show_stick(self, stick: Stick, counts: bool) -> None:
-        """Show where the stick is, and whether that has an effect."""
+        """Show the stick's position, and whether it has an effect."""
         if (stick, counts) != (self._stick, self._counts):
             before = self._knob()
             self._stick, self._counts = stick, counts
             self.update(before.united(self._knob()).toAlignedRect().adjusted(-4, -4, 4, 4))
 
     def show_dead_band(self, dead_band: float) -> None:
-        """Show around the middle what asks for nothing."""
+        """Show the dead band around the centre."""
         if dead_band != self._dead_band:
             self._dead_band = dead_band
             self.renew()
 
     def place(self, stick: Stick) -> QPointF:
-        """Return where the knob's middle is for a stick."""
+        """Return the position of the knob's centre for a stick."""
         way = self._radius * (1.0 - KNOB_SHARE)
         return self._middle + QPointF(stick.x * way, -stick.y * way)
 
     def let_go(self) -> None:
-        """Spring back, whatever the mouse does."""
+        """Return to the centre, whatever the mouse does."""
         if self._held:
             self._held = False
             self.setCursor(Qt.CursorShape.OpenHandCursor)
             self.dragged.emit(None)
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Take hold of the stick."""
+        """Grab the stick."""
         if event is None or event.button() != Qt.MouseButton.LeftButton:
             super().mousePressEvent(event)
             return
@@ -481,7 +481,7 @@ class StickPad(Instrument):
             self._drag(event.position())
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
-        """Let go of the stick."""
+        """Release the stick."""
         if event is not None and event.button() == Qt.MouseButton.LeftButton:
             self.let_go()
 
@@ -496,7 +496,7 @@ class StickPad(Instrument):
         painter.setPen(QPen(self.colour("card"), 2.0))
         painter.setBrush(colour)
         painter.drawEllipse(knob)
-        if not self._counts:  # a bar across: not by its colour alone
+        if not self._counts:  # a bar across: not by colour alone
             painter.setPen(QPen(self.colour("card"), 3.0))
             way = QPointF(0.55 * knob.width() / 2, 0.0)
             painter.drawLine(knob.center() - way, knob.center() + way)
@@ -538,7 +538,7 @@ class StickPad(Instrument):
         self._paint_words(painter)
 
     def _paint_words(self, painter: QPainter) -> None:
-        """Paint what each direction does, and its key, along the rim."""
+        """Paint the effect of each direction, and its key, along the rim."""
         words, middle, radius = self._words, self._middle, self._radius
         line = painter.fontMetrics().lineSpacing()
         painter.setPen(self.colour("muted"))
@@ -561,7 +561,7 @@ class StickPad(Instrument):
 
 
 def say_state(view: LiveView, barred: str, device: Device) -> str:
-    """Return whether the sticks count, as a sentence."""
+    """Return whether the sticks have an effect, as a sentence."""
     if barred:
         return barred
     if view.snapshot is not None and view.snapshot.mode is FlightMode.TAKING_OFF:
@@ -570,7 +570,7 @@ def say_state(view: LiveView, barred: str, device: Device) -> str:
 
 
 def say_control(view: LiveView) -> str:
-    """Return who flies, as a sentence."""
+    """Return who has control, as a sentence."""
     control = view.network.control
     if is_client(control):
         assert control is not None
@@ -584,7 +584,7 @@ def say_control(view: LiveView) -> str:
 
 
 def say_bites(bites: tuple[Bite, ...], preferences: Preferences) -> str:
-    """Return which limits of the flight hold a wish back, "" where none does."""
+    """Return which limits of the flight reduce the command, "" for none."""
     said = []
     for bite in bites:
         unit = unit_for(bite.unit, preferences)
@@ -596,17 +596,17 @@ def say_bites(bites: tuple[Bite, ...], preferences: Preferences) -> str:
 
 
 def is_client(control: ControlState | None) -> bool:
-    """Return whether a client flies."""
+    """Return whether a client has control."""
     return control is not None and control.hand is Hand.CLIENT
 
 
 def is_operator(control: ControlState | None) -> bool:
-    """Return whether the operator has taken control, so that clients wait."""
+    """Return whether the operator has taken control, so that clients must wait."""
     return control is not None and control.hand is Hand.OPERATOR
 
 
 def say_keys(pilot: Pilot, preferences: Preferences) -> str:
-    """Return which keys fly, and near an obstacle how gently."""
+    """Return which keys fly, and how gently near an obstacle."""
     most, plain = pilot.key_handling.speed, pilot.handling.speed
     if most > plain - LEAST_SAID:
         return KEYS_HELP
@@ -616,11 +616,11 @@ def say_keys(pilot: Pilot, preferences: Preferences) -> str:
 
 
 class StateBar(QFrame):
-    """Two lines of words and three buttons, each shown where it helps.
+    """Two lines of text and three buttons, each shown only when useful.
 
     Args:
-        pilot: whose sticks they are.
-        workspace: what all screens share.
+        pilot: pilot of the sticks.
+        workspace: services that all screens share.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -654,7 +654,7 @@ class StateBar(QFrame):
         )
 
     def show_view(self, view: LiveView) -> None:
-        """Say how it is."""
+        """Show the state."""
         pilot, control = self._pilot, view.network.control
         state = say_state(view, pilot.barred, pilot.device)
         _show(self.state, state)
@@ -675,19 +675,19 @@ class StateBar(QFrame):
 
 
 def _show(label: QLabel, text: str) -> None:
-    """Show a text, where it is another: a label that is set lays out its window again."""
+    """Show a text if it has changed: setting a label always triggers a new layout."""
     if label.text() != text:
         label.setText(text)
 
 
 def say_pad(missing: str, name: str, waiting: int = 0, refused: str = "") -> str:
-    """Return a line on the game pads.
+    """Return a line about the game pads.
 
     Args:
-        missing: why there can be none, "" else.
+        missing: why there are none, else "".
         name: of the pad that flies, "" without one.
-        waiting: how many others are plugged in.
-        refused: why one of them does not fly though it wanted to.
+        waiting: number of other plugged-in pads.
+        refused: why one of them may not take over.
     """
     if missing:
         return missing
@@ -705,16 +705,16 @@ class JoystickScreen(Screen):
     """Fly by mouse, keyboard or game pad.
 
     Args:
-        workspace: what all screens share.
+        workspace: services that all screens share.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         pilot: reads the sticks and flies.
-        left_pad: climbs and turns.
-        right_pad: flies level.
-        response: what was asked and what is flown.
-        handling: how strongly sticks are felt.
-        state_bar: whether sticks count, and who flies.
+        left_pad: the stick for climb and yaw.
+        right_pad: the stick for horizontal flight.
+        response: commanded and flown values.
+        handling: sensitivity of the sticks.
+        state_bar: whether the sticks have an effect, and who has control.
     """
 
     title = "Joystick"
@@ -747,30 +747,30 @@ class JoystickScreen(Screen):
         self._show_sticks()
 
     def begin(self, view: LiveView) -> None:
-        """Take note that a flight has begun."""
+        """Note that a flight has begun."""
         self.pilot.begin(view)
         self.show_view(view)
 
     def show_view(self, view: LiveView) -> None:
-        """Show what was asked and what is flown, and who flies."""
+        """Show the command and the response, and who has control."""
         if view.snapshot is not None and self.workspace.flight.live is not None:
             self.response.show_rows(answered(view.snapshot, self.pilot.handling, self.pilot.limits))
         self.state_bar.show_view(view)
         _show(self._keys_line, say_keys(self.pilot, self.workspace.preferences))
 
     def release(self) -> None:
-        """Let go of both sticks, whatever holds them."""
+        """Release both sticks."""
         self.left_pad.let_go()
         self.right_pad.let_go()
         self.pilot.release()
 
     def close_screen(self) -> None:
-        """Let go of the game pad."""
+        """Close the game pads."""
         self.release()
         self.pilot.close()
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Go on duty."""
+        """Start reading the sticks."""
         super().showEvent(event)
         self.pilot.listen_to_pads(self.isActiveWindow())
         self.pilot.start()
@@ -779,14 +779,14 @@ class JoystickScreen(Screen):
         self.show_view(self.workspace.flight.view)
 
     def hideEvent(self, event: QHideEvent | None) -> None:
-        """Go off duty."""
+        """Stop reading the sticks."""
         super().hideEvent(event)
         self._keys.stop()
         self.release()
         self.pilot.stop()
 
     def event(self, event: QEvent | None) -> bool:
-        """Let go when another window comes to the front."""
+        """Release the sticks when another window becomes active."""
         if event is not None and event.type() is QEvent.Type.WindowDeactivate:
             self.pilot.listen_to_pads(False)
             self.release()
@@ -795,9 +795,9 @@ class JoystickScreen(Screen):
         return super().event(event)
 
     def _map_pads(self) -> None:
-        """Open the page of the pads; the window is behind it meanwhile, so that none flies."""
+        """Open the dialog of the pads; the main window is then inactive, so no pad flies."""
         self.release()
-        PadDialog(self.pilot, self.workspace.look, self).show()  # not modal: STOP stays at hand
+        PadDialog(self.pilot, self.workspace.look, self).show()  # not modal: STOP stays available
 
     def _press(self, key: object) -> None:
         self.pilot.keyboard.press(key)  # type: ignore[arg-type]
@@ -808,7 +808,7 @@ class JoystickScreen(Screen):
         self.pilot.look()
 
     def _show_sticks(self) -> None:
-        """Show where the sticks are."""
+        """Show the sticks' positions."""
         pilot = self.pilot
         counts = not pilot.barred
         self.left_pad.show_stick(pilot.sticks.left, counts)

@@ -1,4 +1,4 @@
-"""Keys as sticks: W A S D is the left one, the arrows are the right one."""
+"""Keys as sticks: W A S D are the left one, the arrows the right one."""
 
 from collections.abc import Callable
 from enum import Enum
@@ -30,7 +30,7 @@ FIELDS = (
     QPlainTextEdit,
     QTextEdit,
 )
-"""Widgets that need letters or arrows for themselves."""
+"""Widgets that use letters or arrows themselves."""
 _PLAIN = (
     Qt.KeyboardModifier.NoModifier,
     Qt.KeyboardModifier.KeypadModifier,
@@ -38,11 +38,11 @@ _PLAIN = (
 )
 
 RUN_UP = 0.5
-"""From the middle to full stick while a key is held [s]."""
+"""Time from the centre to full deflection while a key is held [s]."""
 
 
 class StickKey(Enum):
-    """A direction that a key pushes: whether it is the left stick, and to where."""
+    """The direction of a key: whether it belongs to the left stick, and its deflection."""
 
     CLIMB = (True, 0, 1)
     SINK = (True, 0, -1)
@@ -67,10 +67,10 @@ KEYS = {
 
 
 class KeyboardSticks:
-    """Two sticks that run up while keys are held, and spring back as they are let go.
+    """Two sticks that deflect while keys are held, and return to the centre on release.
 
     Attributes:
-        sticks: where they are.
+        sticks: their positions.
     """
 
     def __init__(self) -> None:
@@ -83,21 +83,21 @@ class KeyboardSticks:
         return bool(self._held)
 
     def press(self, key: StickKey) -> None:
-        """Hold a key; the stick begins to move with the next `advance`."""
+        """Press a key; the stick starts to move with the next `advance`."""
         self._held.add(key)
 
     def release(self, key: StickKey) -> None:
-        """Let go of a key: its axis is in the middle at once, unless the opposite key is held."""
+        """Release a key: its axis is centred at once, unless the opposite key is held."""
         self._held.discard(key)
         self.advance(0.0)
 
     def release_all(self) -> None:
-        """Let go of everything."""
+        """Release all keys."""
         self._held.clear()
         self.sticks = Sticks()
 
     def advance(self, duration: float) -> Sticks:
-        """Move the sticks for a time [s], and return where they are."""
+        """Move the sticks for a time [s], and return their positions."""
         step = duration / RUN_UP
         self.sticks = Sticks(
             self._moved(self.sticks.left, True, step), self._moved(self.sticks.right, False, step)
@@ -114,7 +114,7 @@ class KeyboardSticks:
 
 
 def _run(place: float, towards: int, step: float) -> float:
-    """Return an axis one step nearer to its end; a turn begins in the middle."""
+    """Return an axis one step closer to its end; a reversal starts in the centre."""
     if towards == 0:
         return 0.0
     start = max(0.0, towards * place)
@@ -122,13 +122,13 @@ def _run(place: float, towards: int, step: float) -> float:
 
 
 class KeyWatcher(QObject):
-    """Watches the one widget that has the focus, as keys come to it first.
+    """Watches the focused widget, which receives keys first.
 
     Args:
         page: keys count only in its window.
-        pressed: told of a key that goes down.
-        released: told of a key that is let go.
-        lost: told when the focus is in a field, or in another window.
+        pressed: called when a key is pressed.
+        released: called when a key is released.
+        lost: called when a field, or another window, has the focus.
     """
 
     def __init__(
@@ -144,21 +144,21 @@ class KeyWatcher(QObject):
         self._watched: QWidget | None = None
 
     def start(self) -> None:
-        """Listen from now on."""
+        """Start watching."""
         application = QGuiApplication.instance()
         assert isinstance(application, QApplication)
         application.focusChanged.connect(self._follow)
         self._follow(None, QApplication.focusWidget())
 
     def stop(self) -> None:
-        """Listen no more."""
+        """Stop watching."""
         application = QGuiApplication.instance()
         assert isinstance(application, QApplication)
         application.focusChanged.disconnect(self._follow)
         self._watch(None)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Take the keys that move sticks; Qt's name."""
+        """Handle the keys that move sticks; Qt's name."""
         if not isinstance(event, QKeyEvent) or event.key() not in KEYS:
             return False
         key = KEYS[Qt.Key(event.key())]
@@ -169,13 +169,13 @@ class KeyWatcher(QObject):
         if event.modifiers() not in _PLAIN:
             return False
         if event.type() is QEvent.Type.ShortcutOverride:
-            event.accept()  # a shortcut of one letter is none here
+            event.accept()  # a single-letter shortcut does not apply here
         elif not event.isAutoRepeat():
             self._pressed(key)
         return True
 
     def _follow(self, before: QWidget | None, now: QWidget | None) -> None:
-        """Watch the widget that has the focus now, where it leaves keys to the sticks."""
+        """Watch the focused widget, unless it uses the keys itself."""
         window = self._page.window()
         if now is None or now.window() is not window or isinstance(now, FIELDS):
             self._watch(None)

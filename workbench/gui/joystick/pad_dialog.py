@@ -1,4 +1,4 @@
-"""The page of the game pads: which axis moves what, how far it goes, and which pad flies."""
+"""The dialog of the game pads: mapping of the axes, calibration, and which pad flies."""
 
 from PyQt6.QtCore import QRectF, Qt, QTimer
 from PyQt6.QtGui import QPainter
@@ -23,7 +23,7 @@ from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 
 PERIOD = 33
-"""Between two looks [ms]."""
+"""Period between readings [ms]."""
 CALIBRATING = "Move each stick to all its stops, let go of them, then press Done."
 HELP = (
     "No pad flies while this page is in front. Each row is one thing that the sticks ask for; "
@@ -34,11 +34,11 @@ HEADINGS = ("", "Moved by", "", "Dead band", "Expo", "Pad says", "Asked for")
 
 
 class AxisBar(Instrument):
-    """A value from -1 to 1 as a bar from the middle.
+    """A value from -1 to 1 as a bar from the centre.
 
     Args:
-        look: colours.
-        name: what it shows.
+        look: source of colours.
+        name: name of the value.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -48,13 +48,13 @@ class AxisBar(Instrument):
         self.setMinimumSize(90, 14)
 
     def show_value(self, value: float) -> None:
-        """Show the present."""
+        """Show a value."""
         if value != self.value:
             self.value = value
             self.update()
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the bar, and a line at its middle."""
+        """Paint the bar, and a line at its centre."""
         middle, height = self.width() / 2, float(self.height())
         end = middle * (1.0 + max(-1.0, min(1.0, self.value)))
         painter.fillRect(self.area, self.colour("line"))
@@ -64,7 +64,7 @@ class AxisBar(Instrument):
 
 
 class AxisRow:
-    """The widgets of one function: what moves it, how, and what comes out."""
+    """The widgets of one function: its axis, shaping, and result."""
 
     def __init__(self, function: str, look: Look, parent: QWidget) -> None:
         self.axis = QComboBox(parent)
@@ -91,19 +91,19 @@ class AxisRow:
 
 
 class PadDialog(QDialog):
-    """Maps and calibrates the pads that are plugged in.
+    """Maps and calibrates the plugged-in pads.
 
     Args:
-        pilot: whose pads they are.
-        look: colours.
-        parent: above which it opens.
+        pilot: pilot with the pads.
+        look: source of colours.
+        parent: the Qt parent.
 
     Attributes:
-        pads: chooses the pad that is shown.
-        rows: one for each of `FUNCTIONS`.
-        calibrate: begins and ends the finding of the stops.
-        fly: lets the chosen pad fly.
-        said: what to do, or what went wrong.
+        pads: selects the shown pad.
+        rows: one row for each of `FUNCTIONS`.
+        calibrate: starts and ends the calibration.
+        fly: lets the selected pad fly.
+        said: instructions, or an error.
     """
 
     def __init__(self, pilot: Pilot, look: Look, parent: QWidget | None = None) -> None:
@@ -141,12 +141,12 @@ class PadDialog(QDialog):
 
     @property
     def reading(self) -> PadReading | None:
-        """The pad that is shown."""
+        """The shown pad."""
         number = self.pads.currentData()
         return next((each for each in self._pilot.pads.readings if each.number == number), None)
 
     def look_at_pads(self) -> None:
-        """Show which pads there are, and where the axes of the chosen one are."""
+        """Show the existing pads, and the axes of the selected one."""
         pads = tuple((each.number, each.name) for each in self._pilot.pads.readings)
         if pads != self._shown:
             self._list(pads)
@@ -177,7 +177,7 @@ class PadDialog(QDialog):
         self._choose()
 
     def _choose(self) -> None:
-        """Show another pad's mapping; what was found of the other one's stops is dropped."""
+        """Show another pad's mapping; an unfinished calibration is dropped."""
         self._ends = None
         self.calibrate.blockSignals(True)
         self.calibrate.setChecked(False)
@@ -206,7 +206,7 @@ class PadDialog(QDialog):
                 each.blockSignals(False)
 
     def _change(self, function: int) -> None:
-        """Take over what a row says; another axis has the usual ends until it is calibrated."""
+        """Apply a row's settings; a different axis has default ends until it is calibrated."""
         reading = self.reading
         if reading is None:
             return

@@ -1,4 +1,4 @@
-"""What the axes of a game pad move: which, how far they go, and how they are felt; no SDL."""
+"""Mapping of a game pad's axes: functions, calibration and shaping; no SDL."""
 
 import json
 from collections.abc import Sequence
@@ -16,29 +16,29 @@ AXES = (
     "left trigger",
     "right trigger",
 )
-"""Of a game pad, in SDL's order; y is positive towards the pilot, triggers from 0 to 1."""
+"""Axes of a game pad, in SDL's order; y is positive towards the pilot, triggers go from 0 to 1."""
 FUNCTIONS = ("Turn right", "Climb", "Right", "Forward")
-"""That axes move, positive as they are named; in the order of `PadMapping.axes`."""
+"""Functions of axes, positive in the named direction; in the order of `PadMapping.axes`."""
 CREEP = 0.08
-"""A resting stick of a pad is seldom quite in the middle: up to here it is taken as being there."""
+"""Offset up to which a resting stick counts as centred."""
 LEAST_WAY = 0.3
-"""From its middle to a stop; an axis that was moved less was not calibrated."""
+"""Least travel from the centre to a stop; an axis that moved less was not calibrated."""
 GROUP = "pads"
 Raw = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class PadAxis:
-    """One axis, from what the pad says to what is asked for.
+    """One axis: from the pad's value to the command.
 
     Attributes:
-        axis: its place in `AXES`.
-        inverted: whether what it does is turned round.
-        dead_band: share of the way around the middle that asks for nothing.
+        axis: index in `AXES`.
+        inverted: whether its direction is reversed.
+        dead_band: share of the travel around the centre without effect.
         expo: share of the cubic part; 0 is a straight line.
-        low: what the pad says at one stop.
-        middle: what it says when let go.
-        high: what it says at the other stop.
+        low: the pad's value at one stop.
+        middle: the pad's value when released.
+        high: the pad's value at the other stop.
     """
 
     axis: int
@@ -50,7 +50,7 @@ class PadAxis:
     high: float = 1.0
 
     def shaped(self, raw: Raw) -> float:
-        """Return what is asked for, -1 .. 1, when the pad's axes are at `raw`."""
+        """Return the command, -1 .. 1, for the pad's axes at `raw`."""
         off = raw[self.axis] - self.middle
         way = off / ((self.high - self.middle) if off > 0.0 else (self.middle - self.low))
         asked = StickCurve(expo=self.expo, dead_band=self.dead_band).shaped(way)
@@ -58,7 +58,7 @@ class PadAxis:
 
     @property
     def is_sound(self) -> bool:
-        """Whether its values are such as a pad can have; a settings file may be edited."""
+        """Whether its values are plausible; a settings file may be edited."""
         return (
             self.axis in range(len(AXES))
             and self.low < self.middle < self.high
@@ -69,7 +69,7 @@ class PadAxis:
 
 @dataclass(frozen=True)
 class PadMapping:
-    """What moves each of `FUNCTIONS`; as it stands, a pad is in mode 2 and has its ends at ±1."""
+    """Axes of all `FUNCTIONS`; by default a pad is in mode 2 and has its ends at ±1."""
 
     axes: tuple[PadAxis, ...] = (
         PadAxis(0),
@@ -79,29 +79,29 @@ class PadMapping:
     )
 
     def sticks(self, raw: Raw) -> Sticks:
-        """Return where the sticks are when the pad's axes are at `raw`, each -1 .. 1."""
+        """Return the sticks, each -1 .. 1, for the pad's axes at `raw`."""
         turn, climb, right, forward = (each.shaped(raw) for each in self.axes)
         return Sticks(_stick(turn, climb), _stick(right, forward))
 
     def with_axis(self, function: int, **changes: float) -> "PadMapping":
-        """Return it with one function's axis changed."""
+        """Return it with a different axis for one function."""
         changed = replace(self.axes[function], **changes)  # type: ignore[arg-type]
         return PadMapping((*self.axes[:function], changed, *self.axes[function + 1 :]))
 
 
 @dataclass(frozen=True)
 class Ends:
-    """How far each axis of a pad went while its sticks were moved to their stops."""
+    """Extremes of each axis while the sticks were moved to their stops."""
 
     low: Raw
     high: Raw
 
     def after(self, raw: Raw) -> "Ends":
-        """Return them once the axes were at `raw`, too."""
+        """Return the extremes after the axes were also at `raw`."""
         return Ends(tuple(map(min, self.low, raw)), tuple(map(max, self.high, raw)))
 
     def short(self, mapping: PadMapping, middle: Raw) -> list[str]:
-        """Return the names of axes in use that did not go to both stops."""
+        """Return the names of used axes that did not reach both stops."""
         return [
             AXES[each.axis]
             for each in mapping.axes
@@ -110,7 +110,7 @@ class Ends:
         ]
 
     def put_into(self, mapping: PadMapping, middle: Raw) -> PadMapping:
-        """Return a mapping with these ends, and the middle of sticks that are let go."""
+        """Return a mapping with these ends, and the centres of released sticks."""
         axes = tuple(
             replace(
                 each,
@@ -124,22 +124,22 @@ class Ends:
 
 
 def read_mapping(store: QSettings, guid: str) -> PadMapping:
-    """Return what is kept for a pad, by SDL's GUID; the default where that is nothing sensible."""
+    """Return the stored mapping of a pad, by SDL's GUID; the default without a valid one."""
     try:
         axes = tuple(PadAxis(**row) for row in json.loads(str(store.value(f"{GROUP}/{guid}", ""))))
         sound = len(axes) == len(FUNCTIONS) and all(each.is_sound for each in axes)
-    except (ValueError, TypeError):  # none is kept, another version wrote it, or an editor
+    except (ValueError, TypeError):  # absent, or written by another version or an editor
         return PadMapping()
     return PadMapping(axes) if sound else PadMapping()
 
 
 def keep_mapping(store: QSettings, guid: str, mapping: PadMapping) -> None:
-    """Keep a pad's mapping between starts."""
+    """Store a pad's mapping for later starts."""
     store.setValue(f"{GROUP}/{guid}", json.dumps([asdict(each) for each in mapping.axes]))
 
 
 def name_axis(raw: Sequence[float]) -> str:
-    """Return which axis is farthest from zero, in words."""
+    """Return the name of the axis that is farthest from zero."""
     axis = max(range(len(raw)), key=lambda each: abs(raw[each]))
     return f"{AXES[axis]} {raw[axis]:+.2f}" if abs(raw[axis]) > LEAST_WAY else "none"
 

@@ -1,4 +1,4 @@
-"""The operator's hand: sticks of all kinds on one side, the flight on the other."""
+"""The operator's sticks of all kinds, connected to the flight."""
 
 import math
 import time
@@ -35,39 +35,39 @@ Velocity = tuple[float, float, float]
 Send = Callable[[Velocity, float], None]
 
 MOST_A_SECOND = 30.0
-"""Commands that are sent, zeros left out: each of them ends a wish, so they are no more."""
+"""Largest rate of commands [1/s]; zeros do not count, as each one ends a motion."""
 REPEAT = 1.0
-"""After which a wish that has not changed is said again [s]."""
+"""Period after which an unchanged command is repeated [s]."""
 STEP = 0.005
-"""Changes smaller than this are none: a hovering drone's heading trembles [m/s]."""
+"""Smaller changes are ignored, because a hovering drone's heading varies a little [m/s]."""
 TURN_STEP = 0.001
-"""The same of the yaw rate [rad/s]."""
+"""The same for the yaw rate [rad/s]."""
 _STILL = (0.0, 0.0, 0.0)
 
 PERIOD = 16
-"""Between two looks at keys and pads [ms]."""
+"""Period between readings of keys and pads [ms]."""
 LONGEST_STEP = 0.1
-"""By which held keys run up at once [s]."""
+"""Longest time by which held keys deflect at once [s]."""
 
 
 class Gate:
-    """Lets sticks through, once they were in the middle after whatever barred them."""
+    """Blocks the sticks until they have been centred after whatever blocked them."""
 
     def __init__(self) -> None:
         self._centre_first = False
         self._hand = Hand.NOBODY
 
     def close(self) -> None:
-        """Ask for the middle first: the screen was left, or another flight begins."""
+        """Require centred sticks first: the screen was left, or another flight begins."""
         self._centre_first = True
 
     def pass_on(self, barred: str, neutral: bool, hand: Hand) -> str:
-        """Return why the sticks do not count now, "" if they do.
+        """Return why the sticks have no effect now, "" if they have.
 
         Args:
-            barred: why the flight does not listen to them, "" if it does.
-            neutral: whether they are in the middle.
-            hand: who flies; a client that was given the drone does not lose it to a held stick.
+            barred: why the flight ignores them, "" if it does not.
+            neutral: whether they are centred.
+            hand: who has control; a held stick does not take it from a client.
         """
         given = hand is Hand.CLIENT and self._hand is not Hand.CLIENT
         self._hand = hand
@@ -82,8 +82,8 @@ class Courier:
     """Sends commands on change.
 
     Args:
-        send: gives the flight a velocity in W [m/s] and a yaw rate [rad/s].
-        clock: rises, whatever happens to the date [s].
+        send: sends a velocity in W [m/s] and a yaw rate [rad/s] to the flight.
+        clock: returns a monotonic time [s].
     """
 
     def __init__(self, send: Send, clock: Callable[[], float]) -> None:
@@ -93,15 +93,15 @@ class Courier:
 
     @property
     def is_asking(self) -> bool:
-        """Whether the last thing sent asked for a motion."""
+        """Whether the last command was a motion."""
         return self._sent != (_STILL, 0.0)
 
     def put(self, velocity: Velocity, yaw_rate: float) -> None:
-        """Send what is wished now, if it is due; to be called again until it is another.
+        """Send the present command if it is due; must be called again until it changes.
 
         Args:
-            velocity: in W [m/s].
-            yaw_rate: seen from above to the left [rad/s].
+            velocity: velocity in W [m/s].
+            yaw_rate: yaw rate, counter-clockwise seen from above [rad/s].
         """
         if not any((*velocity, yaw_rate)):
             self.stop()
@@ -115,13 +115,13 @@ class Courier:
             self._send(velocity, yaw_rate)
 
     def stop(self) -> None:
-        """Send zero at once, if a motion was asked for."""
+        """Send zero at once, if the last command was a motion."""
         if self.is_asking:
             self._sent = (_STILL, 0.0)
             self._send(*self._sent)
 
     def forget(self) -> None:
-        """Take nothing as sent: another flight begins."""
+        """Forget what was sent: another flight begins."""
         self._sent = (_STILL, 0.0)
 
     def _differs(self, velocity: Velocity, yaw_rate: float) -> bool:
@@ -131,7 +131,7 @@ class Courier:
 
 
 class Device(Enum):
-    """What moves the sticks."""
+    """Source of the sticks' motion."""
 
     NONE = "nothing"
     MOUSE = "mouse"
@@ -140,30 +140,30 @@ class Device(Enum):
 
 
 class Pilot(QObject):
-    """Reads sticks while it is on duty, and sends what they ask for.
+    """Reads sticks while active, and sends their commands.
 
     Args:
-        flight: that is flown.
-        preferences: how strongly sticks are felt.
+        flight: the flight to control.
+        preferences: source of the sticks' sensitivity.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        sticks: where they are, whatever moves them.
-        wish: what they ask for now; nothing while they do not count.
-        barred: why they do not count, "" if they do.
-        device: what moves them.
-        keyboard: keys that are held.
+        sticks: their positions, from any device.
+        wish: their present command; zero while they have no effect.
+        barred: why they have no effect, "" if they have.
+        device: the device that moves them.
+        keyboard: held keys.
         pad_name: of the game pad that flies, "" without one.
-        pads_waiting: how many are plugged in besides.
-        hand_over: why a pad that wanted to fly does not, "" where none was refused.
-        limits: of the flight.
-        handling: how strongly sticks are felt.
-        key_handling: how strongly keys are, which are gentler near an obstacle.
-        clearance: from the nearest obstacle [m], infinite without.
+        pads_waiting: number of other plugged-in pads.
+        hand_over: why a pad that asks to fly may not, "" without a refusal.
+        limits: limits of the flight.
+        handling: sensitivity of the sticks.
+        key_handling: sensitivity of the keys, which is lower near an obstacle.
+        clearance: distance from the nearest obstacle [m], infinite without one.
     """
 
     changed = pyqtSignal()
-    """Something of the above is another."""
+    """One of the attributes has changed."""
 
     def __init__(
         self, flight: FlightModel, preferences: Preferences, parent: QObject | None = None
@@ -190,7 +190,7 @@ class Pilot(QObject):
         flight.streamed.connect(self._hear)
 
     def start(self) -> None:
-        """Go on duty: the screen is seen."""
+        """Start: the screen is visible."""
         self.pads.open()
         self._gate.close()
         self._looked = time.monotonic()
@@ -198,17 +198,17 @@ class Pilot(QObject):
         self.look()
 
     def stop(self) -> None:
-        """Go off duty, with all sticks let go."""
+        """Stop, and release all sticks."""
         self.release()
         self._timer.stop()
 
     def close(self) -> None:
-        """Let go of the game pad, too; the last call."""
+        """Close the game pads, too; must be the last call."""
         self.stop()
         self.pads.close()
 
     def begin(self, view: LiveView) -> None:
-        """Take note that a flight has begun: it was asked for nothing yet."""
+        """Note that a flight has begun, without a command yet."""
         self._courier.forget()
         self._gate.close()
         self.limits = FlightLimits().after(view.values)
@@ -216,14 +216,14 @@ class Pilot(QObject):
         self.changed.emit()
 
     def listen_to_pads(self, listens: bool) -> None:
-        """Let game pads count or not: a window in the background does not fly."""
+        """Enable or disable game pads: they do not fly from an inactive window."""
         if listens and not self._listens_to_pads:
             self._gate.close()
         self._listens_to_pads = listens
         self.look()
 
     def hold_stick(self, side: str, stick: Stick | None) -> None:
-        """Move the left or right stick with the mouse; None lets go of it."""
+        """Move the left or right stick with the mouse; None releases it."""
         if stick is None:
             self._mouse.pop(side, None)
         else:
@@ -231,7 +231,7 @@ class Pilot(QObject):
         self.look()
 
     def release(self) -> None:
-        """Let go of everything, and let the drone stop at once; a pad must be centred first."""
+        """Release everything, and stop the drone at once; a pad must then be centred first."""
         self._mouse.clear()
         self.keyboard.release_all()
         self._gate.close()
@@ -239,13 +239,13 @@ class Pilot(QObject):
         self.look()
 
     def mapping(self, guid: str) -> PadMapping:
-        """Return what the axes of a pad move."""
+        """Return the mapping of a pad's axes."""
         if guid not in self._mappings:
             self._mappings[guid] = read_mapping(self._preferences.store, guid)
         return self._mappings[guid]
 
     def map_pad(self, guid: str, mapping: PadMapping) -> None:
-        """Let the axes of a pad move something else, and keep that; sticks must be centred then."""
+        """Change and store the mapping of a pad's axes; sticks must then be centred."""
         self._mappings[guid] = mapping
         keep_mapping(self._preferences.store, guid, mapping)
         self._gate.close()
@@ -262,12 +262,12 @@ class Pilot(QObject):
                 self.changed.emit()
 
     def give_back(self) -> None:
-        """Let clients ask for control again."""
+        """Allow clients to request control again."""
         self.release()
         self._flight.order(lambda live: live.give_back())
 
     def look(self) -> None:
-        """Read the sticks, and send what they ask for."""
+        """Read the sticks, and send their command."""
         now = time.monotonic()
         passed, self._looked = min(now - self._looked, LONGEST_STEP), now
         sticks, device = self._read(passed)
@@ -286,13 +286,13 @@ class Pilot(QObject):
         self._show(sticks, wish, barred, device)
 
     def _look_around(self, view: LiveView) -> None:
-        """Let keys be gentle near an obstacle."""
+        """Reduce the keys' sensitivity near an obstacle."""
         found = view.snapshot.clearance if view.snapshot is not None else None
         self.clearance = found.distance if found is not None else math.inf
         self.key_handling = self.handling.near(self.clearance)
 
     def _read(self, passed: float) -> tuple[Sticks, Device]:
-        """Return where the sticks are after a time [s], and what moves them."""
+        """Return the sticks after a time [s], and the device that moves them."""
         reading = self.pads.read()
         if self._listens_to_pads:
             for each in self.pads.readings:
@@ -313,7 +313,7 @@ class Pilot(QObject):
         return NEUTRAL, Device.NONE
 
     def _name_pads(self, reading: PadReading | None) -> None:
-        """Take note of which pad flies, and how many wait."""
+        """Note which pad flies, and how many wait."""
         name = reading.name if reading else ""
         waiting = sum(each.number != self.pads.flying for each in self.pads.readings)
         if (name, waiting) != (self.pad_name, self.pads_waiting):
@@ -339,7 +339,7 @@ class Pilot(QObject):
             self.changed.emit()
 
     def _hear(self, published: list[Published]) -> None:
-        """Take note of limits that are changed in flight."""
+        """Note limits that change in flight."""
         told = {change.name: change.value for change in self._reader.read(published)}
         limits = self.limits.after(told)
         if limits != self.limits:
@@ -348,7 +348,7 @@ class Pilot(QObject):
 
 
 def read_handling(preferences: Preferences) -> Handling:
-    """Return how strongly sticks are felt."""
+    """Return the sticks' sensitivity."""
     return Handling(
         preferences.number("stick_speed"),
         preferences.number("stick_yaw_rate"),

@@ -1,7 +1,7 @@
-"""What sticks ask of the drone: velocities along its heading, and how fast it turns.
+"""Commands of sticks: velocities relative to the heading, and yaw rate.
 
-The heading frame H stands level under the drone: x where the nose points, y to its left, z up.
-Left stick: up climbs, right turns clockwise. Right stick: up is forward, right is to the right.
+The heading frame H is level at the drone: x points along the nose, y to its left, z up. Left stick:
+up climbs, right turns clockwise. Right stick: up is forward, right is to the right.
 """
 
 import math
@@ -9,19 +9,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 LEAST_WAY = 0.5
-"""Keys never ask for less than an obstacle at this distance takes a second to reach with [m]."""
+"""Least distance that limits the keys' speed near an obstacle [m]; see `WAY_TIME`."""
 WAY_TIME = 1.0
-"""Near an obstacle keys ask for no speed that takes less time to it [s]."""
+"""Least time to reach an obstacle at the keys' speed [s]."""
 
 
 @dataclass(frozen=True)
 class StickCurve:
-    """Gentle around the middle, and full at the end.
+    """Curve with low sensitivity at the centre and full effect at the end.
 
     Attributes:
-        sensitivity: share that full stick reaches, 0 .. 1.
+        sensitivity: effect of full stick, 0 .. 1.
         expo: share of the cubic part, 0 .. 1; 0 is a straight line.
-        dead_band: share of the way around the middle that asks for nothing, below 1.
+        dead_band: share of the travel around the centre without effect, below 1.
     """
 
     sensitivity: float = 1.0
@@ -29,13 +29,13 @@ class StickCurve:
     dead_band: float = 0.0
 
     def shaped(self, raw: float) -> float:
-        """Return what a stick asks for, -1 .. 1.
+        """Return a stick's command, -1 .. 1.
 
-        What is beyond the dead band is stretched, so that nothing jumps at its edge and full stick
+        The travel beyond the dead band is rescaled, so that its edge has no jump and full stick
         stays full.
 
         Args:
-            raw: how far it is pushed along one axis, -1 .. 1; what is beyond counts as full.
+            raw: deflection along one axis, -1 .. 1; larger values are clipped.
         """
         way = min(abs(raw), 1.0)
         if way <= self.dead_band:
@@ -47,7 +47,7 @@ class StickCurve:
 
 @dataclass(frozen=True)
 class Stick:
-    """A stick's place within its circle of radius 1.
+    """A stick's position within its circle of radius 1.
 
     Attributes:
         x: to the right.
@@ -59,7 +59,7 @@ class Stick:
 
     @property
     def is_neutral(self) -> bool:
-        """Whether it stands in its middle."""
+        """Whether it is centred."""
         return self.x == 0.0 and self.y == 0.0
 
 
@@ -71,8 +71,8 @@ class Sticks:
     """Both sticks of a pilot.
 
     Attributes:
-        left: climbs and turns.
-        right: flies level.
+        left: climb and yaw.
+        right: horizontal flight.
     """
 
     left: Stick = MIDDLE
@@ -80,7 +80,7 @@ class Sticks:
 
     @property
     def are_neutral(self) -> bool:
-        """Whether both stand in their middle."""
+        """Whether both are centred."""
         return self.left.is_neutral and self.right.is_neutral
 
 
@@ -88,7 +88,7 @@ NEUTRAL = Sticks()
 
 
 def within_circle(x: float, y: float) -> Stick:
-    """Return the stick at a place, drawn back to its circle where that is outside."""
+    """Return the stick at a position, limited to its circle."""
     way = math.hypot(x, y)
     if not math.isfinite(way):
         return MIDDLE
@@ -97,13 +97,13 @@ def within_circle(x: float, y: float) -> Stick:
 
 @dataclass(frozen=True)
 class Wish:
-    """What is asked of the drone.
+    """Command to the drone.
 
     Attributes:
-        forward: where the nose points [m/s].
-        left: of it [m/s].
-        climb: up [m/s].
-        yaw_rate: to the left, seen from above [rad/s].
+        forward: velocity along the nose [m/s].
+        left: velocity to the left of it [m/s].
+        climb: velocity up [m/s].
+        yaw_rate: yaw rate, counter-clockwise seen from above [rad/s].
     """
 
     forward: float = 0.0
@@ -112,7 +112,7 @@ class Wish:
     yaw_rate: float = 0.0
 
     def velocity(self, yaw: float) -> tuple[float, float, float]:
-        """Return the velocity in W [m/s] of a drone that points to a yaw [rad]."""
+        """Return the velocity in W [m/s] of a drone with a given yaw [rad]."""
         c, s = math.cos(yaw), math.sin(yaw)
         return c * self.forward - s * self.left, s * self.forward + c * self.left, self.climb
 
@@ -120,18 +120,18 @@ class Wish:
 NOTHING = Wish()
 
 SLACK = 1.001
-"""So that a stick at exactly the limit is not said to be beyond it."""
+"""Tolerance factor, so that a stick exactly at the limit does not count as beyond it."""
 
 
 @dataclass(frozen=True)
 class Bite:
-    """A limit that a wish is beyond.
+    """A limit that a command exceeds.
 
     Attributes:
-        what: is limited, in words.
-        parameter: that says so.
-        asked: too much, in SI.
-        limit: in SI.
+        what: limited quantity, in words.
+        parameter: parameter with the limit.
+        asked: commanded value, in SI.
+        limit: limit, in SI.
         unit: of both.
     """
 
@@ -144,10 +144,10 @@ class Bite:
 
 @dataclass(frozen=True)
 class FlightLimits:
-    """The flight's largest speeds, for every pilot; infinite where unknown.
+    """Limits of the flight's speed, for every pilot; infinite if unknown.
 
     Attributes:
-        level: largest level speed [m/s].
+        level: largest horizontal speed [m/s].
         climb: largest speed up or down [m/s].
         turn: largest yaw rate [rad/s].
     """
@@ -157,7 +157,7 @@ class FlightLimits:
     turn: float = math.inf
 
     def after(self, values: Mapping[str, float]) -> "FlightLimits":
-        """Return the limits once live parameters, by name, have these values."""
+        """Return the limits after a change of live parameters, by name."""
         return FlightLimits(
             values.get("max_speed", self.level),
             values.get("max_climb_rate", self.climb),
@@ -165,7 +165,7 @@ class FlightLimits:
         )
 
     def bites(self, wish: Wish) -> tuple[Bite, ...]:
-        """Return where a wish asks for more than is flown."""
+        """Return the limits that a command exceeds."""
         level = math.hypot(wish.forward, wish.left)
         rows = (
             Bite("level speed", "max_speed", level, self.level, "m/s"),
@@ -177,12 +177,12 @@ class FlightLimits:
 
 @dataclass(frozen=True)
 class Handling:
-    """How strongly sticks are felt.
+    """Sensitivity of the sticks.
 
     Attributes:
-        speed: that full stick asks for, level and up [m/s].
-        yaw_rate: that full stick asks for [rad/s].
-        curve: of all four axes.
+        speed: horizontal and vertical speed at full stick [m/s].
+        yaw_rate: yaw rate at full stick [rad/s].
+        curve: curve of all four axes.
     """
 
     speed: float = 8.0
@@ -190,15 +190,15 @@ class Handling:
     curve: StickCurve = StickCurve()
 
     def near(self, clearance: float) -> "Handling":
-        """Return the handling of keys at a distance from an obstacle [m]: a tap is a smaller step.
+        """Return the keys' handling at a distance from an obstacle [m]: a tap is a smaller step.
 
-        Full stick would take `WAY_TIME` to the obstacle, so all of the way to full stick is as much
-        gentler. Sticks that a hand can hold in between are not.
+        Full stick would take `WAY_TIME` to the obstacle, and partial deflections are reduced by the
+        same factor. Sticks that a hand can hold part-way are not reduced.
         """
         return replace(self, speed=min(self.speed, max(LEAST_WAY, clearance) / WAY_TIME))
 
     def wish(self, sticks: Sticks) -> Wish:
-        """Return what sticks ask for."""
+        """Return the sticks' command."""
         shaped = self.curve.shaped
         if sticks.are_neutral:
             return NOTHING
@@ -211,6 +211,6 @@ class Handling:
 
 
 def heading_velocity(v_WB: tuple[float, ...], yaw: float) -> tuple[float, float, float]:
-    """Return a velocity in W as forward, left and up of a drone that points to a yaw [rad]."""
+    """Return a velocity in W as forward, left and up for a drone with a given yaw [rad]."""
     c, s = math.cos(yaw), math.sin(yaw)
     return c * v_WB[0] + s * v_WB[1], -s * v_WB[0] + c * v_WB[1], v_WB[2]

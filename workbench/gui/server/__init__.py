@@ -1,1 +1,1 @@
-"""Let others watch and fly: begin and end the server, and see who is there."""
+"""The server: let others watch and fly, and see who is connected."""

@@ -1,4 +1,4 @@
-"""Who is connected and who flies, with what the operator can do about it."""
+"""Connected clients and who has control, with the operator's actions on them."""
 
 import math
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ COLUMNS = (
     ("Refused", "commands and operations that were refused"),
 )
 FIRST_NUMBER = 5
-"""Columns from here on are numbers, to the right."""
+"""Columns from this index on have numbers, aligned right."""
 _MAY = {None: "login", Role.VIEW: "watch", Role.COMMAND: "fly"}
 _DOES = {Stage.LIVE: "flies", Stage.HOLD: "silent, holds"}
 
@@ -43,7 +43,7 @@ NOBODY = "No client is connected."
 
 
 class ClientsTable(QTableWidget):
-    """Rows of clients, changed in place so that a selection outlives updates."""
+    """Rows of clients, updated in place so that the selection stays."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(0, len(COLUMNS), parent)
@@ -54,7 +54,7 @@ class ClientsTable(QTableWidget):
             self.setHorizontalHeaderItem(column, heading)
 
     def show_clients(self, clients: Sequence[ClientStatus], control: ControlState | None) -> None:
-        """Show who is here now; who stays keeps its row."""
+        """Show the present clients; known ones keep their row."""
         present = {client.peer for client in clients}
         for row in reversed(range(self.rowCount())):
             if self.peer_at(row) not in present:
@@ -74,7 +74,7 @@ class ClientsTable(QTableWidget):
         return int(item.data(Qt.ItemDataRole.UserRole))
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the rows, or that there are none."""
+        """Paint the rows, or the hint that there are none."""
         super().paintEvent(event)
         port = self.viewport()
         if port is None or self.rowCount() > 0:
@@ -105,7 +105,7 @@ class ClientsTable(QTableWidget):
 
 
 def client_texts(client: ClientStatus, control: ControlState | None) -> tuple[str, ...]:
-    """Return what stands in the columns of a client."""
+    """Return the texts of a client's columns."""
     flies = control is not None and control.hand is Hand.CLIENT and control.peer == client.peer
     does = _DOES.get(control.stage, "lost") if control and flies else "–"
     age = f"{1e3 * client.age:.0f}\N{NO-BREAK SPACE}ms" if client.age < 10.0 else _long(client.age)
@@ -128,7 +128,7 @@ def _side(column: int) -> Qt.AlignmentFlag:
 
 
 def _long(age: float) -> str:
-    """Return an age that is no good sign [s]."""
+    """Return an age that indicates a problem [s]."""
     return f"{age:.0f}\N{NO-BREAK SPACE}s" if math.isfinite(age) and age < 1e4 else "–"
 
 
@@ -136,15 +136,15 @@ class ClientsPanel(QWidget):
     """A table of clients, and three buttons.
 
     Args:
-        flight: that they watch.
+        flight: the clients' flight.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        table: of clients.
-        control: who flies, in words.
-        take_over: lets the operator fly.
-        give_back: lets clients ask for control again.
-        disconnect_button: sends the chosen client away.
+        table: the table of clients.
+        control: who has control, in words.
+        take_over: gives the operator control.
+        give_back: allows clients to request control again.
+        disconnect_button: disconnects the selected client.
     """
 
     def __init__(self, flight: FlightModel, parent: QWidget | None = None) -> None:
@@ -170,14 +170,14 @@ class ClientsPanel(QWidget):
         self.show_network(NetworkView())
 
     def show_network(self, network: NetworkView) -> None:
-        """Show who is here and who flies."""
+        """Show the clients and who has control."""
         peers = network.server.clients if network.server else ()
         chosen = self.chosen
         meant = None if chosen is None else self.table.peer_at(chosen)
         self.table.show_clients(peers, network.control)
         chosen = self.chosen
         if chosen is not None and self.table.peer_at(chosen) != meant:
-            self._clear_choice()  # Qt chose a neighbour, which the user did not mean
+            self._clear_choice()  # Qt selected a neighbour, which the user did not intend
         said = say_control(network)
         if self.control.text() != said:
             self.control.setText(said)
@@ -189,7 +189,7 @@ class ClientsPanel(QWidget):
 
     @property
     def chosen(self) -> int | None:
-        """Row of the client that is chosen."""
+        """Row of the selected client."""
         selection = self.table.selectionModel()
         rows = selection.selectedRows() if selection else []
         return rows[0].row() if rows else None
@@ -244,7 +244,7 @@ class ClientsPanel(QWidget):
 
 
 def say_control(network: NetworkView) -> str:
-    """Return who flies, as a sentence."""
+    """Return who has control, as a sentence."""
     control: ControlState | None = network.control
     if network.server is None:
         return ""

@@ -53,20 +53,20 @@ FILE_HINT = "FILE: a copy of the tokens."
 PHONE_HINT = "A phone in the same network opens the page by this code."
 LOCAL_HINT = "Only this machine opens the page; for a phone, listen at 0.0.0.0 with tokens."
 KEPT = ("host", "port", "token_file", "tls_cert", "tls_key", "allow_commands", "web")
-"""What of a configuration the form says."""
+"""Parts of a configuration in the form."""
 GROUP = "server"
 AFTER_TYPING = 250
-"""Files are looked for when no key was pressed for so long [ms]."""
+"""Delay after the last key before files are checked [ms]."""
 ENDED_WITH_FLIGHT = "the server has ended with its flight: start it again"
 LONGEST = 300
-"""Lines that are kept."""
+"""Number of kept lines."""
 
 
 def reachable_address(listening: str) -> str:
-    """Return where others reach a server; this asks the system, and nothing is sent.
+    """Return the address at which others reach a server; asks the system, and sends nothing.
 
     Args:
-        listening: HOST:PORT, whose host may mean all addresses of this machine.
+        listening: HOST:PORT; the host may stand for all addresses of this machine.
     """
     address = parse_address(listening)
     if not is_wildcard(address.host):
@@ -80,8 +80,8 @@ def connect_line(address: str, config: ServerConfig) -> str:
     """Return the command that watches a served flight.
 
     Args:
-        address: where the server is reached.
-        config: what it was started with.
+        address: address at which the server is reached.
+        config: configuration of the server.
     """
     words = ["workbench monitor", address]
     if config.token_file:
@@ -92,19 +92,19 @@ def connect_line(address: str, config: ServerConfig) -> str:
 
 
 def fingerprint(certificate: str) -> str:
-    """Return by what a client knows a server's certificate, the first one of a file (PEM)."""
+    """Return the fingerprint of a server's certificate, the first one in a file (PEM)."""
     begin, end = ssl.PEM_HEADER, ssl.PEM_FOOTER
     try:
         text = Path(certificate).read_text(encoding="ascii", errors="replace")
         first = text[text.index(begin) : text.index(end) + len(end)]
         digits = hashlib.sha256(ssl.PEM_cert_to_DER_cert(first)).hexdigest()
-    except (OSError, ValueError):  # the server has read it before it was taken away
+    except (OSError, ValueError):  # deleted after the server has read it
         digits = "FINGERPRINT"
     return FINGERPRINT + digits
 
 
 class CodeView(QWidget):
-    """Shows a QR code, black on white in every theme, in whole pixels a module."""
+    """Shows a QR code, black on white in every theme, with a whole number of pixels per module."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -113,11 +113,11 @@ class CodeView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        """Return a size that a phone reads from an arm's length."""
+        """Return a size that a phone can read from an arm's length."""
         return QSize(132, 132)
 
     def show_text(self, text: str) -> None:
-        """Show a text as a code; nothing for ""."""
+        """Show a text as a code; none for ""."""
         if text != self._text:
             self._text = text
             self._code = QPixmap()
@@ -127,7 +127,7 @@ class CodeView(QWidget):
             self.update()
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the code as large as whole pixels allow, in the middle."""
+        """Paint the code as large as whole pixels allow, centred."""
         if self._code.isNull():
             return
         ratio = self.devicePixelRatioF()
@@ -142,14 +142,14 @@ class CodeView(QWidget):
 
 
 class ConnectPanel(QWidget):
-    """Texts that are there while a server listens.
+    """Connection details while a server listens.
 
     Attributes:
-        address: where others reach the server, "" while none listens.
-        texts: lines to copy, by what they are: command, page.
+        address: address for others, "" without a server.
+        texts: lines to copy, by kind: command, page.
         copies: their buttons.
-        code: of the page.
-        hint: what else there is to know.
+        code: QR code of the page.
+        hint: further hints.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -175,7 +175,7 @@ class ConnectPanel(QWidget):
         self.code.hide()
 
     def show_server(self, server: ServerStatus | None, config: ServerConfig) -> None:
-        """Show how to connect to a server that was started so; None where none listens."""
+        """Show how to connect to a server with this configuration; None if no server listens."""
         known = (server.address, server.page) if server else ("", "")
         if known == self._known:
             return
@@ -193,7 +193,7 @@ class ConnectPanel(QWidget):
         self.hint.setText(say_hint(command, page))
 
     def copy_address(self) -> None:
-        """Copy where others reach the server."""
+        """Copy the server's address."""
         _copy(self.address)
 
     def _add(self, grid: QGridLayout, name: str, label: str) -> None:
@@ -214,7 +214,7 @@ class ConnectPanel(QWidget):
 
 
 def say_hint(command: str, page: str) -> str:
-    """Return what else there is to know about connecting by a command line and a page."""
+    """Return further hints about connecting by a command line and a page."""
     if not command:
         return NOT_YET
     hints = [FILE_HINT] if "FILE" in command.split() else []
@@ -232,7 +232,7 @@ def _copy(text: str) -> None:
 
 
 def read_port(text: str) -> int | str:
-    """Return a port as a number; as it is written where it is none, which `check` refuses."""
+    """Return a port as a number; unchanged if it is none, which `check` then refuses."""
     try:
         return read_whole_number(text)
     except WorkbenchError:
@@ -240,12 +240,12 @@ def read_port(text: str) -> int | str:
 
 
 def written_faults(config: ServerConfig) -> Mapping[str, str]:
-    """Return what is wrong, by field, without a look at any file."""
+    """Return errors by field, without access to any file."""
     faults = {}
     if said := _refusal(ServerConfig(port=config.port).check):
         faults["port"] = said
     if said := _refusal(ServerConfig(host=config.host).check):
-        # A host that is none is said before all else; what is left is that others can reach it.
+        # Only an invalid host is an earlier error than an unsafe one that others can reach.
         first = _refusal(ServerConfig(host=config.host, clients=0).check)
         if said == first:
             faults["host"] = said
@@ -255,7 +255,7 @@ def written_faults(config: ServerConfig) -> Mapping[str, str]:
 
 
 def file_faults(config: ServerConfig) -> Mapping[str, str]:
-    """Return what is wrong with files that are named, by field; they are small, and read here."""
+    """Return errors in named files, by field; they are small, and are read here."""
     faults = {}
     if said := _no_plain_file(config.token_file) or _refusal(config.tokens):
         faults["token_file"] = said
@@ -267,7 +267,7 @@ def file_faults(config: ServerConfig) -> Mapping[str, str]:
 
 
 def read_config(store: QSettings) -> ServerConfig:
-    """Return what the form said when it was kept, or the default."""
+    """Return the stored configuration of the form, or the default."""
     found: dict[str, str | int] = {}
     for name in KEPT:
         default = getattr(ServerConfig, name)
@@ -277,18 +277,18 @@ def read_config(store: QSettings) -> ServerConfig:
 
 
 def keep_config(store: QSettings, config: ServerConfig) -> None:
-    """Keep what the form says for the next start; of tokens and keys only the paths."""
+    """Store the form for the next start; of tokens and keys only the paths."""
     for name in KEPT:
         store.setValue(f"{GROUP}/{name}", getattr(config, name))
 
 
 def _no_plain_file(path: str) -> str:
-    """Return why a path cannot be read without waiting, as for a pipe; "" if it can."""
+    """Return why reading a path could block, as for a pipe; "" if it cannot."""
     if not path:
         return ""
     try:
         odd = Path(path).exists() and not Path(path).is_file()
-    except (OSError, ValueError):  # opening it tells what is wrong
+    except (OSError, ValueError):  # opening it reports the error
         return ""
     return f"{path}: is no plain file: choose another" if odd else ""
 
@@ -302,22 +302,22 @@ def _refusal(check: Callable[[], object]) -> str:
 
 
 class ServerForm(QWidget):
-    """Fields that say beside themselves what is wrong with them, and are kept.
+    """Fields that show their errors beside themselves, and are stored.
 
     Args:
-        store: where they are kept.
+        store: storage of the values.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        lines: fields of text, by name.
+        lines: text fields, by name.
         allow_commands: whether clients may fly.
         web: whether a page for phones is served.
     """
 
     changed = pyqtSignal()
-    """What is written, or whether it is right, is another."""
+    """The content, or its validity, has changed."""
     entered = pyqtSignal()
-    """Return was pressed in a field."""
+    """Enter was pressed in a field."""
 
     def __init__(self, store: QSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -358,7 +358,7 @@ class ServerForm(QWidget):
 
     @property
     def config(self) -> ServerConfig:
-        """What is written; its `check` says whether it can be had."""
+        """The configuration; its `check` says whether it is valid."""
         texts = {name: line.text().strip() for name, line in self.lines.items()}
         return ServerConfig(
             **texts | {"port": read_port(texts["port"])},  # type: ignore[arg-type]
@@ -368,20 +368,20 @@ class ServerForm(QWidget):
 
     @property
     def is_right(self) -> bool:
-        """Whether nothing is known to be wrong."""
+        """Whether no error is known."""
         return not any(label.text() for label in self._faults.values())
 
     def fault(self, name: str) -> str:
-        """Return what stands beside a field, "" if nothing does."""
+        """Return the error beside a field, "" without one."""
         return self._faults[name].text()
 
     def check(self) -> bool:
-        """Look at everything now, files too, and return whether all is right."""
+        """Check everything now, including files, and return whether all is valid."""
         self._look_at_files()
         return self.is_right
 
     def let_write(self, may: bool) -> None:
-        """Let the fields be changed or not: a server that runs keeps what it was started with."""
+        """Enable or disable the fields: a running server keeps its configuration."""
         for line in self.lines.values():
             line.setReadOnly(not may)
         for button in self._buttons:
@@ -390,7 +390,7 @@ class ServerForm(QWidget):
         self.web.setEnabled(may)
 
     def make_tokens(self, path: str) -> None:
-        """Write a new file of tokens and name it; only its owner can read it."""
+        """Write a new file of tokens and enter its path; only its owner can read it."""
         try:
             write_tokens(Path(path))
         except WorkbenchError as error:
@@ -401,7 +401,7 @@ class ServerForm(QWidget):
             self._look_at_files()
 
     def _add(self, name: str, label: str, help: str) -> None:
-        """Add a line with its label before it, and what is wrong with it below."""
+        """Add a line with a label before it and its error below."""
         row = self._grid.rowCount()
         line = QLineEdit(self)
         line.setToolTip(help[:1].upper() + help[1:] + ".")
@@ -450,7 +450,7 @@ class ServerForm(QWidget):
     def _choose_new(self) -> None:
         dialog = QFileDialog(self, "Make a file of tokens", "link.tokens")
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # none is overwritten
+        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # no existing file is overwritten
         dialog.selectFile("link.tokens")
         show_file_dialog(dialog, self.make_tokens)
 
@@ -462,7 +462,7 @@ class ServerForm(QWidget):
         self.web.setChecked(config.web)
 
     def _written(self) -> None:
-        """Say at once what is wrong with what is written, and look at files a little later."""
+        """Show errors in the text at once, and check files a little later."""
         config = self.config
         keep_config(self._store, config)
         faults = written_faults(config)
@@ -486,7 +486,7 @@ class ServerForm(QWidget):
 
 
 class Running(Enum):
-    """How a server is; the word is shown."""
+    """State of a server; the word is shown."""
 
     NO_FLIGHT = "No flight"
     STOPPED = "Stopped"
@@ -503,13 +503,13 @@ SIGNS = {Running.LISTENING: "●", Running.FAILED: "✕"}
 def server_state(
     view: LiveView, flies: bool, wanted: Running | None, failure: str
 ) -> tuple[Running, str]:
-    """Return how the server is, and the same as a sentence with what to do.
+    """Return the server's state, and the same as a sentence with what to do.
 
     Args:
-        view: of the flight.
-        flies: whether there is a flight at all.
-        wanted: STARTING or STOPPING while such an order is not answered, else None.
-        failure: why the last start failed, or the server ended; "" else.
+        view: view of the flight.
+        flies: whether there is a flight.
+        wanted: STARTING or STOPPING while such an order has no answer, else None.
+        failure: why the last start failed, or the server ended; else "".
     """
     if not flies or view.phase is Phase.ENDED:
         return Running.NO_FLIGHT, "A server serves a flight: open a scenario first."
@@ -529,18 +529,18 @@ def server_state(
 
 
 class ServerControl(QObject):
-    """One server, of the present flight.
+    """The server of the present flight.
 
     Args:
-        flight: that is served.
+        flight: the flight.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        config: with which the server was started last.
+        config: last configuration of the server.
     """
 
     changed = pyqtSignal()
-    """The state may be another."""
+    """The state may have changed."""
 
     def __init__(self, flight: FlightModel, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -554,12 +554,12 @@ class ServerControl(QObject):
 
     @property
     def state(self) -> tuple[Running, str]:
-        """How the server is, and the same as a sentence with what to do."""
+        """The state, and the same as a sentence with what to do."""
         flies = self._flight.live is not None
         return server_state(self._flight.view, flies, self._wanted, self._failure)
 
     def start(self, config: ServerConfig) -> None:
-        """Start a server; what is wrong with it comes as its state."""
+        """Start a server; an error appears as its state."""
         if self._flight.live is None or self._wanted is not None:
             return
         self.config, self._served = config, self._flight.live
@@ -567,7 +567,7 @@ class ServerControl(QObject):
         self._order(lambda live: live.serve(config))
 
     def stop(self) -> None:
-        """Send all clients away."""
+        """Disconnect all clients and end the server."""
         if self._flight.live is None or self._wanted is Running.STOPPING:
             return
         self._wanted, self._failure, self._listened = Running.STOPPING, "", False
@@ -606,10 +606,10 @@ class ServerControl(QObject):
 
 
 class RefusalLog:
-    """The last refusals in words, with the time at which they were heard of.
+    """The last refusals in words, with the time at which they were reported.
 
     Attributes:
-        lines: oldest first.
+        lines: lines, oldest first.
     """
 
     def __init__(self) -> None:
@@ -617,16 +617,16 @@ class RefusalLog:
         self._total = 0
 
     def begin(self) -> None:
-        """Take what a new server tells as new."""
+        """Treat the reports of a new server as new."""
         self._total = 0
 
     def hear(self, told: Sequence[str], counts: Mapping[str, int], clock: str) -> list[str]:
-        """Take what a server tells, and return the lines that are new.
+        """Take a server's report, and return the new lines.
 
         Args:
             told: its last refusals, newest last.
-            counts: how often something was refused since its start, by code.
-            clock: the time of the day, as text.
+            counts: number of refusals since its start, by code.
+            clock: time of day, as text.
         """
         total = sum(counts.values())
         fresh = total - self._total
@@ -641,7 +641,7 @@ class RefusalLog:
 
 
 def say_counts(counts: Mapping[str, int]) -> str:
-    """Return how often something was refused, as a sentence."""
+    """Return the number of refusals, as a sentence."""
     if not counts:
         return "Nothing was refused."
     often = sorted(counts.items(), key=lambda pair: -pair[1])
@@ -650,7 +650,7 @@ def say_counts(counts: Mapping[str, int]) -> str:
 
 
 class RefusalsPanel(QWidget):
-    """A line that counts, and a list that does not grow without bound.
+    """A line with counts, and a list of limited length.
 
     Attributes:
         counts: the line.
@@ -678,7 +678,7 @@ class RefusalsPanel(QWidget):
         layout.addWidget(self.list, 1)
 
     def show_server(self, server: ServerStatus | None) -> None:
-        """Show what a server tells; what earlier ones told stays in the list."""
+        """Show a server's report; lines of earlier servers stay in the list."""
         if server is None:
             self._served = False
             return
@@ -694,22 +694,22 @@ class RefusalsPanel(QWidget):
 
 
 class ServerScreen(Screen):
-    """Start and stop the server of whatever flies.
+    """Starts and stops the server of the present flight.
 
     Args:
-        workspace: what all screens share.
+        workspace: services that all screens share.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        control: starts and stops.
-        form: where to listen, and whom to let in.
+        control: starts and stops the server.
+        form: configuration of the server.
         connect_panel: how others connect.
-        clients: who is there, and who flies.
-        refusals: what was refused.
+        clients: connected clients, and who has control.
+        refusals: refused requests.
         start_button: starts the server.
         stop_button: ends it.
         copy_button: copies the address.
-        state: whether it runs, a word.
+        state: the server's state, a word.
         said: the same as a sentence.
     """
 
@@ -744,11 +744,11 @@ class ServerScreen(Screen):
         self._show_state()
 
     def begin(self, view: LiveView) -> None:
-        """Take note that a flight has begun, which has no server yet."""
+        """Note that a flight has begun, which has no server yet."""
         self.show_view(view)
 
     def show_view(self, view: LiveView) -> None:
-        """Show how the server does, and who is there."""
+        """Show the server's state, and its clients."""
         if view.network is not self._shown:
             self._shown = view.network
             self.clients.show_network(view.network)
@@ -757,12 +757,12 @@ class ServerScreen(Screen):
         self._show_state()
 
     def start(self) -> None:
-        """Start the server, if what is written is right."""
+        """Start the server if the form is valid."""
         if self.start_button.isEnabled() and self.form.check():
             self.control.start(self.form.config)
 
     def _show_state(self) -> None:
-        """Show whether it runs, and let only that be pressed that has an effect."""
+        """Show the server's state, and enable only buttons that have an effect."""
         running, said = self.control.state
         word = f"{SIGNS.get(running, '○')} {running.value}"
         if word != self.state.text():

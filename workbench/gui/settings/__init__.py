@@ -1,1 +1,1 @@
-"""Settings: what the user prefers, and what flies."""
+"""Settings: the user's preferences, and the set-up of the flight."""

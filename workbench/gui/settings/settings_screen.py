@@ -1,4 +1,4 @@
-"""The Settings screen: what the user prefers, what bounds the flight, and what it is built from."""
+"""The Settings screen: preferences, limits of the flight, and its set-up."""
 
 import copy
 import dataclasses
@@ -50,15 +50,15 @@ MOST_DECIMALS = 6
 
 
 class NumberBox(NumberField):
-    """A number in SI, shown in the unit that the user prefers now.
+    """A number in SI, shown in the user's preferred unit.
 
     Args:
-        preferences: say which unit that is.
-        si: the number's own unit, as the tables have it.
-        minimum: in SI.
-        maximum: in SI.
-        label: for the accessible name.
-        changed: hears the new value in SI, once it is typed or stepped.
+        preferences: source of the unit.
+        si: SI unit of the number, as in the tables.
+        minimum: smallest value, in SI.
+        maximum: largest value, in SI.
+        label: accessible name.
+        changed: called with the new value in SI, once it is typed or stepped.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class NumberBox(NumberField):
 
 
 class Choices(QComboBox):
-    """One of several texts."""
+    """A choice of several texts."""
 
     def __init__(self, texts: Sequence[str], changed: Callable[[str], None]) -> None:
         super().__init__()
@@ -100,13 +100,13 @@ class Choices(QComboBox):
         self.textActivated.connect(changed)
 
     def show_value(self, text: str) -> None:
-        """Show a text; one that is not among the choices, a file's path, is added."""
+        """Show a text; if it is not among the choices, as a file's path, it is added."""
         if self.findText(text) < 0:
             self.addItem(text)
         self.setCurrentText(text)
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Change nothing while the page is scrolled over it."""
+        """Ignore the wheel: the page may be scrolling."""
         if event is not None and not self.hasFocus():
             event.ignore()
         else:
@@ -114,7 +114,7 @@ class Choices(QComboBox):
 
 
 class Switch(QCheckBox):
-    """On or off, in words besides the tick."""
+    """A switch, with its state as text beside the tick."""
 
     def __init__(self, changed: Callable[[bool], None]) -> None:
         super().__init__("off")
@@ -133,7 +133,7 @@ class Switch(QCheckBox):
 
 
 class Folder(QWidget):
-    """The path of a folder, typed or chosen."""
+    """A folder's path, typed or selected."""
 
     def __init__(self, label: str, empty: str, changed: Callable[[str], None]) -> None:
         super().__init__()
@@ -165,7 +165,7 @@ class Folder(QWidget):
 
 
 def decimals_of(span: float) -> int:
-    """Return how many decimals show a thousandth of a range."""
+    """Return the number of decimals that show a thousandth of a range."""
     return min(MOST_DECIMALS, max(1, 2 - math.floor(math.log10(span))))
 
 
@@ -173,13 +173,13 @@ class Row(QWidget):
     """One setting.
 
     Args:
-        label: in words; the control's accessible name, too.
-        help: what it does, a sentence.
-        control: with which it is set.
+        label: text, and accessible name of the control.
+        help: what it does, as a sentence.
+        control: the control.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        reset: puts the default back.
+        reset: restores the default.
     """
 
     def __init__(
@@ -213,12 +213,12 @@ class Row(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
 
     def mark(self, changed: bool) -> None:
-        """Say whether it is not as by default."""
+        """Show whether it differs from the default."""
         self._mark.setText("changed" if changed else "")
         self.reset.setEnabled(changed)
 
     def matches(self, wanted: str) -> bool:
-        """Return whether all words that are looked for stand in it."""
+        """Return whether it contains all words of a search."""
         return all(word in self._words for word in wanted.lower().split())
 
 
@@ -227,13 +227,13 @@ RATES = {
     "control_period": ("Control period", "Between two updates of the controller."),
     "mode_period": ("Mode period", "Between two looks of the flight mode."),
 }
-"""Label and help of each period."""
+"""Label and help text of each period."""
 FACTORS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
-"""A period is one of these times the physics step."""
+"""Allowed ratios of a period to the physics step."""
 STEPS = (1 / 4096, 1 / 2048, 1 / 1024, 1 / 512, 1 / 256)
-"""Physics steps that are offered; exact in binary, so that no flight drifts from its clock [s]."""
+"""Selectable physics steps; exact in binary, so that flights do not drift from their clock [s]."""
 LARGEST_SEED = 2**31 - 1
-"""That every generator of random numbers takes."""
+"""Largest seed that every random number generator accepts."""
 LIMITS = (
     "max_speed",
     "max_climb_rate",
@@ -247,21 +247,21 @@ LIMITS = (
     "stop_distance",
     "warning_distance",
 )
-"""Parameters that bound what a flight does; the gains have a screen of their own."""
+"""Parameters that limit a flight; gains are on the tuning screen."""
 GROUP = "limits"
 WIDEST = 900
-"""Lines longer than this are hard to follow [px]."""
+"""Largest width: longer lines are hard to follow [px]."""
 
 
 @dataclass(frozen=True)
 class FlightSetup:
-    """The part of a scenario that can be chosen here.
+    """The part of a scenario that this screen can change.
 
     Attributes:
-        world: name or path.
-        sensors: that measure, by name or kind.
+        world: name or path of the world.
+        sensors: active sensors, by name or kind.
         noise: whether they are noisy.
-        seed: of noise and turbulence.
+        seed: seed of noise and turbulence.
         rates: periods [s].
     """
 
@@ -272,7 +272,7 @@ class FlightSetup:
     rates: tuple[float, float, float]
 
     def scenario(self, base: Scenario) -> Scenario:
-        """Return a scenario with this in place of its own."""
+        """Return a scenario with this set-up."""
         made = copy.deepcopy(base)
         made.world = self.world
         made.sensors = dataclasses.replace(
@@ -283,11 +283,11 @@ class FlightSetup:
 
 
 def setup_of(scenario: Scenario, kinds: tuple[str, ...]) -> FlightSetup:
-    """Return what a scenario is built from.
+    """Return the set-up of a scenario.
 
     Args:
-        scenario: as it is.
-        kinds: of sensor that its vehicle has; "all" stands for these.
+        scenario: the scenario.
+        kinds: kinds of sensor of its vehicle; "all" stands for these.
     """
     use = tuple(scenario.sensors.use)
     rates = scenario.rates
@@ -301,20 +301,20 @@ def setup_of(scenario: Scenario, kinds: tuple[str, ...]) -> FlightSetup:
 
 
 def period_text(period: float) -> str:
-    """Return a period in words, as 7.8125 ms (128 Hz)."""
+    """Return a period as text, as 7.8125 ms (128 Hz)."""
     rate = 1.0 / period
     return f"{1e3 * period:.6g} ms ({rate:.6g} Hz)"
 
 
 WIDEST_SENSORS = 380
-"""Of the boxes of sensors, which go on in the next line [px]."""
+"""Largest width of the boxes of sensors, which wrap [px]."""
 
 
 class FlightForm(QWidget):
-    """Rows that describe a flight; they change nothing until one is begun with them."""
+    """Rows that describe a flight; they have no effect until a flight is started with them."""
 
     edited = pyqtSignal()
-    """Something is not as it flies now, or is again."""
+    """A row differs from the present flight, or equals it again."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -345,12 +345,12 @@ class FlightForm(QWidget):
 
     @property
     def is_changed(self) -> bool:
-        """Whether it describes another flight than the present one, and one that can be flown."""
+        """Whether it describes a valid flight that differs from the present one."""
         return self._flown is not None and self.setup != self._flown and not self._seed.fault
 
     @property
     def setup(self) -> FlightSetup:
-        """What is described."""
+        """The described set-up."""
         return FlightSetup(
             world=self._world.currentText(),
             sensors=tuple(kind for kind, box in self._boxes.items() if box.isChecked()),
@@ -360,7 +360,7 @@ class FlightForm(QWidget):
         )
 
     def scenario(self) -> Scenario:
-        """Return the scenario that is flown, with what is described in it."""
+        """Return the present scenario with the described set-up."""
         base, setup = self._base or Scenario(), self.setup
         made = setup.scenario(base)
         if self._flown is not None and setup.sensors == self._flown.sensors:
@@ -368,7 +368,7 @@ class FlightForm(QWidget):
         return made
 
     def begin(self, view: LiveView) -> None:
-        """Show what flies."""
+        """Show the present flight."""
         if view.scenario is None or view.vehicle is None:
             return
         kinds = tuple(dict.fromkeys(sensor.kind for sensor in view.vehicle.sensors))
@@ -398,7 +398,7 @@ class FlightForm(QWidget):
             self.show_setup(self._flown)
 
     def _show_kinds(self, kinds: tuple[str, ...]) -> None:
-        """Show a box for every kind of sensor that the vehicle has."""
+        """Show a box for every kind of sensor of the vehicle."""
         if tuple(self._boxes) == kinds:
             return
         for box in self._boxes.values():
@@ -414,7 +414,7 @@ class FlightForm(QWidget):
         return (step, control, mode)
 
     def _show_rates(self, step: float, *periods: float) -> None:
-        """Offer steps, and periods that are whole numbers of them."""
+        """Offer steps, and periods that are whole multiples of them."""
         boxes = list(self._periods.values())
         _offer(boxes[0], sorted({*STEPS, step}), step)
         limits = (SLOWEST["control_period"], SLOWEST["mode_period"])
@@ -424,7 +424,7 @@ class FlightForm(QWidget):
 
     def _choose_period(self, _: str) -> None:
         step, *periods = self._rates()
-        # a period that the new step does not divide becomes the nearest that it does
+        # a period that is no multiple of the new step becomes the nearest one that is
         self._show_rates(step, *(max(1, round(period / step)) * step for period in periods))
         self._show_changes()
 
@@ -456,11 +456,11 @@ def _offer(box: Choices, periods: list[float], chosen: float) -> None:
 
 
 class LimitRow(Row):
-    """One limit of what flies; a value set here is kept, and set again in later flights.
+    """One limit of the flight; a value set here is stored, and set again in later flights.
 
     Args:
-        workspace: of the flight.
-        parameter: its row of the table.
+        workspace: the flight's workspace.
+        parameter: the parameter's row of the table.
     """
 
     def __init__(self, workspace: Workspace, parameter: Parameter) -> None:
@@ -482,11 +482,11 @@ class LimitRow(Row):
         self.mark(False)
 
     def begin(self, vehicle: str, values: Mapping[str, float]) -> bool:
-        """Take note of a new flight; return whether a kept value was set.
+        """Note a new flight; return whether a stored value was set.
 
         Args:
-            vehicle: that flies; limits are kept for each by itself.
-            values: of its parameters at the start.
+            vehicle: the flying vehicle; limits are stored for each vehicle.
+            values: initial parameter values.
         """
         name = self._parameter.name
         self._vehicle = vehicle
@@ -502,13 +502,13 @@ class LimitRow(Row):
         return value != self._start
 
     def show_value(self, value: float) -> None:
-        """Show what is flown."""
+        """Show the present value."""
         self._box.show_value(value)
         self.mark(abs(value - self._start) > 1e-9 * max(1.0, abs(self._start)))
 
     @property
     def name(self) -> str:
-        """Of the parameter."""
+        """Name of the parameter."""
         return self._parameter.name
 
     @property
