@@ -1,4 +1,4 @@
-"""What was flown, as series over time, and changes of live parameters; no Qt."""
+"""Signals of a flight over time, and changes of live parameters; no Qt."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,24 +12,26 @@ from workbench.link.drone_topics import PARAMETERS
 from workbench.link.topics import CODES, PREFIX, Topic, Value
 
 WIDEST = 64
-"""Numbers of a topic that are kept over time; of one with more, a point cloud, the newest."""
+"""Largest number of values of a topic that is stored over time; of larger ones, as a point cloud,
+only the newest sample is stored."""
 SLOWEST = 10.0
-"""Rate that is taken for a topic that comes when something happens [1/s]."""
+"""Assumed rate of a topic that is published on events [1/s]."""
 
 KEPT = 180.0
-"""Of every signal [s]."""
+"""Stored time of every signal [s]."""
 
 
 class TopicTable:
-    """Samples of one topic: numbers over time, texts left out.
+    """Samples of one topic: numbers over time, without texts.
 
     Args:
-        topic: what it carries.
-        seconds: that are kept.
+        topic: the topic.
+        seconds: stored time.
 
     Attributes:
         topic: what it carries.
-        units: of each column, by its name: TOPIC.FIELD, or TOPIC.FIELD.INDEX of several numbers.
+        units: unit of each column, by its name: TOPIC.FIELD, or TOPIC.FIELD.INDEX of several
+            numbers.
         newest: payload of the newest sample, b"" before the first.
     """
 
@@ -57,7 +59,7 @@ class TopicTable:
         self._columns = {name: 1 + index for index, name in enumerate(self.units)}
 
     def append(self, times: Sequence[float], payloads: Sequence[bytes]) -> None:
-        """Append samples at times [s], in their order."""
+        """Append samples at times [s], in order."""
         self.newest = payloads[-1]
         if not self._columns:
             return
@@ -66,13 +68,13 @@ class TopicTable:
         self._ring.append(np.hstack([np.array(times)[:, None], *parts]))
 
     def series(self, name: str, since: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return times and values of a column (N) [s], from a time on: views, to be drawn now."""
+        """Return times and values of a column (N) [s], from a time on: views, for immediate use."""
         rows = self._ring.rows(since)
         return rows[:, 0], rows[:, self._columns[name]]
 
 
 def _offset(topic: Topic, name: str) -> int:
-    """Return where a field begins in a payload [bytes]."""
+    """Return the offset of a field in a payload [bytes]."""
     before = 0
     for each in topic.fields:
         if each.name == name:
@@ -82,10 +84,10 @@ def _offset(topic: Topic, name: str) -> int:
 
 
 class Signals:
-    """Every number that a flight publishes, by its name, as `workbench plot` has it.
+    """Every number that a flight publishes, by its name, as in `workbench plot`.
 
-    Names are TOPIC.FIELD, as velocity_data.v_x, or TOPIC.FIELD.INDEX, as rotors.thrust.0. Fields
-    of text are not here; `newest` has them.
+    Names are TOPIC.FIELD, as velocity_data.v_x, or TOPIC.FIELD.INDEX, as rotors.thrust.0. Text
+    fields are available only from `newest`.
     """
 
     def __init__(self, seconds: float = KEPT) -> None:
@@ -95,13 +97,13 @@ class Signals:
         self.now = 0.0
 
     def begin(self, topics: Iterable[Topic]) -> None:
-        """Forget all: a flight begins, and publishes these topics."""
+        """Clear all: a flight begins, and publishes these topics."""
         self._tables = {topic.id: TopicTable(topic, self._seconds) for topic in topics}
         self._homes = {name: table for table in self._tables.values() for name in table.units}
         self.now = 0.0
 
     def add(self, published: Iterable[Published]) -> None:
-        """Take what was published, in the order of time."""
+        """Add published data, in order of time."""
         gathered: dict[int, tuple[list[float], list[bytes]]] = {}
         for each in published:
             time = each.t_ns * 1e-9
@@ -122,7 +124,7 @@ class Signals:
     def series(self, name: str, since: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
         """Return times [s] and values of a signal from a time on, (N) each.
 
-        Both are views that hold until the next `add`: draw or copy them at once.
+        Both are views that are valid until the next `add`: draw or copy them at once.
 
         Raises:
             WorkbenchError: if there is no such signal.
@@ -145,12 +147,12 @@ class Signals:
 
 @dataclass(frozen=True)
 class ParameterChange:
-    """A parameter that was set.
+    """A change of a parameter.
 
     Attributes:
-        time: when, simulated [s].
-        name: as in the table of parameters.
-        value: in SI units.
+        time: simulated time [s].
+        name: name in the parameter table.
+        value: value in SI units.
     """
 
     time: float
@@ -159,17 +161,17 @@ class ParameterChange:
 
 
 class ParameterReader:
-    """Reads one flight after another."""
+    """Reads parameter changes of one flight after another."""
 
     def __init__(self) -> None:
         self._topic: Topic | None = None
 
     def begin(self, topics: Iterable[Topic]) -> None:
-        """Read a flight that publishes these topics from now on."""
+        """Start reading a flight that publishes these topics."""
         self._topic = next((each for each in topics if each.id == PARAMETERS), None)
 
     def read(self, published: Iterable[Published]) -> Iterator[ParameterChange]:
-        """Go through the changes, in the order of time."""
+        """Yield the changes, in order of time."""
         if self._topic is None:
             return
         for each in published:

@@ -1,6 +1,6 @@
-"""The app's style sheet and palette, made of the colours of `Look`.
+"""The app's style sheet and palette, made from the colours of `Look`.
 
-What a widget is for is said by its property `class`, several with spaces between, as in
+The property `class` states the role of a widget, several separated by spaces, as in
 `dressed(QLabel(text), "heading")`:
 
 - frames: `card` (what belongs together, on its own ground), `strip` (a bar across the window)
@@ -12,8 +12,8 @@ What a widget is for is said by its property `class`, several with spaces betwee
   line of text), `tight` (as high as its own text)
 - number fields: `bare` (without arrows); fields: `bad` (what stands in it cannot be)
 
-Everything else is styled by its kind. A class that changes later needs `restyle(widget)`. Digits
-are of equal width in every font here. A QWidget that is a card needs WA_StyledBackground; a QFrame
+Everything else is styled by its type. A class that changes later needs `restyle(widget)`. Digits
+have equal widths in every font here. A QWidget that is a card needs WA_StyledBackground; a QFrame
 does not.
 """
 
@@ -232,7 +232,7 @@ QStatusBar { background: $card; }
 
 PICTURES = Path(__file__).parent / "pictures"
 SMALLEST_TEXT = 9.5
-"""Below this size digits are hard to tell apart [pt]."""
+"""Digits below this size are hard to read [pt]."""
 Widget = TypeVar("Widget", bound=QWidget)
 
 
@@ -242,7 +242,7 @@ def style_sheet(colours: Colours, points: float, pictures: str) -> str:
     Args:
         colours: light or dark ones.
         points: size of plain text [pt].
-        pictures: folder of the arrows.
+        pictures: folder with the arrows.
     """
     return SHEET.substitute(
         asdict(colours),
@@ -258,7 +258,7 @@ def style_sheet(colours: Colours, points: float, pictures: str) -> str:
 
 
 def _between(one: str, other: str) -> str:
-    """Return the colour in the middle of two, as #rrggbb: for what cannot be used now."""
+    """Return the mean of two colours, as #rrggbb: for disabled widgets."""
     parts = [
         (int(one[at : at + 2], 16) + int(other[at : at + 2], 16)) // 2 for at in range(1, 7, 2)
     ]
@@ -266,7 +266,7 @@ def _between(one: str, other: str) -> str:
 
 
 def apply_style(app: QApplication, look: Look) -> None:
-    """Dress the whole app, now and whenever the colours change."""
+    """Style the whole app, now and whenever the colours change."""
     app.setStyle("Fusion")
     app.setFont(_app_font(app.font()))
     _dress(app, look)
@@ -274,7 +274,7 @@ def apply_style(app: QApplication, look: Look) -> None:
 
 
 def restyle(widget: QWidget) -> None:
-    """Let a changed `class` show."""
+    """Apply a changed `class`."""
     style = widget.style()
     assert style is not None
     style.unpolish(widget)
@@ -282,20 +282,20 @@ def restyle(widget: QWidget) -> None:
 
 
 def dressed(widget: Widget, name: str) -> Widget:
-    """Give a new widget its class, and return it."""
+    """Set the class of a new widget, and return it."""
     widget.setProperty("class", name)
     return widget
 
 
 def set_class(widget: QWidget, name: str) -> None:
-    """Give a widget a class, and let it show where it is another."""
+    """Set the class of a widget, and restyle it if the class differs."""
     if widget.property("class") != name:
         widget.setProperty("class", name)
         restyle(widget)
 
 
 def palette(colours: Colours) -> QPalette:
-    """Return the colours of whatever the style sheet leaves to Qt."""
+    """Return the colours of everything that the style sheet leaves to Qt."""
     made = QPalette()
     role = QPalette.ColorRole
     for which, name in (
@@ -330,7 +330,7 @@ def _dress(app: QApplication, look: Look) -> None:
 
 
 def _app_font(font: QFont) -> QFont:
-    """Return a font for instruments: no smaller than can be read, with digits of equal width."""
+    """Return a font for instruments: legible, and with digits of equal width."""
     font = QFont(font)
     font.setPointSizeF(max(font.pointSizeF(), SMALLEST_TEXT))
     font.setFeature(QFont.Tag("tnum"), 1)

@@ -1,4 +1,4 @@
-"""Colours of the app, light and dark; ink on any ground has a contrast of 4.5 or more."""
+"""Colours of the app, light and dark; text has a contrast of at least 4.5 on any background."""
 
 from dataclasses import dataclass
 
@@ -10,22 +10,22 @@ from workbench.gui.preferences import Preferences
 
 @dataclass(frozen=True)
 class Colours:
-    """Colours by what they are for, as #rrggbb.
+    """Colours by their purpose, as #rrggbb.
 
     Attributes:
-        ground: behind everything.
-        card: behind what belongs together.
-        field: behind what can be typed into, and of charts.
+        ground: background of the window.
+        card: background of cards.
+        field: background of input fields and charts.
         line: borders and grids.
         ink: text.
-        muted: text of less weight: labels, units.
-        accent: what is chosen, and what is to be pressed.
-        on_accent: text on it.
-        good: all is well; always with a word or a shape besides.
-        warning: look here.
+        muted: less prominent text: labels, units.
+        accent: selected items, and the next button to press.
+        on_accent: text on the accent colour.
+        good: all is well; always with a word or a shape.
+        warning: needs attention.
         bad: broken, or beyond a limit.
-        command: what was asked for, in charts.
-        curves: of charts, in their order; to be told apart by the colour-blind too.
+        command: commands, in charts.
+        curves: curves of charts, in order; distinguishable by the colour-blind, too.
         sky: upper half of the attitude indicator.
         earth: its lower half.
     """
@@ -102,15 +102,15 @@ DARK = Colours(
 
 
 class Look(QObject):
-    """The colours in use: as the desktop is, or as the user prefers.
+    """The present colours: those of the desktop, or those that the user prefers.
 
     Args:
-        preferences: where the theme is chosen.
+        preferences: source of the theme.
         parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()
-    """Colours are others now: paint again."""
+    """The colours have changed: repaint."""
 
     def __init__(self, preferences: Preferences, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -123,7 +123,7 @@ class Look(QObject):
 
     @property
     def is_dark(self) -> bool:
-        """Whether ink is lighter than its ground."""
+        """Whether the text is lighter than its background."""
         return self.colours is DARK
 
     def colour(self, name: str) -> QColor:

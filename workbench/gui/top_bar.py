@@ -1,4 +1,4 @@
-"""The top bar: buttons in one row, and how the flight does in another."""
+"""The top bar: a row of buttons, and a row with the state of the flight."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Mapping
@@ -36,36 +36,36 @@ PLAIN, GOOD, WARNING, BAD, MUTED = "", "good", "warning", "bad", "muted"
 CHIP_ICON = 16
 
 LOST = 0.01
-"""Of an autopilot's answers; more of them need a look."""
+"""Share of lost answers of an autopilot above which a warning is shown."""
 WARNINGS = 2
-"""Places for warnings."""
+"""Number of places for warnings."""
 
 SLOWEST, FASTEST = 0.01, 20.0
-"""What a flight can be asked for."""
+"""Limits of the selectable speed."""
 SPEED_WIDTH = 11
-"""Of the speed's text and arrows, in digits."""
+"""Width of the speed's text and arrows, in digits."""
 
 MODE_WIDTH = 15
-"""Of the usual flight modes, in digits."""
+"""Width of the usual flight modes, in digits."""
 
 ICON = 18
 FLYING = ("arm", "take_off", "hold", "land", "stop")
 HOLDING = ("pause", "step", "reset")
 SHORTENED = (("record",), ("arm", "take_off", "hold", "land"))
-"""Buttons that have their picture alone where there is no room for their words; STOP keeps its."""
+"""Buttons that show only their icon if there is no room for text; STOP keeps its text."""
 DISABLED = "line"
-"""Colour of a picture on a button that has no effect now."""
+"""Colour of the icon on a disabled button."""
 
 
 @dataclass(frozen=True)
 class Said:
-    """A few words with a shape.
+    """A short text with an icon.
 
     Attributes:
-        text: the words.
-        icon: the shape, see `icons`.
-        tone: the class of their colour.
-        full: the same as a sentence, for those who hear it.
+        text: the text.
+        icon: name of the icon, see `icons`.
+        tone: class of its colour.
+        full: the same as a sentence, for screen readers.
     """
 
     text: str
@@ -92,7 +92,7 @@ _MODES = {
 
 
 def mode_said(view: LiveView) -> Said:
-    """Return what the drone does."""
+    """Return the flight mode."""
     if view.phase in _PHASES or view.snapshot is None:
         said = _PHASES.get(view.phase, _PHASES[Phase.STARTING])
         return Said(said.text, said.icon, said.tone, f"{said.text}: {view.said}")
@@ -114,7 +114,7 @@ def time_said(view: LiveView) -> Said:
 
 
 def battery_said(view: LiveView) -> Said:
-    """Return how full the battery is."""
+    """Return the battery's charge."""
     if view.snapshot is None:
         return Said("–", "battery", MUTED, "battery: not known yet")
     charge = view.snapshot.charge
@@ -129,7 +129,7 @@ def battery_said(view: LiveView) -> Said:
 
 
 def reached_said(view: LiveView) -> Said:
-    """Return the real-time factor that is reached."""
+    """Return the achieved real-time factor."""
     if view.pace is None or view.phase not in (Phase.FLYING, Phase.PAUSED):
         return Said("–", "pace", MUTED, "speed reached: not known")
     if view.phase is Phase.PAUSED:
@@ -139,7 +139,7 @@ def reached_said(view: LiveView) -> Said:
 
 
 def link_said(view: LiveView) -> Said:
-    """Return who watches and who flies."""
+    """Return who is connected and who has control."""
     server, control = view.network.server, view.network.control
     if server is None:
         return Said("no server", "link", MUTED, "no server runs: start one on the Server screen")
@@ -156,7 +156,7 @@ def link_said(view: LiveView) -> Said:
 
 
 def autopilot_said(view: LiveView) -> Said | None:
-    """Return how the exchange with a program goes that runs the law, None where none does."""
+    """Return the state of the exchange with a program that runs the law, None without one."""
     if view.autopilot is None or view.controller is None or not view.autopilot.exchange:
         return None
     name = view.controller.name
@@ -168,7 +168,7 @@ def autopilot_said(view: LiveView) -> Said | None:
 
 
 def warnings_said(view: LiveView) -> tuple[Said, ...]:
-    """Return what needs a look now, what is nearest to harm first."""
+    """Return the present warnings, the most severe first."""
     if view.snapshot is None or view.phase not in (Phase.FLYING, Phase.PAUSED):
         return ()
     found = []
@@ -182,13 +182,13 @@ def warnings_said(view: LiveView) -> tuple[Said, ...]:
 
 
 class Chip(QWidget):
-    """Shows what was said; it changes only where that changes.
+    """Shows a short text; repainted only if the text changes.
 
     Args:
-        name: of what it tells, for those who hear it.
-        look: colours.
-        characters: of the longest usual text, so that neighbours stand still.
-        parent: in which it stands.
+        name: name of the quantity, for screen readers.
+        look: source of colours.
+        characters: length of the longest usual text, so that neighbours do not move.
+        parent: the Qt parent.
     """
 
     def __init__(
@@ -209,15 +209,15 @@ class Chip(QWidget):
 
     @property
     def text(self) -> str:
-        """What is shown."""
+        """The shown text."""
         return self._text.text()
 
     def reserve(self, reserves: bool) -> None:
-        """Keep room for the longest usual text, or take no more than the present one needs."""
+        """Reserve room for the longest usual text, or only for the present one."""
         self.setMinimumWidth(self._reserved if reserves else 0)
 
     def show_said(self, said: Said) -> None:
-        """Show other words."""
+        """Show another text."""
         before, self._said = self._said, said
         if said == before:
             return
@@ -239,11 +239,11 @@ class Chip(QWidget):
 
 
 class StatusStrip(QFrame):
-    """One line of words with shapes.
+    """A line of short texts with icons.
 
     Args:
-        look: colours.
-        parent: in which it stands.
+        look: source of colours.
+        parent: the Qt parent.
     """
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
@@ -276,14 +276,14 @@ class StatusStrip(QFrame):
         self.setMinimumHeight(self.sizeHint().height())
 
     def show_opening(self, said: str) -> None:
-        """Show what is done to begin another flight; "" once it is over."""
+        """Show the progress of starting another flight; "" when it is over."""
         self.opening.setVisible(bool(said))
         if said:
             full = f"another flight is being prepared: {said}; the present one goes on until then"
             self.opening.show_said(Said(f"opening: {said}", "pace", MUTED, full))
 
     def show_view(self, view: LiveView) -> None:
-        """Show the present."""
+        """Show a view."""
         self.time.show_said(time_said(view))
         self.battery.show_said(battery_said(view))
         self.reached.show_said(reached_said(view))
@@ -300,10 +300,10 @@ class StatusStrip(QFrame):
 
 
 class SpeedBox(NumberField):
-    """A number of times real time; its arrows go from one usual factor to the next.
+    """The real-time factor; its arrows step through the usual factors.
 
     Args:
-        parent: in which it stands.
+        parent: the Qt parent.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -314,12 +314,12 @@ class SpeedBox(NumberField):
         self.setToolTip("Speed wanted: simulated seconds in a second; arrows step through presets")
 
     def show_factor(self, factor: float) -> None:
-        """Show what is in force, unless the user is about to type another."""
+        """Show the present factor, unless the user is typing another one."""
         if factor != self.value() and not self.is_typed_in and not self.fault:
             self.show_si(factor)
 
     def stepBy(self, steps: int) -> None:
-        """Go to the next usual factor, and so on."""
+        """Step through the usual factors."""
         self.restore()
         for _ in range(abs(steps)):
             self.setValue(next_speed(self.value(), up=steps > 0))
@@ -335,14 +335,14 @@ def next_speed(factor: float, *, up: bool) -> float:
 
 
 class TopBar(QFrame):
-    """What flies, how it does, and what can be asked of it; on every screen.
+    """The flight, its state, and its actions; visible on every screen.
 
     Args:
-        workspace: whose flight is shown.
-        actions: of the table, by name.
-        control: gives the flight its orders.
-        recorder: the Record button's model.
-        parent: in which it stands.
+        workspace: has the flight.
+        actions: actions of the table, by name.
+        control: controls the flight.
+        recorder: model of the Record button.
+        parent: the Qt parent.
     """
 
     def __init__(
@@ -378,19 +378,19 @@ class TopBar(QFrame):
         return self._buttons[name]
 
     def show_view(self, view: LiveView) -> None:
-        """Show the present."""
+        """Show a view."""
         self.badge.show_said(mode_said(view))
         self.strip.show_view(view)
         if view.pace is not None:
             self.speed.show_factor(view.pace.asked)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Show as many words as there is room for."""
+        """Show as much text as there is room for."""
         super().resizeEvent(event)
         self._fit()
 
     def event(self, event: QEvent | None) -> bool:
-        """Look again where something has grown wider than there is room for."""
+        """Adapt when something has grown too wide."""
         done = super().event(event)
         if event is not None and event.type() is QEvent.Type.LayoutRequest:
             wide = self._row.minimumSize().width() > self.width()
@@ -399,16 +399,16 @@ class TopBar(QFrame):
         return done
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Look again once all is shown: buttons have the style's size only from then on."""
+        """Adapt once everything is shown: buttons get the style's size only then."""
         super().showEvent(event)
         QTimer.singleShot(0, self._fit)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the height of both rows; what is too wide is shortened."""
+        """Return the height of both rows; texts that are too wide are shortened."""
         return QSize(0, super().minimumSizeHint().height())
 
     def _fit(self) -> None:
-        """Shorten one group after the other, until all has room."""
+        """Shorten one group after the other, until everything fits."""
         for shortened in range(len(SHORTENED) + 2):
             for index, names in enumerate(SHORTENED):
                 for name in names:
@@ -436,7 +436,7 @@ class TopBar(QFrame):
         self._fit()
 
     def _draw(self) -> None:
-        """Draw the pictures in the present colours."""
+        """Draw the icons in the present colours."""
         for name in self._buttons:
             self._draw_button(name, find_row(name).icon)
         self._show_recording()
@@ -458,7 +458,7 @@ class TopBar(QFrame):
         for name in FLYING:
             row.addWidget(self._make_button(name, with_text=True))
         self._buttons["stop"].setProperty("class", "danger")
-        self._buttons["stop"].setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its key is F12, and no other
+        self._buttons["stop"].setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its only key is F12
         row.addSpacing(10)
         for name in HOLDING:
             row.addWidget(self._make_button(name, with_text=False))

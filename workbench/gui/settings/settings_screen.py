@@ -541,7 +541,7 @@ def words(name: str) -> str:
 
 
 def _number(kept: object, parameter: Parameter, otherwise: float) -> float:
-    """Return a number that was kept, unless that is no good any more."""
+    """Return a stored number if it is still valid."""
     try:
         value = float(str(kept))
     except ValueError:
@@ -550,11 +550,11 @@ def _number(kept: object, parameter: Parameter, otherwise: float) -> float:
 
 
 class PreferenceRow(Row):
-    """One preference, and what it is now.
+    """One preference, with its present value.
 
     Args:
-        workspace: where it is kept.
-        preference: its row of the table.
+        workspace: has the preferences.
+        preference: the preference's row of the table.
     """
 
     def __init__(self, workspace: Workspace, preference: Preference) -> None:
@@ -567,7 +567,7 @@ class PreferenceRow(Row):
         self.show_present()
 
     def show_present(self) -> None:
-        """Show what is preferred now."""
+        """Show the present value."""
         value = self._preferences.value(self.preference.name)
         self._control.show_value(value)  # type: ignore[arg-type]
         self.mark(value != self.preference.default)
@@ -620,7 +620,7 @@ class Group(QFrame):
             layout.addWidget(row)
 
     def show_matching(self, wanted: str) -> int:
-        """Show the rows that have all words, and return how many do."""
+        """Show the rows that contain all words, and return their number."""
         found = [row for row in self.rows if row.matches(wanted)]
         for row in self.rows:
             row.setVisible(row in found)
@@ -629,7 +629,7 @@ class Group(QFrame):
 
 
 class SettingsScreen(Screen):
-    """Everything that can be set besides gains, made of tables and searchable."""
+    """All settings other than gains, made from tables and searchable."""
 
     title = "Settings"
     icon = "settings"
@@ -666,7 +666,7 @@ class SettingsScreen(Screen):
         self._show_edited()
 
     def begin(self, view: LiveView) -> None:
-        """Show what flies, and set the limits that were kept for it."""
+        """Show the present flight, and set the limits stored for it."""
         self._form.begin(view)
         self._reader.begin(view.topics)
         if self._to_keep is not None and view.scenario == self._to_keep:  # it can be flown
@@ -701,7 +701,7 @@ class SettingsScreen(Screen):
         area.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         area.setWidget(column)
         top = QHBoxLayout()
-        top.setContentsMargins(8, 0, 16, 0)  # in line with the cards below
+        top.setContentsMargins(8, 0, 16, 0)  # aligned with the cards below
         self._search.setMaximumWidth(WIDEST - 16)
         top.addStretch(1)
         top.addWidget(self._search, 1000)

@@ -1,1 +1,1 @@
-"""The tuning screen: excite the drone, see its response, its margins and its poles, and choose."""
+"""The tuning screen: excite the drone, see its response, margins and poles, and choose gains."""

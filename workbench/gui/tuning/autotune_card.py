@@ -1,4 +1,4 @@
-"""The card that searches gains for wishes, and lets the user decide."""
+"""The card that searches gains for wishes and shows the result for approval."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -38,14 +38,14 @@ from workbench.scenario.axes import find_axis
 
 _BOUND = re.compile(rf"(?P<sign>[<>≤≥]=?)\s*(?P<number>{NUMBER})")
 MOST = 6
-"""Wishes that there is room for."""
+"""Largest number of wishes."""
 LEAST_LIST = 48
-"""Height of what is scrolled, two rows; Qt asks for more than 720 px of window have [px]."""
+"""Height of the scrolled part, two rows; Qt would demand a window of more than 720 px [px]."""
 DEFAULT = ("level.rise_time <= 0.4 s", "level.overshoot <= 10 %", "tilt.phase_margin >= 45 deg")
 
 
 def completions(law: Controller) -> tuple[str, ...]:
-    """Return the beginnings that a wish about a controller may have, as `x.rise_time <= `."""
+    """Return possible beginnings of a wish for a controller, as `x.rise_time <= `."""
     return tuple(
         f"{subject}.{metric.name} {'>=' if metric.better > 0 else '<='} "
         for metric in WISHED
@@ -54,7 +54,7 @@ def completions(law: Controller) -> tuple[str, ...]:
 
 
 def what_is_wrong(text: str, law: Controller) -> str:
-    """Return what is wrong with a wish, as a sentence; "" where nothing is."""
+    """Return what is wrong with a wish, as a sentence; "" if it is valid."""
     bound = _BOUND.search(text)
     try:
         if bound:
@@ -66,7 +66,7 @@ def what_is_wrong(text: str, law: Controller) -> str:
 
 
 def with_point(text: str) -> str:
-    """Return a wish with a point before the decimals of its number, where it has a comma."""
+    """Return a wish with a decimal point in place of a comma."""
     bound = _BOUND.search(text)
     if bound is None:
         return text.strip()
@@ -76,7 +76,7 @@ def with_point(text: str) -> str:
 
 
 class WishLine(QWidget):
-    """One wish, and below it what is wrong with it."""
+    """One wish, with its error below."""
 
     changed = pyqtSignal()
     """The text changed."""
@@ -100,16 +100,16 @@ class WishLine(QWidget):
 
     @property
     def text(self) -> str:
-        """The wish, "" for none."""
+        """The wish, "" if the line is empty."""
         return with_point(self.field.text())
 
     @property
     def is_good(self) -> bool:
-        """Whether nothing is seen to be wrong."""
+        """Whether no error is known."""
         return not self.text or not what_is_wrong(self.text, self._law)
 
     def set_controller(self, law: Controller) -> None:
-        """Take wishes about the loops of a controller."""
+        """Accept wishes about the loops of a controller."""
         self._law = law
         completer = QCompleter(list(completions(law)), self)
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
@@ -117,14 +117,14 @@ class WishLine(QWidget):
         self.field.setCompleter(completer)
 
     def blame(self, said: str) -> None:
-        """Say what is wrong, "" for nothing."""
+        """Show an error, "" for none."""
         self.fault.setText(f"✕ {said}" if said else "")
         self.fault.setVisible(bool(said))
         self.field.setAccessibleDescription(said)
         set_class(self.field, "bad" if said else "")
 
     def _check(self, *, typing: bool) -> None:
-        """Say what is wrong once the line is left; take it back as soon as it is mended."""
+        """Show an error once the line loses the focus; clear it as soon as it is corrected."""
         if self.is_good:
             self.blame("")
         elif not typing:
@@ -134,10 +134,10 @@ class WishLine(QWidget):
 
 
 class WishLines(QWidget):
-    """Wishes below each other, always with an empty line for another one.
+    """Wishes one below the other, always with an empty line for another one.
 
     Args:
-        wishes: at first.
+        wishes: initial wishes.
     """
 
     changed = pyqtSignal()
@@ -159,16 +159,16 @@ class WishLines(QWidget):
 
     @property
     def wishes(self) -> tuple[str, ...]:
-        """What is wished, without empty lines."""
+        """The wishes, without empty lines."""
         return tuple(line.text for line in self.lines if line.text)
 
     @property
     def are_good(self) -> bool:
-        """Whether there is a wish, and nothing wrong with any."""
+        """Whether there is a wish, and all are valid."""
         return bool(self.wishes) and all(line.is_good for line in self.lines)
 
     def set_controller(self, law: Controller) -> None:
-        """Take wishes about the loops of a controller; say which cannot be about it."""
+        """Accept wishes about the loops of a controller; mark those with unknown loops."""
         self._law = law
         for line in self.lines:
             line.set_controller(law)
@@ -188,11 +188,11 @@ class WishLines(QWidget):
 
 
 class AutoTuneCard(Card):
-    """Wishes, then a search that can be stopped, then a before and after to accept or not.
+    """Wishes, a search that can be stopped, and its result, which the user accepts or rejects.
 
     Args:
         workspace: analysis, colours and units.
-        trial: what is tried.
+        trial: the gains that are being tried.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -236,18 +236,18 @@ class AutoTuneCard(Card):
 
     @property
     def is_running(self) -> bool:
-        """Whether a search runs."""
+        """Whether a search is in progress."""
         return self._running
 
     def begin(self) -> None:
-        """Forget the search for another vehicle."""
+        """Clear the search for another vehicle."""
         self._running, self._asked, self._tuned = False, None, None
         self.wishes.set_controller(self._trial.gains.table.controller)
         self.pages.setCurrentIndex(0)
         self._show_state()
 
     def search(self) -> None:
-        """Begin to search from the proposed gains on."""
+        """Start a search from the proposed gains."""
         if self._running or not self.wishes.are_good or not self._trial.proposed:
             return
         self._asked = Tune(self._trial.proposed, self.wishes.wishes, self._trial.gains.velocity)

@@ -1,4 +1,4 @@
-"""Cards of the tuning screen, and what their contents share."""
+"""Cards of the tuning screen, and parts that they share."""
 
 from collections.abc import Mapping, Sequence
 
@@ -26,13 +26,13 @@ class Card(QFrame):
     """A framed part of a screen, with a heading.
 
     Args:
-        title: its heading and accessible name.
+        title: heading and accessible name.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        head: the line of the heading; buttons go to its end.
-        said: a sentence beside the heading.
-        body: below it.
+        head: line with the heading; buttons are at its end.
+        said: sentence beside the heading.
+        body: layout below the heading.
     """
 
     def __init__(self, title: str, parent: QWidget | None = None) -> None:
@@ -53,7 +53,7 @@ class Card(QFrame):
 
 
 class Sentence(ElidedLabel):
-    """A sentence in one line that is cut where there is no room, coloured by its tone."""
+    """A sentence in one line that is elided if necessary, coloured by its tone."""
 
     def __init__(self, tone: str = "muted") -> None:
         super().__init__()
@@ -61,7 +61,7 @@ class Sentence(ElidedLabel):
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def say(self, text: str, tone: str = "muted") -> None:
-        """Say something, as muted, good, warning or bad."""
+        """Show a sentence as muted, good, warning or bad."""
         set_class(self, tone)
         if text != self.text():
             self.setText(text)
@@ -69,7 +69,7 @@ class Sentence(ElidedLabel):
 
 
 def wrapped(tone: str = "muted") -> QLabel:
-    """Return a label whose text wraps."""
+    """Return a label with wrapped text."""
     label = QLabel()
     label.setProperty("class", tone)
     label.setWordWrap(True)
@@ -77,7 +77,7 @@ def wrapped(tone: str = "muted") -> QLabel:
 
 
 def fields_beside(fields: Sequence[tuple[str, QWidget]], narrowest: int = 78) -> QGridLayout:
-    """Return fields beside each other, each below its label.
+    """Return fields side by side, each below its label.
 
     Args:
         fields: text of the label, and the field.
@@ -94,12 +94,12 @@ def fields_beside(fields: Sequence[tuple[str, QWidget]], narrowest: int = 78) ->
 
 
 def offer(box: QComboBox, texts: Mapping[str, str], first: str | None = None) -> bool:
-    """Let a box offer other items, without a signal; return whether they are others.
+    """Set the items of a box, without a signal; return whether they differ from the present ones.
 
     Args:
-        box: keeps what is chosen, where it is still there.
-        texts: of the items, by their data.
-        first: what is chosen otherwise; the first item where it is none of them.
+        box: the box, which keeps its selection if possible.
+        texts: texts of the items, by their data.
+        first: default selection; the first item if it is not among them.
     """
     if [*texts] == [box.itemData(index) for index in range(box.count())]:
         return False

@@ -1,4 +1,4 @@
-"""The card that compares designs: kept, flown, proposed, the slots, and other controllers."""
+"""The card that compares designs: kept, flown, proposed, slots, and other controllers."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -46,18 +46,18 @@ STEP, FREQUENCY, POLES, TABLE = "Step", "Frequency", "Poles", "Table"
 VIEWS = (STEP, FREQUENCY, POLES, TABLE)
 COMMANDED = "command"
 HIGH = 250
-"""From this height on the phase stands below the magnitude [px]."""
+"""Least height at which the phase is below the magnitude [px]."""
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a design.
+    """Known results of a design.
 
     Attributes:
-        name: of the design.
-        predicted: its step, None where it is not known, or there is none.
-        judged: its margins, None where they are not known.
-        said: why something is not known, "" where it will be.
+        name: name of the design.
+        predicted: its step response, None if unknown or not requested.
+        judged: its margins, None if unknown.
+        said: why something is unknown, "" if it is still expected.
     """
 
     name: str
@@ -66,21 +66,21 @@ class Known:
     said: str = ""
 
     def loop(self, name: str) -> JudgedLoop | None:
-        """Return a loop of it, None where it has none of that name, or is not known."""
+        """Return one of its loops, None if it does not exist or is unknown."""
         loops = self.judged.loops if self.judged is not None else ()
         return next((loop for loop in loops if loop.name == name), None)
 
 
 @dataclass(frozen=True)
 class Compared:
-    """A row of the table: a number of each design.
+    """A row of the table: one number for each design.
 
     Attributes:
-        name: as on the command line, as overshoot or pitch.phase_margin.
-        label: on the screen.
-        limit: how it is shown, and what it should keep.
-        values: of the designs in SI; NaN where one has none.
-        help: about each value.
+        name: name as on the command line, as overshoot or pitch.phase_margin.
+        label: name on the screen.
+        limit: its format and its limit.
+        values: values of the designs in SI; NaN if a design has none.
+        help: explanation of each value.
     """
 
     name: str
@@ -91,7 +91,7 @@ class Compared:
 
     @property
     def best(self) -> int | None:
-        """Place of the best value; None where there is no second one, or two are shown alike."""
+        """Index of the best value; None with fewer than two values, or if two look alike."""
         shown = [self.limit.shown(value) for value in self.values]
         known = [value for value in shown if not math.isnan(value)]
         if len(known) < 2:
@@ -114,9 +114,9 @@ def compared_rows(designs: Sequence[Known], loop: str, limit_of: LimitOf) -> tup
     """Return the numbers of designs: of the step, of each one's weakest loop, and of one loop.
 
     Args:
-        designs: a column each.
-        loop: name of the loop that is looked at.
-        limit_of: gives a limit by its name, as shown; by these the weakest loop is found.
+        designs: one column each.
+        loop: name of the selected loop.
+        limit_of: returns a limit by name, as shown; these determine the weakest loop.
     """
     weakest = [
         weakest_loop(each.judged, limit_of) if each.judged is not None else None for each in designs
@@ -132,13 +132,13 @@ def compared_rows(designs: Sequence[Known], loop: str, limit_of: LimitOf) -> tup
 def table_rows(
     compared: Sequence[Compared], designs: Sequence[Known], loop: str, limit_of: LimitOf
 ) -> tuple[Row, ...]:
-    """Return the rows of the table, with a line above the margins of the loops that says whose.
+    """Return the rows of the table, with a line that names the loop above its margins.
 
     Args:
-        compared: as `compared_rows` gives them.
-        designs: a column each.
-        loop: name of the loop that is looked at.
-        limit_of: gives a limit by its name, as shown.
+        compared: result of `compared_rows`.
+        designs: one column each.
+        loop: name of the selected loop.
+        limit_of: returns a limit by name, as shown.
     """
     rows = [each.row(limit_of(each.limit.name)) for each in compared]
     cells = []
@@ -156,7 +156,7 @@ def table_rows(
 
 
 def csv_text(compared: Sequence[Compared], designs: Sequence[Known]) -> str:
-    """Return the numbers as CSV, in SI: a line each, named and in units as on the command line."""
+    """Return the numbers as CSV in SI: one per line, with names and units of the command line."""
     lines = [",".join(["metric", "unit", *(each.name for each in designs)])]
     for row in compared:
         unit = find_metric(row.limit.name).unit
@@ -166,7 +166,7 @@ def csv_text(compared: Sequence[Compared], designs: Sequence[Known]) -> str:
 
 
 def plain_text(rows: Sequence[Row], designs: Sequence[Known]) -> str:
-    """Return the table as it is shown, in columns; a star stands behind the best of a row."""
+    """Return the table as shown, in columns; a star marks the best value of a row."""
     lines = [["", *(f"{each.name} " for each in designs)]]
     for row in rows:
         lines.append([row.label, *(c.text + ("*" if c.marked else " ") for c in row.cells)])
@@ -216,16 +216,16 @@ def _label(limit: Limit) -> str:
 
 
 def _why(design: Known) -> str:
-    """Return why nothing is known of a design, "" where it is."""
+    """Return why nothing is known of a design, "" if it is known."""
     return design.said or ("not known yet" if design.judged is None else "")
 
 
 class Bode(QWidget):
-    """Magnitude above phase, or beside it where there is no height for both.
+    """Magnitude above phase, or beside it if the height is too small.
 
     Args:
-        magnitude: of a loop.
-        phase: of it.
+        magnitude: magnitude of a loop.
+        phase: phase of the loop.
     """
 
     def __init__(self, magnitude: StaticPlot, phase: StaticPlot) -> None:
@@ -241,7 +241,7 @@ class Bode(QWidget):
         return QSize(320, 120)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Arrange the plots as the height allows."""
+        """Arrange the plots according to the height."""
         directions = QBoxLayout.Direction
         high = self.height() >= HIGH
         self._box.setDirection(directions.TopToBottom if high else directions.LeftToRight)
@@ -249,12 +249,12 @@ class Bode(QWidget):
 
 
 def lagging_phase(frequency: np.ndarray, loop: np.ndarray, crossover: float) -> np.ndarray:
-    """Return the phase of a loop L (F) without jumps [rad], between -360 and 0 deg at crossover.
+    """Return the phase of a loop L (F) unwrapped [rad], between -360 and 0 deg at crossover.
 
     Args:
         frequency: (F) [rad/s].
         loop: (F), complex.
-        crossover: of it [rad/s], NaN for none; then the lowest frequency counts.
+        crossover: crossover frequency [rad/s], NaN for none; then the lowest frequency counts.
     """
     phase: np.ndarray = np.unwrap(np.angle(loop))
     at = np.interp(crossover, frequency, phase) if math.isfinite(crossover) else phase[0]
@@ -262,21 +262,21 @@ def lagging_phase(frequency: np.ndarray, loop: np.ndarray, crossover: float) -> 
 
 
 class CompareCard(Card):
-    """Shows designs over each other: their steps, their poles, and a table of their numbers.
+    """Compares designs: step responses, poles, and a table of numbers.
 
-    The step is that of the excitation, from hover. What differs from the kept gains stands in the
-    legend; a click there hides a design, the menu chooses among all.
+    The step is that of the excitation, from hover. The legend shows the differences from the kept
+    gains; a click there hides a design, and the menu selects designs.
 
     Args:
         workspace: flight, analysis and colours.
-        trial: what is tried, and by which step.
-        designs: that there are.
-        limits: that numbers should keep.
+        trial: the gains that are being tried, and the step.
+        designs: the existing designs.
+        limits: limits of the numbers.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        view: what is shown of the designs.
-        loop: whose margins stand in the table.
+        view: the shown results.
+        loop: loop whose margins are in the table.
     """
 
     def __init__(
@@ -326,22 +326,22 @@ class CompareCard(Card):
 
     @property
     def chosen(self) -> tuple[Design, ...]:
-        """The designs that are compared."""
+        """The compared designs."""
         return tuple(each for each in self._designs.all() if self._is_chosen(each))
 
     def begin(self) -> None:
-        """Forget the answers about another flight, or another controller."""
+        """Clear the answers about another flight, or another controller."""
         self._keeping = None
         self._answers.clear()
         self.loop.clear()
         self._follow()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._answers.set_seen(seen)
 
     def choose_design(self, design: Design, chosen: bool) -> None:
-        """Compare a design, or no longer."""
+        """Add a design to the comparison, or remove it."""
         if design.controller:
             (self._added.add if chosen else self._added.discard)(design.controller)
         else:
@@ -370,7 +370,7 @@ class CompareCard(Card):
         self._go_on_keeping()
 
     def copy_text(self) -> None:
-        """Copy the table as it is shown."""
+        """Copy the table as shown."""
         known = self._known()
         self._copy(plain_text(self._rows(known), known))
 
@@ -380,7 +380,7 @@ class CompareCard(Card):
         self._copy(csv_text(compared_rows(known, self._loop, self._limits.value), known))
 
     def _go_on_keeping(self) -> None:
-        """Keep what was to be kept once it flies; give up where something else is proposed."""
+        """Keep the requested gains once they fly; give up if other gains are proposed."""
         gains = self._trial.gains
         if self._keeping is None:
             return
@@ -396,14 +396,14 @@ class CompareCard(Card):
         return design.name not in self._hidden
 
     def _follow(self) -> None:
-        """Ask about what is chosen now."""
+        """Ask about the selected designs."""
         drawn = self.view.currentText() == FREQUENCY
         self._answers.follow(self.chosen, self._trial.step, self._loop if drawn else "")
         self._soon.start()
 
     @property
     def _loop(self) -> str:
-        """Name of the chosen loop, "" before one is known."""
+        """Name of the selected loop, "" before one is known."""
         return self.loop.currentData() or ""
 
     def _known(self) -> tuple[Known, ...]:
@@ -414,7 +414,7 @@ class CompareCard(Card):
         )
 
     def _show(self) -> None:
-        """Show what is known now."""
+        """Show the known results."""
         designs = self.chosen
         self._offer_loops(designs)
         self.stack.setCurrentIndex(self.view.currentIndex())
@@ -446,12 +446,12 @@ class CompareCard(Card):
         self.legend.setAccessibleDescription("; ".join(lines))
 
     def _drawn_entries(self) -> tuple[Entry, ...]:
-        """Return the legend of the chart that is shown: its numbers, and values at the cursor."""
+        """Return the legend of the shown chart: its numbers, and values at the cursor."""
         shown = {STEP: self.plot, FREQUENCY: self.magnitude}.get(self.view.currentText())
         return shown.legend.entries if shown is not None else ()
 
     def _listed(self) -> tuple[Design, ...]:
-        """Return what stands in the legend: all sets, and the controllers that are chosen."""
+        """Return the entries of the legend: all sets, and the selected controllers."""
         return tuple(
             each for each in self._designs.all() if not each.controller or self._is_chosen(each)
         )
@@ -536,7 +536,7 @@ class CompareCard(Card):
             self._follow()
 
     def _sentence(self) -> tuple[str, str]:
-        """Return how far the answers are, or who is best in most rows."""
+        """Return how complete the answers are, or which design is best in most rows."""
         designs = self.chosen
         refused = [(each, self._answers.refusal(each)) for each in designs]
         reasons = [f"{each.name}: {why}" for each, why in refused if why]
@@ -585,7 +585,7 @@ class CompareCard(Card):
         self._add_copies(menu)
 
     def _add_uses(self, menu: QMenu, design: Design) -> None:
-        """Offer what can be done with a design."""
+        """Add actions for a design."""
         profile = self._designs.profile
         if design.name != FLOWN:
             fly = _action(menu, f"Fly {design.name}", lambda _: self.fly(design))
@@ -606,7 +606,7 @@ class CompareCard(Card):
             self._notices.inform("The table is on the clipboard.")
 
     def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
-        """Offer what can be done with the column under the pointer, or with the table."""
+        """Offer actions for the column under the pointer, or for the table."""
         assert event is not None
         if self.view.currentText() != TABLE:
             return
@@ -640,7 +640,7 @@ class CompareCard(Card):
         for part in (self.plot, Bode(self.magnitude, self.phase), self.plane, area):
             self.stack.addWidget(part)
         line = QHBoxLayout()
-        line.setSpacing(SPACING // 2)  # all of it fits beside gains and response
+        line.setSpacing(SPACING // 2)  # fits beside gains and response
         for box in (self.view, self.loop):
             line.addWidget(box, 1)
         for button in (self.choose, self.use):
@@ -651,7 +651,7 @@ class CompareCard(Card):
 
 
 def _menu_button(text: str, said: str, fill: Callable[[QMenu], None]) -> QToolButton:
-    """Return a button whose menu is made anew each time it is opened."""
+    """Return a button whose menu is made each time it is opened."""
     button = QToolButton()
     button.setText(text)
     button.setToolTip(said)

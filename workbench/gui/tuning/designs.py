@@ -1,4 +1,4 @@
-"""The designs that can be compared, gains and controllers, and what is known of them."""
+"""The designs that can be compared, gains and controllers, and their known results."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,10 +32,10 @@ from workbench.gui.tuning.trial import Trial
 from workbench.scenario.parameters import OTHERS, SIGNAL_PATH
 
 MOST_NAMES = 3
-"""Names that a short text has."""
+"""Largest number of names in a short text."""
 KEPT, FLOWN, PROPOSED, TRIED = "kept", "flown", "proposed", "tried"
 NAMES = (KEPT, FLOWN, PROPOSED, *SLOTS)
-"""Of the sets of gains, in the order in which they stand beside each other."""
+"""Names of the sets of gains, in the order of their columns."""
 STROKES = {
     FLOWN: (CurveStyle.SOLID, 0),
     PROPOSED: (CurveStyle.DASHED, 1),
@@ -44,35 +44,35 @@ STROKES = {
     "B": (CurveStyle.SOLID, 4),
     "C": (CurveStyle.SOLID, 5),
 }
-"""Style and colour of each set, those of the response for flown and predicted."""
+"""Style and colour of each set, like those of the response for flown and predicted."""
 OTHER_COLOURS = (6, 7, 0, 2, 3, 4, 5)
-"""Of the other controllers, dashed: no two of seven are alike, and none is like a set."""
+"""Colours of the other controllers, dashed: seven differ from each other and from all sets."""
 SHARED = frozenset(row.name for row in COMMON if row.group == LIMITS) | frozenset(
     row.name for row in OTHERS if row.system in SIGNAL_PATH
 )
-"""Limits, filters and estimators: they stay as they are when another controller takes over."""
+"""Limits, filters and estimators: another controller does not change them."""
 MOST = 300
-"""Changes of what flies that are remembered."""
+"""Number of remembered changes of the flown gains."""
 Key = tuple[str, tuple[tuple[str, float], ...]]
 MOST_ANSWERS = 128
-"""Answers that are remembered."""
+"""Number of remembered answers."""
 REST = 200
-"""What a slider leaves behind is asked for when nothing has changed for so long [ms]: the screen
-asks about the proposed gains all the time, and its answers are heard."""
+"""Time without changes after which other questions about a slider's gains are asked [ms]: the
+screen asks about the proposed gains all the time, and its answers are used here."""
 ACTUATOR = "actuator"
-"""Where loops are cut that are compared, as their margins are."""
+"""Where compared loops are cut, as for their margins."""
 About = Step | str | None
-"""What is asked: a step, the curves of the loop of a name, or with None the margins."""
+"""Subject of a question: a step, the curves of a loop by name, or None for the margins."""
 Asked = tuple[Key, About]
 Answer = Judged | Predicted | FrequencyCurves
 KINDS: tuple[type[Question], ...] = (Judge, Predict, DrawFrequency, AskOther)
 
 
 class OtherControllers:
-    """Shipped controllers, and files that have flown since the window is there.
+    """Shipped controllers, and files that have flown since the window was opened.
 
     Args:
-        flight: whose controller is not among them.
+        flight: the flight, whose controller is not among them.
     """
 
     def __init__(self, flight: FlightModel) -> None:
@@ -81,29 +81,29 @@ class OtherControllers:
 
     @property
     def present(self) -> str:
-        """The one that flies: a shipped one's name, or a file's path."""
+        """The flying one: name of a shipped one, or path of a file."""
         scenario = self._flight.view.scenario
         return scenario.controller if scenario is not None else SHIPPED[0]
 
     @property
     def all(self) -> tuple[str, ...]:
-        """All that are known, in an order that stays."""
+        """All known controllers, in a fixed order."""
         return (*SHIPPED, *self._files)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All but the one that flies."""
+        """All names except that of the flying one."""
         present = self.present
         return tuple(name for name in self.all if name != present)
 
     def note_flight(self) -> None:
-        """Record what flies now."""
+        """Record the flying controller."""
         if self.present not in self.all:
             self._files.append(self.present)
 
 
 def controller_label(name: str) -> str:
-    """Return how a controller is called: a shipped one's name, or that of its file."""
+    """Return a controller's label: the name of a shipped one, or that of its file."""
     return Path(name).stem if name.endswith(".py") else name
 
 
@@ -114,13 +114,13 @@ def gains_text(
     same: str = "gains as now",
     most: int = MOST_NAMES,
 ) -> str:
-    """Return what a set of gains has otherwise than another, as kp_pitch 180, in few words.
+    """Return the gains in which a set differs from another, as kp_pitch 180, as a short text.
 
     Args:
-        gains: by name.
-        base: with which they are compared, where it has the same names.
-        same: what is said where none is other.
-        most: so many gains are named.
+        gains: values by name.
+        base: values to compare with, for the same names.
+        same: text without a difference.
+        most: largest number of named gains.
     """
     other = [name for name, value in gains.items() if name in base and base[name] != value]
     if not other:
@@ -131,7 +131,7 @@ def gains_text(
 
 
 def gains_list(gains: Mapping[str, float], base: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a line for each gain that a set has otherwise than another: both values."""
+    """Return a line for each gain in which a set differs from another, with both values."""
     return tuple(
         f"{name} {value:.6g} instead of {base[name]:.6g}"
         for name, value in gains.items()
@@ -144,13 +144,14 @@ class Design:
     """A controller and its gains.
 
     Attributes:
-        name: everywhere on the screen.
-        gains: that are judged, by name; of another controller those that all have.
-        style: of its curves.
-        colour: of its curves, their number.
-        controller: another one than flies, with its own gains; "" for the one that flies.
-        short: by which gains it differs from the kept ones, in few words.
-        long: the same, a line for each gain, and when it flew.
+        name: its name on the screen.
+        gains: gains to evaluate, by name; for another controller those that all controllers have.
+        style: style of its curves.
+        colour: number of its colour.
+        controller: a controller other than the flying one, with its own gains; "" for the flying
+            one.
+        short: its differences from the kept gains, as a short text.
+        long: the same with a line for each gain, and when it flew.
     """
 
     name: str
@@ -163,13 +164,13 @@ class Design:
 
     @property
     def key(self) -> Key:
-        """What decides how it flies."""
+        """Everything that determines its flight."""
         return self.controller, tuple(sorted(self.gains.items()))
 
 
 @dataclass(frozen=True)
 class Flown:
-    """Gains that flew from a simulated time [s] on, and the controller whose they are."""
+    """Gains that flew from a simulated time [s] on, and their controller."""
 
     since: float
     controller: str
@@ -177,16 +178,16 @@ class Flown:
 
 
 class Designs(QObject):
-    """Knows the designs there are, and when each flew.
+    """The existing designs, and when each flew.
 
     Args:
-        flight: whose gains are tuned.
-        trial: what is tried.
+        flight: the flight whose gains are tuned.
+        trial: the gains that are being tried.
         parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()
-    """A design changed, or there are more or fewer."""
+    """A design changed, appeared or disappeared."""
 
     def __init__(self, flight: FlightModel, trial: Trial, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -198,11 +199,11 @@ class Designs(QObject):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all sets that have gains, and of the controllers that do not fly."""
+        """Names of all existing sets of gains, and of the controllers that do not fly."""
         return (*self._sets(), *self._others.names)
 
     def all(self) -> tuple[Design, ...]:
-        """Return all designs, in their order; none before a flight has begun."""
+        """Return all designs, in order; none before a flight has begun."""
         sets = self._sets()
         if not sets:
             return ()
@@ -210,31 +211,31 @@ class Designs(QObject):
         return (*made, *map(self._of_controller, self._others.names))
 
     def begin(self) -> None:
-        """Forget when gains flew: another flight begins."""
+        """Clear the flown gains: another flight begins."""
         self._flown = []
         self.take_over()
 
     def take_over(self) -> None:
-        """Record the controller that flies now."""
+        """Record the flying controller."""
         self._others.note_flight()
         self._follow()
 
     def profile(self, name: str) -> dict[str, float]:
-        """Return the values of a set that its profile has."""
+        """Return the values of a set that belong to its profile."""
         gains = self._trial.gains
         stored = {KEPT: gains.kept, PROPOSED: gains.proposed_profile, **gains.slots}
         return dict(stored[name]) if name in stored else gains.ordered_profile
 
     def differs(self, gains: Mapping[str, float]) -> str:
-        """Return in few words by which gains a set differs from the kept ones."""
+        """Return the differences of a set from the kept gains, as a short text."""
         kept = controller_gains(self._trial.gains.kept)
         return gains_text(gains, kept, same="as kept", most=1)
 
     def flight_name(self, time: float, gains: Mapping[str, float]) -> str:
-        """Return how gains are called that flew at a simulated time [s], and when that was.
+        """Return the name of the gains that flew at a simulated time [s], and when that was.
 
-        By the slot or the kept set that has the same gains now, else as tried, with what differs
-        from the kept ones; by their controller where that is another one now.
+        The name is that of a slot or the kept set with the same gains now, else "tried" with the
+        differences from the kept gains; or that of their controller if another one flies now.
         """
         before = [each for each in self._flown if each.since <= time]
         controller = before[-1].controller if before else self._others.present
@@ -251,17 +252,17 @@ class Designs(QObject):
         return f"{name} at {simulated_text(time, 1)}{note}"
 
     def gains_list(self, gains: Mapping[str, float]) -> tuple[str, ...]:
-        """Return a line for each gain by which a set differs from the kept ones."""
+        """Return a line for each gain in which a set differs from the kept gains."""
         kept = controller_gains(self._trial.gains.kept)
         return gains_list(gains, kept) or ("gains as kept",)
 
     def _sets(self) -> dict[str, dict[str, float]]:
-        """Return the controller's gains of each set that there is, by its name."""
+        """Return the controller's gains of each existing set, by its name."""
         gains, flown = self._trial.gains, self._trial.flown
         if not flown:
             return {}
         stored = {KEPT: gains.kept, **gains.slots}
-        # filters are no part of a profile: they stay
+        # filters are not in a profile: they stay
         found = {name: flown | controller_gains(values) for name, values in stored.items()}
         found |= {FLOWN: flown, PROPOSED: self._trial.proposed}
         return {name: found[name] for name in NAMES if name in found}
@@ -301,7 +302,7 @@ class Designs(QObject):
         self.changed.emit()
 
     def _when(self, values: Mapping[str, float]) -> str:
-        """Return when gains flew last, in words."""
+        """Return when gains last flew, in words."""
         present = self._others.present
         ends = [*(each.since for each in self._flown[1:]), None]
         for each, end in reversed([*zip(self._flown, ends, strict=True)]):
@@ -316,11 +317,11 @@ class Designs(QObject):
 class DesignAnswers(QObject):
     """Asks about designs, one question of a kind at a time, and remembers the answers.
 
-    Gains of the controller that flies are asked about as those of a slider are. Another controller
-    is asked about in the slow process: it may have to be compiled.
+    Questions about the flying controller are asked like those of a slider. Those about another
+    controller go to the slow process, because it may have to be compiled.
 
     Args:
-        analysis: who answers.
+        analysis: answers the questions.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -335,7 +336,7 @@ class DesignAnswers(QObject):
         self._step: Step | None = None
         self._loop = ""
         self._seen = False
-        for kind in KINDS:  # before the followers hear it, who ask the next question
+        for kind in KINDS:  # before the followers, which ask the next question
             analysis.answers[kind].connect(self._hear)
         analysis.refused.connect(self._hear_refusal)
         self._followers = {kind: Follower(analysis, kind, self) for kind in KINDS}
@@ -345,14 +346,14 @@ class DesignAnswers(QObject):
             each.refused.connect(lambda _: self._ask())
 
     def clear(self) -> None:
-        """Forget all: another flight begins, or another controller flies."""
+        """Clear all: another flight begins, or another controller flies."""
         self._known, self._refused = {}, {}
         for each in self._followers.values():
             each.forget()
         self._rest.start()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible; what was refused is tried again."""
+        """Ask only while the card is visible; refused questions are tried again."""
         if seen and not self._seen:
             self._refused = {}
         self._seen = seen
@@ -361,43 +362,43 @@ class DesignAnswers(QObject):
         self._rest.start()
 
     def follow(self, designs: Sequence[Design], step: Step | None, loop: str = "") -> None:
-        """Want to know the margins of all of these designs from now on, and more.
+        """Request the margins of all of these designs from now on, and more.
 
         Args:
-            designs: that are compared.
-            step: that is predicted of each, None for none.
-            loop: whose curves over frequency are drawn, of those that have it; "" for none.
+            designs: compared designs.
+            step: step to predict for each, None for none.
+            loop: loop whose frequency response is drawn, if a design has it; "" for none.
         """
         self._designs, self._step, self._loop = tuple(designs), step, loop
         self._rest.start()
 
     def judged(self, design: Design) -> Judged | None:
-        """Return how stable a design is, None while it is not known."""
+        """Return the stability of a design, None while unknown."""
         known = self._known.get((design.key, None))
         return known if isinstance(known, Judged) else None
 
     def predicted(self, design: Design) -> Predicted | None:
-        """Return the step of a design, None while it is not known."""
+        """Return the step response of a design, None while unknown."""
         known = self._known.get((design.key, self._step))
         return known if isinstance(known, Predicted) else None
 
     def curves(self, design: Design) -> FrequencyCurves | None:
-        """Return the loop of a design over frequency, None while it is not known."""
+        """Return the frequency response of a design's loop, None while unknown."""
         known = self._known.get((design.key, self._loop))
         return known if isinstance(known, FrequencyCurves) else None
 
     def refusal(self, design: Design) -> str:
-        """Return why something of a design is not known, "" where it is or will be."""
+        """Return why something of a design is unknown, "" if it is known or expected."""
         said = (self._refused.get(each, "") for each in self._wanted(design))
         return next(filter(None, said), "")
 
     @property
     def missing(self) -> tuple[Design, ...]:
-        """Designs of which something is not known yet, and will be."""
+        """Designs with answers that are still expected."""
         return tuple(each for each in self._designs if self._open(each))
 
     def _wanted(self, design: Design) -> list[Asked]:
-        """Return what is to be known of a design."""
+        """Return the subjects that are requested of a design."""
         about: list[About] = [None] if self._step is None else [None, self._step]
         judged = self.judged(design)
         if judged is not None and self._loop in [loop.name for loop in judged.loops]:
@@ -405,7 +406,7 @@ class DesignAnswers(QObject):
         return [(design.key, each) for each in about]
 
     def _open(self, design: Design) -> list[Asked]:
-        """Return what is neither known nor refused of it."""
+        """Return the subjects that are neither answered nor refused."""
         done = self._known.keys() | self._refused.keys()
         return [each for each in self._wanted(design) if each not in done]
 
@@ -449,7 +450,7 @@ def _question(design: Design, about: About) -> Judge | Predict | DrawFrequency:
 
 
 def _asked(controller: str, question: Judge | Predict | DrawFrequency) -> Asked:
-    """Return what a question is about."""
+    """Return the subject of a question."""
     about: About = None
     if isinstance(question, DrawFrequency):
         cut = "" if question.cut == ACTUATOR else f" at {question.cut}"

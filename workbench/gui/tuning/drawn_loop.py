@@ -1,4 +1,4 @@
-"""One loop over frequency as a picture has it, and where its margins are on its curves."""
+"""The frequency response of a loop for drawing, and its margins on the curves."""
 
 import math
 from collections.abc import Sequence
@@ -14,25 +14,25 @@ from workbench.gui.tuning.designs import STROKES as STROKES_OF_GAINS
 
 MEASURED = "measured"
 COHERENT = 0.9
-"""A measurement is drawn where its coherence is no less."""
+"""Least coherence at which a measurement is drawn."""
 STROKES = {
     **{name: STROKES_OF_GAINS[name] for name in (FLOWN, PROPOSED, KEPT)},
     MEASURED: (CurveStyle.SOLID, 3),
 }
-"""Style and colour of each, in their order."""
+"""Style and colour of each loop, in order."""
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnLoop:
-    """A loop over frequency.
+    """Frequency response of a loop.
 
     Attributes:
-        name: in the legend.
-        frequency: (F), rising [rad/s].
-        open_loop: (F) L; NaN where it is not known.
-        control_sensitivity: (F) KS, empty where it was not measured.
-        load_sensitivity: (F) GS, likewise.
-        margins: of the model; None of a measurement.
+        name: name in the legend.
+        frequency: (F), increasing [rad/s].
+        open_loop: (F) L; NaN if unknown.
+        control_sensitivity: (F) KS, empty if not measured.
+        load_sensitivity: (F) GS, empty if not measured.
+        margins: margins of the model; None for a measurement.
         deviation: (F) one-sigma relative error of abs(L); empty for none.
     """
 
@@ -46,7 +46,7 @@ class DrawnLoop:
 
     @property
     def style(self) -> CurveStyle:
-        """Of its curves."""
+        """Style of its curves."""
         return STROKES[self.name][0]
 
     @property
@@ -63,15 +63,15 @@ class DrawnLoop:
 
     @property
     def crossover(self) -> float:
-        """Highest frequency at which abs(L) is 1 [rad/s]; NaN where it is not known."""
+        """Highest frequency at which abs(L) is 1 [rad/s]; NaN if unknown."""
         return self.margins.crossover if self.margins is not None else np.nan
 
     def at(self, frequency: float, response: np.ndarray) -> complex:
-        """Return a response of it at a frequency [rad/s]; NaN where it is not known.
+        """Return one of its responses at a frequency [rad/s]; NaN if unknown.
 
         Args:
-            frequency: size and phase are those between the nearest two.
-            response: (F).
+            frequency: magnitude and phase are interpolated between the nearest two.
+            response: response (F).
         """
         if len(response) == 0 or not self.frequency[0] <= frequency <= self.frequency[-1]:
             return complex(np.nan, np.nan)
@@ -82,7 +82,7 @@ class DrawnLoop:
 
 
 def counting(loops: Sequence[DrawnLoop]) -> DrawnLoop | None:
-    """Return the loop whose margins are drawn: of proposed gains, else of those that fly."""
+    """Return the loop whose margins are drawn: of the proposed gains, else of the flown ones."""
     named = {each.name: each for each in loops}
     return named.get(PROPOSED, named.get(FLOWN))
 
@@ -103,10 +103,10 @@ def drawn_curves(name: str, curves: FrequencyCurves) -> DrawnLoop:
 def drawn_measurement(
     frequency: np.ndarray, response: np.ndarray, coherence: np.ndarray, deviation: np.ndarray
 ) -> DrawnLoop:
-    """Return a measured loop, where it is coherent.
+    """Return a measured loop, as far as it is coherent.
 
     Args:
-        frequency: (F), rising [rad/s].
+        frequency: (F), increasing [rad/s].
         response: (F) complex L.
         coherence: (F), 0 .. 1.
         deviation: (F) one-sigma relative error of abs(L).
@@ -133,18 +133,19 @@ class Mark:
 
 
 def decibel(response: np.ndarray) -> np.ndarray:
-    """Return the size of a response [dB]."""
+    """Return the magnitude of a response [dB]."""
     size: np.ndarray = 20.0 * np.log10(np.maximum(np.abs(response), 1e-12))
     return size
 
 
 def unwrapped(frequency: np.ndarray, response: np.ndarray, crossover: float) -> np.ndarray:
-    """Return the phase of a response without jumps (F) [rad].
+    """Return the unwrapped phase of a response (F) [rad].
 
     Args:
-        frequency: (F), rising [rad/s].
-        response: (F); NaN where it is not known.
-        crossover: where it lies from -270 to 90 degrees; NaN for the first frequency.
+        frequency: (F), increasing [rad/s].
+        response: (F); NaN if unknown.
+        crossover: frequency at which the phase is between -270 and 90 degrees; NaN for the first
+            one.
     """
     phase = np.angle(response)
     known = np.isfinite(phase)
@@ -158,7 +159,7 @@ def unwrapped(frequency: np.ndarray, response: np.ndarray, crossover: float) -> 
 
 
 def phase_margin_mark(loop: DrawnLoop) -> Mark | None:
-    """Return where |L| is 1 and the phase is a phase margin from -180 degrees; None for none."""
+    """Return where |L| is 1, with its phase margin from -180 degrees; None without one."""
     if loop.margins is None or not loop.margins.stable or math.isinf(loop.margins.phase_margin):
         return None
     margin = loop.margins.phase_margin
@@ -172,7 +173,7 @@ def phase_margin_mark(loop: DrawnLoop) -> Mark | None:
 
 
 def gain_margin_mark(loop: DrawnLoop, factor: float) -> Mark | None:
-    """Return where the phase is -180 degrees and a factor makes |L| 1; None for none."""
+    """Return where the phase is -180 degrees, with the factor that makes |L| 1; None for none."""
     if loop.margins is None or not loop.margins.stable:
         return None
     if not math.isfinite(factor) or factor <= 0.0:
@@ -190,13 +191,13 @@ def gain_margin_mark(loop: DrawnLoop, factor: float) -> Mark | None:
 
 
 def peak(frequency: np.ndarray, response: np.ndarray) -> Mark:
-    """Return the largest size of a response, and its frequency [rad/s]."""
+    """Return the largest magnitude of a response, and its frequency [rad/s]."""
     place = int(np.nanargmax(np.abs(response)))
     return Mark(float(frequency[place]), float(np.abs(response[place])))
 
 
 def _crossings(frequency: np.ndarray, values: np.ndarray) -> list[float]:
-    """Return the frequencies [rad/s] at which values (F) change their sign."""
+    """Return the frequencies [rad/s] at which values (F) change sign."""
     places = np.flatnonzero((values[1:] > 0.0) != (values[:-1] > 0.0))
     log = np.log(frequency)
     share = values[places] / (values[places] - values[places + 1])

@@ -1,4 +1,4 @@
-"""The card that makes the drone answer: by a command, a load, a gust, the wind or a fault."""
+"""The card that excites the drone: by a command, a load, a gust, the wind or a fault."""
 
 import math
 from collections.abc import Mapping
@@ -38,35 +38,35 @@ from workbench.scenario.loads import Load, find_excited
 from workbench.scenario.parameters import parameter_table
 
 MOST_WIND = 25.0
-"""Of the wind [m/s]."""
+"""Largest wind speed [m/s]."""
 TURN = math.tau
 NARROWEST_WIND = 100
-"""Of a field [px]."""
+"""Least width of a field [px]."""
 SPEED_KEY, DIRECTION_KEY, TURBULENCE_KEY = (
     f"tuning/wind/{name}" for name in ("speed", "direction", "turbulence")
 )
-"""Where the last ones are kept."""
+"""Settings keys of the last values."""
 THRUST_LEFT = 0.8
-"""Of its thrust that a rotor gives, at first."""
+"""Initial share of a failed rotor's thrust that remains."""
 WIDTHS = (50, 94, 102, 82)
-"""Of the fields at least [px]."""
+"""Least widths of the fields [px]."""
 KEY = "Ctrl+E"
-"""Starts and stops."""
+"""Key that starts and stops."""
 GROUNDED = (FlightMode.OFF, FlightMode.ARMED)
 TABS = "QTabBar::tab { padding: 4px 6px; margin-right: 0; }"
 WIND, FAULT = len(KINDS), len(KINDS) + 1
-"""Tabs behind those of the kinds of excitation."""
+"""Indices of the tabs after those of the kinds of excitation."""
 BUSY = (FlightMode.TAKING_OFF, FlightMode.LANDING)
 
 
 class WindForm(QWidget):
-    """Sets the wind of a flight, or still air.
+    """Sets the wind of a flight, or calm air.
 
     Args:
-        workspace: whose flight is blown at, and whose preferences keep the choice.
+        workspace: its flight gets the wind, and its preferences store the values.
 
     Attributes:
-        buttons: set the wind, and still the air; who shows the form places them.
+        buttons: set the wind, and calm the air; the form's user places them.
     """
 
     def __init__(self, workspace: Workspace) -> None:
@@ -124,7 +124,7 @@ class WindForm(QWidget):
         ):
             try:
                 number = float(str(value))
-            except ValueError:  # another version wrote it, or an editor
+            except ValueError:  # written by another version or an editor
                 number = 0.0
             field.show_si(number if abs(number) <= most else 0.0)
 
@@ -151,14 +151,14 @@ class WindForm(QWidget):
 
 
 class FaultForm(QWidget):
-    """Lets a part of the drone fail, and repairs it.
+    """Makes a part of the drone fail, and repairs it.
 
     Args:
-        workspace: whose flight it is.
+        workspace: has the flight.
 
     Attributes:
-        faults: values of the parameters of parts that have failed.
-        buttons: repair, and let fail; who shows the form places them.
+        faults: parameter values of the failed parts.
+        buttons: repair, and make fail; the form's user places them.
     """
 
     changed = pyqtSignal()
@@ -190,10 +190,10 @@ class FaultForm(QWidget):
         self.repair.clicked.connect(self._repair)
 
     def begin(self, values: Mapping[str, float]) -> None:
-        """Take the parts of another flight.
+        """Show the parts of another flight.
 
         Args:
-            values: of its parameters at its start, by name.
+            values: its initial parameter values, by name.
         """
         parts = tuple(part for part in PARTS if part.parameter in values)
         self.faults = {
@@ -209,7 +209,7 @@ class FaultForm(QWidget):
         self._show()
 
     def fail(self) -> None:
-        """Let the chosen part fail now."""
+        """Make the selected part fail now."""
         part = self._part
         if part is None:
             return
@@ -218,7 +218,7 @@ class FaultForm(QWidget):
 
     @property
     def said(self) -> str:
-        """What has failed, in words; "" if nothing has."""
+        """The failed parts, in words; "" without any."""
         parts = (part for part in self._parts if part.parameter in self.faults)
         return ", ".join(part.fault(self.faults[part.parameter]) for part in parts)
 
@@ -262,15 +262,15 @@ class FaultForm(QWidget):
 
 
 class ExcitationCard(Card):
-    """Starts and stops an excitation of the flight, sets its wind, and lets its parts fail.
+    """Starts and stops an excitation of the flight, sets its wind, and makes its parts fail.
 
     Args:
-        workspace: its flight is excited, its preferences keep the choice.
+        workspace: its flight is excited, and its preferences store the choice.
         parent: the Qt parent; this object is deleted with it.
     """
 
     chosen = pyqtSignal(object)
-    """An `ExcitationChoice`: another one."""
+    """A new `ExcitationChoice`."""
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__("Excitation", parent)
@@ -330,7 +330,7 @@ class ExcitationCard(Card):
         return self._running
 
     def show_view(self, view: LiveView) -> None:
-        """Show what can be done now."""
+        """Show the possible actions."""
         running = view.exciting is not None
         mode = view.snapshot.mode if view.snapshot is not None else FlightMode.OFF
         returning = view.exciting is not None and view.exciting.returning
@@ -340,7 +340,7 @@ class ExcitationCard(Card):
             self._show_state(view)
 
     def start_or_stop(self) -> None:
-        """Start the excitation, or stop it; takes no notice where the drone cannot fly it."""
+        """Start or stop the excitation; does nothing if the drone cannot fly it."""
         if self._running:
             self._flight.order(lambda live: live.stop_exciting())
         elif self.button.isEnabled() and self.tabs.currentIndex() < len(KINDS):
@@ -374,12 +374,12 @@ class ExcitationCard(Card):
         self._show_choice()
         self._show_state(self._flight.view)
         self.chosen.emit(choice)
-        if self._running and not other:  # what runs is what is shown
+        if self._running and not other:  # show the running excitation
             excitation = choice.excitation
             self._flight.order(lambda live: live.excite(excitation))
 
     def _show_kind(self) -> None:
-        """Show the fields of the chosen tab."""
+        """Show the fields of the selected tab."""
         index, kind = self.tabs.currentIndex(), self.choice.kind
         self.pages.setCurrentIndex(max(0, index - len(KINDS) + 1))
         if index >= len(KINDS):
@@ -404,7 +404,7 @@ class ExcitationCard(Card):
         self.shape.setCurrentIndex(choice.kind.shapes.index(choice.shape))
         row = parameter_table().find(axis.limit)
         most = row.maximum
-        if not isinstance(axis, Load):  # the parameter that bounds a load is the load itself
+        if not isinstance(axis, Load):  # the parameter that limits a load is the load itself
             most = self._flight.view.values.get(axis.limit, most)
         self.amplitude.set_range(unit_for(axis.unit, self._preferences), -most, most, LEAST)
         self.amplitude.show_si(min(max(choice.amplitude, -most), most))
@@ -413,7 +413,7 @@ class ExcitationCard(Card):
             self.repeats.setChecked(choice.repeats)
 
     def begin(self) -> None:
-        """Take the limits of another flight."""
+        """Use the limits of another flight."""
         self._running, self._mode, self._seen = False, FlightMode.OFF, ()
         self.fault.begin(self._flight.view.values)
         self._show_choice()
@@ -457,7 +457,7 @@ class ExcitationCard(Card):
             self.said.say(reach_text(self.choice.excitation) or "Ready.")
 
     def _say_disturbed(self, view: LiveView) -> None:
-        """Say what blows, or what has failed."""
+        """Show the present wind, or what has failed."""
         if self.tabs.currentIndex() == WIND:
             self.said.say(self.wind.speed.fault or "It blows until it is set again.")
         elif self.fault.said:

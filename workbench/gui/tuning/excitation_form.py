@@ -1,4 +1,4 @@
-"""What the excitation card asks for, kept between starts: apart from its widgets."""
+"""The input of the excitation card, stored between starts, without its widgets."""
 
 from dataclasses import dataclass, replace
 
@@ -11,13 +11,13 @@ from workbench.scenario.loads import GUST_ROWS, PUSH_ROWS, Load, find_excited
 
 GROUP = "tuning/excitation"
 KIND = f"{GROUP}/kind"
-"""Where the last kind is kept."""
+"""Settings key of the last kind."""
 PERIODS = (0.2, 30.0)
-"""That may be asked for [s]."""
+"""Limits of a period [s]."""
 SHORTEST_PUSH = 0.1
-"""[s]."""
+"""Shortest duration of a push [s]."""
 LEAST = 0.01
-"""Amplitude that still says something, in the axis' unit."""
+"""Smallest useful amplitude, in the axis' unit."""
 
 
 @dataclass(frozen=True)
@@ -25,16 +25,16 @@ class Kind:
     """A kind of excitation.
 
     Attributes:
-        name: on its tab.
-        rows: what it moves.
-        shapes: that it may have.
-        period: that is proposed first [s].
-        shortest: period that may be asked for [s].
-        start: what begins it, on the button.
-        stronger: the amplitudes proposed first, over those of its rows.
-        repeats: whether it begins again, at first.
-        help: what it is.
-        time: the label of the period.
+        name: name on its tab.
+        rows: axes or loads that it can use.
+        shapes: its shapes.
+        period: default period [s].
+        shortest: shortest period [s].
+        start: text of the start button.
+        stronger: default amplitudes, as multiples of those of its rows.
+        repeats: default for repetition.
+        help: its description.
+        time: label of the period.
     """
 
     name: str
@@ -49,11 +49,11 @@ class Kind:
     time: str = "&Period"
 
     def label(self, row: Axis | Load) -> str:
-        """Return the short name of a row among those of the kind."""
+        """Return the short name of a row for this kind."""
         return row.name.rpartition("_")[2]
 
     def find(self, name: str) -> int:
-        """Return the place of a row among those of the kind; -1 if it is none."""
+        """Return the index of a row of this kind; -1 if it has no such row."""
         return [row.name for row in self.rows].index(name)
 
 
@@ -109,7 +109,7 @@ KINDS = (
 
 
 def find_kind(name: str) -> Kind:
-    """Return the kind of a name.
+    """Return the kind with a name.
 
     Raises:
         WorkbenchError: if there is none.
@@ -119,15 +119,15 @@ def find_kind(name: str) -> Kind:
 
 @dataclass(frozen=True)
 class ExcitationChoice:
-    """An excitation as it is chosen, with the amplitude that each axis had last.
+    """The selected excitation, with the last amplitude of each axis.
 
     Attributes:
-        axis: its name.
-        shape: over time.
-        amplitudes: of all axes of its kind, in their order.
-        period: [s].
-        repeats: whether it begins again.
-        kind: of excitation.
+        axis: name of the axis.
+        shape: shape over time.
+        amplitudes: amplitudes of all axes of its kind, in order.
+        period: period [s].
+        repeats: whether it repeats.
+        kind: kind of excitation.
     """
 
     axis: str = AXIS_ROWS[0].name
@@ -139,23 +139,23 @@ class ExcitationChoice:
 
     @property
     def amplitude(self) -> float:
-        """Of the chosen axis."""
+        """Amplitude of the selected axis."""
         return self.amplitudes[self.kind.find(self.axis)]
 
     @property
     def excitation(self) -> Excitation:
-        """What is to be flown."""
+        """The excitation to fly."""
         return Excitation(self.axis, self.shape, self.amplitude, self.period, self.repeats)
 
     def with_amplitude(self, amplitude: float) -> "ExcitationChoice":
-        """Return the choice with another amplitude along its axis."""
+        """Return the choice with another amplitude of its axis."""
         place = self.kind.find(self.axis)
         values = (*self.amplitudes[:place], amplitude, *self.amplitudes[place + 1 :])
         return replace(self, amplitudes=values)
 
 
 def first_choice(kind: Kind) -> ExcitationChoice:
-    """Return what a kind proposes first."""
+    """Return the defaults of a kind."""
     sizes = tuple(kind.stronger * row.amplitude for row in kind.rows)
     return ExcitationChoice(
         kind.rows[0].name, kind.shapes[0], sizes, kind.period, kind.repeats, kind
@@ -163,7 +163,7 @@ def first_choice(kind: Kind) -> ExcitationChoice:
 
 
 def reach_text(excitation: Excitation) -> str:
-    """Return how far the command leads the drone along its axis, in words; "" for what turns."""
+    """Return how far the command moves the drone along its axis, in words; "" for a rotation."""
     axis = find_excited(excitation.axis)
     if isinstance(axis, Load):
         return ""
@@ -175,15 +175,15 @@ def reach_text(excitation: Excitation) -> str:
 
 
 def load_kind(store: QSettings) -> Kind:
-    """Return the kind that was kept; setpoints where nothing sensible is."""
+    """Return the stored kind; setpoints without a valid one."""
     try:
         return find_kind(str(store.value(KIND, KINDS[0].name)))
-    except WorkbenchError:  # another version wrote it, or an editor
+    except WorkbenchError:  # written by another version or an editor
         return KINDS[0]
 
 
 def load_choice(store: QSettings, kind: Kind = KINDS[0]) -> ExcitationChoice:
-    """Return the choice of a kind that was kept; the default one where nothing sensible is."""
+    """Return the stored choice of a kind; the default without a valid one."""
     default, group = first_choice(kind), _group(kind)
     try:
         axis = str(store.value(f"{group}/axis", default.axis))
@@ -194,7 +194,7 @@ def load_choice(store: QSettings, kind: Kind = KINDS[0]) -> ExcitationChoice:
             float(str(store.value(f"{group}/amplitude_{row.name}", size)))
             for row, size in zip(kind.rows, default.amplitudes, strict=True)
         )
-    except (ValueError, WorkbenchError):  # another version wrote it, or an editor
+    except (ValueError, WorkbenchError):  # written by another version or an editor
         return default
     repeats = str(store.value(f"{group}/repeats", default.repeats)).lower() == "true"
     if not kind.shortest <= period <= PERIODS[1] or any(size == 0.0 for size in sizes):
@@ -205,7 +205,7 @@ def load_choice(store: QSettings, kind: Kind = KINDS[0]) -> ExcitationChoice:
 
 
 def keep_choice(store: QSettings, choice: ExcitationChoice) -> None:
-    """Keep a choice, and its kind, for the next start."""
+    """Store a choice, and its kind, for the next start."""
     group = _group(choice.kind)
     store.setValue(KIND, choice.kind.name)
     store.setValue(f"{group}/axis", choice.axis)
@@ -217,5 +217,5 @@ def keep_choice(store: QSettings, choice: ExcitationChoice) -> None:
 
 
 def _group(kind: Kind) -> str:
-    """Return where choices of a kind are kept; those of setpoints stand where they always did."""
+    """Return the settings group of a kind; that of setpoints has its original name."""
     return GROUP if kind is KINDS[0] else f"{GROUP}/{kind.name.lower()}"

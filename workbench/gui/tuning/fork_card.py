@@ -1,4 +1,4 @@
-"""The card of forks: from this instant fly two sets of gains, or two controllers, side by side."""
+"""The card of forks: from the present instant, fly two sets of gains or controllers in parallel."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -30,19 +30,19 @@ from workbench.session.checkpoint import Checkpoint
 NOW = "now"
 PROPOSED = "proposed"
 HEAD = ("rise s", "over %", "settle s", "error %", "rotor %")
-"""Of the columns of numbers, in the order of `STEP_LIMITS`."""
+"""Headings of the columns, in the order of `STEP_LIMITS`."""
 DURATIONS = (0.5, 20.0)
-"""That may be flown ahead [s]."""
+"""Limits of a fork's duration [s]."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Something that a branch has over time.
+    """A quantity of a branch over time.
 
     Attributes:
-        label: in words.
-        values: of a branch, along an axis, in SI.
-        unit_of: SI unit along an axis.
+        label: name in words.
+        values: returns the values of a branch along an axis, in SI.
+        unit_of: returns the SI unit along an axis.
     """
 
     label: str
@@ -51,7 +51,7 @@ class Quantity:
 
 
 def way(flown: FlownBranch, axis: str) -> np.ndarray:
-    """Return the way flown along an axis since the fork [m]; in all, for yaw."""
+    """Return the displacement along an axis since the fork [m]; for yaw the total distance."""
     place = find_axis(axis).place
     moved = flown.position - flown.position[:1]
     return np.linalg.norm(moved, axis=1) if place is None else moved[:, place]
@@ -66,19 +66,19 @@ QUANTITIES = (
 
 
 class ForkCard(Card):
-    """Flies on from the present instant in another process, in two ways.
+    """Continues the flight from the present instant in another process, in two branches.
 
-    A way is a set of gains of the controller that flies, or another controller with its own gains:
-    a shipped one, or a file that has flown since the window is there.
+    A branch is a set of gains of the flying controller, or another controller with its own gains: a
+    shipped one, or a file that has flown since the window was opened.
 
     Args:
         workspace: flight, analysis and colours.
-        trial: what is tried.
+        trial: the gains that are being tried.
         parent: the Qt parent; this object is deleted with it.
     """
 
     busy_changed = pyqtSignal(bool)
-    """Whether a fork is being flown for the user: a ghost must not take its place."""
+    """Whether a fork for the user is in progress: a ghost must not replace it."""
 
     def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
         super().__init__("Fork the flight", parent)
@@ -131,11 +131,11 @@ class ForkCard(Card):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a fork is being flown."""
+        """Whether a fork is in progress."""
         return self._busy
 
     def begin(self) -> None:
-        """Forget the forks of another flight, or of another controller's."""
+        """Clear the forks of another flight or controller."""
         self._others.note_flight()
         self._forked, self._asked = None, None
         self._draw()
@@ -144,7 +144,7 @@ class ForkCard(Card):
         self.refresh()
 
     def refresh(self) -> None:
-        """Offer the slots that are filled, and the controllers that do not fly."""
+        """Offer the filled slots, and the controllers that do not fly."""
         self._offer()
         self._show_state()
 
@@ -153,7 +153,7 @@ class ForkCard(Card):
         if self._busy:
             return
         one, other = (self._branch(each.currentData()) for each in (self.one, self.other))
-        if one.name == other.name:  # files of one name in two folders
+        if one.name == other.name:  # files of the same name in two folders
             other = replace(other, name=other.controller)
         self._set_busy(True)
         ask = partial(self._ask, (one, other))
@@ -229,7 +229,7 @@ class ForkCard(Card):
             self._trial.gains.adopt(branch.gains, "a branch of a fork")
 
     def _offer(self) -> None:
-        """Let both branches be chosen among all that there is."""
+        """Offer all branches for both."""
         gains = {NOW: NOW, PROPOSED: PROPOSED}
         gains |= {each: f"slot {each}" for each in self._trial.gains.slots}
         laws = {each: controller_label(each) for each in self._others.names}
@@ -239,10 +239,10 @@ class ForkCard(Card):
             for each in laws:
                 said = f"The controller {each} takes over, with its own gains"
                 box.setItemData(box.findData(each), said, Qt.ItemDataRole.ToolTipRole)
-            box.setToolTip(box.currentText())  # where it is narrow, a name is cut
+            box.setToolTip(box.currentText())  # a narrow box truncates names
 
     def _branch(self, chosen: str) -> Branch:
-        """Return what is chosen as a branch."""
+        """Return the selected branch."""
         flown, slots = self._trial.flown, self._trial.gains.slots
         if chosen == NOW:
             return Branch(NOW, flown)
@@ -296,7 +296,7 @@ class ForkCard(Card):
 
 
 def _row(name: str, numbers: StepNumbers | None) -> Row:
-    """Return the numbers of a branch; what was lost has none."""
+    """Return the numbers of a branch; a lost flight has none."""
     if numbers is None:
         return Row(name, tuple(Cell("–") for _ in STEP_LIMITS))
     return Row(
@@ -312,7 +312,7 @@ def _row(name: str, numbers: StepNumbers | None) -> Row:
 
 
 def _words(branches: Sequence[Branch], flying: str) -> str:
-    """Return by what branches differ, in a sentence."""
+    """Return the differences between the branches, as a sentence."""
     one, other = branches
     others = [each.name for each in branches if each.controller]
     if len(others) == 2:

@@ -1,4 +1,4 @@
-"""The card of frequency: one loop as Bode, Nyquist, gang of four, and where the phase went."""
+"""The card of frequency: one loop as Bode, Nyquist, gang of four, and phase budget."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -45,20 +45,20 @@ from workbench.live.view import LiveView
 from workbench.session.injected import Injected
 
 REMEMBERED = 32
-"""Curves that are remembered."""
+"""Number of remembered curves."""
 MEASURE_HELP = (
     "Add a multisine to this loop of the flight, and draw what it measures beside the model: with "
     "the gains that fly, in some {seconds:.0f} s of flight"
 )
 USUAL = 100.0
-"""How long a measurement takes [s]: eight periods of 0.5 rad/s."""
+"""Usual duration of a measurement [s]: eight periods of 0.5 rad/s."""
 Gains = Mapping[str, float]
 Key = tuple[str, str, tuple[tuple[str, float], ...]]
 VIEWS = ("Bode", "Nyquist", "Gang of four", "Phase")
 WEAKEST = "weakest"
 """Stands for the loop with the smallest margins."""
 BELOW, ABOVE = 50.0, 30.0
-"""Frequencies that are shown reach so far below and above the crossover, as a factor."""
+"""Factors from the crossover to the lowest and the highest shown frequency."""
 HELP = {
     "Bode": "L is the open loop. Where its magnitude is 0 dB, the phase above −180° is the phase "
     "margin; where its phase is −180°, the magnitude below 0 dB is the gain margin.",
@@ -71,16 +71,16 @@ HELP = {
 
 
 class LoopCurves(QObject):
-    """Asks for the curves of a loop, one question at a time; proposed gains come first.
+    """Asks for the curves of a loop, one question at a time; proposed gains have priority.
 
     Args:
-        analysis: who answers.
+        analysis: answers the questions.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        loop: name of the loop, "" before one is chosen.
-        cut: where it is opened: actuator or error.
-        said: why there is no answer, "" where nothing is wrong.
+        loop: name of the loop, "" before one is selected.
+        cut: where the loop is opened: actuator or error.
+        said: why there is no answer, "" without an error.
     """
 
     changed = pyqtSignal()
@@ -96,18 +96,18 @@ class LoopCurves(QObject):
         self.clear()
 
     def clear(self) -> None:
-        """Forget all: another flight begins."""
+        """Clear all: another flight begins."""
         self._known: dict[Key, FrequencyCurves] = {}
         self._newest: FrequencyCurves | None = None
         self.said = ""
         self._follower.forget()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._follower.set_seen(seen)
 
     def choose(self, loop: str, cut: str) -> None:
-        """Ask about another loop, or about another cut."""
+        """Ask about another loop, or another cut."""
         if (loop, cut) != (self.loop, self.cut):
             self.loop, self.cut = loop, cut
             self._newest, self.said = None, ""
@@ -124,9 +124,10 @@ class LoopCurves(QObject):
 
     @property
     def shown(self) -> dict[str, FrequencyCurves]:
-        """What is known of each set, by its name; a set that is like another one is left out.
+        """Known curves of each set, by name; a set equal to another one is left out.
 
-        While gains move faster than answers come, the newest answer stands for the proposed ones.
+        While gains change faster than answers arrive, the newest answer represents the proposed
+        ones.
         """
         found: dict[str, FrequencyCurves] = {}
         keys: list[Key] = []
@@ -164,7 +165,7 @@ class LoopCurves(QObject):
 
     @property
     def _settled(self) -> list[Gains]:
-        """The sets that do not move with a slider."""
+        """The sets that do not change with a slider."""
         return [self._sets.get(name, {}) for name in (FLOWN, KEPT)]
 
     def _hear_refusal(self, said: str) -> None:
@@ -173,19 +174,19 @@ class LoopCurves(QObject):
 
 
 class LoopMeasuring(QObject):
-    """Asks for an injection, flies it, and keeps what it measures, with the gains that flew.
+    """Asks for an injection, flies it, and keeps the measurement with the gains that flew.
 
     Args:
-        workspace: whose flight is measured, and whose analyst plans it.
+        workspace: its flight is measured, and its analyst plans the injection.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        button: begins and ends a measurement.
-        said: how it goes, "" where none is flown.
+        button: starts and ends a measurement.
+        said: progress, "" without a measurement.
     """
 
     changed = pyqtSignal()
-    """A measurement was made, or makes progress."""
+    """A measurement was made, or has progressed."""
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -201,7 +202,7 @@ class LoopMeasuring(QObject):
         self.begin()
 
     def begin(self) -> None:
-        """Forget another flight."""
+        """Clear the last flight's measurements."""
         self._measured: dict[Key, DrawnLoop] = {}
         self._asked: PlanMeasurement | None = None
         self._flown: tuple[str, str, Gains] | None = None
@@ -210,21 +211,21 @@ class LoopMeasuring(QObject):
         self._say("")
 
     def choose(self, loop: str, cut: str, gains: Gains) -> None:
-        """Measure this loop next, with the gains that fly."""
+        """Select the loop to measure next, with the gains that fly."""
         self._wanted = loop, cut, gains
         self._show_button()
 
     def known(self, loop: str, cut: str, gains: Gains) -> DrawnLoop | None:
-        """Return what was measured of a loop with these gains, None where nothing was."""
+        """Return the measurement of a loop with these gains, None without one."""
         return self._measured.get(_key(loop, cut, gains))
 
     def keep(self, loop: str, cut: str, gains: Gains, drawn: DrawnLoop) -> None:
-        """Keep what was measured."""
+        """Keep a measurement."""
         self._measured[_key(loop, cut, gains)] = drawn
         self.changed.emit()
 
     def show_view(self, view: LiveView) -> None:
-        """Show how a measurement goes, and what it has measured by now."""
+        """Show the progress of a measurement, and its result so far."""
         before, self._share = self._share, view.measuring
         measured = view.measured
         if measured is not None and measured is not self._seen and self._flown is not None:
@@ -235,7 +236,7 @@ class LoopMeasuring(QObject):
             )
             self.keep(*self._flown, drawn)
         if self._share is not None and self._flown is not None:
-            # what is told in whole percents changes a hundred times, not sixty a second
+            # reported in whole percent, it changes a hundred times, not sixty times a second
             name = loop_label(self._flown[0])
             self._say(f"Measuring {name}: {100.0 * self._share:.0f} %")
         elif before is not None:
@@ -260,7 +261,7 @@ class LoopMeasuring(QObject):
             return
         self._asked = None
         self._flown = planned.asked.loop, planned.asked.cut, planned.asked.gains
-        self._seen = self._flight.view.measured  # of the measurement before
+        self._seen = self._flight.view.measured  # of the last measurement
         self._say("")
         self._flight.order(
             lambda live: live.measure(planned.injection, hold=planned.hold),
@@ -298,24 +299,24 @@ def _key(loop: str, cut: str, gains: Gains) -> Key:
 
 
 class FrequencyCard(Card):
-    """Shows a loop over frequency, with the gains that are proposed, fly and were kept.
+    """Frequency response of a loop, with proposed, flown and kept gains.
 
     Args:
-        workspace: colours, and who answers.
-        trial: whose gains.
-        judgement: of all loops.
-        limits: by which the weakest one is found.
+        workspace: colours and analysis.
+        trial: the gains that are being tried.
+        judgement: stability of all loops.
+        limits: limits that determine the weakest loop.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        curves: what is known of the loop.
-        measuring: measures it on the flight.
-        shaping: moves its gains together.
-        loops: of which one is chosen.
-        cuts: where it is opened.
+        curves: known curves of the loop.
+        measuring: measures the loop in flight.
+        shaping: changes the loop's gains together.
+        loops: selects the loop.
+        cuts: selects where it is opened.
         bode, nyquist, gang, phase: the views.
         legend: names of the curves.
-        reading: what they are at the cursor.
+        reading: values at the cursor.
     """
 
     def __init__(
@@ -359,7 +360,7 @@ class FrequencyCard(Card):
         told.addWidget(self.reading, 1)
         told.addWidget(self.measuring.button)
         self.body.addLayout(row)
-        parts = QWidget()  # scrolled where the window is low: plots and sliders need 400 px
+        parts = QWidget()  # scrolled in a low window: plots and sliders need 400 px
         box = QVBoxLayout(parts)
         box.setContentsMargins(0, 0, 0, 0)
         box.setSpacing(SPACING)
@@ -378,13 +379,13 @@ class FrequencyCard(Card):
         self.measuring.changed.connect(self._show)
         self.shaping.told.connect(self._read)
         self.phase.changed.connect(self._say)
-        trial.gains.state_changed.connect(self.follow)  # as what is kept
+        trial.gains.state_changed.connect(self.follow)  # as for kept gains
         judgement.changed.connect(self._hear_judgement)
         workspace.look.changed.connect(self._show)
         self._turn_to_view()
 
     def begin(self) -> None:
-        """Forget another flight."""
+        """Clear the last flight."""
         self.curves.clear()
         self.loops.clear()
         self.measuring.begin()
@@ -394,14 +395,14 @@ class FrequencyCard(Card):
         self._show()
 
     def follow(self) -> None:
-        """Draw what is proposed, flies and was kept now."""
+        """Draw the present proposed, flown and kept gains."""
         trial = self._trial
         self.curves.follow(
             {PROPOSED: trial.judged, FLOWN: trial.judged_flown, KEPT: trial.judged_kept}
         )
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._seen = seen
         self.curves.set_seen(seen and self._view != "Phase")
         self.shaping.set_seen(seen and self._view != "Phase")
@@ -445,7 +446,7 @@ class FrequencyCard(Card):
         return found.name if found is not None else ""
 
     def _hear_judgement(self) -> None:
-        """Offer the loops there are; the weakest one is shown until one is chosen."""
+        """Offer the existing loops; the weakest one is shown until one is selected."""
         judged = self._judgement.proposed
         if judged is None or not judged.loops:
             self._say()  # why there is none
@@ -465,7 +466,7 @@ class FrequencyCard(Card):
         self._show()
 
     def _show(self) -> None:
-        """Draw what is known, in the view that is seen."""
+        """Draw the known curves in the visible view."""
         drawn = {name: drawn_curves(name, each) for name, each in self.curves.shown.items()}
         chosen = self.curves.loop, self.curves.cut, self._trial.judged_flown
         self.measuring.choose(*chosen)
@@ -487,7 +488,7 @@ class FrequencyCard(Card):
         self._frame()
 
     def _frame(self) -> None:
-        """Show the frequencies around the crossover of a loop that is new here."""
+        """Show the frequencies around the crossover of a newly shown loop."""
         chosen = self.curves.loop, self.curves.cut
         loop = counting(self._drawn)
         if chosen == self._framed or loop is None:
@@ -531,7 +532,7 @@ class FrequencyCard(Card):
         self._read()
 
     def _read(self) -> None:
-        """Write each loop's size and phase at the cursor, in the order of the legend."""
+        """Show each loop's magnitude and phase at the cursor, in the order of the legend."""
         if self._cursor is None:
             words = self.shaping.said or "Point at a curve to read it; the wheel zooms"
             self.reading.say(words, self.shaping.tone or "muted")
@@ -545,13 +546,13 @@ class FrequencyCard(Card):
         self.reading.say("  ".join([f"{at}{self._cursor:.3g} rad/s:", *said]))
 
     def _toggle(self, index: int) -> None:
-        """Hide a curve, or show it again."""
+        """Hide or show a curve."""
         self._hidden ^= {self._drawn[index].name}
         self._show()
 
 
 def _size_and_phase(value: complex) -> str:
-    """Return a response in dB and degrees, from -270 to 90; a dash where it is not known."""
+    """Return a response in dB and degrees, from -270 to 90; a dash if unknown."""
     if not np.isfinite(value) or not value:
         return "–"
     turn = math.degrees(math.atan2(value.imag, value.real))

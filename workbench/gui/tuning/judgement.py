@@ -1,4 +1,4 @@
-"""The known stability of the gains that fly, and of the proposed ones."""
+"""The known stability with the flown gains, and with the proposed ones."""
 
 from collections.abc import Mapping
 
@@ -11,28 +11,28 @@ from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_rows import controller_gains
 
 LATE = 500
-"""After this time the screen says that a judgement is of earlier gains [ms]."""
+"""Delay after which the screen says that a result is of earlier gains [ms]."""
 REST = 300
-"""Gains have settled when they have not changed for this time [ms]."""
+"""Gains have settled if they have not changed for this time [ms]."""
 KEPT = 32
-"""Judgements that are remembered."""
+"""Number of remembered results."""
 Gains = Mapping[str, float]
 Key = tuple[tuple[str, float], ...]
 
 
 class Judgement(QObject):
-    """Follows two sets of gains, one question at a time.
+    """Follows the stability of two sets of gains, one question at a time.
 
-    What takes longer, the margin at the plant's input, is asked for once they have settled.
+    The margin at the plant's input, which takes longer, is requested once they have settled.
 
     Args:
-        analysis: who judges.
+        analysis: answers the questions.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        proposed: of the proposed gains, or of the last ones before them that are known.
-        flown: of those that fly, likewise.
-        said: why there is no judgement, "" where nothing is wrong.
+        proposed: result for the proposed gains, or for the last known ones before them.
+        flown: result for the flown gains, likewise.
+        said: why there is no result, "" without an error.
         input_said: why there is none at the plant's input, likewise.
     """
 
@@ -54,19 +54,19 @@ class Judgement(QObject):
 
     @property
     def caveat(self) -> str:
-        """Why `proposed` is not of the gains that are proposed, "" where it is."""
+        """Why `proposed` does not belong to the proposed gains, "" if it does."""
         if self.proposed is None or self._is_fresh or not (self.said or self._is_late):
             return ""
         return f"Of earlier gains: {self.said or 'the analyst is busy.'}"
 
     @property
     def proposed_input(self) -> JudgedPlantInput | None:
-        """Of the proposed gains, at the plant's input; None while it is not known."""
+        """Margin of the proposed gains at the plant's input; None while unknown."""
         return self._known_inputs.get(_key(self._gains[0]))
 
     @property
     def flown_input(self) -> JudgedPlantInput | None:
-        """Of the gains that fly, likewise."""
+        """Margin of the flown gains at the plant's input; None while unknown."""
         return self._known_inputs.get(_key(self._gains[1]))
 
     @property
@@ -74,7 +74,7 @@ class Judgement(QObject):
         return self.proposed is not None and _key(self.proposed.asked.gains) == _key(self._gains[0])
 
     def clear(self) -> None:
-        """Forget all: another flight begins."""
+        """Clear all: another flight begins."""
         self._known: dict[Key, Judged] = {}
         self._known_inputs: dict[Key, JudgedPlantInput] = {}
         self.proposed: Judged | None = None
@@ -88,7 +88,7 @@ class Judgement(QObject):
         self.changed.emit()
 
     def follow(self, proposed: Gains, flown: Gains) -> None:
-        """Judge these from now on."""
+        """Evaluate these gains from now on."""
         before, shown = self._gains, (self.proposed_input, self.flown_input)
         self._gains = controller_gains(proposed), controller_gains(flown)
         self._ask()
@@ -103,7 +103,7 @@ class Judgement(QObject):
             self._wait.start()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._follower.set_seen(seen)
         self._input_follower.set_seen(seen)
 
@@ -133,19 +133,19 @@ class Judgement(QObject):
         self.changed.emit()
 
     def _hear(self, judged: Judged) -> None:
-        """Keep any judgement, whoever asked."""
+        """Keep any result, whoever asked."""
         self._known[_key(judged.asked.gains)] = judged
         while len(self._known) > KEPT:
             del self._known[next(iter(self._known))]
         self.said = ""
         if not self._show() and _key(judged.asked.gains) != _key(self._gains[1]):
-            self.proposed = judged  # on the way of a slider: the newest there is
+            self.proposed = judged  # while a slider moves: the newest result so far
             self.changed.emit()
         self._come_in_time()
         self._ask()
 
     def _show(self) -> bool:
-        """Show what is known of the gains that count; return whether that is the newest."""
+        """Show the known results; return whether they belong to the present gains."""
         proposed, flown = (self._known.get(_key(gains)) for gains in self._gains)
         if (proposed or self.proposed) is not self.proposed or (flown or self.flown) is not (
             self.flown
@@ -156,7 +156,7 @@ class Judgement(QObject):
         return proposed is not None
 
     def _come_in_time(self) -> None:
-        """Note that an answer has come; while gains still change, wait for the next one."""
+        """Note that an answer has arrived; while gains still change, wait for the next one."""
         if self._is_fresh:
             self._wait.stop()
         else:

@@ -1,4 +1,4 @@
-"""The limits of the numbers of a step and of a loop: their table, their values, and a form."""
+"""Limits of the numbers of a step and of a loop: table, values, and a form."""
 
 import math
 from collections.abc import Sequence
@@ -13,13 +13,13 @@ from workbench.gui.units import Unit
 
 GROUP = "tuning/limits"
 BARE = "QAbstractSpinBox { padding-right: 5px; } QAbstractSpinBox:focus { padding-right: 4px; }"
-"""A field without arrows needs no room for them; the arrow keys still step it."""
+"""A field without arrows needs no room for them; the arrow keys still work."""
 NARROWEST = 72
-"""Of a field [px]."""
+"""Least width of a field [px]."""
 
 
 def written(value: float, decimals: int) -> str:
-    """Return a number with so many decimals and a minus as it is printed; 0 has none."""
+    """Return a number with these decimals and a typographic minus; 0 has none."""
     text = f"{value:.{decimals}f}"
     return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
 
@@ -29,18 +29,18 @@ class Limit:
     """One number with a limit.
 
     Attributes:
-        name: of the number, as in `StepNumbers` and `JudgedLoop`.
-        label: in words.
-        short: at the head of a column.
-        unit: as shown; dB and ms are shown so everywhere.
-        factor: from the number to what is shown; -1 for decibels downwards.
-        at_least: whether the limit is the smallest value that will do, else the largest.
-        default: as shown.
-        minimum: as shown.
-        maximum: as shown.
-        decimals: as shown.
-        help: what the number is.
-        number: its name in what was measured, where that is another one.
+        name: name of the number, as in `StepNumbers` and `JudgedLoop`.
+        label: name in words.
+        short: heading of a column.
+        unit: shown unit; dB and ms are always used as they are.
+        factor: factor from the number to the shown value; -1 for decibels counted downwards.
+        at_least: whether the limit is a lower one, else an upper one.
+        default: default, in the shown unit.
+        minimum: minimum, in the shown unit.
+        maximum: maximum, in the shown unit.
+        decimals: number of shown decimals.
+        help: description of the number.
+        number: its name in the results, if different.
     """
 
     name: str
@@ -57,11 +57,11 @@ class Limit:
     number: str = ""
 
     def of(self, numbers: object) -> float:
-        """Return the number among those that were measured."""
+        """Return the number from a result."""
         return float(getattr(numbers, self.number or self.name))
 
     def shown(self, value: float) -> float:
-        """Return a number as it is shown."""
+        """Return a number in the shown unit."""
         if math.isnan(value):
             return value
         if self.unit == "dB":
@@ -69,27 +69,27 @@ class Limit:
         return value * self.factor
 
     def text(self, value: float) -> str:
-        """Return a number with its digits and without its unit; a dash where there is none."""
+        """Return a number as text without its unit; a dash if there is none."""
         return self.digits(self.shown(value))
 
     def digits(self, shown: float) -> str:
-        """Return what is shown, with its digits."""
+        """Return a shown value as text."""
         if math.isnan(shown):
             return "–"
         if math.isinf(shown):
             return "∞" if shown > 0.0 else "−∞"
-        # A large margin needs no digits behind the point, and the column no more room.
+        # A large margin needs no decimals, and the column no more width.
         decimals = 0 if abs(shown) >= 99.95 and self.decimals == 1 else self.decimals
         return written(shown, decimals)
 
     def keeps(self, value: float, limit: float) -> bool:
-        """Return whether a number keeps a limit, given as shown; what is no number does not."""
+        """Return whether a number meets a limit in the shown unit; NaN does not."""
         shown = self.shown(value)
         return shown >= limit if self.at_least else shown <= limit
 
     @property
     def sign(self) -> str:
-        """Of the limit, in front of it."""
+        """Relation sign in front of the limit."""
         return "≥" if self.at_least else "≤"
 
 
@@ -101,7 +101,7 @@ def _step(
     decimals: int,
     help: str,
 ) -> Limit:
-    """Return the row of a number of a step; `shown` is its factor, default and range."""
+    """Return the row of a step's number; `shown` is its factor, default and range."""
     factor, default, minimum, maximum = shown
     return Limit(name, label, label, unit, factor, False, default, minimum, maximum, decimals, help)
 
@@ -131,7 +131,7 @@ DEGREES = 180.0 / math.pi
 
 
 def _peak(response: str, unit: str, shown: tuple[float, float, float, float], help: str) -> Limit:
-    """Return the row of how far a load moves the drone."""
+    """Return the row of the peak deviation caused by a load."""
     row = _step(f"peak_{response}", "Peak", unit, shown, 3, help)
     return replace(row, number="peak")
 
@@ -141,7 +141,7 @@ LOAD_PEAKS = {
     "rad": _peak("angle", "°", (DEGREES, 5.0, 0.01, 180.0), "farthest from where it was"),
     "rad/s": _peak("rate", "°/s", (DEGREES, 20.0, 0.01, 1e3), "fastest turn"),
 }
-"""By the SI unit of what a load moves."""
+"""Peaks by the SI unit of the deviating quantity."""
 LOAD_LIMITS = (
     replace(
         _step(
@@ -194,7 +194,7 @@ LIMITS = (*STEP_LIMITS, *LOAD_PEAKS.values(), *LOAD_LIMITS[:-1], *MARGIN_LIMITS)
 
 
 def find_limit(name: str) -> Limit:
-    """Return the row of a name.
+    """Return the row with a name.
 
     Raises:
         WorkbenchError: if there is none.
@@ -203,34 +203,34 @@ def find_limit(name: str) -> Limit:
 
 
 class Limits(QObject):
-    """Values of the table of limits, as shown.
+    """Values of the limits, in shown units.
 
     Args:
-        store: where they are kept.
+        store: storage of the values.
         parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal(str)
-    """Name of a limit that has another value now."""
+    """Name of a limit whose value has changed."""
 
     def __init__(self, store: QSettings, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._store = store
 
     def value(self, name: str) -> float:
-        """Return a limit as shown; its default where nothing sensible is kept."""
+        """Return a limit in the shown unit; its default without a valid stored value."""
         row = find_limit(name)
         try:
             kept = float(str(self._store.value(f"{GROUP}/{name}", row.default)))
-        except ValueError:  # another version wrote it, or an editor
+        except ValueError:  # written by another version or an editor
             return row.default
         return kept if row.minimum <= kept <= row.maximum else row.default
 
     def set(self, name: str, value: float) -> None:
-        """Give a limit a value, as shown.
+        """Set a limit, in the shown unit.
 
         Raises:
-            WorkbenchError: if it may not have that one.
+            WorkbenchError: if the value is not valid.
         """
         row = find_limit(name)
         if not (math.isfinite(value) and row.minimum <= value <= row.maximum):
@@ -244,15 +244,15 @@ class Limits(QObject):
 
 
 class LimitsForm(QWidget):
-    """A field for each of some limits.
+    """A form with a field for each of some limits.
 
     Args:
-        rows: of the table of limits.
-        limits: their values.
-        columns: of fields.
+        rows: rows of the table of limits.
+        limits: values of the limits.
+        columns: number of columns of fields.
 
     Attributes:
-        fields: by the limit's name.
+        fields: fields by the limit's name.
         button: shows and hides the form.
     """
 

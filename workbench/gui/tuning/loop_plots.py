@@ -1,4 +1,4 @@
-"""Pictures of a loop over frequency: Bode, Nyquist, gang of four, and where the phase went."""
+"""Plots of a loop over frequency: Bode, Nyquist, gang of four, and phase budget."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -42,17 +42,17 @@ from workbench.gui.workspace import Workspace
 EVERYWHERE = (-math.inf, math.inf)
 GAIN, REDUCTION, PHASE = map(find_limit, ("gain_margin", "gain_reduction_margin", "phase_margin"))
 LOW = 150
-"""Height that a plot needs so that its curves can be read [px]."""
+"""Least height of a legible plot [px]."""
 MIDDLE, HALF = (-0.8, 0.0), 2.4
-"""Middle and half the height of the picture, as `workbench judge` draws it."""
+"""Initial centre and half height of the picture, as in `workbench judge`."""
 SPANS = (0.02, 200.0)
 """Smallest and largest half height."""
 WIDEST = 60.0
-"""Largest reach of a disk that is drawn; its edge is then almost straight."""
+"""Largest extent of a drawn disk; its edge is then almost straight."""
 CROSS = 0.03
-"""Half the size of the mark at -1, of the height."""
+"""Half the size of the mark at -1, as a share of the height."""
 NEAR = 0.08
-"""A curve this near to the mouse is read, of the height."""
+"""Largest distance from the mouse at which a curve is read, as a share of the height."""
 DISK = find_limit("disk_margin")
 TURN = np.linspace(0.0, 2.0 * np.pi, 181)
 LAW = "law"
@@ -64,34 +64,34 @@ PARTS = {
     "hold": "a command stands for a control period, half of one late on average",
     "rotors": "rotors take time to speed up and slow down",
 }
-"""The parts of a phase in plain words, by their names in `JudgedLoop.turned`."""
+"""Descriptions of the parts of a phase, by their names in `JudgedLoop.turned`."""
 ABSENT = {
     "filters": "No filter is on.",
     "estimator": "No estimator flies: the loops have the true motion.",
 }
-"""What is said where a part turns no loop at all."""
+"""Text for a part that affects no loop."""
 HEADS = {"estimator": "estim."}
 """Short headings for a narrow window."""
 LEAST = 1e-9
 """Smaller angles count as zero [rad]."""
 ROWS = 9
-"""Rows to expect before they are known."""
+"""Number of rows to expect before they are known."""
 
 
 class FrequencyPlots(QWidget):
-    """Plots over one axis of frequency, one cursor in all.
+    """Plots over a common frequency axis, with a common cursor.
 
     Args:
-        workspace: colours.
-        titles: what each shows, in the order they stand.
+        workspace: source of colours.
+        titles: titles in order.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        plots: in their order.
+        plots: the plots, in order.
     """
 
     pointed = pyqtSignal(object)
-    """Frequency under the mouse [rad/s], None where it has left."""
+    """Frequency under the mouse [rad/s], None when it has left."""
 
     def __init__(
         self,
@@ -130,7 +130,7 @@ class FrequencyPlots(QWidget):
                 plot.set_cursor(frequency)
 
     def show_window(self, left: float, right: float) -> None:
-        """Show frequencies from one to another [rad/s]."""
+        """Show the frequencies between two [rad/s]."""
         for plot in self.plots:
             plot.set_window(left, right)
 
@@ -157,12 +157,12 @@ class BodePlots(FrequencyPlots):
             plot.set_scales(Scale.LOGARITHMIC)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Arrange the plots in one column where the height allows it, else in two."""
+        """Arrange the plots in one column if the height allows it, else in two."""
         super().resizeEvent(event)
         self._arrange(1 if self.height() >= 2 * LOW else 2)
 
     def show_loops(self, loops: Sequence[DrawnLoop]) -> None:
-        """Draw loops, with the margins of the proposed gains, or else of those that fly."""
+        """Draw loops, with the margins of the proposed gains, or else of the flown ones."""
         magnitude, phase = self.plots
         now = counting(loops)
         names = []
@@ -188,11 +188,11 @@ class BodePlots(FrequencyPlots):
 
 
 Shown = tuple[list[Guide], str]
-"""Lines in a plot, and what they say."""
+"""Lines in a plot, and their caption."""
 
 
 def margin_guides(loop: DrawnLoop | None) -> tuple[Shown, Shown]:
-    """Return crossover and margins in the magnitude's plot, and in the phase's."""
+    """Return crossover and margins in the plots of magnitude and phase."""
     sizes, turns = [Guide(EVERYWHERE, (0.0, 0.0))], [Guide(EVERYWHERE, (-180.0, -180.0))]
     if loop is None or loop.margins is None or not loop.margins.stable:
         return (sizes, ""), (turns, "")
@@ -219,13 +219,13 @@ def margin_guides(loop: DrawnLoop | None) -> tuple[Shown, Shown]:
 
 
 def _words(limit: Limit, margins: LoopMargins) -> str:
-    """Return a margin with its unit, as the table of margins has it."""
+    """Return a margin with its unit, as in the table of margins."""
     glue = "" if limit.unit == "°" else " "
     return f"{limit.short} {limit.text(getattr(margins, limit.name))}{glue}{limit.unit}"
 
 
 def keep(plot: StaticPlot, names: Sequence[str]) -> None:
-    """Keep curves of these names alone, in this order, by which they are numbered."""
+    """Keep only the curves of these names, in this order, which determines their numbers."""
     if plot.names != tuple(names):
         curves = {each.label: each for each in plot.curves}
         plot.clear()
@@ -241,11 +241,11 @@ FOUR: tuple[tuple[str, str, Response], ...] = (
     ("KS", "peak", lambda loop: loop.control_sensitivity),
     ("GS", "peak", lambda loop: loop.load_sensitivity),
 )
-"""Name, name of the peak, and the response of a loop."""
+"""Name, name of the peak, and the loop's response."""
 
 
 class GangPlots(FrequencyPlots):
-    """Sizes of S, T, KS and GS, each with its peak."""
+    """Magnitudes of S, T, KS and GS, each with its peak."""
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(
@@ -263,13 +263,13 @@ class GangPlots(FrequencyPlots):
             plot.set_scales(Scale.LOGARITHMIC, Scale.LOGARITHMIC)
 
     def name_units(self, control: str, load: str) -> None:
-        """Write the units of KS and GS."""
+        """Show the units of KS and GS."""
         units = "1", "1", control, load
         for plot, (name, _, _), unit in zip(self.plots, FOUR, units, strict=True):
             plot.set_axes("Frequency", name, unit, "rad/s")
 
     def show_loops(self, loops: Sequence[DrawnLoop]) -> None:
-        """Draw loops, with the peaks of the proposed gains, or else of those that fly."""
+        """Draw loops, with the peaks of the proposed gains, or else of the flown ones."""
         now = counting(loops)
         for plot, (_, what, response) in zip(self.plots, FOUR, strict=True):
             shown: Shown = ([], "")
@@ -287,12 +287,12 @@ class GangPlots(FrequencyPlots):
 
 
 def peak_guide(what: str, mark: Mark) -> Shown:
-    """Return lines at a peak, with its size and frequency."""
+    """Return lines at a peak, with its magnitude and frequency."""
     lines = [
         Guide(EVERYWHERE, (mark.value, mark.value), "warning"),
         Guide((mark.frequency,) * 2, EVERYWHERE),
     ]
-    if what == "peak":  # its unit takes the room of its frequency
+    if what == "peak":  # its unit replaces its frequency for lack of room
         return lines, f"peak {mark.value:.4g}"
     return lines, f"{what} {mark.value:.3g} at {mark.frequency:.3g} rad/s"
 
@@ -301,10 +301,10 @@ class Plane(Canvas):
     """A canvas that reports the complex number under the mouse."""
 
     pointed = pyqtSignal(object)
-    """A complex number, None where the mouse has left."""
+    """A complex number, None when the mouse has left."""
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Tell the place."""
+        """Report the position of the mouse."""
         if event is None:
             return
         place = self._scene_point(event.position())
@@ -314,18 +314,18 @@ class Plane(Canvas):
 
 
 class NyquistPlot(QWidget):
-    """Draws open loops in the complex plane. Wheel: zoom about the mouse. Double click: all.
+    """Draws open loops in the complex plane. Wheel: zoom around the mouse. Double click: all.
 
     Args:
-        workspace: colours.
+        workspace: source of colours.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        canvas: where it is drawn.
+        canvas: the drawing area.
     """
 
     pointed = pyqtSignal(object)
-    """Frequency of the curve under the mouse [rad/s], None for none."""
+    """Frequency of the curve under the mouse [rad/s], None without one."""
 
     def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -345,12 +345,12 @@ class NyquistPlot(QWidget):
         self.canvas.resized.connect(self._draw)
 
     def show_loops(self, loops: Sequence[DrawnLoop]) -> None:
-        """Draw these."""
+        """Draw loops."""
         self._loops = tuple(loops)
         self._draw()
 
     def show_window(self, left: float, right: float) -> None:
-        """Do nothing: the plane has no axis of frequency."""
+        """Do nothing: the plane has no frequency axis."""
 
     def set_cursor(self, frequency: float | None) -> None:
         """Mark a frequency [rad/s] on all curves, or none."""
@@ -359,7 +359,7 @@ class NyquistPlot(QWidget):
             self._draw()
 
     def reset(self) -> None:
-        """Show what surrounds -1."""
+        """Show the surroundings of -1."""
         self._middle, self._half = MIDDLE, HALF
         self._draw()
 
@@ -383,7 +383,7 @@ class NyquistPlot(QWidget):
         self._draw()
 
     def _point(self, place: complex | None) -> None:
-        """Tell the frequency of the curve nearest to the mouse."""
+        """Report the frequency of the curve nearest to the mouse."""
         found: tuple[float, float | None] = (NEAR * 2.0 * self._half, None)
         for loop in self._loops if place is not None else ():
             way = np.abs(loop.open_loop - place)
@@ -420,12 +420,12 @@ class NyquistPlot(QWidget):
         )
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Draw what was set while it was hidden."""
+        """Draw changes made while it was hidden."""
         self._draw()
 
     @property
     def _disk_margin(self) -> float:
-        """Of the loop that counts; 0 where it is unstable."""
+        """Disk margin of the loop whose margins are drawn; 0 if unstable."""
         loop = counting(self._loops)
         return loop.margins.disk_margin if loop is not None and loop.margins is not None else 0.0
 
@@ -449,7 +449,7 @@ class NyquistPlot(QWidget):
         return lines
 
     def _points(self) -> list[Point]:
-        """Return where the curves are at the cursor."""
+        """Return the points of the curves at the cursor."""
         if self._cursor is None:
             return []
         found = [(loop.at(self._cursor, loop.open_loop), loop.colour) for loop in self._loops]
@@ -457,16 +457,16 @@ class NyquistPlot(QWidget):
 
 
 def _cross(at: complex, size: float, colour: QColor) -> Line:
-    """Return a cross at a place, half as large as a size."""
+    """Return a cross at a point with a half size."""
     x = np.array([at.real - size, at.real + size, np.nan, at.real, at.real])
     y = np.array([at.imag, at.imag, np.nan, at.imag - size, at.imag + size])
     return Line(x, y, 0, colour)
 
 
 def disk(margin: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the edge of the disk that a loop with a disk margin alpha (skew 0) stays out of.
+    """Return the edge of the disk that a loop with a disk margin alpha (skew 0) avoids.
 
-    Its diameter lies on the real axis, from -(2 + alpha) / (2 - alpha) to its inverse.
+    Its diameter is on the real axis, from -(2 + alpha) / (2 - alpha) to the inverse of that.
     """
     share = min(0.5 * margin, 1.0 - 1.0 / WIDEST)
     near, far = (1.0 - share) / (1.0 + share), (1.0 + share) / (1.0 - share)
@@ -475,12 +475,12 @@ def disk(margin: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def phase_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[Row, ...]:
-    """Return a row for each loop: its parts in degrees, and its crossover [rad/s].
+    """Return a row for each loop: the parts of its phase in degrees, and its crossover [rad/s].
 
     Args:
-        now: of the gains that count: proposed ones, where there are some.
-        before: of those that fly, None where these are the same.
-        limit_of: gives a limit by its name, as shown.
+        now: results for the proposed gains, or else for the flown ones.
+        before: results for the flown gains, None if these are the same.
+        limit_of: returns a limit by name, as shown.
     """
     old = {loop.name: loop for loop in before.loops} if before is not None else {}
     weakest = weakest_loop(now, limit_of) if now.stable else None
@@ -488,9 +488,10 @@ def phase_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[R
 
 
 def costliest(loop: JudgedLoop) -> str:
-    """Return the part that costs most phase beside the law, "" where none costs any.
+    """Return the part other than the law that takes the most phase, "" if none takes any.
 
-    The law is left out: it has the body's own -90 or -180 degrees, and would always be the one.
+    The law is left out: it includes the body's own -90 or -180 degrees, and would always be the
+    largest.
     """
     costs = [(angle, name) for name, angle in loop.turned if name != LAW]
     cost, name = min(costs, default=(0.0, ""))
@@ -498,13 +499,13 @@ def costliest(loop: JudgedLoop) -> str:
 
 
 def degrees(angle: float, *, fine: bool = False) -> str:
-    """Return an angle [rad] in degrees, with a decimal below 10, or always where it is fine."""
+    """Return an angle [rad] in degrees, with a decimal below 10, or always if `fine`."""
     shown = math.degrees(angle)
     return written(shown, 1 if fine or abs(shown) < 9.95 else 0)
 
 
 def phase_headline(judged: Judged, limit_of: LimitOf) -> str:
-    """Return what costs the weakest loop most phase, in a sentence."""
+    """Return the part that takes the most phase of the weakest loop, as a sentence."""
     loop = weakest_loop(judged, limit_of)
     if not judged.stable or loop is None:
         return margins_headline(judged, None, limit_of)
@@ -514,7 +515,7 @@ def phase_headline(judged: Judged, limit_of: LimitOf) -> str:
 
 
 def missing_phase(judged: Judged) -> str:
-    """Return which loops and parts have no phase, and why, in sentences; "" where all have one."""
+    """Return which loops and parts have no phase, and why, in sentences; "" if all have one."""
     if not judged.stable:
         return "Phases are known of a stable closed loop alone."
     said = []
@@ -568,18 +569,18 @@ def _frequency(loop: JudgedLoop) -> str:
 
 
 class PhaseView(QWidget):
-    """Where the phase of each loop went, with proposed gains beside those that fly.
+    """The phase budget of each loop, with proposed gains beside the flown ones.
 
     Args:
-        workspace: colours.
-        judgement: what is known of both.
-        limits: by which the weakest loop is found.
+        workspace: source of colours.
+        judgement: known results for both.
+        limits: limits that determine the weakest loop.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        headline: what it comes to, in a sentence, and its tone.
-        table: a row for each loop.
-        missing: what has no phase, in sentences; hidden where there is none.
+        headline: summary as a sentence, and its tone.
+        table: one row per loop.
+        missing: loops and parts without a phase, in sentences; hidden if there are none.
     """
 
     changed = pyqtSignal()

@@ -1,4 +1,4 @@
-"""Sliders that move all gains of a loop together: bandwidth, a margin, and a factor."""
+"""Sliders that change all gains of a loop together: bandwidth, a margin, and a factor."""
 
 import math
 
@@ -22,7 +22,7 @@ from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
 
 REST = 400
-"""Gains have settled when they have not changed for this time [ms]."""
+"""Gains have settled if they have not changed for this time [ms]."""
 BANDWIDTH = Parameter("bandwidth", "", "rad/s", 0.1, 300.0, 10.0, "")
 PHASE = Parameter("phase margin", "", "rad", math.radians(5.0), math.radians(110.0), 1.0, "")
 DISK = Parameter("disk margin", "", "1", 0.05, 1.95, 0.7, "")
@@ -62,10 +62,10 @@ class ShapeSlider(QObject):
 
     Args:
         row: its range.
-        label: name with its key.
-        unit: of the number.
+        label: name with its mnemonic.
+        unit: unit of the number.
         help: what it does.
-        look: colours.
+        look: source of colours.
     """
 
     def __init__(self, row: Parameter, label: str, unit: Unit, help: str, look: Look) -> None:
@@ -83,7 +83,7 @@ class ShapeSlider(QObject):
         self.show_value(row.default)
 
     def show_value(self, value: float) -> None:
-        """Show a value, a dash where there is none."""
+        """Show a value, a dash without one."""
         if math.isfinite(value):
             self.value = value
             self.slider.show_value(value, value)
@@ -98,26 +98,26 @@ class ShapeSlider(QObject):
 
 
 class LoopShaping(QWidget):
-    """Moves the gains of one loop together along what it allows.
+    """Changes the gains of one loop together, as far as the loop allows.
 
-    While a slider is held, the gains as they were when it was taken are what is shaped, so that it
-    comes back to them by the same way.
+    While a slider is held, shaping starts from the gains at the time when it was grabbed, so that
+    the same path leads back to them.
 
     Args:
-        workspace: colours, and who answers.
-        trial: whose gains.
-        judgement: of all loops.
+        workspace: colours and analysis.
+        trial: the gains that are being tried.
+        judgement: stability of all loops.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         bandwidth, phase, disk, factor: the sliders; of phase and disk margin one is shown.
-        margin: which one.
-        said: what limits the loop, "" where nothing is known.
-        tone: in which that is said.
+        margin: which of the two.
+        said: what limits the loop, "" if unknown.
+        tone: tone of that sentence.
     """
 
     told = pyqtSignal()
-    """The sentence on what limits the loop changed."""
+    """The sentence about the loop's limits changed."""
 
     def __init__(
         self,
@@ -153,7 +153,7 @@ class LoopShaping(QWidget):
         self.begin()
 
     def begin(self) -> None:
-        """Forget another flight."""
+        """Clear the last flight."""
         self._loop = ""
         self._base: dict[str, float] | None = None
         self._held: ShapeSlider | None = None
@@ -162,7 +162,7 @@ class LoopShaping(QWidget):
         self._show()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._follower.set_seen(seen)
         if seen:
             self._rest.start()
@@ -179,7 +179,7 @@ class LoopShaping(QWidget):
             self._rest.start()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Fly what is proposed on Enter, and give it up on Escape, as the form of gains does."""
+        """Fly proposed gains on Enter, and discard them on Escape, as in the form of gains."""
         key = event.key() if event is not None else None
         if key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self._trial.gains.apply()
@@ -198,14 +198,14 @@ class LoopShaping(QWidget):
             grid.addWidget(each.slider, line, 1)
             grid.addWidget(each.number, line, 2)
         for each in (self.phase, self.disk):
-            each.name.hide()  # the choice names it
+            each.name.hide()  # the choice shows its name
         grid.addWidget(self.margin, 1, 0)
         grid.setColumnStretch(1, 1)
         self._show_margin()
 
     @property
     def robust(self) -> ShapeSlider:
-        """The slider of the margin that is chosen."""
+        """The slider of the selected margin."""
         return self.disk if self._robustness is Robustness.DISK else self.phase
 
     @property
@@ -213,7 +213,7 @@ class LoopShaping(QWidget):
         return Robustness.DISK if self.margin.currentIndex() == 1 else Robustness.PHASE
 
     def _choose_margin(self) -> None:
-        """Set the chosen margin from now on."""
+        """Select a margin."""
         self._let_go()
         self._show_margin()
 
@@ -232,7 +232,7 @@ class LoopShaping(QWidget):
         slider.edit_ended.connect(self._release)
 
     def _take(self, each: ShapeSlider) -> None:
-        """Begin with the gains as they are."""
+        """Start from the present gains."""
         if self._held is None:
             self._trial.gains.begin_edit()
             self._base = dict(self._trial.judged)
@@ -260,7 +260,7 @@ class LoopShaping(QWidget):
         self._follower.ask(question)
 
     def _multiply(self) -> None:
-        """Propose the gains times the factor, as far as their limits allow."""
+        """Propose the gains times the factor, within their limits."""
         assert self._base is not None
         editor, linked = self._trial.gains, self._trial.linked_with(self._loop)
         values: dict[str, float] = {}
@@ -300,12 +300,12 @@ class LoopShaping(QWidget):
         else:
             self._say("")
         if self._ends and not self._follower.is_waiting:
-            # what is judged comes later: a next step begins from what is proposed
+            # the evaluation follows later: the next step starts from the proposed gains
             self._show_margins(shaped)
             self._let_go()
 
     def _release(self) -> None:
-        """End the edit, once the last answer is there."""
+        """End the edit, after the last answer."""
         self._ends = True
         if self._held is self.factor or not self._follower.is_waiting:
             self._let_go()
@@ -324,7 +324,7 @@ class LoopShaping(QWidget):
             self.told.emit()
 
     def _ask_at_rest(self) -> None:
-        """Ask what is within reach, and what limits it."""
+        """Ask for the reach of the sliders, and for what limits the loop."""
         gains = dict(self._trial.judged)
         if self._held is None and self._loop and gains:
             question = ShapeLoop(
@@ -337,7 +337,7 @@ class LoopShaping(QWidget):
             self._follower.ask(question)
 
     def _show(self) -> None:
-        """Show the loop as it is; a slider that is held shows the wanted value."""
+        """Show the present loop; a held slider shows the requested value."""
         loop = self._judged
         usable = loop is not None and bool(self._trial.gains_of(self._loop))
         self.margin.setEnabled(usable)
@@ -348,14 +348,14 @@ class LoopShaping(QWidget):
         self._show_margins(loop if loop.stable else None)
 
     def _show_margins(self, shown: LoopShaped | JudgedLoop | None) -> None:
-        """Show the bandwidth and the margins of a loop, None for one that is unstable."""
+        """Show the bandwidth and the margins of a loop, None if it is unstable."""
         names = ("bandwidth", "phase_margin", "disk_margin")
         for each, name in zip((self.bandwidth, self.phase, self.disk), names, strict=True):
             each.show_value(getattr(shown, name, math.nan))
 
     @property
     def _is_fresh(self) -> bool:
-        """Whether the judgement is of the loop's gains as they are proposed."""
+        """Whether the evaluation belongs to the loop's proposed gains."""
         judged, proposed = self._judgement.proposed, self._trial.judged
         return judged is not None and all(
             judged.asked.gains.get(name) == proposed[name]

@@ -34,32 +34,32 @@ from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
 Segment = tuple[float, float, float, float]
-"""x and y of both ends, in columns and rows of the grid."""
+"""Coordinates x and y of both ends, in columns and rows of the grid."""
 USUAL_SHARE = 0.8
-"""Share of the grid that sets the colour range where the rest is far off."""
+"""Share of the grid that determines the colour range if the rest is far away."""
 CONTOURS = 6
-"""About so many lines of equal value."""
+"""Approximate number of contour lines."""
 NUMBERED_PIECES = 6
-"""A line with at least this many pieces has a number."""
+"""Least number of pieces of a line with a number."""
 PAIRS = {
     "x": ("kp_velocity_x", "kp_pitch"),
     "y": ("kp_velocity_y", "kp_roll"),
     "z": ("kp_velocity_z", "kd_velocity_z"),
     "yaw": ("kp_yaw_rate", "kd_pitch"),
 }
-"""Gains that a response along an axis depends on most."""
+"""Gains with the largest effect on a response along an axis."""
 REST = 120
-"""Ask for a map when gains have not changed for this time [ms]: it takes a thousand flights."""
+"""Ask for a map when gains have not changed for this time [ms]: it takes hundreds of flights."""
 
 
 @dataclass(frozen=True)
 class MapGrid:
-    """Places of a map's points, each in the middle of its cell.
+    """Positions of a map's points, each in the centre of its cell.
 
     Attributes:
-        box: of the map, in the widget.
+        box: area of the map in the widget.
         x: values along the columns.
-        y: values along the rows, upwards.
+        y: values along the rows, increasing upwards.
     """
 
     box: QRectF
@@ -67,20 +67,20 @@ class MapGrid:
     y: np.ndarray
 
     def cell(self, column: float, row: float) -> QPointF:
-        """Return where a column and a row stand, whole ones or between."""
+        """Return the position of a column and a row, which need not be whole."""
         return QPointF(
             self.box.left() + (column + 0.5) / len(self.x) * self.box.width(),
             self.box.bottom() - (row + 0.5) / len(self.y) * self.box.height(),
         )
 
     def place(self, x: float, y: float) -> QPointF:
-        """Return where gains stand; at the edge those beyond it."""
+        """Return the position of gains, limited to the map."""
         column = np.interp(x, self.x, np.arange(len(self.x)))
         row = np.interp(y, self.y, np.arange(len(self.y)))
         return self.cell(float(column), float(row))
 
     def gains(self, place: QPointF) -> tuple[float, float] | None:
-        """Return the gains at a place, None outside the map."""
+        """Return the gains at a position, None outside the map."""
         if not self.box.contains(place):
             return None
         column = (place.x() - self.box.left()) / self.box.width() * len(self.x) - 0.5
@@ -92,11 +92,11 @@ class MapGrid:
 
 
 def contour_segments(values: np.ndarray, level: float) -> list[Segment]:
-    """Return pieces of the line where a grid has a value; none beside a NaN.
+    """Return pieces of the contour line of a grid; none beside a NaN.
 
     Args:
         values: (rows, columns).
-        level: of the line.
+        level: value of the line.
     """
     found: list[Segment] = []
     corners = np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, 1:], values[1:, :-1]])
@@ -110,7 +110,7 @@ def contour_segments(values: np.ndarray, level: float) -> list[Segment]:
 
 
 def _crossings(corners: list[float], level: float) -> Iterator[tuple[float, float]]:
-    """Yield where the line crosses the four sides of a cell, in turns around it."""
+    """Yield the crossings of the line with the four sides of a cell, in order around it."""
     places = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     for index in range(4):
         one, other = corners[index], corners[(index + 1) % 4]
@@ -121,10 +121,10 @@ def _crossings(corners: list[float], level: float) -> Iterator[tuple[float, floa
 
 
 def value_range(values: np.ndarray) -> tuple[float, float]:
-    """Return the range of values for the colours of a grid.
+    """Return the range of a grid's values for the colours.
 
-    A few flights that are nearly lost have numbers so large that all others would look alike: the
-    upper end is where four fifths of the grid have passed.
+    A few flights that are nearly lost have such large numbers that all others would look alike, so
+    the upper end is the value below which four fifths of the grid lie.
     """
     finite = values[np.isfinite(values)]
     if not len(finite):
@@ -134,7 +134,7 @@ def value_range(values: np.ndarray) -> tuple[float, float]:
 
 
 def contour_levels(low: float, high: float, count: int) -> tuple[float, ...]:
-    """Return about so many round values between two."""
+    """Return about this many round values between two."""
     if high <= low:
         return ()
     step = round_step(high - low, count)
@@ -147,16 +147,16 @@ class MapPicture:
 
     Args:
         mapped: the map.
-        grid: where its points stand.
-        look: colours of what is around it.
-        font: of its numbers.
+        grid: positions of its points.
+        look: source of colours for the rest.
+        font: font of its numbers.
     """
 
     def __init__(self, mapped: Mapped, grid: MapGrid, look: Look, font: QFont) -> None:
         self._mapped, self._grid, self._look, self._font = mapped, grid, look, font
 
     def paint(self, painter: QPainter) -> None:
-        """Paint it all."""
+        """Paint the map."""
         values = self._mapped.values
         low, high = value_range(values)
         known = np.where(np.isfinite(values), values, low)
@@ -167,7 +167,7 @@ class MapPicture:
         self._paint_axes(painter, self._grid.box)
 
     def _hatch(self, painter: QPainter, box: QRectF) -> None:
-        """Hatch the flights that were lost, or never got there."""
+        """Hatch flights that were lost, or lack the metric."""
         rows, columns = self._mapped.values.shape
         width, height = box.width() / columns, box.height() / rows
         lines = QBrush(self._look.colour("bad"), Qt.BrushStyle.BDiagPattern)
@@ -201,7 +201,7 @@ class MapPicture:
         pieces: list[Segment],
         taken: list[QPointF],
     ) -> None:
-        """Write a value on its line, where no other one stands."""
+        """Write a value on its line, if no other value is there."""
         box = self._grid.box
         for x, y, *_ in sorted(pieces, key=lambda piece: abs(piece[0] - piece[1])):
             at = self._grid.cell(x, y)
@@ -240,16 +240,16 @@ class MapPicture:
 
 
 class MapView(QWidget):
-    """Paints a map; a click, or arrow keys and Enter, choose a place on it.
+    """Paints a map; a click, or arrow keys and Enter, select a point on it.
 
     Args:
-        look: colours.
+        look: source of colours.
     """
 
     picked = pyqtSignal(float, float)
-    """Values of the gains along x and y that were chosen."""
+    """Selected values of the gains along x and y."""
     read = pyqtSignal(str)
-    """What is under the pointer, in words."""
+    """The value under the pointer, in words."""
 
     def __init__(self, look: Look) -> None:
         super().__init__()
@@ -267,7 +267,7 @@ class MapView(QWidget):
 
     @property
     def mapped(self) -> Mapped | None:
-        """What is shown."""
+        """The shown map."""
         return self._mapped
 
     def sizeHint(self) -> QSize:
@@ -275,23 +275,23 @@ class MapView(QWidget):
         return QSize(320, 240)
 
     def show_map(self, mapped: Mapped | None) -> None:
-        """Show a map, None for nothing."""
+        """Show a map, None for none."""
         self._mapped = mapped
         if mapped is None:
             self._cursor = None
         self._forget()
 
     def show_spot(self, x: float, y: float) -> None:
-        """Mark the gains that are proposed."""
+        """Mark the proposed gains."""
         self._spot = x, y
         self.update()
 
     def point_at(self, place: QPointF) -> tuple[float, float] | None:
-        """Return the gains at a place of the widget, None outside the map."""
+        """Return the gains at a position in the widget, None outside the map."""
         return self._grid.gains(place) if self._grid is not None else None
 
     def place_of(self, x: float, y: float) -> QPointF:
-        """Return where gains stand in the widget."""
+        """Return the position of gains in the widget."""
         assert self._grid is not None
         return self._grid.place(x, y)
 
@@ -312,11 +312,11 @@ class MapView(QWidget):
         self.update()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Draw the map anew."""
+        """Redraw the map."""
         self._forget()
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the map, which is kept as a picture, and what moves on it."""
+        """Paint the map, which is cached as a picture, and the marks on it."""
         painter = QPainter(self)
         if self._mapped is None:
             painter.setPen(self._look.colour("muted"))
@@ -334,7 +334,7 @@ class MapView(QWidget):
             painter.drawRect(QRectF(at.x() - 5.0, at.y() - 5.0, 10.0, 10.0))
 
     def _ring(self, painter: QPainter, at: QPointF, size: float) -> None:
-        """Draw a ring with a cross, dark and light, to be seen on any colour."""
+        """Draw a ring with a cross, dark and light, which is visible on any colour."""
         for colour, width in ((QColor("black"), 3.5), (QColor("white"), 1.5)):
             painter.setPen(QPen(colour, width))
             painter.drawEllipse(at, size, size)
@@ -356,13 +356,13 @@ class MapView(QWidget):
         return picture
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Read the value under the pointer."""
+        """Report the value under the pointer."""
         assert event is not None
         found = self.point_at(event.position())
         self.read.emit(self._text(*found) if found is not None else "")
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Choose the place under the pointer."""
+        """Select the point under the pointer."""
         assert event is not None
         found = self.point_at(event.position())
         if found is not None and event.button() == Qt.MouseButton.LeftButton:
@@ -370,7 +370,7 @@ class MapView(QWidget):
             self.picked.emit(*found)
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Move over the map, and choose."""
+        """Move over the map, and select."""
         assert event is not None
         moves = {
             Qt.Key.Key_Left: (-1, 0),
@@ -415,7 +415,7 @@ class MapCard(Card):
 
     Args:
         workspace: analysis and colours.
-        trial: what is tried.
+        trial: the gains that are being tried.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -449,7 +449,7 @@ class MapCard(Card):
         self._read("")
 
     def begin(self) -> None:
-        """Forget the map of another vehicle."""
+        """Clear the map of another vehicle."""
         self._follower.forget()
         self.view.show_map(None)
         for box in (self.across, self.upwards):
@@ -461,7 +461,7 @@ class MapCard(Card):
         self._follow()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._follower.set_seen(seen)
         self._say_waiting()
 
@@ -515,5 +515,5 @@ class MapCard(Card):
 
 
 def _rounded(value: float) -> float:
-    """Return three significant digits, as fine as a map."""
+    """Return three significant digits, enough for a map."""
     return float(f"{value:.3g}")

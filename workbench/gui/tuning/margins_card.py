@@ -18,16 +18,16 @@ LimitOf = Callable[[str], float]
 PLANT_INPUT = "plant input, all at once"
 DISK = find_limit("disk_margin")
 ROWS = 10
-"""That are expected before they are known: loops, and the plant's input."""
+"""Number of rows to expect before they are known: loops, and the plant's input."""
 
 
 def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[Row, ...]:
     """Return a row for each loop.
 
     Args:
-        now: of the gains that count: proposed ones, where there are some.
-        before: of those that fly, None where these are the same.
-        limit_of: gives a limit by its name, as shown.
+        now: results for the proposed gains, or else for the flown ones.
+        before: results for the flown gains, None if these are the same.
+        limit_of: returns a limit by name, as shown.
     """
     old = {loop.name: loop for loop in before.loops} if before is not None else {}
     weakest = weakest_loop(now, limit_of) if now.stable else None  # else all are alike
@@ -37,13 +37,13 @@ def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[
 def plant_input_row(
     now: JudgedPlantInput | None, before: JudgedPlantInput | None, limit_of: LimitOf, said: str
 ) -> Row:
-    """Return the row of what force and moments bear all at once, which has a disk margin alone.
+    """Return the row of simultaneous changes of force and moments, which has only a disk margin.
 
     Args:
-        now: of the gains that count, None while it is not known.
-        before: of those that fly, None where these are the same, or not known.
-        limit_of: gives a limit by its name, as shown.
-        said: why it is not known, "" where it will be.
+        now: result for the proposed gains, None while unknown.
+        before: result for the flown gains, None if these are the same, or unknown.
+        limit_of: returns a limit by name, as shown.
+        said: why it is unknown, "" if it is still expected.
     """
     words = "at the plant's input, force and moments all at once"
     none = (Cell("", help=words),) * (len(MARGIN_LIMITS) - 1)
@@ -69,16 +69,16 @@ def plant_input_row(
 
 
 def weakest_loop(judged: Judged, limit_of: LimitOf) -> JudgedLoop | None:
-    """Return the loop that has least to spare: an unstable one, or that nearest to a limit."""
+    """Return the loop with the least reserve: an unstable one, or the one closest to a limit."""
     if not judged.loops:
         return None
     return min(judged.loops, key=lambda loop: _spare(loop, limit_of))
 
 
 def margins_headline(judged: Judged, at_input: JudgedPlantInput | None, limit_of: LimitOf) -> str:
-    """Return how stable gains are, in a sentence.
+    """Return a sentence about the stability with gains.
 
-    The plant's input is named where its margin is low and those of all loops are not.
+    It names the plant's input if only its margin is low.
     """
     loop = weakest_loop(judged, limit_of)
     if not judged.stable:
@@ -111,7 +111,7 @@ def loop_label(name: str) -> str:
 
 
 def short_label(name: str) -> str:
-    """Return a loop's name in words, as a row has room for them."""
+    """Return a loop's short name in words, for a row."""
     return loop_label(name).replace("velocity", "vel.").replace("position", "pos.")
 
 
@@ -120,10 +120,10 @@ def _row(loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, o
     for limit in MARGIN_LIMITS:
         value = getattr(loop, limit.name)
         text = limit.text(value) if loop.stable else "–"
-        # What is broken has no numbers, and so nothing to compare.
+        # An unstable loop has no numbers to compare.
         compared = old is not None and loop.stable
         was = limit.text(getattr(old, limit.name)) if compared else text
-        was = was if was != text else ""  # only what changes is compared
+        was = was if was != text else ""  # compare only what changes
         over = loop.stable and not _keeps(loop, limit, of)
         cells.append(Cell(text, was, over, _help(loop, limit)))
     if not loop.stable:  # then no loop has a margin, but only some are the cause
@@ -162,18 +162,18 @@ def _help(loop: JudgedLoop, limit: Limit) -> str:
 
 
 class MarginsCard(Card):
-    """Margins of the gains that are proposed, beside those of the gains that fly.
+    """Margins with the proposed gains, beside those with the flown gains.
 
     Args:
-        workspace: colours.
-        judgement: what is known of both.
-        limits: that they should keep.
-        title: of the card.
+        workspace: source of colours.
+        judgement: known results for both.
+        limits: limits of the margins.
+        title: title of the card.
         parent: the Qt parent; this object is deleted with it.
     """
 
     loop_chosen = pyqtSignal(str)
-    """Name of the loop whose row was chosen."""
+    """Name of the loop whose row was selected."""
 
     def __init__(
         self,
@@ -228,7 +228,7 @@ class MarginsCard(Card):
             self.said.say(margins_headline(now, at_input, self._limits.value), self._tone(now))
 
     def _fold(self, folded: bool) -> None:
-        """Show the sentence alone, or all."""
+        """Show only the sentence, or everything."""
         arrow = Qt.ArrowType.RightArrow if folded else Qt.ArrowType.DownArrow
         self.fold.setArrowType(arrow)
         self.table.setVisible(not folded)

@@ -1,4 +1,4 @@
-"""A table of numbers with the state of each row, by a word and a shape."""
+"""A table of numbers with the state of each row, as a word and a shape."""
 
 import math
 from collections.abc import Sequence
@@ -25,27 +25,27 @@ from PyQt6.QtWidgets import QSizePolicy, QToolTip, QWidget
 from workbench.gui.theme import Look
 
 BEST = "best"
-"""What marks a cell that is better than all others of its row."""
+"""Marks a cell that is better than all others of its row."""
 GAP = 8.0
 MARK = 13.0
-"""Room of the shape before a word [px]."""
+"""Space for the shape before a word [px]."""
 PAIR = 2.0
-"""Room to the right of a number [px]."""
+"""Space to the right of a number [px]."""
 RIGHT = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip)
 SMALLER = 0.8
-"""Size of what a number was, of the number's."""
+"""Size of the earlier number, relative to the present one."""
 WIDEST = 130.0
-"""Largest width of a cell, so that rows stay readable [px]."""
+"""Largest width of a cell, for legibility [px]."""
 FIRST = 0.54
-"""Share of a cell that the first of two numbers beside each other has."""
+"""Share of a cell's width for the first of two numbers side by side."""
 LOWEST = 1.5
-"""Height of a row in which one number stands below another, of a line's."""
+"""Least height of a row with one number below another, in heights of a line."""
 ROOMIEST = 24.0
-"""Height of a row [px]."""
+"""Largest height of a row [px]."""
 
 
 class State(Enum):
-    """What a row says besides its numbers: a word, and a shape that stands for it."""
+    """State of a row: a word, and its shape."""
 
     NONE = ""
     GOOD = "ok"
@@ -61,11 +61,11 @@ class Cell:
     """A number in a table.
 
     Attributes:
-        text: the number that counts.
-        was: what it is to be compared with, "" for nothing.
-        over: whether it is beyond its limit.
-        help: about it, for a tool tip.
-        marked: what it is among those of its row, in a word; it is shown strong.
+        text: the present number.
+        was: the earlier number to compare with, "" for none.
+        over: whether it violates its limit.
+        help: its tool tip.
+        marked: its rank in the row, as a word; it is shown in bold.
     """
 
     text: str
@@ -82,13 +82,13 @@ class Cell:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a table: a name, numbers and a word.
+    """A row of a table: a name, numbers and a word.
 
     Attributes:
         label: its name.
-        cells: its numbers.
-        state: what they come to.
-        strong: whether it is named above the table.
+        cells: numbers of the row.
+        state: state of the row.
+        strong: whether the headline names it.
     """
 
     label: str
@@ -98,7 +98,7 @@ class Row:
 
     @property
     def blank(self) -> int:
-        """How many cells are empty before the first number: its name may go on there."""
+        """Number of empty cells before the first number, which its name may use."""
         texts = [cell.text for cell in self.cells]
         return next((index for index, text in enumerate(texts) if text), 0)
 
@@ -121,7 +121,7 @@ TONES = {
 
 
 def draw_mark(painter: QPainter, box: QRectF, state: State, colour: QColor) -> None:
-    """Draw a tick for what is well, a triangle for what is over or low, a cross for what breaks."""
+    """Draw a tick for good, a triangle for over or low, and a cross for unstable."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     pen = QPen(colour, 1.8, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
@@ -156,16 +156,16 @@ def draw_mark(painter: QPainter, box: QRectF, state: State, colour: QColor) -> N
 
 
 class NumberTable(QWidget):
-    """Rows of numbers, most with a word at their end.
+    """Rows of numbers, most with a word at the end.
 
     Args:
         title: accessible name.
-        head: of the columns of numbers.
-        look: colours.
-        paired: whether each cell has a second, muted number: what it was.
-        widest: the longest label that is to be expected.
-        worded: whether rows have a word at their end.
-        head_help: about each column, for a tool tip.
+        head: headings of the columns of numbers.
+        look: source of colours.
+        paired: whether each cell has a second, muted number: the earlier one.
+        widest: the longest expected label.
+        worded: whether rows have a word at the end.
+        head_help: tool tip of each column.
     """
 
     row_chosen = pyqtSignal(int)
@@ -202,11 +202,11 @@ class NumberTable(QWidget):
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """What is shown."""
+        """The shown rows."""
         return self._rows
 
     def set_rows(self, rows: tuple[Row, ...]) -> None:
-        """Show rows; equal rows are not painted again."""
+        """Show rows; equal rows are not repainted."""
         if rows == self._rows:
             return
         if len(rows) != len(self._rows):
@@ -217,7 +217,7 @@ class NumberTable(QWidget):
         if wide is self._wide and [row.label for row in before] == [row.label for row in rows]:
             changed = [number for number, row in enumerate(rows) if row != before[number]]
         else:
-            changed = []  # the columns are others, and so is all
+            changed = []  # other columns change everything
             self._widths = None
         self._chosen = min(self._chosen, len(rows) - 1)
         self.setAccessibleDescription("; ".join(row.spoken for row in rows))
@@ -236,29 +236,29 @@ class NumberTable(QWidget):
 
     @property
     def full_width(self) -> int:
-        """Width in which no label gives way [px]."""
+        """Width at which no label is elided [px]."""
         labels = [self._widest, *(row.label for row in self._rows)]
         label = max(map(self._metrics.horizontalAdvance, labels)) + GAP
         return math.ceil(label + len(self._head) * self._columns()[1])
 
     def column_at(self, x: float) -> int:
-        """Return the column of numbers at a place of the widget; -1 for the labels."""
+        """Return the column of numbers at a position in the widget; -1 for the labels."""
         label, cell, _ = self._columns()
         column = int((x - label) // cell)
         return column if 0 <= column < len(self._head) else -1
 
     def expect(self, rows: int) -> None:
-        """Reserve room for this many rows."""
+        """Reserve space for this many rows."""
         self._expected = rows
         self.updateGeometry()
 
     def sizeHint(self) -> QSize:
-        """Return room for all rows."""
+        """Return the size of all rows."""
         line = self.fontMetrics().height()
         return QSize(320, (line + 5) * self._lines())
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest size in which nothing is cut."""
+        """Return the least size without clipping."""
         line = self.fontMetrics().height()
         return QSize(240, (line + 1) * self._lines())
 
@@ -272,7 +272,7 @@ class NumberTable(QWidget):
         super().changeEvent(event)
 
     def _measure(self) -> None:
-        """Make the fonts, and what is measured with them, once."""
+        """Make the fonts, and measure text with them, once."""
         self._metrics = QFontMetricsF(self.font())
         self._small, self._strong = QFont(self.font()), QFont(self.font())
         self._small.setPointSizeF(SMALLER * self.font().pointSizeF())
@@ -286,7 +286,7 @@ class NumberTable(QWidget):
 
     @property
     def _head_font(self) -> QFont:
-        """Of the head: small where there are many columns, of pairs, or without a word behind."""
+        """Font of the head: small for many columns, for pairs, or without a word at the end."""
         return self._small if self._paired or not self._worded else self.font()
 
     def _row_height(self) -> float:
@@ -295,7 +295,7 @@ class NumberTable(QWidget):
 
     @property
     def _is_stacked(self) -> bool:
-        """Whether the second number of a cell stands below the first: side by side none fits."""
+        """Whether the second number of a cell is below the first, for lack of width."""
         _, cell, _ = self._columns()
         return self._paired and FIRST * cell < self._metrics.horizontalAdvance("−00.0")
 
@@ -304,7 +304,7 @@ class NumberTable(QWidget):
         return QRectF(0.0, (number + 1) * height, self.width(), height)
 
     def _columns(self) -> tuple[float, float, float]:
-        """Return the widths of the labels, of a cell, and of the word; they are measured once."""
+        """Return the widths of the labels, of a cell, and of the word; they are cached."""
         if self._widths is None:
             self._widths = self._measure_columns()
         return self._widths
@@ -317,7 +317,7 @@ class NumberTable(QWidget):
         word = metrics.horizontalAdvance(longest) + MARK + GAP if self._worded else 0.0
         columns = max(1, len(self._head))
         cell = min((self.width() - label - word) / columns, WIDEST)
-        if not self._paired:  # numbers keep their room, and a long label gives way
+        if not self._paired:  # numbers keep their width, and a long label is elided
             texts = [each.text for row in self._rows for each in row.cells]
             small = QFontMetricsF(self._head_font)
             widths = [*map(metrics.horizontalAdvance, texts)]
@@ -360,12 +360,12 @@ class NumberTable(QWidget):
             for index, each in enumerate(row.cells):
                 box = QRectF(label + index * cell, top, cell, height)
                 if row.state is State.BROKEN and box.right() > end - self._state_width(row.state):
-                    break  # its word needs the room of the last cells
+                    break  # its word needs the space of the last cells
                 self._paint_cell(painter, box, each)
             self._paint_state(painter, QRectF(0.0, top, end, height), row.state)
 
     def _first_width(self, cell: float) -> float:
-        """Return how far from a cell's left edge its first number ends."""
+        """Return the distance of the first number's end from a cell's left edge."""
         return FIRST * cell if self._paired and not self._is_stacked else cell - PAIR
 
     def _paint_cell(self, painter: QPainter, box: QRectF, cell: Cell) -> None:
@@ -375,7 +375,7 @@ class NumberTable(QWidget):
         )
         was = cell.was
         if self._is_stacked and was and box.height() < LOWEST * self._metrics.height():
-            was = ""  # no room: its tool tip says it
+            was = ""  # no room: the tool tip has it
         elif self._is_stacked and was:
             number.setHeight(0.55 * box.height())
             second = number.translated(0.0, 0.47 * box.height())
@@ -383,7 +383,7 @@ class NumberTable(QWidget):
         painter.setPen(self._look.colour("warning" if cell.over else tone))
         painter.setFont(self._strong if cell.marked else self.font())
         painter.drawText(number, RIGHT, cell.text)
-        if cell.over:  # a line below: the number is beyond its limit, in any colour
+        if cell.over:  # a line below marks a violated limit in any colour
             width = self._metrics.horizontalAdvance(cell.text)
             base = number.center().y() + self._metrics.ascent() / 2.0 + 1.5
             painter.drawLine(
@@ -402,7 +402,7 @@ class NumberTable(QWidget):
         if state is State.NONE:
             return
         colour = self._look.colour(TONES[state])
-        # A long word reaches to the left over the last numbers, which a broken row has not.
+        # A long word extends to the left over the last numbers, which an unstable row lacks.
         left = box.right() - self._state_width(state)
         _, _, word = self._columns()
         left = min(left, box.right() - word + GAP)
@@ -421,7 +421,7 @@ class NumberTable(QWidget):
         return shade
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Go from row to row, or choose one."""
+        """Move from row to row, or select one."""
         assert event is not None
         if Qt.Key(event.key()) in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._chosen >= 0:
             self.row_chosen.emit(self._chosen)
@@ -435,7 +435,7 @@ class NumberTable(QWidget):
         self.update()
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Choose a row."""
+        """Select a row."""
         assert event is not None
         row = int(event.position().y() / self._row_height()) - 1
         if event.button() == Qt.MouseButton.LeftButton and 0 <= row < len(self._rows):
@@ -452,7 +452,7 @@ class NumberTable(QWidget):
         return super().event(event)
 
     def help_at(self, x: float, y: float) -> str:
-        """Return what is said of the number, the label or the head at a place of the widget."""
+        """Return the tool tip of the number, the label or the head at a position in the widget."""
         label, cell, _ = self._columns()
         number = int(y / self._row_height()) - 1
         column = int((x - label) // cell)

@@ -1,4 +1,4 @@
-"""The card that pins what flies now as a regression."""
+"""The card that pins the present flight as a regression."""
 
 import re
 import shlex
@@ -31,17 +31,17 @@ from workbench.scenario.loads import find_excited
 SUFFIX = ".spec.yaml"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]*")
 FOLDER = "tuning/pin_folder"
-"""Where the last folder is kept."""
+"""Settings key of the last folder."""
 
 
 def spec_path(folder: str, name: str) -> Path:
-    """Return where a spec of a name is written."""
+    """Return the path of a spec with a name."""
     stem = name.strip().removesuffix(SUFFIX).replace(" ", "-")
     return Path(folder or ".").expanduser() / f"{stem}{SUFFIX}"
 
 
 def name_fault(name: str) -> str:
-    """Return what is wrong with a name, as a sentence; "" where nothing is."""
+    """Return what is wrong with a name, as a sentence; "" if it is valid."""
     if not name.strip():
         return "Give it a name."
     if not _NAME.fullmatch(name.strip()):
@@ -50,7 +50,7 @@ def name_fault(name: str) -> str:
 
 
 def regress_command(path: Path) -> str:
-    """Return the command that flies a pinned regression, for a shell."""
+    """Return the shell command that flies a pinned regression."""
     return f"workbench regress {shlex.quote(str(path))}"
 
 
@@ -59,7 +59,7 @@ class PinCard(Card):
 
     Args:
         workspace: analysis, preferences and colours.
-        trial: what is tried; what flies is pinned.
+        trial: the gains that are being tried; the flown ones are pinned.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -99,16 +99,16 @@ class PinCard(Card):
 
     @property
     def path(self) -> Path:
-        """Where the spec is written."""
+        """Path of the spec."""
         return spec_path(self.folder.text(), self.name.text()).absolute()
 
     def begin(self) -> None:
-        """Forget the question about another vehicle."""
+        """Clear the question about another vehicle."""
         self._asked = None
         self._show_state()
 
     def write(self) -> None:
-        """Write the regression; ask first where there is one already."""
+        """Write the regression; ask first if one exists already."""
         step, path = self._trial.excited, self.path
         if step is None or not self.button.isEnabled():
             return

@@ -1,4 +1,4 @@
-"""The card of poles: those that fly, and those of the proposed gains, which can be dragged."""
+"""The card of poles: with the flown gains, and with the proposed ones, which can be dragged."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -31,24 +31,24 @@ from workbench.gui.workspace import Workspace
 
 DAMPINGS = (0.2, 0.4, 0.6, 0.8)
 RIGHT = 0.14
-"""Share of the width right of the imaginary axis."""
+"""Share of the width to the right of the imaginary axis."""
 SIZE = 4.5
 """Half the size of a pole [px]."""
 EDGE = 14.0
-"""An unstable pole stands at least so far within the picture [px]."""
+"""Least distance of an unstable pole from the edge of the picture [px]."""
 MOVED = 0.02
-"""A press of a key moves a pole by this share of its size."""
+"""Step of a pole per key, as a share of its magnitude."""
 ARROWS = {
     Qt.Key.Key_Left: -1.0,
     Qt.Key.Key_Right: 1.0,
     Qt.Key.Key_Up: 1.0j,
     Qt.Key.Key_Down: -1.0j,
 }
-"""Which way the arrow keys move it."""
+"""Directions of the arrow keys."""
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 HINT = "● proposed, to be dragged   ○ flown   ✕ unstable"
 NEAR = 14.0
-"""Within this distance of the pointer a pole is read [px]."""
+"""Largest distance from the pointer at which a pole is read [px]."""
 SPANS = (2.0, 2000.0)
 """Shortest and longest way to the left that can be shown [1/s]."""
 
