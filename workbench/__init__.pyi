@@ -10,8 +10,8 @@ from workbench.controllers.pd_rule import CONTROL_DELAY as CONTROL_DELAY
 from workbench.design.block_graph import read_block_graph as read_block_graph
 from workbench.design.branches import Branch as Branch
 from workbench.design.fork import fly_fork as fly_fork
-from workbench.design.identify.plan import excitation as excitation
-from workbench.design.identify.plan import usual_limits as usual_limits
+from workbench.design.identify.flight import excitation as excitation
+from workbench.design.identify.flight import usual_limits as usual_limits
 from workbench.design.identify.plots_identified import plot_identified as plot_identified
 from workbench.design.identify.report import make_report as make_report
 from workbench.design.judge.loop_judgement import judge_loops as judge_loops

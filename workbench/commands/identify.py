@@ -271,7 +271,7 @@ def add_excite(commands: Any) -> None:
 def run_excite(args: argparse.Namespace) -> int:
     """Plan and write."""
     from workbench.common.resources import find_file, find_model
-    from workbench.design.identify.plan import Limits, excitation, usual_limits
+    from workbench.design.identify.flight import Limits, excitation, usual_limits
     from workbench.plant.loading import load_vehicle
     from workbench.scenario.scenario import save_scenario
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.identify.plan import Limits, excitation, usual_limits
+from workbench.design.identify.flight import Limits, excitation, usual_limits
 from workbench.design.identify.quantities import with_quantities
 from workbench.design.identify.report import Row, sidecar_text
 from workbench.plant.loading import load_vehicle
