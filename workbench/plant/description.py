@@ -22,9 +22,15 @@ from workbench.plant.model import DeclaredPlugin, Inertial, Link, Model
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remark, Remarks
 from workbench.plant.rotor_sources.mjcf_actuators import read_mjcf_actuators
-from workbench.plant.rotor_sources.motor_plugins import is_motor_plugin, read_motor_plugins
 from workbench.plant.rotor_sources.mount import triple
 from workbench.plant.rotor_sources.names import same_name
+from workbench.plant.rotor_sources.plugins import (
+    is_motor_plugin,
+    is_velocity_plugin,
+    read_motor_plugins,
+    read_velocity_plugin,
+    velocity_plugin_joints,
+)
 from workbench.plant.rotor_sources.pybullet import is_pybullet, read_pybullet
 from workbench.plant.rotor_sources.sidecar import (
     find_sidecar,
@@ -33,11 +39,6 @@ from workbench.plant.rotor_sources.sidecar import (
     read_sidecar,
 )
 from workbench.plant.rotor_sources.tags import Tags
-from workbench.plant.rotor_sources.velocity_plugin import (
-    is_velocity_plugin,
-    read_velocity_plugin,
-    velocity_plugin_joints,
-)
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensor_reader import read_sensors
 from workbench.plant.sensors import Sensor

@@ -4,7 +4,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.motor_plugins import read_motor_plugins
+from workbench.plant.rotor_sources.plugins import read_motor_plugins
 from workbench.plant.rotors import Rotor
 
 TAGS = {

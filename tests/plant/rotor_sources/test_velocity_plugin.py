@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.velocity_plugin import is_velocity_plugin, read_velocity_plugin
+from workbench.plant.rotor_sources.plugins import is_velocity_plugin, read_velocity_plugin
 
 
 def block(numbers=(1, 2, 3, 4), indices=None, extra="") -> str:

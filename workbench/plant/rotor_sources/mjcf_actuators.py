@@ -11,8 +11,8 @@ from workbench.plant.model import DeclaredActuator, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.motor_constants import GAZEBO, note_assumed, total_mass
 from workbench.plant.rotor_sources.mount import body_pose, triple
+from workbench.plant.rotor_sources.plugins import ASSUMED, THRUST_TO_WEIGHT
 from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST, refuse_crowd
-from workbench.plant.rotor_sources.velocity_plugin import ASSUMED, THRUST_TO_WEIGHT
 from workbench.plant.rotors import Rotor
 
 _ALONG = 1e-6

@@ -1,0 +1,297 @@
+"""Rotors of Gazebo's plugins: motor models of RotorS, PX4 and gz-sim, and the velocity plugin.
+
+The velocity plugin is the paper's. It names links and joints, and hardly any constants.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from itertools import count
+
+from workbench.common.errors import WorkbenchError
+from workbench.plant.formats.values import shortened
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
+from workbench.plant.remarks import Remarks
+from workbench.plant.rotor_sources.motor_constants import (
+    CONSTANTS,
+    GAZEBO,
+    make_rotor,
+    note_assumed,
+    read_constants,
+    total_mass,
+)
+from workbench.plant.rotor_sources.mount import Mount, mount_on_joint
+from workbench.plant.rotor_sources.names import find_joint, find_link
+from workbench.plant.rotor_sources.tags import Tags, refuse_crowd
+from workbench.plant.rotors import Rotor
+
+_FILE = "setvelocity"
+_VELOCITY_KIND = "velocity plugin"
+_NUMBERED = re.compile(r"(?:joint|link)([0-9]{1,4})")
+
+THRUST_TO_WEIGHT = 2.0
+# RotorS' figures, with a rounder speed: what the shipped drone has.
+ASSUMED = GAZEBO | {"max_rot_velocity": 1000.0}
+_FILES = ("gazebo_motor_model", "multicopter-motor-model")
+_CLASS = "::MulticopterMotorModel"
+_MOTOR_KIND = "motor-model plugin"
+_MOST_DIGITS = 4
+_USED = (
+    *CONSTANTS,
+    "jointName",
+    "linkName",
+    "turningDirection",
+    "motorNumber",
+    "actuator_number",
+    "motorType",
+    "reversible",
+)
+
+
+@dataclass(frozen=True)
+class _Named:
+    """A rotor as the block names it."""
+
+    number: str
+    joint: Joint
+    link: Link
+    mount: Mount
+
+
+def is_velocity_plugin(plugin: DeclaredPlugin) -> bool:
+    """Return whether a plugin is the paper's: its file, with numbered joints."""
+    return _FILE in plugin.element.get("filename", "").lower() and bool(_numbers(plugin))
+
+
+def velocity_plugin_joints(plugin: DeclaredPlugin) -> list[str]:
+    """Return the names of the joints that the block turns, as it has them."""
+    return [
+        (plugin.element.findtext(f"joint{number}") or "").strip() for number in _numbers(plugin)
+    ]
+
+
+def read_velocity_plugin(
+    model: Model, plugin: DeclaredPlugin, base_link: str, remarks: Remarks
+) -> tuple[Rotor, ...]:
+    """Return the rotors that the block names, in the order of its numbers.
+
+    Constants stand in the block under the names that Gazebo's motor model has for them, for all
+    rotors, and `turningDirectionN` for each. What is missing is assumed: see `ASSUMED`; turning
+    directions alternate around the drone, and thrust is `THRUST_TO_WEIGHT` times the weight.
+
+    Args:
+        model: which declares the plugin.
+        plugin: the block.
+        base_link: whose frame is the body frame.
+        remarks: where to note what was assumed.
+
+    Raises:
+        WorkbenchError: with file and line, if a joint or link is not there or a tag cannot be.
+    """
+    tags = Tags(plugin, _VELOCITY_KIND)
+    numbers = _numbers(plugin)
+    refuse_crowd(plugin.file, len(numbers))
+    named = [_named(tags, number, model, base_link, remarks) for number in numbers]
+    if len({rotor.joint.name for rotor in named}) < len(named):
+        raise WorkbenchError(
+            f"{tags.where()}: {_VELOCITY_KIND} names a joint twice: name each once"
+        )
+    constants = read_constants(
+        tags, ASSUMED, "figures of RotorS and its like", _VELOCITY_KIND, remarks
+    )
+    numbered = [f"{tag}{n}" for n in numbers for tag in ("joint", "link", "turningDirection")]
+    tags.note_unused(["link", *CONSTANTS, *numbered], _VELOCITY_KIND, remarks)
+    motor_constant = _motor_constant(
+        tags, model, len(named), constants["max_rot_velocity"], remarks
+    )
+    turns = _turns(tags, named, remarks)
+    return tuple(
+        make_rotor(
+            model,
+            rotor.joint,
+            rotor.link,
+            rotor.mount,
+            turn,
+            motor_constant,
+            constants,
+            tags,
+            remarks,
+        )
+        for rotor, turn in zip(named, turns, strict=True)
+    )
+
+
+def _numbers(plugin: DeclaredPlugin) -> list[str]:
+    """Return the numbers of all jointN and linkN, as written, in their order."""
+    matches = (_NUMBERED.fullmatch(str(child.tag)) for child in plugin.element)
+    return sorted({match[1] for match in matches if match}, key=lambda text: (int(text), text))
+
+
+def _named(tags: Tags, number: str, model: Model, base_link: str, remarks: Remarks) -> _Named:
+    """Return the rotor of one number."""
+    joint_tag, link_tag = f"joint{number}", f"link{number}"
+    joint = find_joint(model, tags.text(joint_tag), tags.where(joint_tag))
+    link = find_link(model, tags.text(link_tag), tags.where(link_tag))
+    if joint.child != link.name:
+        raise WorkbenchError(
+            f"{tags.where(link_tag)}: <{link_tag}> is '{link.name}', but '{joint.name}' turns "
+            f"another link: name its child link '{joint.child}'"
+        )
+    mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
+    return _Named(number, joint, link, mount)
+
+
+def _motor_constant(
+    tags: Tags, model: Model, rotors: int, max_rot_velocity: float, remarks: Remarks
+) -> float:
+    """Return the motor constant of the block, or that of the assumed thrust-to-weight ratio."""
+    if tags.has("motorConstant"):
+        return tags.positive("motorConstant")
+    weight = total_mass(model) * GRAVITY
+    constant = THRUST_TO_WEIGHT * weight / (rotors * max_rot_velocity**2)
+    missing = [f"motorConstant {constant:.3g}"]
+    note_assumed(
+        missing, f"thrust {THRUST_TO_WEIGHT:g} times the weight", tags.file, _VELOCITY_KIND, remarks
+    )
+    return constant
+
+
+def _turns(tags: Tags, named: list[_Named], remarks: Remarks) -> list[int]:
+    """Return each rotor's direction about its axis, those not given alternating all around."""
+    assumed: list[str] = []
+    turns: list[int] = []
+    for rotor, place in zip(named, _places_around(named), strict=True):
+        tag = f"turningDirection{rotor.number}"
+        if tags.has(tag):
+            turns.append(tags.turn(tag) * rotor.mount.sense)
+        else:
+            turns.append(1 if place % 2 else -1)
+            assumed.append(f"{tag} {'ccw' if place % 2 else 'cw'}")
+    note_assumed(assumed, "alternating all around", tags.file, _VELOCITY_KIND, remarks)
+    return turns
+
+
+def _places_around(named: list[_Named]) -> list[int]:
+    """Return each rotor's place in the round seen from above, counter-clockwise from the first.
+
+    Rotors above each other follow each other, the upper one first.
+    """
+    x_mid = sum(rotor.mount.p_BR[0] for rotor in named) / len(named)
+    y_mid = sum(rotor.mount.p_BR[1] for rotor in named) / len(named)
+    angles = [
+        math.atan2(rotor.mount.p_BR[1] - y_mid, rotor.mount.p_BR[0] - x_mid) for rotor in named
+    ]
+    around = [round((angle - angles[0]) / (2.0 * math.pi) % 1.0, 6) % 1.0 for angle in angles]
+    order = sorted(range(len(named)), key=lambda i: (around[i], -named[i].mount.p_BR[2], i))
+    return [order.index(i) for i in range(len(named))]
+
+
+def is_motor_plugin(plugin: DeclaredPlugin) -> bool:
+    """Return whether a plugin is a motor model, by its file or its class."""
+    return plugin.element.get("name", "").strip().endswith(_CLASS) or any(
+        file in plugin.element.get("filename", "") for file in _FILES
+    )
+
+
+def read_motor_plugins(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor, ...]:
+    """Return the rotors of all motor-model plugins, by motor number.
+
+    Args:
+        model: with the plugins.
+        base_link: whose frame is the body frame.
+        remarks: where to note what was assumed.
+
+    Raises:
+        WorkbenchError: with file and line, if a tag is missing or cannot be, if a joint or link
+            is not there, or if two plugins have one number or one joint.
+    """
+    turning = [
+        plugin
+        for plugin in model.plugins
+        if is_motor_plugin(plugin) and _turns_a_rotor(plugin, remarks)
+    ]
+    refuse_crowd(model.source, len(turning))
+    numbered: dict[int, Rotor] = {}
+    unnumbered: list[Rotor] = []
+    for plugin in turning:
+        tags = Tags(plugin, _MOTOR_KIND)
+        rotor = _read(tags, model, base_link, remarks)
+        if any(rotor.joint == other.joint for other in (*numbered.values(), *unnumbered)):
+            raise WorkbenchError(
+                f"{tags.where('jointName')}: two motor-model plugins turn the joint "
+                f"'{rotor.joint}': name another one"
+            )
+        number = _number(tags)
+        if number is None:
+            unnumbered.append(rotor)
+        elif number in numbered:
+            raise WorkbenchError(
+                f"{tags.where()}: '{numbered[number].name}' and '{rotor.name}' both have the "
+                f"motorNumber {number}: number the rotors from 0"
+            )
+        else:
+            numbered[number] = rotor
+    free = (number for number in count() if number not in numbered)
+    for number, rotor in zip(free, unnumbered):  # noqa: B905 - the free numbers are endless
+        text = f"motorNumber {number}: not given, the order in the file"
+        remarks.add("assumed", model.source, f"motor model of '{rotor.name}'", text)
+        numbered[number] = rotor
+    return tuple(numbered[number] for number in sorted(numbered))
+
+
+def _turns_a_rotor(plugin: DeclaredPlugin, remarks: Remarks) -> bool:
+    """Return whether a motor model is one of speed and thrust, and note where it is not."""
+    kind = (plugin.element.findtext("motorType") or "").strip()
+    if kind in ("", "velocity"):
+        return True
+    joint = shortened(plugin.element.findtext("jointName") or "")
+    text = f"its motorType is {shortened(kind)}; not used, a rotor has velocity"
+    remarks.add("ignored", plugin.file, f"motor model of '{joint}'", text)
+    return False
+
+
+def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
+    """Return the rotor of one plugin."""
+    link = find_link(model, tags.text("linkName"), tags.where("linkName"))
+    joint = _joint(tags, model, link, remarks)
+    if joint.child != link.name:
+        raise WorkbenchError(
+            f"{tags.where('linkName')}: a motor-model plugin names the link '{link.name}', but its "
+            f"joint '{joint.name}' turns another one: name the joint's child link '{joint.child}'"
+        )
+    direction = tags.turn("turningDirection")
+    motor_constant = tags.positive("motorConstant")
+    element = f"motor model of '{joint.name}'"
+    constants = read_constants(tags, GAZEBO, "Gazebo's defaults", element, remarks)
+    tags.note_unused(_USED, element, remarks)
+    mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
+    turn = direction * mount.sense
+    return make_rotor(model, joint, link, mount, turn, motor_constant, constants, tags, remarks)
+
+
+def _joint(tags: Tags, model: Model, link: Link, remarks: Remarks) -> Joint:
+    """Return the joint that a plugin names, or the one that its link hangs on."""
+    name = tags.text("jointName")
+    try:
+        return find_joint(model, name, tags.where("jointName"))
+    except WorkbenchError:
+        above = model.joint_of(link.name)
+        if above is None:
+            raise
+    text = (
+        f"there is no joint '{shortened(name)}'; taken as '{above.name}', which its link hangs on"
+    )
+    remarks.add("repaired", tags.file, f"motor model of '{shortened(link.name)}'", text)
+    return above
+
+
+def _number(tags: Tags) -> int | None:
+    """Return the place of a motor in the list of commands; gz-sim's own name for it goes first."""
+    for tag in ("actuator_number", "motorNumber"):
+        if tags.has(tag):
+            text = tags.text(tag)
+            if not text.isdecimal() or len(text) > _MOST_DIGITS:
+                raise tags.fault(tag, "use 0, 1, 2, ...")
+            return int(text)
+    return None
