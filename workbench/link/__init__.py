@@ -1,4 +1,4 @@
-"""The wire protocol, its server and its clients; neither Drake nor Qt is needed here."""
+"""The wire protocol, its server and its clients, without Drake or Qt."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ __all__ = ["AsyncClient", "Client"]
 
 
 def __getattr__(name: str) -> object:
-    # Loaded when asked for: the server and the flight import this room without them.
+    # Loaded on demand: the server and the flight import this room without them.
     if name in __all__:
         from workbench.link import client
 

@@ -1,4 +1,4 @@
-"""Addresses of servers as people write them: HOST:PORT."""
+"""Addresses of servers as entered by users: HOST:PORT."""
 
 import ipaddress
 from typing import NamedTuple
@@ -8,14 +8,14 @@ from workbench.common.errors import WorkbenchError
 DEFAULT_PORT = 7733
 LOOPBACK = "127.0.0.1"
 IPV6_PREFIX = 64
-"""Bits: one machine has all the addresses of such a network to itself, 2^64 of them."""
+"""Prefix length of the IPv6 network of a single machine, with 2^64 addresses [bits]."""
 
 
 class Address(NamedTuple):
-    """Where something listens.
+    """The address of a server.
 
     Attributes:
-        host: a name or an address; IPv6 without brackets.
+        host: a name or an IP address; IPv6 without brackets.
         port: 1 to 65535.
     """
 
@@ -27,22 +27,22 @@ class Address(NamedTuple):
 
 
 def parse_address(text: str, port: int = DEFAULT_PORT, host: str = LOOPBACK) -> Address:
-    """Return the address that `HOST:PORT`, `HOST`, `:PORT` or `[IPv6]:PORT` names.
+    """Return the address for `HOST:PORT`, `HOST`, `:PORT` or `[IPv6]:PORT`.
 
     Args:
-        text: what was written.
-        port: where none is written.
-        host: where none is written.
+        text: the text.
+        port: default if the text has none.
+        host: default if the text has none.
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is invalid.
     """
     written = text.strip()
     if written.startswith("["):
         named, bracket, rest = written[1:].partition("]")
         digits = rest[1:]
         understood = bool(bracket) and (not rest or rest.startswith(":"))
-    elif written.count(":") > 1:  # IPv6 without brackets has no place for a port
+    elif written.count(":") > 1:  # IPv6 without brackets cannot have a port
         named, digits, understood = written, "", True
     else:
         named, colon, digits = written.partition(":")
@@ -55,7 +55,7 @@ def parse_address(text: str, port: int = DEFAULT_PORT, host: str = LOOPBACK) -> 
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address, or the name localhost, is one of this machine only."""
+    """Return whether an address is a loopback address, or the name localhost."""
     try:
         address = ipaddress.ip_address(host.partition("%")[0])
     except ValueError:
@@ -71,7 +71,7 @@ def host_of(address: str) -> str:
 
 
 def network_of(host: str) -> str:
-    """Return what stands for all addresses that the machine with this one can have as well."""
+    """Return the network of all addresses that the machine with this address may use."""
     try:
         address = ipaddress.ip_address(host.partition("%")[0])
     except ValueError:

@@ -1,4 +1,4 @@
-"""Who is who: tokens in a file, and proofs that somebody knows one without saying it."""
+"""Authentication: tokens in a file, and proofs of a token that do not reveal it."""
 
 import hashlib
 import hmac
@@ -20,11 +20,11 @@ _LINE = re.compile(r"(view|command):\s*(\S+)")
 
 @dataclass(frozen=True, slots=True)
 class Tokens:
-    """What a client must know.
+    """The tokens of a server.
 
     Attributes:
-        view: to watch.
-        command: to fly.
+        view: token to watch.
+        command: token to fly.
     """
 
     view: str = field(repr=False)
@@ -36,16 +36,16 @@ class Tokens:
 
 
 def new_nonce() -> str:
-    """Return 16 random bytes as 32 hexadecimal digits: nobody has used them before."""
+    """Return 16 random bytes as 32 hexadecimal digits, never used before."""
     return secrets.token_hex(16)
 
 
 def login_proof(token: str, role: Role, server_nonce: str, client_nonce: str) -> str:
-    """Return what a client shows at login, 64 hexadecimal digits.
+    """Return the proof of a client for login, 64 hexadecimal digits.
 
     Args:
         token: of the role.
-        role: that is asked for.
+        role: the requested one.
         server_nonce: from hello, 32 hexadecimal digits.
         client_nonce: from login, 32 hexadecimal digits.
     """
@@ -55,17 +55,18 @@ def login_proof(token: str, role: Role, server_nonce: str, client_nonce: str) ->
 
 
 def session_key(token: str, server_nonce: str, client_nonce: str) -> bytes:
-    """Return the 32 bytes that frames of this connection are proven with."""
+    """Return the key of 32 bytes for proofs of frames of this connection."""
     nonces = bytes.fromhex(server_nonce) + bytes.fromhex(client_nonce)
     return hmac.digest(token.encode(), b"DH1 session" + nonces, "sha256")
 
 
 def frame_proof(key: bytes, signed_part: bytes) -> bytes:
-    """Return the 16 bytes that follow a frame's payload.
+    """Return the proof of 16 bytes that follows the payload of a frame.
 
     Args:
         key: of the session.
-        signed_part: header and payload, the header's flag and length as if the proof were there.
+        signed_part: header and payload, with flag and length in the header as for a frame with
+            proof.
     """
     return hmac.digest(key, signed_part, "sha256")[:HMAC_SIZE]
 
@@ -77,23 +78,23 @@ def prove(frame: Frame, key: bytes) -> Frame:
 
 
 def is_proven(frame: Frame, key: bytes) -> bool:
-    """Return whether a frame carries a proof, and the right one."""
+    """Return whether a frame has a correct proof."""
     if not frame.flags & Flag.HMAC:
         return False
     return hmac.compare_digest(frame.proof, frame_proof(key, frame.signed_part()))
 
 
 def is_same(one: str, other: str) -> bool:
-    """Return whether two proofs are equal, in a time that does not tell where they differ."""
+    """Return whether two proofs are equal, in constant time."""
     return hmac.compare_digest(one.encode(), other.encode())
 
 
 def read_tokens(path: Path | str) -> Tokens:
-    """Read a token file: lines `view: TOKEN` and `command: TOKEN`; # begins a comment.
+    """Read a token file with lines `view: TOKEN` and `command: TOKEN`; # begins a comment.
 
     Raises:
-        WorkbenchError: if it is not there, is open to others than its owner, or has not two
-            different tokens of `SHORTEST_TOKEN` characters or more.
+        WorkbenchError: if it does not exist, others than its owner may access it, or it does not
+            have two different tokens of `SHORTEST_TOKEN` characters or more.
     """
     found: dict[str, str] = {}
     for number, line in enumerate(private_text(Path(path)).splitlines(), start=1):
@@ -101,7 +102,7 @@ def read_tokens(path: Path | str) -> Tokens:
         if not text or text.startswith("#"):
             continue
         match = _LINE.fullmatch(text)
-        if match is None or match[1] in found:  # never the line itself: it may hold a token
+        if match is None or match[1] in found:  # never show the line: it may be a token
             raise WorkbenchError(
                 f"{path}:{number}: expected one line `view: TOKEN` and one `command: TOKEN`"
             )
@@ -120,10 +121,10 @@ def read_tokens(path: Path | str) -> Tokens:
 
 
 def write_tokens(path: Path | str) -> Tokens:
-    """Make a token file with two random tokens, for its owner's eyes only.
+    """Write a token file with two random tokens, readable only by its owner.
 
     Raises:
-        WorkbenchError: if the file is there already, or cannot be written.
+        WorkbenchError: if the file exists, or cannot be written.
     """
     tokens = Tokens(secrets.token_urlsafe(24), secrets.token_urlsafe(24))
     try:
@@ -139,12 +140,12 @@ def write_tokens(path: Path | str) -> Tokens:
 
 
 def read_token(path: Path | str, role: Role) -> str:
-    """Return the token of a role from a server's token file, or from a copy of that one line.
+    """Return the token of a role from the token file of a server, or from a copy of its one line.
 
-    Whoever only watches needs no file with the token to fly.
+    A client that only watches needs no file with the token to fly.
 
     Raises:
-        WorkbenchError: if the file cannot be read, is open to others, or has no such line.
+        WorkbenchError: if the file cannot be read, others may access it, or it has no such line.
     """
     for line in private_text(Path(path)).splitlines():
         name, colon, token = line.partition(":")
@@ -159,10 +160,11 @@ def private_text(path: Path) -> str:
     """Return the text of a file that only its owner may read.
 
     Raises:
-        WorkbenchError: if it cannot be read, is open to others, or is too large.
+        WorkbenchError: if it cannot be read, others may access it, or it is too large.
     """
     try:
-        # Looked at when open: a name can come to mean another file. A pipe must not make us wait.
+        # Checked on the open file, as another file may take the name. Opening a pipe must not
+        # block.
         number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         with os.fdopen(number, "rb") as stream:
             status = os.fstat(number)

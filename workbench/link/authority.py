@@ -1,7 +1,7 @@
-"""Who flies: one lease, a ladder for a holder that falls silent, and the operator above all.
+"""The authority to fly: one lease, an escalation for a silent holder, and the operator above all.
 
-Time is simulated and told by the caller, so that a flight in slow motion, or one that stands, is
-no reason to take the drone from anybody.
+Time is simulated and passed in by the caller. So a slow or paused flight does not take control from
+anybody.
 """
 
 import math
@@ -17,25 +17,25 @@ from workbench.link.drone_topics import AXES
 from workbench.link.messages import ControlState, Hand, Stage
 
 HOLD_AFTER = 0.5
-"""Silence after which the drone holds its place, and the lease is renewed no longer [s]."""
+"""Silence after which the drone holds its position, and the lease cannot be renewed [s]."""
 LOST_AFTER = 2.0
-"""Silence after which anybody may ask for control [s]."""
+"""Silence after which anybody may request control [s]."""
 LAND_AFTER = 5.0
-"""Silence after which the drone lands, unless somebody else flies it by then [s]."""
+"""Silence after which the drone lands, unless somebody else flies it [s]."""
 OLDEST_STATE = 1.0
-"""A command that acts on an older state is dropped [s]."""
+"""Largest age of the state that a command acts on; an older one is dropped [s]."""
 LADDER = "link"
-"""Who does what nobody asked for: the ladder of silence."""
+"""Name for the cause of effects of silence."""
 NOBODY_YET = "nobody has asked for control yet"
-"""Why nobody flies at first."""
+"""The reason why nobody flies at first."""
 SCRIPT_FLIES = "the scenario's script flies"
-"""Why a client that flew does so no longer: what a scenario says comes before clients."""
+"""The reason for a client's loss of control to the script of the scenario."""
 TOO_FAST = 2.0
-"""A command beyond a limit by this factor is refused; up to it, it is scaled."""
+"""A command above a limit by more than this factor is rejected; below it, it is scaled."""
 
 
 class Effect(Enum):
-    """What the ladder does to the flight."""
+    """The effects of silence on the flight."""
 
     HOLD = "hold"
     LAND = "land"
@@ -50,25 +50,25 @@ class Limits:
     turn: float
 
     def as_sent(self) -> "Limits":
-        """Return them as a field of 32 bits has them, so that the limit itself may be asked for."""
+        """Return the limits rounded to 32 bits, so that a command may equal the limit."""
         return Limits(*struct.unpack("<3f", struct.pack("<3f", self.level, self.climb, self.turn)))
 
 
 def new_lease() -> int:
-    """Return a number that nobody guesses, never 0."""
+    """Return a number that cannot be guessed, never 0."""
     return secrets.randbelow(2**32 - 1) + 1
 
 
 class Authority:
-    """Grants and takes the lease, and judges commands.
+    """Grants and revokes the lease, and checks commands.
 
     Args:
-        limits: of what may be asked for; may be replaced while flying.
-        lease: makes numbers of leases.
+        limits: of commands; may be replaced in flight.
+        lease: creates numbers of leases.
 
     Attributes:
         limits: see above.
-        effect_by: who caused the effect that was told last: a client's name, or `LADDER`.
+        effect_by: cause of the last effect: the name of a client, or `LADDER`.
     """
 
     def __init__(self, limits: Limits, lease: Callable[[], int] = new_lease) -> None:
@@ -78,7 +78,7 @@ class Authority:
         self.begin(0.0, NOBODY_YET)
 
     def begin(self, now: float, reason: str) -> None:
-        """Let nobody fly from now on [s]."""
+        """Start at a time [s], with nobody in control."""
         self._hand, self._peer, self._name, self._lease = Hand.NOBODY, 0, "", 0
         self._stage, self._reason = Stage.LIVE, reason
         self._since = now
@@ -86,7 +86,7 @@ class Authority:
         self._hold_by = LADDER
 
     def request(self, peer: int, name: str, now: float) -> int:
-        """Grant control to a client, and return the number of its lease.
+        """Grant control to a client, and return its lease number.
 
         Raises:
             DeniedError: while somebody else flies.
@@ -107,13 +107,13 @@ class Authority:
         return self._lease
 
     def release(self, now: float) -> None:
-        """Let the holder give control back; the drone holds its place."""
+        """Release the control of the holder; the drone holds its position."""
         who = self._who()
         self.begin(now, f"{who} released control")
         self._hold_due, self._hold_by = True, who
 
     def gone(self, peer: int) -> None:
-        """Take control from a client whose connection ended; the ladder goes on without it."""
+        """Take control from a disconnected client; the effects of silence continue."""
         if self._hand is not Hand.CLIENT or self._peer != peer:
             return
         if self._stage is Stage.LIVE:
@@ -121,7 +121,7 @@ class Authority:
         self._lose(f"the connection of {self._who()} ended")
 
     def check(self, peer: int, lease: int, now: float) -> None:
-        """Refuse what only the holder may do: the one place where a lease is looked at.
+        """Check that a client holds the lease; leases are checked only here.
 
         Raises:
             DeniedError: if a client is not the holder, or has been silent too long.
@@ -138,14 +138,14 @@ class Authority:
         raise DeniedError("not_holder", said)
 
     def renew(self, now: float) -> None:
-        """Count what the holder just did as a sign of life."""
+        """Count an action of the holder as a sign of life."""
         self._since = now
 
     def command(self, command: Command, now: float) -> Command:
-        """Return what is flown of a command.
+        """Return the command to fly for a requested one.
 
         Raises:
-            DeniedError: if it is not flown at all; then it renews nothing.
+            DeniedError: if it is rejected; it then does not renew the lease.
         """
         self.check(command.peer, command.lease, now)
         flown = self._within_limits(command)
@@ -164,10 +164,10 @@ class Authority:
         return flown
 
     def take_over(self, now: float, reason: str = "the operator took over") -> bool:
-        """Let the operator at the screen fly: always granted.
+        """Give control to the operator at the screen; this is always granted.
 
         Returns:
-            whether the drone is to hold now, before anything else.
+            Whether the drone must first hold its position.
         """
         if self._hand is Hand.OPERATOR:
             return False
@@ -177,7 +177,7 @@ class Authority:
         return holds
 
     def effect_due(self, now: float) -> Effect | None:
-        """Return what the flight has to do now [s], if anything; each is told once."""
+        """Return the effect due at a time [s], if any; each is returned once."""
         self._climb(now)
         if self._hold_due:
             self._hold_due, self.effect_by = False, self._hold_by
@@ -188,7 +188,7 @@ class Authority:
         return None
 
     def state(self, now: float) -> ControlState:
-        """Return who flies, for all to know."""
+        """Return who flies, to broadcast it."""
         nobody = self._hand is Hand.NOBODY and self._stage is Stage.LIVE
         return ControlState(
             hand=self._hand,
@@ -200,7 +200,7 @@ class Authority:
         )
 
     def _climb(self, now: float) -> None:
-        """Go up the ladder of silence."""
+        """Advance the stages of silence."""
         silence = now - self._since
         if self._hand is Hand.CLIENT and self._stage is Stage.LIVE and silence >= HOLD_AFTER:
             self._stage, self._lease, self._hold_due = Stage.HOLD, 0, True
@@ -244,7 +244,7 @@ class Authority:
 
 
 def _share(name: str, asked: float, limit: float, unit: str) -> tuple[float, str]:
-    """Return by what a speed is multiplied, and why if that is not 1."""
+    """Return the factor on a speed, and the reason if it is not 1."""
     if asked <= limit:
         return 1.0, ""
     said = f"the {name} is {asked:.4g} {unit}, its limit {limit:.4g} {unit}"

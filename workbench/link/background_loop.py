@@ -1,4 +1,4 @@
-"""An event loop in a thread of its own, for plain programs."""
+"""An event loop in its own thread, for programs without asyncio."""
 
 import asyncio
 import contextlib
@@ -16,10 +16,10 @@ T = TypeVar("T")
 
 
 class BackgroundLoop:
-    """Runs an event loop in a thread; a program calls coroutines there and waits for results.
+    """Runs an event loop in a thread, in which a program runs coroutines and waits for results.
 
     Args:
-        ended: is called in the thread at its end, whatever ends it.
+        ended: called in the thread at its end, for any reason.
     """
 
     def __init__(self, ended: Callable[[], None]) -> None:
@@ -33,7 +33,7 @@ class BackgroundLoop:
         """Start the thread, once.
 
         Raises:
-            WorkbenchError: if it was started before, or cannot begin.
+            WorkbenchError: if it was started before, or cannot start.
         """
         if self._thread is not None:
             raise WorkbenchError("a client is opened once: make a new one")
@@ -45,7 +45,7 @@ class BackgroundLoop:
             raise WorkbenchError(f"the client cannot begin: {self._ended.exception()}")
 
     def stop(self) -> None:
-        """End the thread, and wait for its end."""
+        """Stop the thread, and wait for its end."""
         if self._thread is None:
             return
         if self._loop.done():
@@ -57,7 +57,7 @@ class BackgroundLoop:
         """Run a coroutine in the thread, and return its result.
 
         Raises:
-            WorkbenchError: if the thread does not run.
+            WorkbenchError: if the thread is not running.
         """
         try:
             with self._running() as loop:
@@ -67,11 +67,11 @@ class BackgroundLoop:
             raise
         try:
             self._wait(future)
-        except BaseException:  # Ctrl-C, which ends the waiting, ends the work too
+        except BaseException:  # Ctrl-C ends the wait, and also the work
             future.cancel()
             raise
         if future.cancelled() or not future.done():
-            work.close()  # it may not have begun
+            work.close()  # it may not have started
             raise WorkbenchError(ENDED)
         return future.result()
 
@@ -79,27 +79,27 @@ class BackgroundLoop:
         """Call a function in the thread, without waiting.
 
         Raises:
-            WorkbenchError: if the thread does not run.
+            WorkbenchError: if the thread is not running.
         """
         with self._running() as loop:
             loop.call_soon_threadsafe(act)
 
     @contextlib.contextmanager
     def _running(self) -> Iterator[asyncio.AbstractEventLoop]:
-        """Give the loop to schedule something in."""
+        """Return the running loop."""
         if not self._loop.done() or self._stopping.is_set():
             raise WorkbenchError(NOT_OPEN)
         try:
             yield self._loop.result()
-        except RuntimeError as error:  # asyncio's word for a loop that is closed
+        except RuntimeError as error:  # raised by asyncio for a closed loop
             raise WorkbenchError(ENDED) from error
 
     def _wait(self, future: Future[Any]) -> None:
-        """Wait for something that comes of the thread, as long as there is one."""
+        """Wait for a result of the thread, as long as it runs."""
         wait((future, self._ended), return_when=FIRST_COMPLETED)
 
     def _run(self) -> None:
-        """Let the loop run; whatever ends it, nobody waits for it any longer."""
+        """Run the loop, and release all waiting callers at its end."""
         until_stopped = self._run_until_stopped()
         try:
             asyncio.run(until_stopped)
@@ -108,7 +108,7 @@ class BackgroundLoop:
         else:
             self._ended.set_result(None)
         finally:
-            until_stopped.close()  # where there is no loop it has not begun
+            until_stopped.close()  # without a loop it has not started
             self._when_ended()
 
     async def _run_until_stopped(self) -> None:

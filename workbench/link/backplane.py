@@ -1,7 +1,7 @@
-"""What goes between the flight and its server, which is a process of its own: frozen records.
+"""Messages between the flight and its server process, as frozen records.
 
-The server asks, the flight decides: whatever reaches the drone was checked and applied there, at
-a step that is on record, even if the server dies.
+The server requests, the flight decides: the flight checks and applies everything that reaches the
+drone, at a recorded step, even if the server crashes.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,22 +12,22 @@ from workbench.link.hello import ParameterRow
 from workbench.link.messages import FlightRequest, Role, ServerMessage
 from workbench.link.topics import Topic
 
-# From the server to the flight. `peer` is the number of a connection, never used twice.
+# From the server to the flight. `peer` is the number of a connection, never reused.
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A velocity that a client asks for, as it stood in its frame; or as it is flown of that.
+    """A velocity command of a client, as received or as flown.
 
     Attributes:
         peer: the client.
         seq: number of the frame.
-        t_ns: time of the state that the command acts on [ns].
-        lease: that it is given under.
-        axes: bits of those that count.
+        t_ns: time of the state the command acts on [ns].
+        lease: the one it uses.
+        axes: bits of the axes in use.
         velocity: in W [m/s].
         yaw_rate: [rad/s].
-        scaled: why less is flown than was asked for, "" else.
+        scaled: why a smaller velocity is flown, else "".
     """
 
     peer: int
@@ -42,7 +42,7 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a client asks of the flight, which answers with a `Reply`."""
+    """A request of a client to the flight, which answers with a `Reply`."""
 
     peer: int
     operation: FlightRequest
@@ -50,7 +50,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Gone:
-    """A client's connection has ended."""
+    """The connection of a client has ended."""
 
     peer: int
 
@@ -60,18 +60,18 @@ FromClient = Command | Request | Gone
 
 @dataclass(frozen=True, slots=True)
 class ClientStatus:
-    """A connected client, as the Server screen shows it.
+    """The status of a connected client, for the Server screen.
 
     Attributes:
         peer: its number.
         address: host and port.
-        name: what it calls itself.
+        name: chosen by the client.
         transport: tcp, tls or websocket.
-        role: what it may do, None before login.
-        rate: frames a second that it gets [1/s].
-        age: of the newest data that it has acknowledged [s].
-        dropped: frames that it was too slow for.
-        refused: commands and operations that were refused.
+        role: its role, None before login.
+        rate: frames per second sent to it [1/s].
+        age: of the newest data it has acknowledged [s].
+        dropped: number of frames dropped as it was too slow.
+        refused: number of rejected commands and operations.
     """
 
     peer: int
@@ -87,14 +87,14 @@ class ClientStatus:
 
 @dataclass(frozen=True, slots=True)
 class ServerStatus:
-    """How the server does, about twice a second and on change.
+    """The status of the server, about twice a second and on change.
 
     Attributes:
-        address: where it listens, "HOST:PORT".
+        address: that it listens at, "HOST:PORT".
         page: address of the page for phones, "" without.
-        clients: who is connected.
-        refusals: how often something was refused since the start, by its code.
-        log: the last refusals in words, newest last.
+        clients: the connected ones.
+        refusals: number of rejections since the start, by code.
+        log: the last rejections in words, newest last.
     """
 
     address: str
@@ -106,7 +106,7 @@ class ServerStatus:
 
 @dataclass(frozen=True, slots=True)
 class ServerFailed:
-    """The server cannot start, or has ended; a sentence."""
+    """The server cannot start, or has ended; the reason is a sentence."""
 
     said: str
 
@@ -121,10 +121,10 @@ ToFlight = Callable[[FromServer], None]
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What is flown: the first message, and again where other parameters are.
+    """The flight: the first message, sent again when the set of parameters changes.
 
     Attributes:
-        vehicle: its name.
+        vehicle: name of the vehicle.
         topics: their definitions.
         parameters: the live parameters.
         limits: largest level speed, climb rate [m/s] and yaw rate [rad/s].
@@ -138,12 +138,12 @@ class Flight:
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """Topics at one time.
+    """Published topics at one time.
 
     Attributes:
         t_ns: simulated time [ns].
         wall_ns: when it was sampled, by `time.time_ns`.
-        payloads: number of a topic and its payload.
+        payloads: topic number and payload of each.
     """
 
     t_ns: int
@@ -153,7 +153,7 @@ class Published:
 
 @dataclass(frozen=True, slots=True)
 class Sampled:
-    """What is published at one time, and the exact state then.
+    """The topics published at one time, and the exact state.
 
     Attributes:
         published: the topics.
@@ -166,7 +166,7 @@ class Sampled:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What a client's request came to."""
+    """The answer to the request of a client."""
 
     peer: int
     answer: ServerMessage
@@ -174,7 +174,7 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """A command that was not applied, or only in part; `seq` is that of its frame."""
+    """A command that was not, or only partly, applied; `seq` is the number of its frame."""
 
     peer: int
     seq: int
@@ -184,13 +184,13 @@ class Refused:
 
 @dataclass(frozen=True, slots=True)
 class Disconnect:
-    """The operator wants a client gone."""
+    """The operator disconnects a client."""
 
     peer: int
     reason: str
 
 
 class Stop(Enum):
-    """The last message: say goodbye to all and end."""
+    """The last message: take leave of all clients, and end."""
 
     STOP = "stop"

@@ -1,4 +1,4 @@
-"""Watch and fly a drone over the link: from a plain program, or with asyncio."""
+"""Watch and fly a drone over the link, with or without asyncio."""
 
 from functools import cached_property
 
@@ -9,9 +9,9 @@ from workbench.link.sample import Sample
 
 
 class AsyncClient(ClientCore):
-    """A client of a drone's server, as an asynchronous context manager that yields samples.
+    """A client of the server of a drone, as an asynchronous context manager that yields samples.
 
-    See `ClientCore` for the arguments, the attributes and what happens to a lost connection.
+    See `ClientCore` for arguments, attributes and the handling of a lost connection.
     """
 
     async def __aenter__(self) -> "AsyncClient":
@@ -34,18 +34,18 @@ class AsyncClient(ClientCore):
         return sample
 
     def control(self) -> AsyncControl:
-        """Return the controls: `async with client.control() as c:` asks for them.
+        """Return the controls; `async with client.control() as c:` requests them.
 
         Raises:
-            WorkbenchError: on entering, if somebody else flies or the server takes no commands.
+            WorkbenchError: on entering, if somebody else flies or the server accepts no commands.
         """
         return AsyncControl(self, repeats=True)
 
     def direct_control(self) -> AsyncControl:
-        """Return controls that repeat nothing, for programs that pass on a person's input.
+        """Return controls that do not repeat commands, for programs that forward a person's input.
 
         Raises:
-            WorkbenchError: on entering, if somebody else flies or the server takes no commands.
+            WorkbenchError: on entering, if somebody else flies or the server accepts no commands.
         """
         return AsyncControl(self, repeats=False)
 
@@ -54,10 +54,10 @@ class AsyncClient(ClientCore):
 
 
 class Client(ClientCore):
-    """A client of a drone's server, as a context manager that yields samples.
+    """A client of the server of a drone, as a context manager that yields samples.
 
-    It runs in a thread of its own, so nothing is lost while the program does something else. See
-    `ClientCore` for the arguments, the attributes and what happens to a lost connection.
+    It runs in its own thread, so nothing is lost while the program is busy. See `ClientCore` for
+    arguments, attributes and the handling of a lost connection.
     """
 
     def __enter__(self) -> "Client":
@@ -87,27 +87,27 @@ class Client(ClientCore):
 
     @cached_property
     def loop(self) -> BackgroundLoop:
-        """The thread that attends to the network."""
+        """The thread for the network."""
         return BackgroundLoop(self._samples.close)
 
     def control(self) -> Control:
-        """Return the controls: `with client.control() as c:` asks for them.
+        """Return the controls; `with client.control() as c:` requests them.
 
         Raises:
-            WorkbenchError: on entering, if somebody else flies or the server takes no commands.
+            WorkbenchError: on entering, if somebody else flies or the server accepts no commands.
         """
         return Control(AsyncControl(self, repeats=True), self.loop)
 
     def direct_control(self) -> Control:
-        """Return controls that repeat nothing, for programs that pass on a person's input.
+        """Return controls that do not repeat commands, for programs that forward a person's input.
 
         Raises:
-            WorkbenchError: on entering, if somebody else flies or the server takes no commands.
+            WorkbenchError: on entering, if somebody else flies or the server accepts no commands.
         """
         return Control(AsyncControl(self, repeats=False), self.loop)
 
     def parameters(self, *names: str) -> dict[str, float]:
-        """Return live parameters by name; all if none is named.
+        """Return live parameters by name, or all if none is named.
 
         Raises:
             WorkbenchError: if one is unknown.
@@ -115,5 +115,5 @@ class Client(ClientCore):
         return self.loop.call(self.request_parameters(*names))
 
     def ping(self) -> float:
-        """Ask whether the server is there, and return its simulated time [s]."""
+        """Ping the server, and return its simulated time [s]."""
         return self.loop.call(self.request_time())

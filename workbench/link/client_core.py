@@ -1,4 +1,4 @@
-"""What both clients are: a connection that is kept, samples, and requests with their answers."""
+"""The common part of both clients: a persistent connection, samples, and requests."""
 
 import asyncio
 import random
@@ -25,51 +25,53 @@ from workbench.link.sample import Sample, SampleQueue
 
 FIRST_PAUSE = 0.1
 LONGEST_PAUSE = 5.0
-"""Between attempts to connect again; each is twice the one before [s]."""
+"""Longest pause between attempts to reconnect; each is twice the one before [s]."""
 REQUEST_LIMIT = 5.0
-"""An answer that is not there by then does not come [s]."""
+"""Time limit for an answer [s]."""
 
 T = TypeVar("T")
 
 
 class Follower(Protocol):
-    """Who is told what the server says of control."""
+    """A receiver of messages about control."""
 
     def receive(self, message: ServerMessage) -> None:
-        """Take note of a message."""
+        """Handle a message."""
 
     def lose(self, reason: str) -> None:
-        """Take note that the connection is lost."""
+        """Handle the loss of the connection."""
 
     def keep_up(self) -> None:
-        """Take note that a newer state came."""
+        """Handle the arrival of a newer state."""
 
 
 class ClientCore:
-    """A client of a drone's server; `Client` and `AsyncClient` are two ways to call it.
+    """A client of the server of a drone; `Client` and `AsyncClient` are two interfaces to it.
 
-    A lost connection is made again, with growing pauses, and subscribed to again; control is
-    never taken again by itself. A program that reads too slowly gets the newest of each topic.
+    The client restores a lost connection and its subscriptions, with growing pauses. It never takes
+    control again automatically. A program that reads too slowly gets the newest samples of each
+    topic.
 
     Args:
         address: of the server, HOST:PORT.
-        name: what others see of the client, at most 48 bytes.
-        token: of the role, from the server's token file; none where it needs none.
-        role: view or command (the default) - what the token is for.
-        tls: True if the system's authorities vouch for the server, the path of a file of
-            certificates, or `sha256:` and the fingerprint of its certificate; None for no TLS.
-        topics: names, as `velocity_data`, or "*" for all.
-        rate: largest samples a second of each topic; None for all there are [1/s].
-        reconnect: whether to connect again when the connection is lost.
+        name: shown to others, at most 48 bytes.
+        token: of the role, from the token file of the server; empty if the server needs none.
+        role: that of the token, view or command (the default).
+        tls: True to trust the certificate authorities of the system, the path of a file of
+            certificates, or `sha256:` and the fingerprint of the server certificate; None for no
+            TLS.
+        topics: names, such as `velocity_data`, or "*" for all.
+        rate: largest number of samples per second for each topic [1/s]; None for all.
+        reconnect: whether to restore a lost connection.
 
     Raises:
-        WorkbenchError: if an argument is wrong; on entering, if the server cannot be reached or
-            refuses.
+        WorkbenchError: if an argument is invalid; on entering, if the server cannot be reached or
+            rejects the client.
 
     Attributes:
-        name: what others see of the client.
-        control_state: who flies, None until the server said so.
-        trouble: why there is no connection at present, "" while there is one.
+        name: shown to others.
+        control_state: who flies, None until known.
+        trouble: why there is no connection at present, else "".
     """
 
     def __init__(
@@ -101,14 +103,14 @@ class ClientCore:
 
     @property
     def hello(self) -> Hello:
-        """What the server said of itself, its topics, limits and parameters."""
+        """The server's description of itself, its topics, limits and parameters."""
         if self._connection is None or self._connection.protocol.hello is None:
             raise WorkbenchError("the client is not open: write `with Client(...) as client:`")
         return self._connection.protocol.hello
 
     @property
     def peer(self) -> int:
-        """The number by which the server knows this connection."""
+        """The number of this connection at the server."""
         return self.hello.peer
 
     @property
@@ -118,24 +120,24 @@ class ClientCore:
 
     @property
     def received(self) -> int:
-        """Samples that have arrived."""
+        """Number of samples received."""
         return self._samples.arrived
 
     @property
     def dropped(self) -> int:
-        """Samples that this program was too slow for."""
+        """Number of samples dropped as this program was too slow."""
         return self._samples.dropped
 
     def latest(self, topic: str) -> Sample | None:
-        """Return a topic's newest sample, None before the first."""
+        """Return the newest sample of a topic, None before the first."""
         return self._samples.newest(full_name(topic))
 
     def raise_failure(self) -> None:
-        """Raise what ended the client by itself, if anything did; as iterating does."""
+        """Raise the error that ended the client, if any; iteration does the same."""
         if self._failure is not None:
             raise self._failure
 
-    # What the controls need.
+    # Needed by the controls.
 
     @property
     def connection(self) -> Connection:
@@ -151,15 +153,15 @@ class ClientCore:
     async def request(
         self, make: Callable[[int], Operation], wanted: type[T], limit: float = REQUEST_LIMIT
     ) -> T:
-        """Ask for something, and return the answer.
+        """Send a request, and return the answer.
 
         Args:
-            make: makes the operation with an id.
+            make: creates the operation with an id.
             wanted: type of the answer.
-            limit: how long to wait [s].
+            limit: time limit [s].
 
         Raises:
-            WorkbenchError: if it is refused, or no answer comes.
+            WorkbenchError: if it is refused, or there is no answer.
         """
         connection = self.connection
         number = connection.protocol.new_id()
@@ -195,16 +197,16 @@ class ClientCore:
         return (await self.request(Ping, Pong)).t_ns / 1e9
 
     def follow(self, follower: Follower | None) -> None:
-        """Tell a follower what the server says of control, from now on."""
+        """Pass messages about control to a follower from now on."""
         self._follower = follower
 
     # The connection.
 
     async def open(self) -> None:
-        """Connect, and keep the connection.
+        """Connect, and maintain the connection.
 
         Raises:
-            WorkbenchError: if the server cannot be reached, or refuses.
+            WorkbenchError: if the server cannot be reached, or rejects the client.
         """
         connection = await open_connection(self._address, self._trust, self._options)
         self._begin(connection)
@@ -215,7 +217,7 @@ class ClientCore:
         try:
             if self._task is not None:
                 self._task.cancel()
-                await asyncio.wait([self._task])  # which lets a cancellation of ours through
+                await asyncio.wait([self._task])  # which allows our own cancellation
                 if not self._task.cancelled():
                     self._task.result()
         finally:
@@ -227,7 +229,7 @@ class ClientCore:
         self._deliver(connection)
 
     async def _run(self, connection: Connection) -> None:
-        """Attend to the connection, and make a new one when it ends."""
+        """Run the connection, and make a new one when it ends."""
         try:
             while True:
                 try:
@@ -241,14 +243,14 @@ class ClientCore:
                 self._begin(connection)
         except WorkbenchError as error:
             self._finish(error)
-        except Exception as error:  # a fault of ours: nobody is to wait for ever
+        except Exception as error:  # a bug of ours: nobody must wait forever
             self._finish(WorkbenchError(f"the client failed: {type(error).__name__}: {error}"))
             raise
 
     async def _connect_again(self) -> Connection:
         pause = FIRST_PAUSE
         while True:
-            # Not all clients of a server that was away come back at once.
+            # Random pauses, so that not all clients reconnect at once.
             await asyncio.sleep(pause * random.uniform(0.5, 1.0))
             try:
                 return await open_connection(self._address, self._trust, self._options)
@@ -259,7 +261,7 @@ class ClientCore:
             pause = min(2.0 * pause, LONGEST_PAUSE)
 
     def _deliver(self, connection: Connection) -> None:
-        """Hand what has arrived to whom it concerns."""
+        """Pass on what has arrived."""
         protocol = connection.protocol
         if protocol.samples:
             self._samples.put(protocol.samples)
@@ -278,10 +280,10 @@ class ClientCore:
         protocol.messages.clear()
 
     def _lose(self, connection: Connection) -> None:
-        """Let everybody know that the connection is gone.
+        """Report the loss of the connection to all waiting callers.
 
         Raises:
-            WorkbenchError: if it is not to be made again.
+            WorkbenchError: if it must not be restored.
         """
         assert connection.end is not None
         error = RefusedError(connection.end.code, f"{self._address}: {connection.end.said}")
@@ -296,10 +298,10 @@ class ClientCore:
             raise error
 
     def _finish(self, failure: WorkbenchError | None) -> None:
-        """End: nobody waits any longer."""
+        """End, and release all waiting callers."""
         self._failure = failure
         self.trouble = str(failure) if failure else "the client was closed"
         self._samples.close()
         self._arrived.set()
-        if self._connection is not None:  # left open where the client was closed before it ran
+        if self._connection is not None:  # still open if the client was closed before it ran
             self._connection.abort()

@@ -1,4 +1,4 @@
-"""A client's side of one connection, without sockets: bytes in, bytes, samples and messages out."""
+"""The client side of one connection, without sockets: bytes in; bytes, samples and messages out."""
 
 import math
 from collections.abc import Sequence
@@ -31,23 +31,23 @@ from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
 
 LOGIN_ID = 1
 SUBSCRIBE_ID = 2
-"""Requests of the protocol's own; those of others come after."""
+"""Id of the protocol's own request; other ids come after."""
 ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
-"""As a plain number: a flag takes microseconds to combine, at each frame."""
+"""A plain number, as combining flags takes microseconds at each frame."""
 ALL = "*"
 NO_SERVER = "the first frame is not HELLO: that is no server of this protocol"
 
 
 @dataclass(frozen=True)
 class ClientOptions:
-    """What a client wants, checked before anything is sent.
+    """The options of a client, checked before anything is sent.
 
     Attributes:
-        name: what it calls itself.
-        token: of its role; empty where it has none.
-        role: what it wants to do.
+        name: of the client.
+        token: of its role; empty without one.
+        role: the requested one.
         topics: names, or "*" for all.
-        rate: largest frames a second of each topic; None for all there are [1/s].
+        rate: largest number of frames per second for each topic [1/s]; None for all.
     """
 
     name: str = ""
@@ -58,16 +58,16 @@ class ClientOptions:
 
 
 class ClientProtocol:
-    """Greets, logs in, subscribes; then takes samples in and sends what is asked.
+    """Greets, logs in and subscribes; then receives samples and sends operations.
 
     Attributes:
-        hello: what the server said first, None until then.
+        hello: first message of the server, None before.
         ready: whether login and subscription are done.
-        end: why it is over, None while it is not.
+        end: why the connection ended, None before.
         newest_ns: simulated time of the newest state [ns], None before the first.
-        samples: what arrived; whoever takes it empties it.
-        messages: answers, refusals and states of control, in their order; likewise.
-        seq: number of the last frame that was sent.
+        samples: received samples; the reader empties the list.
+        messages: answers, refusals and control states, in order; the reader empties the list.
+        seq: number of the last frame sent.
     """
 
     def __init__(self, options: ClientOptions) -> None:
@@ -86,7 +86,7 @@ class ClientProtocol:
         self._key = b""
 
     def receive(self, data: bytes) -> None:
-        """Take in bytes as they came."""
+        """Process received bytes."""
         try:
             for frame in self._decoder.feed(data):
                 if self.end is None:
@@ -95,7 +95,7 @@ class ClientProtocol:
             self._finish(error.code, f"what the server sent cannot be understood: {error}")
 
     def take_outgoing(self) -> bytes:
-        """Return what is to be sent now."""
+        """Return the bytes to send now."""
         data = bytes(self._outgoing)
         self._outgoing.clear()
         return data
@@ -106,18 +106,18 @@ class ClientProtocol:
         return self._last_id
 
     def send(self, operation: Operation) -> None:
-        """Send an operation, with a proof where one is due."""
+        """Send an operation, with a proof if required."""
         frame = Frame(Kind.CONTROL, 0, 0, 0, 0, write_operation(operation))
         self._send_frame(frame, commanding=isinstance(operation, COMMANDING))
 
     def command(self, payload: bytes) -> None:
-        """Send a command that acts on the newest state; `seq` is its number."""
+        """Send a command that acts on the newest state; `seq` becomes its number."""
         frame = Frame(Kind.DATA, COMMAND, 0, 0, self.newest_ns or 0, payload)
         self._send_frame(frame, commanding=True)
 
     @property
     def command_topic(self) -> Topic | None:
-        """The definition of a command, None where the server takes none."""
+        """The topic of commands, None if the server accepts none."""
         return self._topics.get(COMMAND)
 
     def _send_frame(self, frame: Frame, commanding: bool = False) -> None:
@@ -137,7 +137,7 @@ class ClientProtocol:
             self._outgoing += Frame(Kind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b"").to_bytes()
 
     def _receive(self, message: ServerMessage | None) -> None:
-        """Act on what concerns the connection itself; pass on the rest."""
+        """Handle messages about the connection itself; pass on the rest."""
         match message:
             case Error(code, sentence):
                 self._finish(code, f"the server ended the connection: {sentence}")
@@ -151,12 +151,12 @@ class ClientProtocol:
                 self._subscribe()
             case Subscribe():
                 self.ready = True
-            case None:  # of a newer server
+            case None:  # from a newer server
                 pass
             case Nack(code, sentence) if not self.ready:
                 self._finish(code, f"the server refused: {sentence}")
             case _:
-                if isinstance(message, Pong):  # tells the time where no states come
+                if isinstance(message, Pong):  # it has the time if there are no states
                     self.newest_ns = message.t_ns
                 self.messages.append(message)
 
@@ -185,7 +185,7 @@ class ClientProtocol:
         self.end = self.end or Error(code, said)
 
     def _keep(self, frame: Frame) -> None:
-        """Keep a sample; topics that are not known are of a newer server."""
+        """Keep a sample; topics that are not known are from a newer server."""
         topic = self._topics.get(frame.topic)
         if topic is None:
             return
@@ -202,10 +202,10 @@ class ClientProtocol:
 def make_options(
     name: str, token: str, role: Role | str | None, topics: Sequence[str], rate: float | None
 ) -> ClientOptions:
-    """Return the options that a user's arguments mean.
+    """Return the options for the arguments of a user.
 
     Raises:
-        WorkbenchError: if one of them cannot be.
+        WorkbenchError: if one of them is invalid.
     """
     if not name.isprintable() or len(name.encode()) > LONGEST_NAME:
         raise WorkbenchError(
@@ -224,5 +224,5 @@ def make_options(
 
 
 def full_name(topic: str) -> str:
-    """Return a topic's name with the part that all have in common."""
+    """Return the name of a topic with the common prefix."""
     return topic if topic == ALL or topic.startswith("/") else PREFIX + topic

@@ -1,40 +1,40 @@
-"""The words with which a server refuses, for programs; docs/protocol.md says what to do at each."""
+"""Codes of rejections by a server; docs/protocol.md explains how to handle each."""
 
 from enum import StrEnum
 
 
 class NackCode(StrEnum):
-    """Why a request or a command was not done; the connection goes on."""
+    """Reasons why a request or a command was rejected; the connection continues."""
 
     UNKNOWN_OP = "unknown_op"
     """An operation that this server does not know."""
     BAD_VALUE = "bad_value"
-    """A value is missing, of the wrong type, too long or out of its range."""
+    """A value is missing, of the wrong type, too long or out of range."""
     UNKNOWN_TOPIC = "unknown_topic"
-    """No such topic, or none that a client may send."""
+    """The topic is unknown, or clients may not send it."""
     BAD_SIZE = "bad_size"
-    """A data frame has not its topic's size."""
+    """The size of a data frame does not match its topic."""
     UNKNOWN_PARAMETER = "unknown_parameter"
     NOT_ALLOWED = "not_allowed"
-    """The role only watches, or the server takes no commands."""
+    """The role may only watch, or the server accepts no commands."""
     NOT_HOLDER = "not_holder"
-    """The lease is another's, has run out, or is not the one that was granted last."""
+    """The lease belongs to another client, has expired, or is not the last one granted."""
     HELD = "held"
-    """Another holds control."""
+    """Another client has control."""
     NEUTRAL_FIRST = "neutral_first"
-    """A new holder's first command must be zero on all axes."""
+    """The first command of a new holder must be zero on all axes."""
     NOT_FINITE = "not_finite"
-    """NaN or infinity: the whole command is refused."""
+    """NaN or infinity; the whole command is rejected."""
     NO_AXES = "no_axes"
-    """No axis is asked for, or one that is not there."""
+    """The command has no axis, or an unknown one."""
     TOO_FAST = "too_fast"
-    """Over twice a limit."""
+    """The command exceeds twice a limit."""
     SCALED = "scaled"
-    """Applied, but smaller: it was over a limit."""
+    """The command exceeded a limit, and was scaled down."""
     STALE = "stale"
-    """The state that was acted on is too old, or not there yet."""
+    """The state that the command acts on is too old, or does not exist yet."""
     NOT_NOW = "not_now"
-    """The flight mode does not allow it."""
+    """The flight mode does not permit it."""
 
 
 class ErrorCode(StrEnum):
@@ -46,33 +46,33 @@ class ErrorCode(StrEnum):
     LENGTH = "length"
     JSON = "json"
     LOGIN = "login"
-    """Something else came before login, or no login in time."""
+    """Another message came before login, or login took too long."""
     BAD_LOGIN = "bad_login"
-    """The proof is wrong, or login came twice."""
+    """The proof is wrong, or login was repeated."""
     PROOF = "proof"
-    """A frame that commands has no proof, or a wrong one."""
+    """A frame with a command has no proof, or a wrong one."""
     SEQ = "seq"
-    """A frame that commands has a number that was used before."""
+    """A frame with a command has a number that was used before."""
     TOO_MANY = "too_many"
-    """As many clients as the server takes, all in all or from this address."""
+    """The limit of clients is reached, in total or for this address."""
     BACK_OFF = "back_off"
     """Too many bad logins from this address: wait."""
     SLOW = "slow"
-    """Nothing was acknowledged, or nothing could be written, for too long."""
+    """No acknowledgement came, or nothing could be written, for too long."""
     OVERFLOW = "overflow"
-    """Too many events and answers wait to be read."""
+    """Too many events and answers are waiting to be read."""
     DISCONNECTED = "disconnected"
-    """The operator at the screen has ended it."""
+    """The operator at the screen has ended the connection."""
     INTERNAL = "internal"
-    """The server has failed at this connection; a bug."""
+    """The server has failed on this connection, due to a bug."""
 
 
 class DeniedError(Exception):
-    """An operation or a command that is not carried out; the connection goes on.
+    """An operation or a command is rejected; the connection continues.
 
     Attributes:
-        code: a word for programs: a `NackCode`, or where the connection does end, an `ErrorCode`.
-        said: a sentence.
+        code: a `NackCode`, or an `ErrorCode` if the connection ends.
+        said: the reason, a sentence.
         id: of the operation, 0 without one.
     """
 

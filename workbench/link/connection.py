@@ -1,6 +1,7 @@
-"""A client's connection: how it comes to be, why it does not, and the protocol over its streams.
+"""The connection of a client: opening it, reasons for failure, and the protocol over streams.
 
-By TLS a client knows its server by the system's authorities, a file of them, or a hash.
+With TLS a client trusts its server by the certificate authorities of the system, a file of them, or
+a hash.
 """
 
 import asyncio
@@ -24,24 +25,24 @@ FINGERPRINT = "sha256:"
 
 @dataclass(frozen=True)
 class Trust:
-    """What a client accepts of a server.
+    """The server certificates that a client accepts.
 
     Attributes:
         context: for the connection; None without TLS.
-        fingerprint: SHA-256 of the one certificate that is accepted; empty if authorities decide.
+        fingerprint: SHA-256 of the only certificate accepted; empty if authorities decide.
     """
 
     context: ssl.SSLContext | None = None
     fingerprint: bytes = b""
 
     def check(self, certificate: bytes | None) -> None:
-        """Compare the certificate that the server showed with the one that is accepted.
+        """Compare the certificate of the server with the accepted one.
 
         Args:
             certificate: in DER.
 
         Raises:
-            WorkbenchError: if it is another.
+            WorkbenchError: if they differ.
         """
         if not self.fingerprint:
             return
@@ -54,14 +55,14 @@ class Trust:
 
 
 def make_trust(tls: str | bool | None) -> Trust:
-    """Return what a client accepts.
+    """Return the certificates that a client accepts.
 
     Args:
-        tls: None or False for no TLS, True for the system's authorities, the path of a file of
-            certificates (PEM) to trust, or `sha256:` and the fingerprint of the server's own.
+        tls: None or False for no TLS, True for the authorities of the system, the path of a file of
+            certificates (PEM) to trust, or `sha256:` and the fingerprint of the server certificate.
 
     Raises:
-        WorkbenchError: if the file cannot be read, or the fingerprint is none.
+        WorkbenchError: if the file cannot be read, or the fingerprint is invalid.
     """
     if not tls:
         return Trust()
@@ -90,32 +91,32 @@ def _by_fingerprint(tls: str) -> Trust:
             "`openssl x509 -fingerprint -sha256 -noout -in CERTIFICATE` prints them"
         )
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    context.check_hostname = False  # the one certificate is known, whatever it calls itself
+    context.check_hostname = False  # the certificate is known, whatever name it states
     context.verify_mode = ssl.CERT_NONE
     return Trust(context, fingerprint)
 
 
 LIMIT = 5.0
-"""A connection that is not there by then does not come [s]."""
+"""Time limit to connect [s]."""
 GREETING_LIMIT = 5.0
-"""A greeting that is not there by then does not come [s]."""
+"""Time limit for the greeting [s]."""
 CHUNK = 256 * 1024
 QUIET = 2.0
-"""After so long a silence a client asks whether the server is there [s]; after another, it goes."""
+"""Silence after which a client pings the server [s]; after another such time it disconnects."""
 FRESH = 0.2
-"""After so long without a state a client at the controls asks for the time [s]."""
+"""Time without a state after which a client in control asks for the simulated time [s]."""
 MOST_UNSENT = 64 * 1024
-"""Bytes that may wait to be sent; a command beyond is late already, and is not sent."""
+"""Largest number of bytes waiting to be sent; a further command would be late, and is not sent."""
 
 RETRIED = {"lost", "bye", "slow", "overflow", "too_many", "back_off", "internal"}
-"""Ends after which it is worth to connect again; the others would end likewise."""
+"""Ends after which to reconnect; others would only occur again."""
 
 
 class Connection:
-    """A connection to the server in use.
+    """An open connection to the server.
 
     Attributes:
-        protocol: what was said.
+        protocol: its state.
     """
 
     def __init__(
@@ -130,16 +131,16 @@ class Connection:
 
     @property
     def fresh(self) -> bool:
-        """Whether the simulated time that is known is the present one."""
+        """Whether the known simulated time is current."""
         return time.monotonic() - self._told < FRESH
 
     @property
     def end(self) -> Error | None:
-        """Why it is over, None while it is not."""
+        """Why the connection ended, None before."""
         return self.protocol.end or self._end
 
     async def read(self) -> None:
-        """Take in what comes next, or find that nothing comes any more."""
+        """Receive data, or detect that no more will come."""
         try:
             async with asyncio.timeout(QUIET):
                 data = await self._reader.read(CHUNK)
@@ -165,27 +166,27 @@ class Connection:
         self._flush()
 
     def command(self, payload: bytes) -> None:
-        """Send a command, unless those before it have not left yet."""
+        """Send a command, unless earlier ones are still waiting to be sent."""
         if self._writer.transport.get_write_buffer_size() < MOST_UNSENT:
             self.protocol.command(payload)
             self._flush()
 
     async def close(self) -> None:
-        """Say goodbye, if somebody is there to hear it, and end."""
+        """Take leave if the connection is open, and end."""
         if self.end is None:
             self.send(Bye())
             self._end = Error("closed", "the client was closed")
             self._writer.close()
         else:
             self.abort()
-        # Whether the other side took leave properly does not matter any more.
+        # It no longer matters whether the other side closed properly.
         with contextlib.suppress(OSError, TimeoutError):
             async with asyncio.timeout(1.0):
                 await self._writer.wait_closed()
         self.abort()
 
     def abort(self) -> None:
-        """End at once, without a word."""
+        """End at once, without taking leave."""
         self._writer.transport.abort()
 
     def _on_silence(self) -> None:
@@ -202,10 +203,10 @@ class Connection:
 
 
 async def open_connection(address: Address, trust: Trust, options: ClientOptions) -> Connection:
-    """Return a connection that is past its greeting.
+    """Return a connection after its greeting.
 
     Raises:
-        RefusedError: if there is no connection, or the server refuses.
+        RefusedError: if the connection fails, or the server rejects it.
     """
     try:
         connection = Connection(options, *await connect(address, trust))
@@ -234,10 +235,10 @@ async def open_connection(address: Address, trust: Trust, options: ClientOptions
 
 
 class RefusedError(WorkbenchError):
-    """A connection that did not come to be.
+    """A connection could not be opened.
 
     Attributes:
-        retried: whether it may later.
+        retried: whether a later attempt may succeed.
     """
 
     def __init__(self, code: str, said: str) -> None:
@@ -246,7 +247,7 @@ class RefusedError(WorkbenchError):
 
 
 def _hint(end: Error, options: ClientOptions) -> str:
-    """Return what to do about an end, where the server cannot know it."""
+    """Return advice about an end, where the server cannot give it."""
     if end.code == "bad_login":
         return f"; is the token that of the role '{options.role.value}'?"
     return ""
@@ -255,14 +256,14 @@ def _hint(end: Error, options: ClientOptions) -> str:
 async def connect(
     address: Address, trust: Trust
 ) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-    """Return the streams of a connection to a server.
+    """Return the streams of a new connection to a server.
 
     Args:
-        address: where it listens.
-        trust: whether by TLS, and what is accepted.
+        address: of the server.
+        trust: accepted certificates, None for no TLS.
 
     Raises:
-        WorkbenchError: if nobody listens, the name is unknown, or TLS does not come about.
+        WorkbenchError: if there is no server, the name is unknown, or TLS fails.
     """
     try:
         async with asyncio.timeout(LIMIT):
@@ -290,12 +291,12 @@ async def connect(
 
 
 def tune(writer: asyncio.StreamWriter) -> None:
-    """Send at once, however little it is: a command that waits for company is an old one."""
+    """Disable buffering of small packets (Nagle's algorithm), which would delay commands."""
     writer.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
 
 def _why_not(address: Address, error: OSError) -> str:
-    """Return the sentence for an error of the system or of TLS."""
+    """Return the sentence for an error from the system or from TLS."""
     if isinstance(error, ssl.SSLCertVerificationError):
         return (
             f"{address}: the server's certificate is not trusted ({error.verify_message}): give "
@@ -305,7 +306,7 @@ def _why_not(address: Address, error: OSError) -> str:
         return f"{address} does not speak TLS ({error.reason}): leave TLS out, or check the port"
     if isinstance(error, socket.gaierror):
         return f"the host '{address.host}' is unknown: check its name, or write its address"
-    # Where a name has several addresses, asyncio sums their failures up without a number.
+    # If a name has several addresses, asyncio merges their errors without an error number.
     if error.errno == errno.ECONNREFUSED or "Connect call failed" in str(error):
         return (
             f"nobody listens at {address}: start a server there with `workbench serve`, or check "

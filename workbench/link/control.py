@@ -1,7 +1,7 @@
-"""Control of the drone: the lease, commands and requests of who flies.
+"""Control of the drone: the lease, commands and requests.
 
-`AsyncControl` repeats the last command for a while, or sends each one once; `Control` calls it from
-a plain program.
+`AsyncControl` repeats the last command for a while, or sends each one once. `Control` calls it from
+programs without asyncio.
 """
 
 import asyncio
@@ -38,11 +38,11 @@ from workbench.link.messages import (
 RELEASE_LIMIT = 1.0
 FIELDS = ("lease", "axes", "v_x", "v_y", "v_z", "yaw_rate")
 PERIOD = 0.05
-"""The last command is repeated so often [s]."""
+"""Period at which the last command is repeated [s]."""
 PERIOD_NS = 100_000_000
-"""And at least so often in simulated time [ns], for a flight that is faster than the clock."""
+"""Longest such period in simulated time [ns], for a flight faster than the clock."""
 HOLD = 2.0
-"""A velocity is repeated for so long, unless more is asked for [s]."""
+"""Default time for which a velocity is repeated [s]."""
 
 Velocity = tuple[float, float, float, float]
 NEUTRAL: Velocity = (0.0, 0.0, 0.0, 0.0)
@@ -54,17 +54,17 @@ T = TypeVar("T")
 class AsyncControl:
     """The controls, as an asynchronous context manager.
 
-    What keeps a program at the controls must not fly the drone by itself: a program that hangs
-    still repeats. So a repeated velocity lapses, and the drone then holds its place.
+    A program that hangs still repeats its commands, and must not fly the drone forever. So a
+    repeated velocity expires, and the drone then holds its position.
 
     Args:
-        client: of the server.
-        repeats: whether the last velocity is said again and again; see `AsyncClient.control` and
+        client: connected to the server.
+        repeats: whether to repeat the last velocity; see `AsyncClient.control` and
             `AsyncClient.direct_control`.
 
     Attributes:
-        lost: why control is gone, "" while it is not.
-        scaled: why the last velocity was flown smaller than asked, "" if it was not.
+        lost: why control was lost, else "".
+        scaled: why the last velocity was scaled down, else "".
     """
 
     def __init__(self, client: ClientCore, *, repeats: bool) -> None:
@@ -86,7 +86,7 @@ class AsyncControl:
         topic = self._client.connection.protocol.command_topic
         if topic is None or tuple(field.name for field in topic.fields) != FIELDS:
             raise WorkbenchError("this server takes no commands that this client knows")
-        await self._client.request_time()  # which a command carries
+        await self._client.request_time()  # needed in commands
         granted = await self._client.request(
             lambda id: RequestControl(id, self._client.name), RequestControl
         )
@@ -94,7 +94,7 @@ class AsyncControl:
         self._lease = granted.lease
         self._before = self._connection.protocol.seq
         self._client.follow(self)
-        self._send()  # the first command of a holder must be neutral
+        self._send()  # the first command of a holder must be zero
         if self._repeats:
             self._repeating = asyncio.create_task(self._repeat(), name="control")
             self._repeating.add_done_callback(self._notice)
@@ -105,7 +105,7 @@ class AsyncControl:
         self._client.follow(None)
         try:
             if not self.lost:
-                # Whoever goes needs no answer: without one the lease runs out by itself.
+                # No answer is needed: without the release the lease expires.
                 with contextlib.suppress(WorkbenchError):
                     await self._client.request(
                         lambda id: ReleaseControl(id, self._lease), ReleaseControl, RELEASE_LIMIT
@@ -116,57 +116,56 @@ class AsyncControl:
     def velocity(
         self, x: float, y: float, z: float, yaw_rate: float = 0.0, *, hold: float = HOLD
     ) -> None:
-        """Fly at a velocity in W [m/s] and turn [rad/s] for a while, then hold the place.
+        """Fly at a velocity in W [m/s] and turn [rad/s] for a while, then hold the position.
 
-        It is repeated 20 times a second for `hold` seconds, whatever the program does meanwhile,
-        **even where it hangs**. Say it again within that time to fly on.
+        It is repeated 20 times a second for `hold` seconds, **even if the program hangs**. Call
+        this again within that time to fly on.
 
-        Of `direct_control` it is sent once. Say it at least five times a second: after 0.5 s of
-        silence, simulated, the drone holds its place and control is lost.
+        With `direct_control` it is sent once. Call this at least five times a second: after 0.5 s
+        of simulated silence the drone holds its position and control is lost.
 
         Args:
             x: velocity along W's x [m/s].
             y: along y [m/s].
             z: upwards [m/s].
             yaw_rate: counter-clockwise as seen from above [rad/s].
-            hold: how long it is repeated [s, of the clock]; `math.inf` for as long as the block
-                runs.
+            hold: how long it is repeated [s, wall-clock]; `math.inf` until the end of the block.
 
         Raises:
             WorkbenchError: if control was lost, a number is not finite, or the last velocity was
-                refused.
+                rejected.
         """
         self.steer(self.checked(x, y, z, yaw_rate), lapse_time(hold))
 
     async def take_off(self, height: float = TAKE_OFF_HEIGHT) -> float:
-        """Take off to a height above the ground [m]; return when that was begun, simulated [s].
+        """Take off to a height above the ground [m]; return the simulated start time [s].
 
         Raises:
-            WorkbenchError: if it is refused; so in the next four.
+            WorkbenchError: if it is refused; the same holds for the next four methods.
         """
         return await self._fly("take_off", height)
 
     async def land(self) -> float:
-        """Land where the drone is; return when that was begun, simulated [s]."""
+        """Land at the present position; return the simulated start time [s]."""
         return await self._fly("land")
 
     async def arm(self) -> float:
-        """Let the rotors idle; return when that was begun, simulated [s]."""
+        """Let the rotors idle; return the simulated start time [s]."""
         return await self._fly("arm")
 
     async def stop(self) -> float:
-        """Stop the rotors, wherever the drone is; return when that was, simulated [s]."""
+        """Stop the rotors, even in the air; return the simulated time [s]."""
         return await self._fly("stop")
 
     async def hold(self) -> float:
-        """Brake and hold the place, also in a take-off or a landing; return when that was begun."""
+        """Brake and hold the position, also in take-off or landing; return the start time [s]."""
         return await self._fly("hold")
 
     async def set(self, **values: float) -> dict[str, float]:
-        """Set live parameters by name, all or none, and return them as they now are.
+        """Set live parameters by name, all or none, and return their present values.
 
         Raises:
-            WorkbenchError: if one is unknown or outside its limits.
+            WorkbenchError: if one is unknown or out of its limits.
         """
         self.check()
         answer = await self._client.request(
@@ -175,7 +174,7 @@ class AsyncControl:
         return dict(answer.values)
 
     def check(self) -> None:
-        """See whether control is still ours.
+        """Check that this client still has control.
 
         Raises:
             WorkbenchError: if it is not.
@@ -186,7 +185,7 @@ class AsyncControl:
             raise WorkbenchError("nobody asked for control: write `with client.control() as c:`")
 
     def checked(self, x: float, y: float, z: float, yaw_rate: float) -> Velocity:
-        """Return a velocity that may be sent; see `velocity`."""
+        """Return a valid velocity; see `velocity`."""
         self.check()
         if self._refused:
             refused, self._refused = self._refused, ""
@@ -200,37 +199,37 @@ class AsyncControl:
         return velocity
 
     def steer(self, velocity: Velocity, lapses_at: float) -> None:
-        """Send a velocity, which lapses at a time of the monotonic clock [s] where it repeats."""
+        """Send a velocity; if repeated, it expires at a time of the monotonic clock [s]."""
         self._commanded, self._lapses_at = velocity, lapses_at
         self.scaled = ""
         self._send()
 
     def receive(self, message: ServerMessage) -> None:
-        """Take note of what concerns control."""
+        """Handle messages about control."""
         match message:
             case ControlState(hand, peer, _, stage, _, reason):
                 if (hand, peer, stage) != (Hand.CLIENT, self._client.peer, Stage.LIVE):
                     self.lose(reason)
             case Nack(_, _, _, int(seq)) if seq <= self._before:
-                pass  # of an older lease
+                pass  # from an older lease
             case Nack(NackCode.SCALED, sentence, _, int()):
                 self.scaled = sentence
             case Nack(NackCode.NOT_HOLDER, sentence, _, int()):
                 self.lose(sentence)
-            case Nack(NackCode.NEUTRAL_FIRST, _, _, int()):  # the first one came to nothing
+            case Nack(NackCode.NEUTRAL_FIRST, _, _, int()):  # the first one was rejected
                 self._send(NEUTRAL)
             case Nack(NackCode.STALE, _, _, int()):
-                pass  # the next one acts on a newer state
+                pass  # the next one will act on a newer state
             case Nack(_, sentence, _, int(seq)) if seq > self._told_until:
                 self._refused, self._commanded = sentence, NEUTRAL
 
     def lose(self, reason: str) -> None:
-        """Let control be gone."""
+        """Note the loss of control."""
         self.lost = self.lost or reason
         self._stop_repeating()
 
     def keep_up(self) -> None:
-        """Repeat the command where simulated time runs faster than the clock."""
+        """Repeat the command if simulated time runs faster than the clock."""
         connection = self._connection
         if (
             self._repeating
@@ -243,10 +242,10 @@ class AsyncControl:
         connection = self._connection
         if connection is None or self.lost or connection.end is not None:
             return
-        if not connection.fresh:  # the next one is to carry the present time
+        if not connection.fresh:  # the next one needs the present time
             connection.send(Ping())
         topic = connection.protocol.command_topic
-        assert topic is not None  # looked at before control was asked for
+        assert topic is not None  # checked before control was requested
         self._sent_ns = connection.protocol.newest_ns or 0
         connection.command(topic.pack((self._lease, AXES, *(velocity or self._commanded))))
 
@@ -258,7 +257,7 @@ class AsyncControl:
         return answer.applied_ns / 1e9
 
     async def _repeat(self) -> None:
-        """Say again what was said last, as a silence means that nobody is there."""
+        """Repeat the last command, as silence means the loss of control."""
         while True:
             await asyncio.sleep(PERIOD)
             self._repeat_once()
@@ -273,16 +272,16 @@ class AsyncControl:
             self._repeating.cancel()
 
     def _notice(self, repeating: "asyncio.Task[None]") -> None:
-        """Let control be lost where it cannot be kept: the lease then runs out by itself."""
+        """Give up control if it cannot be kept; the lease then expires."""
         if not repeating.cancelled() and (error := repeating.exception()) is not None:
             self.lose(f"the client failed: {type(error).__name__}: {error}")
 
 
 def lapse_time(hold: float) -> float:
-    """Return when a velocity of now lapses, by the monotonic clock [s].
+    """Return when a velocity sent now expires, by the monotonic clock [s].
 
     Raises:
-        WorkbenchError: if it is to count for no time.
+        WorkbenchError: if the duration is not positive.
     """
     if not hold > 0.0:
         raise WorkbenchError(
@@ -319,18 +318,18 @@ class Control:
 
     @property
     def lost(self) -> str:
-        """Why control is gone, "" while it is not."""
+        """Why control was lost, else ""."""
         return self._control.lost
 
     @property
     def scaled(self) -> str:
-        """Why the last velocity was flown smaller than asked, "" if it was not."""
+        """Why the last velocity was scaled down, else ""."""
         return self._control.scaled
 
     def velocity(
         self, x: float, y: float, z: float, yaw_rate: float = 0.0, *, hold: float = HOLD
     ) -> None:
-        """Fly at a velocity for a while, then hold the place; see `AsyncControl.velocity`."""
+        """Fly at a velocity for a while, then hold the position; see `AsyncControl.velocity`."""
         velocity = self._control.checked(x, y, z, yaw_rate)
         self._loop.post(partial(self._control.steer, velocity, lapse_time(hold)))
 

@@ -1,4 +1,4 @@
-"""The topics of a drone: the paper's eight, its sensors, and what happens on board."""
+"""The topics of a drone: the eight of the paper, its sensors, and its state."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -33,22 +33,22 @@ LONGEST_NAME = 48
 
 @dataclass(frozen=True)
 class Outfit:
-    """What decides which topics a drone has, and how large they are.
+    """The properties of a drone that determine its topics and their sizes.
 
     Attributes:
-        rotors: how many.
-        fast: rate of the state's topics [1/s].
-        slow: rate of what changes slowly [1/s].
-        imu: rate of the IMU, 0 without one [1/s]; so the next two.
+        rotors: their number.
+        fast: rate of topics of the state [1/s].
+        slow: rate of slow topics [1/s].
+        imu: rate of the IMU, 0 without one [1/s]; the next two are similar.
         gps: rate of satellite navigation.
         lidar: rate of the lidar.
-        rays: of its cloud on the wire.
-        scan: directions of these rays and the sensor's place, for `Topic.about`.
+        rays: number of rays in its cloud on the wire.
+        scan: directions of these rays and the position of the sensor, for `Topic.about`.
         frames: parent and child of each frame.
-        limits: largest level speed, climb rate [m/s] and yaw rate [rad/s] that may be asked for.
-        mounts: names of the frames of imu, gps, lidar and magnetometer, by these words.
+        limits: largest level speed, climb rate [m/s] and yaw rate [rad/s] of commands.
+        mounts: names of the sensor frames, by the keys imu, gps, lidar and magnetometer.
         magnetometer: rate of the magnetometer, 0 without one [1/s].
-        estimate: whether an estimator tells the controller of the motion.
+        estimate: whether the controller uses an estimate of the motion.
     """
 
     rotors: int
@@ -67,7 +67,7 @@ class Outfit:
 
 
 def drone_topics(outfit: Outfit) -> tuple[Topic, ...]:
-    """Return the topics of a drone, by their numbers; a number never changes its meaning."""
+    """Return the topics of a drone, ordered by number; a number never changes its meaning."""
     topics = [
         *_paper(outfit),
         *_sensors(outfit),
@@ -190,7 +190,7 @@ def _paper(outfit: Outfit) -> list[Topic]:
 
 
 def _sensors(outfit: Outfit) -> list[Topic]:
-    """Return the topics of the sensors that measure."""
+    """Return the topics of the sensors in use."""
     topics = []
     if outfit.imu:
         topics.append(
@@ -256,7 +256,7 @@ def _sensors(outfit: Outfit) -> list[Topic]:
 
 
 def _estimate(outfit: Outfit) -> list[Topic]:
-    """Return the topic of the motion as the controller knows it, where that is an estimate."""
+    """Return the topic of the estimated motion, if the controller uses one."""
     if not outfit.estimate:
         return []
     body = next((child for parent, child in outfit.frames if parent == "world"), None)
@@ -281,7 +281,7 @@ def _estimate(outfit: Outfit) -> list[Topic]:
 
 
 def _mount(outfit: Outfit, sensor: str) -> Mapping[str, object]:
-    """Return what says in which frame S of the tree a sensor's data are, where that is known."""
+    """Return the name of the frame S of the data of a sensor, if known."""
     return {"frame": outfit.mounts[sensor]} if sensor in outfit.mounts else {}
 
 

@@ -1,4 +1,4 @@
-"""The server's first words: all that a client must know to read the rest."""
+"""The first message of the server: all that a client needs to decode the others."""
 
 from dataclasses import asdict, dataclass
 from typing import ClassVar
@@ -14,21 +14,21 @@ MOST_CLIENTS = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What the server allows.
+    """The limits of the server.
 
     Attributes:
-        level_speed: largest level speed that may be asked for [m/s].
+        level_speed: largest level speed of commands [m/s].
         climb_rate: up or down [m/s].
         yaw_rate: either way [rad/s].
-        largest: bytes that may follow a header.
+        largest: bytes allowed after a header.
         largest_before_login: the same, before login.
-        largest_operation: the same, of a frame that has an operation.
-        clients: at once.
-        clients_an_address: at once from one address.
-        hold_after: silence after which a holder's drone holds, simulated [s].
-        lost_after: silence after which anybody may ask for control [s].
+        largest_operation: the same, for a frame with an operation.
+        clients: number of simultaneous clients.
+        clients_an_address: number of simultaneous clients from one address.
+        hold_after: silence after which the drone holds its position, simulated [s].
+        lost_after: silence after which anybody may request control [s].
         land_after: silence after which the drone lands [s].
-        oldest_state: age of the state that a command may act on [s].
+        oldest_state: largest age of the state that a command acts on [s].
     """
 
     level_speed: float
@@ -47,7 +47,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class ParameterRow:
-    """A live parameter: its bounds and its default are in its unit."""
+    """A live parameter, with bounds and default in its unit."""
 
     name: str
     unit: str
@@ -63,15 +63,15 @@ class Hello:
 
     Attributes:
         server: its name and version.
-        session: differs from start to start of a flight's server, hexadecimal.
-        peer: number of this connection, as control_state names it.
-        vehicle: what is flown.
+        session: id of this start of the server, hexadecimal.
+        peer: number of this connection, as in control_state.
+        vehicle: name of the vehicle.
         nonce: for login, 32 hexadecimal digits.
-        login: whether login is needed.
-        limits: what is allowed.
-        topics: what may be subscribed to, or sent.
-        parameters: what may be got and set.
-        protocol: lowest and highest version that the server speaks.
+        login: whether login is required.
+        limits: of the server.
+        topics: those that clients may subscribe to, or send.
+        parameters: those that clients may get and set.
+        protocol: lowest and highest supported version.
     """
 
     op: ClassVar[str] = "hello"
@@ -87,7 +87,7 @@ class Hello:
     protocol: tuple[int, int] = (VERSION, VERSION)
 
     def values(self) -> dict[str, object]:
-        """Return it as it stands in JSON."""
+        """Return the content in JSON types."""
         return {
             "protocol": list(self.protocol),
             "server": self.server,
@@ -103,10 +103,10 @@ class Hello:
 
 
 def read_hello(found: JsonFields) -> Hello:
-    """Return the first frame's content.
+    """Return the content of the first frame.
 
     Raises:
-        DeniedError: if something in it is missing or wrong.
+        DeniedError: if something is missing or wrong.
     """
     return Hello(
         protocol=_range(found),

@@ -1,6 +1,6 @@
-"""JSON that means one thing only, and the values in it, each with its type and its bounds.
+"""Unambiguous JSON, and its values, each with type and bounds.
 
-What two readers could take differently is refused.
+JSON that two parsers could interpret differently is rejected.
 """
 
 import json
@@ -15,30 +15,30 @@ from workbench.link.drone_topics import LONGEST_NAME
 from workbench.link.wire import WireError
 
 DEEPEST = 8
-"""Objects and arrays within each other; the outermost object is the first."""
+"""Largest depth of nested objects and arrays; the outermost object counts as 1."""
 LONGEST_INTEGER = 20
-"""Characters: those of the integers of 64 bits."""
+"""Largest number of characters of an integer, for 64 bits."""
 _TEXT = re.compile(rb'"(?:[^"\\]|\\.)*+"?', re.DOTALL)
 _BRACKET = re.compile(rb"[\[{\]}]")
 _PAIR = re.compile(rb"\[\]|\{\}")
 _NO_BRACKET = bytes(set(range(256)) - set(b"[]{}"))
 _UNUSUAL = re.compile(rb"[0-9]{20}|[0-9][eE]")
-"""Only a number with so many digits, or with an exponent, may be too large."""
+"""Only a number with this many digits, or with an exponent, can be too large."""
 _SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 def read_json(payload: bytes) -> dict[str, object]:
-    """Return the object that a control frame's payload has.
+    """Return the object in the payload of a control frame.
 
     Raises:
-        WireError: code "json", for what is not UTF-8, no JSON or no object, and for what JSON's
-            readers do not agree on: a key twice, NaN and infinity, numbers too large, half of a
-            surrogate pair, arrays and objects more than `DEEPEST` within each other.
+        WireError: code "json", for invalid UTF-8 or JSON, for anything but an object, and for
+            ambiguous JSON: a repeated key, NaN and infinity, numbers too large, half of a surrogate
+            pair, arrays and objects nested deeper than `DEEPEST`.
     """
     try:
         bare = _TEXT.sub(b"", payload)
-        _check_depth(bare)  # first: the reader calls itself at each bracket
-        unusual = _UNUSUAL.search(bare)  # to be asked about each number costs the most
+        _check_depth(bare)  # first, as the parser is recursive
+        unusual = _UNUSUAL.search(bare)  # a check of each number would cost the most
         value = json.loads(
             payload.decode("utf-8"),
             object_pairs_hook=_object,
@@ -70,7 +70,7 @@ def write_json(value: object) -> bytes:
 
 
 def _check_depth(bare: bytes) -> None:
-    """Refuse what is too deep.
+    """Check the depth of nesting.
 
     Args:
         bare: JSON without its texts.
@@ -128,7 +128,7 @@ E = TypeVar("E", bound=Enum)
 
 
 class JsonFields:
-    """The fields of one operation; keys that nobody asks for are ignored.
+    """The fields of one operation; other keys are ignored.
 
     Attributes:
         id: of the operation, 0 without one.
@@ -146,13 +146,13 @@ class JsonFields:
         return self._values.get(name) is not None
 
     def bad(self, said: str) -> DeniedError:
-        """Return the refusal of a value."""
+        """Return the error for a value."""
         return DeniedError(NackCode.BAD_VALUE, f"{self.op}: {said}".lstrip(": "), self.id)
 
     def integer(self, name: str, low: int, high: int) -> int:
         """Return an integer within bounds."""
         value = self._values.get(name)
-        # In JSON as JavaScript writes it, 3.0 and 3 are one number, and true is none.
+        # As in JavaScript, 3.0 and 3 are the same number, and true is not a number.
         if isinstance(value, float) and value.is_integer():
             value = int(value)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
@@ -175,14 +175,14 @@ class JsonFields:
         return value
 
     def text(self, name: str, longest: int) -> str:
-        """Return a text that can be printed, of at most so many bytes in UTF-8."""
+        """Return a printable text of limited length in UTF-8 [bytes]."""
         value = self._values.get(name)
         if not _is_text(value, longest):
             raise self.bad(f'"{name}" must be a printable text of at most {longest} bytes')
         return str(value)
 
     def sentence(self, name: str) -> str:
-        """Return a text for people, cut, and without what a terminal might obey."""
+        """Return a text for people, truncated, and without terminal control characters."""
         value = self._values.get(name)
         if not isinstance(value, str):
             raise self.bad(f'"{name}" must be a text')
@@ -190,7 +190,7 @@ class JsonFields:
         return "".join(each if each.isprintable() else "?" for each in shown)
 
     def digits(self, name: str, count: int) -> str:
-        """Return hexadecimal digits, in small letters."""
+        """Return hexadecimal digits, in lower case."""
         value = self._values.get(name)
         allowed = set("0123456789abcdefABCDEF")
         if not isinstance(value, str) or len(value) != count or not set(value) <= allowed:
@@ -205,7 +205,7 @@ class JsonFields:
         return value
 
     def member(self, name: str, kind: type[E]) -> E:
-        """Return a member of an enumeration of words."""
+        """Return a member of a string enumeration."""
         return kind(self.choice(name, tuple(each.value for each in kind)))
 
     def names(self, name: str, longest: int) -> tuple[str, ...]:
@@ -220,7 +220,7 @@ class JsonFields:
         return tuple(value)
 
     def numbers(self, name: str) -> dict[str, float]:
-        """Return finite numbers by their names."""
+        """Return finite numbers by name."""
         value = self._values.get(name)
         found: dict[str, float] = {}
         if not isinstance(value, dict) or len(value) > MOST_NAMES:
@@ -233,7 +233,7 @@ class JsonFields:
         return found
 
     def integers(self, name: str, count: int) -> tuple[int, ...]:
-        """Return so many integers."""
+        """Return a given number of integers."""
         value = self._values.get(name)
         if (
             not isinstance(value, list)
@@ -251,14 +251,14 @@ class JsonFields:
         return value
 
     def within(self, name: str) -> "JsonFields":
-        """Return the fields of an object within this one."""
+        """Return the fields of a nested object."""
         value = self._values.get(name)
         if not isinstance(value, dict):
             raise self.bad(f'"{name}" must be an object')
         return self.part(value)
 
     def part(self, values: Mapping[str, object]) -> "JsonFields":
-        """Return the fields of a part of this operation; its refusals name the operation."""
+        """Return the fields of a part of this operation; its errors name the operation."""
         return JsonFields({**values, "op": self.op, "id": self.id})
 
 
@@ -271,5 +271,5 @@ def _number(value: object) -> float | None:
 def _is_text(value: object, longest: int) -> bool:
     if not isinstance(value, str) or len(value) > longest:
         return False
-    # What can be printed has no half of a surrogate pair either, so it can be encoded.
+    # Printable text has no half surrogate pair, so it can be encoded.
     return value.isprintable() and len(value.encode()) <= longest

@@ -1,8 +1,7 @@
-"""What clients and the server say to each other: messages as records, written and read.
+"""The messages between clients and server, as records to write and read.
 
-What a client asks of the flight goes on to it with the client's number, and the flight answers with
-such records, see `backplane`. Where an answer says the same of an operation as the request for it,
-both are one record.
+Requests to the flight are passed on with the number of the client, and the flight answers with such
+records, see `backplane`. A request and an answer with the same content share one record.
 """
 
 import math
@@ -18,24 +17,24 @@ from workbench.link.json_fields import LARGEST_ID, LONGEST_TOPIC, JsonFields, re
 
 FLIGHT_OPERATIONS = ("arm", "take_off", "land", "stop", "hold")
 TAKE_OFF_HEIGHT = 1.5
-"""Of a take-off that names none [m]."""
+"""Default height of a take-off [m]."""
 HIGHEST_TAKE_OFF = 1000.0
 SLOWEST = 0.1
 FASTEST = 10_000.0
-"""Bounds of the frames a second that a client may ask for [1/s]."""
+"""Limits of the requested frames per second [1/s]."""
 NONCE_DIGITS = 32
 PROOF_DIGITS = 64
 
 
 class Role(Enum):
-    """What a client may do."""
+    """The roles of clients."""
 
     VIEW = "view"
     COMMAND = "command"
 
 
 class Hand(Enum):
-    """Who flies."""
+    """Who is in control."""
 
     NOBODY = "nobody"
     CLIENT = "client"
@@ -43,7 +42,7 @@ class Hand(Enum):
 
 
 class Stage(Enum):
-    """How far the ladder of a silent holder has gone."""
+    """The stages of silence of a holder."""
 
     LIVE = "live"
     HOLD = "hold"
@@ -53,9 +52,9 @@ class Stage(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Login:
-    """Who a client is; nonce and proof are empty where no token is asked for.
+    """The login of a client; nonce and proof are empty if no token is required.
 
-    The answer has id and role alone: what the client may do.
+    The answer has only id and role.
     """
 
     op: ClassVar[str] = "login"
@@ -68,12 +67,12 @@ class Login:
 
 @dataclass(frozen=True, slots=True)
 class Subscribe:
-    """Which topics come from now on; this replaces what was subscribed before.
+    """The subscribed topics; this replaces earlier subscriptions.
 
     Attributes:
-        id: echoed in the answer; so in the others.
-        topics: their names; of a client also "*" for all.
-        rate: largest frames a second of each topic, None for all there are [1/s].
+        id: repeated in the answer, here and in other operations.
+        topics: their names, or "*" for all from a client.
+        rate: largest number of frames per second for each topic [1/s], None for all.
     """
 
     op: ClassVar[str] = "subscribe"
@@ -84,9 +83,9 @@ class Subscribe:
 
 @dataclass(frozen=True, slots=True)
 class RequestControl:
-    """A client wants to fly; `name` replaces that of login, if it is not empty.
+    """A client requests control; a `name` that is not empty replaces that of login.
 
-    In the answer the client flies: its commands carry `lease`, which a silence of `expires` ends
+    The answer grants control. Commands carry `lease`, which expires after a silence of `expires`
     [s].
     """
 
@@ -99,7 +98,7 @@ class RequestControl:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseControl:
-    """A client wants to fly no longer; in the answer, which has no lease, it does not."""
+    """A client gives control back; the answer has no lease."""
 
     op: ClassVar[str] = "release_control"
     id: int
@@ -108,7 +107,7 @@ class ReleaseControl:
 
 @dataclass(frozen=True, slots=True)
 class FlightOperation:
-    """A client wants to arm, take_off to a height above the ground [m], land, stop or hold."""
+    """A client requests arm, take_off to a height above the ground [m], land, stop or hold."""
 
     op: ClassVar[str] = "flight"
     id: int
@@ -129,7 +128,7 @@ class FlightDone:
 
 @dataclass(frozen=True, slots=True)
 class GetParameters:
-    """A client wants to know the live parameters of these names; all, if it names none."""
+    """A client requests the live parameters with these names, or all if there are none."""
 
     op: ClassVar[str] = "parameters"
     id: int = 0
@@ -138,7 +137,7 @@ class GetParameters:
 
 @dataclass(frozen=True, slots=True)
 class SetParameters:
-    """A client wants to set live parameters: all, or none where one is refused."""
+    """A client sets live parameters: all, or none if one is rejected."""
 
     op: ClassVar[str] = "parameters"
     id: int
@@ -148,7 +147,7 @@ class SetParameters:
 
 @dataclass(frozen=True, slots=True)
 class ParameterValues:
-    """Live parameters as they now are; `applied_ns` is when they were set, simulated [ns]."""
+    """The present live parameters; `applied_ns` is the simulated time when they were set [ns]."""
 
     op: ClassVar[str] = "parameters"
     id: int
@@ -158,7 +157,7 @@ class ParameterValues:
 
 @dataclass(frozen=True, slots=True)
 class Ping:
-    """A client wants to know whether somebody is there."""
+    """A client checks whether the server is there."""
 
     op: ClassVar[str] = "ping"
     id: int = 0
@@ -175,15 +174,15 @@ class Pong:
 
 @dataclass(frozen=True, slots=True)
 class ControlState:
-    """Who commands, broadcast at 1 Hz of simulated time and on change.
+    """Who is in control, broadcast at 1 Hz of simulated time and on change.
 
     Attributes:
         hand: who.
-        peer: the holder's connection, 0 if it is no client.
-        name: what the holder calls itself.
-        stage: how far its silence has led.
-        age: of the last command that was applied [s], infinite where nobody flies.
-        reason: why it came to this, in words.
+        peer: connection of the holder, 0 if it is not a client.
+        name: of the holder.
+        stage: of its silence.
+        age: of the last applied command [s], infinite if nobody flies.
+        reason: why, in words.
     """
 
     op: ClassVar[str] = "control_state"
@@ -197,11 +196,11 @@ class ControlState:
 
 @dataclass(frozen=True, slots=True)
 class Nack:
-    """Something was not done, or not wholly; the connection goes on.
+    """Something was not, or not completely, done; the connection continues.
 
     Attributes:
         code: see `NackCode`.
-        said: a sentence.
+        said: the reason, a sentence.
         id: of the operation, or None.
         seq: of the frame of data, or None.
     """
@@ -215,7 +214,7 @@ class Nack:
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """The connection ends; of the code see `ErrorCode`, and of a client's own `connection`."""
+    """The connection ends; for codes see `ErrorCode`, and `connection` for those of a client."""
 
     op: ClassVar[str] = "error"
     code: str
@@ -224,7 +223,7 @@ class Error:
 
 @dataclass(frozen=True, slots=True)
 class Bye:
-    """The client goes, with an id; or the server ends the connection as it should, and says why."""
+    """The client leaves, with an id; or the server ends the connection in order, with a reason."""
 
     op: ClassVar[str] = "bye"
     id: int | None = None
@@ -232,11 +231,11 @@ class Bye:
 
 
 FlightRequest = RequestControl | ReleaseControl | FlightOperation | GetParameters | SetParameters
-"""What the flight answers."""
+"""Requests that the flight answers."""
 Operation = Login | Subscribe | FlightRequest | Ping | Bye
-"""What a client says."""
+"""Messages of a client."""
 COMMANDING = (RequestControl, ReleaseControl, FlightOperation, SetParameters)
-"""Operations that carry a proof where tokens are in use."""
+"""Operations that need a proof if tokens are in use."""
 ServerMessage = (
     Hello
     | Login
@@ -251,18 +250,18 @@ ServerMessage = (
     | Error
     | Bye
 )
-"""What the server says."""
+"""Messages of the server."""
 
 
 def read_operation(payload: bytes) -> Operation:
-    """Return what a client says.
+    """Return the message of a client.
 
     Args:
         payload: of a control frame.
 
     Raises:
-        WireError: if it is no strict JSON; the connection must end.
-        DeniedError: if it is not one of the operations, or has wrong values.
+        WireError: if it is not strict JSON; the connection must end.
+        DeniedError: if it is an unknown operation, or has invalid values.
     """
     found = JsonFields(read_json(payload))
     if found.op not in _OPERATIONS:
@@ -274,21 +273,21 @@ def read_operation(payload: bytes) -> Operation:
 
 
 def read_message(payload: bytes) -> ServerMessage | None:
-    """Return what the server says; None of what this version does not know.
+    """Return the message of the server; None if this version does not know it.
 
     Args:
         payload: of a control frame.
 
     Raises:
-        WireError: if it is no strict JSON.
-        DeniedError: if an operation that is known has wrong values.
+        WireError: if it is not strict JSON.
+        DeniedError: if a known operation has invalid values.
     """
     found = JsonFields(read_json(payload))
     return _MESSAGES[found.op](found) if found.op in _MESSAGES else None
 
 
 def write_operation(operation: Operation) -> bytes:
-    """Return the payload of a control frame that says it; an id of 0 is left out, too."""
+    """Return the payload of a control frame for an operation; an id of 0 is left out, too."""
     found = _stated(operation)
     if not found.get("id"):
         found.pop("id", None)
@@ -296,14 +295,14 @@ def write_operation(operation: Operation) -> bytes:
 
 
 def write_message(message: ServerMessage) -> bytes:
-    """Return the payload of a control frame that says it."""
+    """Return the payload of a control frame for a message."""
     if isinstance(message, Hello):
         return write_json({"op": "hello"} | message.values())
     return write_json(_stated(message))
 
 
 def _stated(message: Operation | ServerMessage) -> dict[str, object]:
-    """Return a message as it stands in JSON: what is None, and what may be empty and is, is not."""
+    """Return a message in JSON types, without fields that are None, or optional and empty."""
     found: dict[str, object] = {"op": message.op}
     for each in fields(message):
         value = getattr(message, each.name)
@@ -314,7 +313,7 @@ def _stated(message: Operation | ServerMessage) -> dict[str, object]:
 
 
 def _plain(value: object) -> object:
-    """Return a field's value as it stands in JSON."""
+    """Return the value of a field in JSON types."""
     match value:
         case Enum():
             return value.value

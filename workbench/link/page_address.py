@@ -1,4 +1,4 @@
-"""The page's address as others must type it, and as a code that a phone reads."""
+"""The address of the page, to type or as a code for phones."""
 
 import ipaddress
 import socket
@@ -7,7 +7,7 @@ from urllib.parse import urlencode, urlsplit
 
 from workbench.link.address import Address, is_loopback
 
-# A UDP socket that is connected to any far address knows which of ours leads there; nothing is
+# A UDP socket connected to any remote address knows the local address of the route; nothing is
 # sent. These addresses are reserved for documentation.
 _FAR_4 = "192.0.2.1"
 _FAR_6 = "2001:db8::1"
@@ -15,7 +15,7 @@ _FAR_6 = "2001:db8::1"
 
 @dataclass(frozen=True)
 class PageAddress:
-    """Where a browser finds the page.
+    """The address of the page.
 
     Attributes:
         url: to type or to scan.
@@ -25,12 +25,12 @@ class PageAddress:
 
     @property
     def is_reachable(self) -> bool:
-        """Whether other machines, and phones, reach it."""
+        """Whether other machines and phones can reach it."""
         return not is_loopback(urlsplit(self.url).hostname or "")
 
     @property
     def said(self) -> str:
-        """The address, and who can use it."""
+        """The address, and who can use it, in words."""
         if self.is_reachable:
             return f"{self.url} (a phone in the same network can open it)"
         return (
@@ -39,9 +39,9 @@ class PageAddress:
         )
 
     def with_token(self, token: str, role: str) -> str:
-        """Return an address that logs in by itself: whoever sees it, or its code, has the token.
+        """Return an address that logs in automatically; it and its code contain the token.
 
-        It stands behind a #, so a browser sends it to nobody, and it is in no server's log.
+        The token follows a #, so browsers do not send it, and servers do not log it.
 
         Args:
             token: of the role.
@@ -51,11 +51,11 @@ class PageAddress:
 
 
 def page_address(host: str, port: int, scheme: str = "http") -> PageAddress:
-    """Return where a browser finds what listens at a host and port.
+    """Return the address of the page for a host and port.
 
     Args:
-        host: name or address that the page listens at; 0.0.0.0 is all of this machine by IPv4, ::
-            all by IPv6, and neither is reached by the other's addresses.
+        host: name or address that the server listens at; 0.0.0.0 is all IPv4 addresses of this
+            machine, :: all IPv6 addresses.
         port: that it listens at.
         scheme: http or https.
     """
@@ -75,16 +75,16 @@ def is_wildcard(host: str) -> bool:
 
 
 def lan_address(by_ipv6: bool = False) -> str | None:
-    """Return this machine's address in its network, None without a network.
+    """Return the address of this machine in its network, None without a network.
 
     Args:
-        by_ipv6: whether an IPv6 address is wanted, else one of IPv4.
+        by_ipv6: whether to return an IPv6 address instead of IPv4.
     """
     family, far = (socket.AF_INET6, _FAR_6) if by_ipv6 else (socket.AF_INET, _FAR_4)
     try:
         with socket.socket(family, socket.SOCK_DGRAM) as asking:
             asking.connect((far, 9))
             found = str(asking.getsockname()[0])
-    except OSError:  # no way there
+    except OSError:  # no route
         return None
     return None if ipaddress.ip_address(found).is_link_local else found

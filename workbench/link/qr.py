@@ -1,20 +1,21 @@
-"""An address as a QR code: for a terminal, and as a picture for the app."""
+"""An address as a QR code, for a terminal, and as a picture for the app."""
 
 import io
 
 import segno
 
 QUIET = 4
-"""Light modules around a code, as its standard asks."""
+"""Width of the light margin around a code in modules, from its standard."""
 _DARK_ON_WHITE = "\x1b[38;5;16;48;5;231m"
 _END = "\x1b[0m"
 _HALVES = {(False, False): " ", (True, False): "▀", (False, True): "▄", (True, True): "█"}
 
 
 def terminal_code(text: str) -> str:
-    """Return a QR code as lines for a terminal, two rows of modules a line.
+    """Return a QR code as lines for a terminal, with two rows of modules per line.
 
-    It sets its own colours, black on white, as not every phone reads a light code on dark.
+    It sets its own colours, black on white, as not every phone reads a light code on a dark
+    background.
 
     Args:
         text: an address.
@@ -42,5 +43,5 @@ def png_code(text: str, scale: int = 8) -> bytes:
 
 
 def _made(text: str) -> segno.QRCode:
-    """Return the code; it still reads with a seventh of it hidden."""
+    """Return the code; it is readable with a seventh of it hidden."""
     return segno.make_qr(text, error="m")

@@ -1,4 +1,4 @@
-"""Samples: what a topic said at one time, and those that have arrived and were not read yet."""
+"""Samples of topics, and the queue of samples not read yet."""
 
 import threading
 import time
@@ -11,19 +11,19 @@ from types import MappingProxyType
 from workbench.link.topics import Delivery, Topic, Value
 
 LONGEST_WAIT = 0.5
-"""A state that waited longer than this gives way to newer ones [s]."""
+"""Age in the queue after which newer states replace a state [s]."""
 DEEPEST = 2048
-"""Samples of one topic that may wait, whatever their age."""
+"""Largest number of waiting samples of one topic, of any age."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """What a topic said at one time; its fields are unpacked when somebody asks for them.
+    """A sample of a topic at one time; its fields are unpacked on first access.
 
     Attributes:
-        definition: the topic's, as the server described it.
+        definition: of the topic, from the server.
         t_ns: simulated time [ns].
-        payload: as it came.
+        payload: as received.
     """
 
     definition: Topic
@@ -32,7 +32,7 @@ class Sample:
 
     @property
     def topic(self) -> str:
-        """Name of the topic, as `/dh_drone/velocity_data`."""
+        """Name of the topic, such as `/dh_drone/velocity_data`."""
         return self.definition.name
 
     @property
@@ -42,7 +42,7 @@ class Sample:
 
     @cached_property
     def values(self) -> Mapping[str, Value]:
-        """The fields by name, in SI units and in the frames that the definition names."""
+        """The fields by name, in SI units and in the frames of the definition."""
         return MappingProxyType(self.definition.unpack(self.payload))
 
     def __getitem__(self, field: str) -> Value:
@@ -51,11 +51,11 @@ class Sample:
 
 @dataclass
 class _TopicQueue:
-    """The samples of one topic that wait, oldest first.
+    """The waiting samples of one topic, oldest first.
 
     Attributes:
-        waiting: each with its number and when it arrived [s].
-        turn: number of the arrival since which the reader owes this topic a look.
+        waiting: each with its number and arrival time [s].
+        turn: number of the arrival that gives this topic its place in the order.
     """
 
     waiting: deque[tuple[int, float, Sample]] = field(default_factory=deque)
@@ -63,18 +63,18 @@ class _TopicQueue:
 
 
 class SampleQueue:
-    """Samples between the network and a reader who may be slow.
+    """Samples between the network and a reader that may be slow.
 
-    A reader who keeps up gets each sample, in the order in which they came. For one who does not,
-    states older than `LONGEST_WAIT` give way to the newest of their topic, so age and memory stay
-    small. A sample that inherits another's place also inherits its turn: so no topic starves.
+    A reader that keeps up gets each sample, in order of arrival. For a slower one, states older
+    than `LONGEST_WAIT` are replaced by the newest of their topic, so age and memory stay small. A
+    sample that replaces another takes its turn, so no topic starves.
 
     Args:
         clock: time now [s].
 
     Attributes:
-        arrived: samples in all.
-        dropped: samples that the reader was too slow for.
+        arrived: total number of samples.
+        dropped: number of samples dropped as the reader was too slow.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -87,7 +87,7 @@ class SampleQueue:
         self._change = threading.Condition()
 
     def put(self, samples: list[Sample]) -> None:
-        """Take in what has arrived."""
+        """Add samples that have arrived."""
         with self._change:
             now = self._clock()
             for sample in samples:
@@ -101,7 +101,7 @@ class SampleQueue:
             self._change.notify_all()
 
     def take(self) -> Sample | None:
-        """Return the next sample, None if none waits."""
+        """Return the next sample, or None."""
         with self._change:
             return self._take()
 
@@ -113,12 +113,12 @@ class SampleQueue:
             return sample
 
     def newest(self, topic: str) -> Sample | None:
-        """Return a topic's newest sample, whether it was read or not."""
+        """Return the newest sample of a topic, read or not."""
         with self._change:
             return self._newest.get(topic)
 
     def close(self) -> None:
-        """Let nobody wait any longer."""
+        """Release all waiting callers."""
         with self._change:
             self._open = False
             self._change.notify_all()
@@ -135,7 +135,7 @@ class SampleQueue:
         return sample
 
     def _drop_old(self, queue: _TopicQueue, now: float) -> None:
-        """Drop what is too old, but never the newest; events only where there are too many."""
+        """Drop samples that are too old, but never the newest; drop events only if too many."""
         waiting = queue.waiting
         lasting = waiting[-1][2].definition.delivery is Delivery.EVENT
         while len(waiting) > 1 and (

@@ -1,4 +1,4 @@
-"""Topics: what a frame of data carries, field by field, so that a stranger can decode it."""
+"""Topics: the fields of data frames, in a form that lets any program decode them."""
 
 import hashlib
 import json
@@ -13,16 +13,16 @@ from workbench.link.wire import LARGEST
 
 PREFIX = "/dh_drone/"
 CODES = {"float32": "f", "float64": "d", "int32": "i", "uint32": "I", "int64": "q"}
-"""Types of numbers, and what `struct` calls them; `char` is text in UTF-8, filled with zeros."""
+"""Types of numbers, and their codes in `struct`; `char` is text in UTF-8, padded with zeros."""
 
 LARGEST_NUMBER = 2**16 - 1
-"""Of a topic, in the header."""
+"""Largest number of a topic, limited by the header."""
 
 Value = float | int | str | tuple[float, ...]
 
 
 class Direction(Enum):
-    """Who sends a topic."""
+    """The sender of a topic."""
 
     OUT = "out"
     """The server."""
@@ -32,26 +32,26 @@ class Direction(Enum):
 
 
 class Delivery(Enum):
-    """What happens to a topic's frames where a client is slow."""
+    """The handling of the frames of a topic for a slow client."""
 
     STATE = "state"
-    """The newest wins."""
+    """The newest frame replaces older ones."""
     EVENT = "event"
-    """Each one counts; a client that falls too far behind is disconnected."""
+    """Each frame counts; a client that falls too far behind is disconnected."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """Some numbers of one kind, or a text.
+    """A field: numbers of one type, or a text.
 
     Attributes:
         name: in snake case.
         type: one of `CODES`, or char.
-        unit: "1" where there is none, "" for a text.
-        frame: in which it is expressed: W, B, S or "".
-        count: numbers, or bytes of a text.
-        low: least value that is sent; None where it has no bound.
-        high: largest one.
+        unit: "1" for none, "" for a text.
+        frame: it is expressed in: W, B, S or "".
+        count: number of values, or of bytes of a text.
+        low: smallest value, None for no bound.
+        high: largest value, None for no bound.
     """
 
     name: str
@@ -64,29 +64,29 @@ class Field:
 
     @property
     def code(self) -> str:
-        """What `struct` calls it."""
+        """Its code in `struct`."""
         if self.type == "char":
             return f"{self.count}s"
         return CODES[self.type] if self.count == 1 else f"{self.count}{CODES[self.type]}"
 
     @property
     def size(self) -> int:
-        """Its bytes."""
+        """Its size in bytes."""
         return struct.calcsize("<" + self.code)
 
 
 @dataclass(frozen=True)
 class Topic:
-    """What a frame of data carries.
+    """The content of data frames.
 
     Attributes:
         id: number in the header, 1 or more.
-        name: as in `/dh_drone/velocity_data`.
+        name: such as `/dh_drone/velocity_data`.
         direction: who sends it.
-        rate: frames in a simulated second, 0 for one that comes when something happens [1/s].
-        fields: in their order, without gaps between.
-        delivery: what counts where a client is slow.
-        about: further facts, for instance the directions of a lidar's rays.
+        rate: frames per simulated second [1/s], 0 for events.
+        fields: in order, without gaps.
+        delivery: handling of frames for a slow client.
+        about: further data, such as the directions of the rays of a lidar.
     """
 
     id: int
@@ -98,7 +98,7 @@ class Topic:
     about: Mapping[str, object] = field(default_factory=dict)
 
     def __getstate__(self) -> dict[str, object]:
-        """Leave out what cannot be sent to another process and is made again there."""
+        """Leave out the parts that cannot be pickled and are made again on demand."""
         return {key: value for key, value in self.__dict__.items() if key != "packer"}
 
     @cached_property
@@ -107,7 +107,7 @@ class Topic:
         return struct.Struct("<" + "".join(each.code for each in self.fields))
 
     def pack(self, values: Sequence[Value]) -> bytes:
-        """Return the payload of a value for each field; of several numbers, a sequence."""
+        """Return the payload for a value of each field, a sequence for several numbers."""
         flat: list[object] = []
         for each, value in zip(self.fields, values, strict=True):
             if each.type == "char":
@@ -122,7 +122,7 @@ class Topic:
         """Return the fields by name.
 
         Raises:
-            ValueError: if the payload has not just the topic's size.
+            ValueError: if the payload does not have the size of the topic.
         """
         if len(payload) != self.packer.size:
             raise ValueError(
@@ -140,7 +140,7 @@ class Topic:
         return values
 
     def definition(self) -> dict[str, object]:
-        """Return what HELLO says of the topic, with a hash of it."""
+        """Return the definition of the topic for HELLO, with its hash."""
         said: dict[str, object] = {
             "id": self.id,
             "name": self.name,
@@ -165,10 +165,10 @@ class Topic:
 
 
 def topic_from(definition: Mapping[str, object]) -> Topic:
-    """Return the topic that a definition, as HELLO has it, describes.
+    """Return the topic for a definition from HELLO.
 
     Raises:
-        ValueError: if it is no definition, or one that this version cannot unpack.
+        ValueError: if the definition is invalid, or this version cannot unpack it.
     """
     found: Mapping[str, Any] = definition
     try:
@@ -219,12 +219,12 @@ def _is_bound(value: object) -> bool:
 
 
 def definition_hash(definition: Mapping[str, object]) -> str:
-    """Return 16 hexadecimal digits of SHA-256 of a definition without its hash."""
+    """Return 16 hexadecimal digits of the SHA-256 of a definition without its hash."""
     plain = {key: value for key, value in definition.items() if key != "hash"}
     text = json.dumps(plain, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def cut(text: str, size: int) -> bytes:
-    """Return text in UTF-8, cut to a size without splitting a character."""
+    """Return text in UTF-8, truncated to a size without splitting a character."""
     return text.encode()[:size].decode("utf-8", "ignore").encode()

@@ -9,50 +9,50 @@ HEADER = struct.Struct("<2sBBHHIIq")
 MAGIC = b"DH"
 VERSION = 1
 LARGEST = 64 * 1024
-"""Bytes that may follow a header."""
+"""Largest number of bytes after a header."""
 LARGEST_BEFORE_LOGIN = 4 * 1024
-"""The same of a client that is not logged in."""
+"""The same, for a client before login."""
 LARGEST_OPERATION = 8 * 1024
-"""The same of a frame of a client that has an operation: to read JSON takes long. Settings of all
-live parameters at once, each with all its digits, need a quarter of it."""
+"""The same, for a client's frame with an operation, as reading JSON is slow. Setting all live
+parameters at once, with all digits, needs a quarter of it."""
 HMAC_SIZE = 16
 SKIPPABLE = 0x80
-"""Bit of a kind that a receiver may skip where it does not know it."""
+"""Bit of a kind that a receiver may skip if unknown."""
 
 
 class Kind(IntEnum):
-    """What a frame's payload is."""
+    """The kind of payload of a frame."""
 
     CONTROL = 0
     """An operation, in JSON."""
     DATA = 1
-    """A topic's fields, as a packed structure."""
+    """The fields of a topic, as a packed structure."""
     ACKNOWLEDGEMENT = 2
-    """Nothing: `seq` is that of the last frame that was processed."""
+    """Empty: `seq` is that of the last processed frame."""
 
 
 KINDS = frozenset(int(each) for each in Kind)
 
 
 class Flag(IntFlag):
-    """Bits of a header's flags."""
+    """Bits of the flags in a header."""
 
     HMAC = 1
-    """16 bytes that prove the sender follow the payload, and count in the length."""
+    """A proof of 16 bytes follows the payload, and counts in the length."""
     ACKNOWLEDGE = 2
-    """The last frame of a batch: the receiver is to acknowledge it."""
+    """The last frame of a batch, which the receiver must acknowledge."""
 
 
 _CONTROL = int(Kind.CONTROL)
 _HMAC = int(Flag.HMAC)
-"""As a number: an `IntFlag` takes longer than all else of a frame."""
+"""A number, as an `IntFlag` takes longer than the rest of a frame."""
 
 
 class WireError(Exception):
-    """What arrived cannot be understood, so the connection must end.
+    """Received bytes are invalid, so the connection must end.
 
     Attributes:
-        code: a word for programs.
+        code: a word, for programs.
     """
 
     def __init__(self, code: str, said: str) -> None:
@@ -65,11 +65,11 @@ class Frame:
     """One frame.
 
     Attributes:
-        kind: see `Kind`; unknown ones arrive too, where they may be skipped.
+        kind: see `Kind`; unknown kinds occur, too, if they may be skipped.
         topic: number of a topic, 0 for control.
         flags: see `Flag`.
-        seq: rises with each frame of a connection and direction.
-        t_ns: simulated time [ns]; in a command, that of the state acted on.
+        seq: increases with each frame of a connection and direction.
+        t_ns: simulated time [ns]; in a command, that of the state it acts on.
         payload: without the proof.
         proof: 16 bytes, or none.
     """
@@ -83,14 +83,14 @@ class Frame:
     proof: bytes = b""
 
     def to_bytes(self) -> bytes:
-        """Return the frame as it is sent."""
+        """Return the frame as bytes to send."""
         return self.signed_part() + self.proof
 
     def signed_part(self) -> bytes:
-        """Return header and payload: what the proof is taken of.
+        """Return header and payload, the input of the proof.
 
         Raises:
-            WireError: if no receiver would take so long a frame.
+            WireError: if the frame is too long for receivers.
         """
         length = len(self.payload) + (HMAC_SIZE if self.flags & _HMAC else 0)
         if length > LARGEST:
@@ -102,14 +102,14 @@ class Frame:
 
 
 class Decoder:
-    """Takes bytes as they come, in any pieces, and returns whole frames.
+    """Takes bytes in pieces of any size, and returns complete frames.
 
-    Each byte is looked at a bounded number of times, however they are cut. What is kept is never
-    more than one header, `largest` bytes and the last piece.
+    The work per byte is bounded, however the bytes are split. Memory never exceeds one header,
+    `largest` bytes and the last piece.
 
     Attributes:
-        largest: bytes that may follow a header; more ends the connection before they are read.
-        largest_operation: the same where the payload is an operation.
+        largest: bytes allowed after a header; more end the connection before they are read.
+        largest_operation: the same if the payload is an operation.
     """
 
     def __init__(self, largest: int = LARGEST, largest_operation: int = LARGEST) -> None:
@@ -120,31 +120,31 @@ class Decoder:
 
     @property
     def waiting(self) -> int:
-        """Bytes of a frame that is not whole yet."""
+        """Number of bytes of an incomplete frame."""
         return len(self._kept)
 
     def feed(self, data: bytes) -> Generator[Frame]:
-        """Take bytes, and return a generator of the frames that are whole now.
+        """Take bytes, and return a generator of the frames now complete.
 
-        Frames before a broken one are yielded before it raises, and it raises again when more is
-        fed: nothing after it can be understood. Frames that were not fetched come with the next
-        call, be it of no bytes.
+        Frames before an invalid one are yielded before it raises. It raises again when fed more, as
+        nothing after that can be decoded. Frames not fetched come with the next call, even one
+        without bytes.
 
         Raises:
-            WireError: by the generator, if what came is no frame.
+            WireError: by the generator, if the bytes are not a frame.
         """
         self.keep(data)
         return self._frames()
 
     def keep(self, data: bytes) -> None:
-        """Take bytes, and look at them later."""
+        """Take bytes, and decode them later."""
         self._kept += data
 
     def next(self) -> Frame | None:
-        """Return the next frame, None if none is whole.
+        """Return the next complete frame, or None.
 
         Raises:
-            WireError: if what came is no frame.
+            WireError: if the bytes are not a frame.
         """
         if len(self._kept) < self._needed:
             return None
@@ -152,7 +152,7 @@ class Decoder:
         end = self._next_end()
         if end > len(self._kept):
             if len(self._kept) >= HEADER.size:
-                self._needed = end  # no look at what is not whole at each piece
+                self._needed = end  # do not examine an incomplete frame at each piece
             return None
         _, _, kind, topic, flags, seq, _, t_ns = HEADER.unpack_from(self._kept)
         split = end - (HMAC_SIZE if flags & _HMAC else 0)
@@ -165,9 +165,9 @@ class Decoder:
             yield frame
 
     def _next_end(self) -> int:
-        """Return where the next frame ends, as far as its header is there."""
+        """Return the end of the next frame, as far as its header is known."""
         found = bytes(self._kept[: len(MAGIC)])
-        if not MAGIC.startswith(found):  # said at once: a stranger may send no more than this
+        if not MAGIC.startswith(found):  # raised at once: others may send no more than this
             raise WireError("magic", f"a frame begins with {found!r}: it must begin with {MAGIC!r}")
         if len(self._kept) < HEADER.size:
             return HEADER.size
