@@ -9,8 +9,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.live import flying
 from workbench.live.flight import LiveFlight
-from workbench.live.flying import Flying
-from workbench.live.law_compiler import LawCompiler
+from workbench.live.flying import Flying, LawCompiler
 from workbench.live.messages import Do, Order, Phase, TakenOver, Told
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay

@@ -1,22 +1,25 @@
 """The loop that flies a session in real time and executes the pilot's orders between its steps."""
 
 import math
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import replace
 from multiprocessing.connection import Connection, wait
+from queue import Empty, SimpleQueue
+from typing import Any
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, sentences
-from workbench.control.controller import Controller, load_controller, with_estimator
+from workbench.control.controller import Controller, load_controller, unpickled, with_estimator
+from workbench.ipc.limited import run_limited, serve
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.alarms import Alarms, hit_speed
 from workbench.live.announcer import FAILURE, INFORMATION, WARNING
 from workbench.live.exciter import Exciter, Measurer
-from workbench.live.law_compiler import LawCompiler
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import (
     CLOSE,
@@ -41,7 +44,7 @@ from workbench.session.script import repeated
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
 from workbench.systems.bridge import Bridge
-from workbench.systems.flight_computer import has_machine_code
+from workbench.systems.flight_computer import FlightComputer, has_machine_code
 
 LONGEST_LAG = 0.25
 """Largest lag of the flight behind the wall clock; time beyond it is skipped and never flown [s of
@@ -68,6 +71,87 @@ ONE_HIT = 1.0
 """Impacts within this time count as one hit [s]."""
 LONGEST_WAIT = 0.5
 """Longest wait before the loop checks whether it should end [s]."""
+LONGEST_COMPILATION, MOST_MEMORY = 300.0, 16_000
+"""Limits of the compilation of a law [s, MB]."""
+
+
+class LawCompiler:
+    """Compiles laws to machine code, one at a time, in a child process: this module.
+
+    Meanwhile the law flies interpreted.
+
+    During a compilation only the newest requested law waits; earlier ones are forgotten.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._making: Controller | None = None
+        self._waiting: Controller | None = None
+        self._failed: list[Controller] = []
+        self._ends: SimpleQueue[tuple[Controller, str]] = SimpleQueue()
+
+    def begin(self, law: Controller) -> bool:
+        """Compile a law, unless its compilation is in progress or has failed before.
+
+        Returns:
+            Whether it is started, at once or after the present compilation.
+        """
+        with self._lock:
+            if law in (self._making, self._waiting, *self._failed):
+                return False
+            if self._making is not None:
+                self._waiting = law
+                return True
+            self._making = law
+        threading.Thread(target=self._run, daemon=True).start()
+        return True
+
+    def made(self) -> tuple[Controller, str] | None:
+        """Return a law whose machine code is ready, or why a compilation failed, else ""."""
+        try:
+            return self._ends.get_nowait()
+        except Empty:
+            return None
+
+    def _run(self) -> None:
+        while (law := self._making) is not None:
+            failure = ""
+            request = {"name": law.name, "file": str(law.file), "text": law.text}
+            try:
+                run_limited(__name__, request, seconds=LONGEST_COMPILATION, megabytes=MOST_MEMORY)
+            except WorkbenchError as error:
+                failure = str(error)
+            with self._lock:
+                if failure:
+                    self._failed.append(law)
+                self._making, self._waiting = self._waiting, None
+            self._ends.put((law, failure))
+
+
+def compile_law(request: dict[str, Any]) -> None:
+    """Compile a controller's text by flying one update."""
+    from pydrake.systems.analysis import Simulator
+
+    from workbench.common.resources import find_model
+    from workbench.control.guidance import Guidance, Reference
+    from workbench.plant.loading import load_vehicle
+
+    law = unpickled(request["name"], request["file"], request["text"])
+    computer = FlightComputer(
+        controller=law,
+        vehicle=load_vehicle(find_model("dh_drone")),
+        gains=parameter_table(law).defaults(),
+        period=1 / 128,
+    )
+    simulator = Simulator(computer)
+    context = simulator.get_mutable_context()
+    for name, values in (
+        ("state", [1.0, *[0.0] * 12]),
+        ("reference", [0.0] * len(Reference._fields)),
+        ("guidance", [0.0] * len(Guidance._fields)),
+    ):
+        computer.GetInputPort(name).FixValue(context, values)
+    simulator.AdvanceTo(1 / 64)
 
 
 class FlightClock:
@@ -626,3 +710,7 @@ def _received(connection: Connection) -> Iterator[object]:
         if not connection.poll():
             return
         yield connection.recv()
+
+
+if __name__ == "__main__":
+    serve(compile_law)
