@@ -1,4 +1,4 @@
-"""How numbers are shown: degrees and kilometres an hour stand on screens alone."""
+"""Display units: degrees and kilometres per hour appear only on screens."""
 
 import math
 import re
@@ -9,31 +9,31 @@ from workbench.gui.preferences import Preferences
 
 @dataclass(frozen=True)
 class Unit:
-    """How a quantity is shown.
+    """Display unit of a quantity.
 
     Attributes:
-        symbol: behind the number, "" for none.
-        factor: from SI to what is shown.
+        symbol: symbol after the number, "" for none.
+        factor: factor from SI to the display unit.
     """
 
     symbol: str
     factor: float = 1.0
 
     def shown(self, value: float) -> float:
-        """Return a value in SI as it is shown."""
+        """Return a value in SI in the display unit."""
         return value * self.factor
 
     def read(self, shown: float) -> float:
-        """Return a value as it is shown in SI."""
+        """Return a value in the display unit in SI."""
         return shown / self.factor
 
     def text(self, value: float, decimals: int = 2) -> str:
-        """Return a value in SI with its unit, as 12.30 m/s; what is no number is a dash."""
+        """Return a value in SI with its unit, as 12.30 m/s; a dash if it is not finite."""
         if not math.isfinite(value):
             return "–"
         number = f"{self.shown(value):.{decimals}f}"
         if float(number) == 0.0:
-            number = number.removeprefix("-")  # a negative zero flickers
+            number = number.removeprefix("-")  # a negative zero would flicker
         glue = "" if self.symbol in ("", "°", "%") else "\N{NO-BREAK SPACE}"
         return f"{number}{glue}{self.symbol}".replace("-", "\N{MINUS SIGN}", 1)
 
@@ -45,11 +45,11 @@ _DEGREES = {
 }
 MICROTESLA = Unit("µT", 1e6)
 _DENSITY = re.compile(r"(?:\((.+)\)|(\w+))\^2/Hz")
-"""A power spectral density, as `logs.spectrum.density_unit` writes it."""
+"""Matches a power spectral density, as `logs.spectrum.density_unit` writes it."""
 
 
 def unit_for(si: str, preferences: Preferences) -> Unit:
-    """Return how a quantity of an SI unit, as parameters and topics have it, is shown."""
+    """Return the display unit for an SI unit, as in parameters and topics."""
     if si in _DEGREES and preferences.text("angle_unit") == "degree":
         return _DEGREES[si]
     if si == "m/s" and preferences.text("speed_unit") == "km/h":

@@ -1,4 +1,4 @@
-"""What all screens share."""
+"""Services that all screens share."""
 
 from dataclasses import dataclass, field
 from functools import partial
@@ -20,41 +20,41 @@ from workbench.live.view import LiveView
 
 
 class OpenedLog(QObject):
-    """The log that was opened last: charts show it, and it can be flown again.
+    """The last opened log: charts show it, and it can be flown again.
 
     Attributes:
-        path: of it; None before the first one.
+        path: its path; None before the first one.
     """
 
     changed = pyqtSignal()
-    """Another one was opened."""
+    """Another log was opened."""
     what_if_wanted = pyqtSignal()
-    """It is to be flown again."""
+    """The log should be flown again."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.path: Path | None = None
 
     def open(self, path: Path) -> None:
-        """Take a log for the one that is opened."""
+        """Set the opened log."""
         self.path = path
         self.changed.emit()
 
 
 @dataclass(frozen=True)
 class Workspace:
-    """The parts of the app that outlive a screen.
+    """Parts of the app that outlive a screen.
 
     Attributes:
-        flight: what flies.
-        signals: what was flown, as series over time.
-        analysis: what the process that judges gains knows.
-        preferences: kept between starts.
-        notices: where anything that went wrong is told.
+        flight: the present flight.
+        signals: flown signals over time.
+        analysis: answers of the analyst.
+        preferences: preferences, stored between starts.
+        notices: takes errors and other news.
         look: colours and sizes, light or dark.
-        errands: what is written to files in the background.
-        log: that was opened last.
-        scene: what the 3-D view shows besides the flight.
+        errands: file access in the background.
+        log: the last opened log.
+        scene: additions to the 3-D view.
     """
 
     flight: FlightModel
@@ -68,17 +68,17 @@ class Workspace:
     scene: Scene = field(default_factory=Scene)
 
     def close(self) -> None:
-        """End what was started, and wait until it is gone; the last call."""
+        """End everything, and wait until it is gone; must be the last call."""
         self.analysis.close()
         self.flight.close()
         self.errands.close()
 
 
 def make_workspace(preferences: Preferences | None = None) -> Workspace:
-    """Return what the screens share, put together: series and analyst follow the flight.
+    """Return connected services: signals and analyst follow the flight.
 
     Args:
-        preferences: those of the user where not given.
+        preferences: preferences; by default the user's.
     """
     preferences = preferences or Preferences()
     notices = Notices()
@@ -110,7 +110,7 @@ def _judge(workspace: Workspace, view: LiveView) -> None:
 
 
 def _warn(workspace: Workspace, events: EventList, published: list[Published]) -> None:
-    """Tell what the flight warns of; its failures end it, and are told with its end."""
+    """Report the flight's warnings; its failures end it, and are reported with its end."""
     for event in events.add(published):
         if event.kind == "warning":
             what, _, remedy = event.said.partition(". ")

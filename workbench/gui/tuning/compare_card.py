@@ -361,7 +361,7 @@ class CompareCard(Card):
             gains.adopt(self._designs.profile(design.name), f"slot {design.name}")
 
     def keep(self, design: Design) -> None:
-        """Keep the gains of a design; those that do not fly yet fly first, once they are judged."""
+        """Keep the gains of a design; gains that do not fly yet are first evaluated and flown."""
         if design.name == FLOWN:
             self._trial.gains.keep()
             return
@@ -522,7 +522,7 @@ class CompareCard(Card):
         self.table.setMinimumWidth(self.table.full_width)
 
     def _offer_loops(self, designs: Sequence[Design]) -> None:
-        """Let a loop of any design be chosen; at first the weakest one of what is proposed."""
+        """Offer the loops of all designs; at first select the weakest one of the proposed gains."""
         found: dict[str, None] = {}
         weakest = ""
         for each in sorted(designs, key=lambda design: design.name != PROPOSED):

@@ -50,7 +50,7 @@ HINT = "● proposed, to be dragged   ○ flown   ✕ unstable"
 NEAR = 14.0
 """Largest distance from the pointer at which a pole is read [px]."""
 SPANS = (2.0, 2000.0)
-"""Shortest and longest way to the left that can be shown [1/s]."""
+"""Smallest and largest visible distance to the left [1/s]."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,9 @@ class Pole:
     """One pole of the closed loop.
 
     Attributes:
-        value: [1/s].
-        proposed: whether it is of the proposed gains, else of those that fly, or of `whose`.
-        whose: name of the design that it is of, where many are compared.
+        value: its value [1/s].
+        proposed: whether it belongs to the proposed gains, else to the flown ones, or to `whose`.
+        whose: name of its design, if several are compared.
         colour: number of that design's colour.
     """
 
@@ -76,12 +76,12 @@ class Pole:
 
     @property
     def damping(self) -> float:
-        """Ratio of damping; negative where it grows."""
+        """Damping ratio; negative if unstable."""
         return -self.value.real / abs(self.value) if self.value else 1.0
 
     @property
     def is_stable(self) -> bool:
-        """Whether it dies out."""
+        """Whether it decays."""
         return self.value.real < 0.0
 
     @property
@@ -95,7 +95,7 @@ class Pole:
 
 
 def shown_poles(flown: np.ndarray | None, proposed: np.ndarray | None) -> tuple[Pole, ...]:
-    """Return the poles of both, upper half of the plane; those of the flown gains first."""
+    """Return the poles for both sets of gains, upper half of the plane; the flown ones first."""
     found = []
     for values, is_proposed in ((flown, False), (proposed, True)):
         if values is not None:
@@ -104,7 +104,7 @@ def shown_poles(flown: np.ndarray | None, proposed: np.ndarray | None) -> tuple[
 
 
 def poles_headline(proposed: np.ndarray) -> str:
-    """Return a summary of the poles, in a sentence."""
+    """Return a summary of the poles, as a sentence."""
     growing = int(np.count_nonzero(proposed.real >= 0.0))
     if growing:
         return f"{growing} unstable pole{'s' if growing > 1 else ''}."
@@ -116,24 +116,24 @@ def poles_headline(proposed: np.ndarray) -> str:
 
 
 class PolePlane(QWidget):
-    """Shows poles: hollow ones fly, filled ones are proposed, crosses are unstable.
+    """Shows poles: hollow ones are flown, filled ones are proposed, crosses are unstable.
 
-    An unstable one beyond the picture stands at its edge, with an arrow to where it lies.
+    An unstable pole outside the picture is at its edge, with an arrow towards its position.
 
     Args:
-        look: colours.
+        look: source of colours.
     """
 
     read = pyqtSignal(str)
     """The pole under the pointer in words, "" for none."""
     taken = pyqtSignal(object)
-    """A proposed `Pole` is about to be moved, where poles can be."""
+    """A proposed `Pole` that is about to be moved, if poles can be moved."""
     wanted = pyqtSignal(object)
-    """Where the pole is to go [1/s]."""
+    """Requested place of the pole [1/s]."""
     released = pyqtSignal()
     """The pole is released."""
     given_up = pyqtSignal()
-    """The pole goes back to where it was."""
+    """The pole returns to its original place."""
 
     def __init__(self, look: Look) -> None:
         super().__init__()
@@ -153,12 +153,12 @@ class PolePlane(QWidget):
 
     @property
     def poles(self) -> tuple[Pole, ...]:
-        """What is shown."""
+        """The shown poles."""
         return self._poles
 
     @property
     def span(self) -> float:
-        """Way to the left that is shown [1/s]."""
+        """Visible distance to the left [1/s]."""
         return self._span
 
     def sizeHint(self) -> QSize:
@@ -166,7 +166,7 @@ class PolePlane(QWidget):
         return QSize(320, 220)
 
     def show_poles(self, poles: Sequence[Pole]) -> None:
-        """Show these."""
+        """Show poles."""
         if tuple(poles) == self._poles:
             return
         self._poles = tuple(poles)
@@ -175,7 +175,7 @@ class PolePlane(QWidget):
         self.update()
 
     def set_movable(self, movable: bool) -> None:
-        """Let proposed poles be moved: dragged, or by Shift and the arrow keys."""
+        """Set whether proposed poles can be moved: by the mouse, or by Shift and the arrow keys."""
         self._movable = movable
         if movable:
             self.setAccessibleName(
@@ -184,29 +184,29 @@ class PolePlane(QWidget):
             )
 
     def follow_pole(self, value: complex) -> None:
-        """Read the proposed pole nearest to a value [1/s], the one that is moved."""
+        """Read the proposed pole nearest to a value [1/s]: the one that is being moved."""
         proposed = [pole for pole in self._poles if pole.proposed]
         if proposed:
             self._choose(min(proposed, key=lambda pole: abs(pole.value - value)))
 
     def zoom(self, factor: float) -> None:
-        """Zoom out by a factor, or in where it is below 1."""
+        """Zoom out by a factor, or in if it is below 1."""
         self._span = min(max(self._span * factor, SPANS[0]), SPANS[1])
         self.update()
 
     def place(self, pole: Pole) -> QPointF:
-        """Return where a pole stands in the widget; an unstable one never leaves the picture."""
+        """Return a pole's position in the widget; an unstable one never leaves the picture."""
         box, at = self._box(), self._exact(pole)
         if pole.is_stable:
             return at
         return QPointF(min(at.x(), box.right() - EDGE), max(at.y(), box.top() + EDGE))
 
     def is_beyond(self, pole: Pole) -> bool:
-        """Return whether a pole lies farther out than it stands."""
+        """Return whether a pole is farther out than its position shows."""
         return self.place(pole) != self._exact(pole)
 
     def _exact(self, pole: Pole) -> QPointF:
-        """Return where a pole lies, within the picture or not."""
+        """Return a pole's exact position, inside the picture or not."""
         box, scale = self._box(), self._scale()
         return QPointF(_zero(box) + pole.value.real * scale, box.bottom() - pole.value.imag * scale)
 
@@ -215,7 +215,7 @@ class PolePlane(QWidget):
         return QRectF(4.0, 4.0, self.width() - 8.0, self.height() - line - 6.0)
 
     def _scale(self) -> float:
-        """Return pixels for 1/s, the same along both axes: angles say the damping."""
+        """Return pixels per 1/s, the same along both axes: angles show the damping."""
         return (1.0 - RIGHT) * self._box().width() / self._span
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
@@ -239,7 +239,7 @@ class PolePlane(QWidget):
                 painter.drawLine(at - way, at + way)
 
     def _draw_grid(self, box: QRectF, ratio: float) -> QPixmap:
-        """Return the background of the poles; it is painted once."""
+        """Return the background of the poles, painted once."""
         grid = QPixmap(self.size() * ratio)
         grid.setDevicePixelRatio(ratio)
         grid.fill(Qt.GlobalColor.transparent)
@@ -286,7 +286,7 @@ class PolePlane(QWidget):
             self._paint_damping(painter, box, zero, damping)
 
     def _paint_damping(self, painter: QPainter, box: QRectF, zero: float, damping: float) -> None:
-        """Write a damping ratio where its line leaves the picture."""
+        """Write a damping ratio at the end of its line."""
         rise = math.sqrt(1.0 - damping**2) / damping
         x = zero - box.height() / rise
         line = self.fontMetrics().height()
@@ -321,7 +321,7 @@ class PolePlane(QWidget):
             painter.drawEllipse(at, 2.2 * SIZE, 2.2 * SIZE)
 
     def _paint_arrow(self, painter: QPainter, at: QPointF, pole: Pole) -> None:
-        """Point to where a pole outside the picture lies."""
+        """Draw an arrow towards a pole outside the picture."""
         right = self._exact(pole).x() > at.x()
         tip = at + (QPointF(EDGE - 1.0, 0.0) if right else QPointF(0.0, 1.0 - EDGE))
         for side in (-1.0, 1.0):
@@ -337,7 +337,7 @@ class PolePlane(QWidget):
             self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Read the pole under the pointer, or move the one that is held."""
+        """Read the pole under the pointer, or move the held one."""
         assert event is not None
         if self._place is not None:
             self._want(self._value(event.position()))
@@ -348,7 +348,7 @@ class PolePlane(QWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor if can else Qt.CursorShape.ArrowCursor)
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Take the proposed pole under the pointer."""
+        """Grab the proposed pole under the pointer."""
         assert event is not None
         pole = self._under(event.position(), proposed=self._movable)
         if event.button() == Qt.MouseButton.LeftButton and self._can_move(pole):
@@ -362,7 +362,7 @@ class PolePlane(QWidget):
         self._let_go()
 
     def keyReleaseEvent(self, event: QKeyEvent | None) -> None:
-        """Release a pole that keys have moved."""
+        """Release a pole that was moved by keys."""
         assert event is not None
         if Qt.Key(event.key()) in ARROWS and not event.isAutoRepeat():
             self._let_go()
@@ -370,7 +370,7 @@ class PolePlane(QWidget):
             super().keyReleaseEvent(event)
 
     def _under(self, here: QPointF, *, proposed: bool = False) -> Pole | None:
-        """Return the pole under the pointer, of the proposed ones alone if that is asked."""
+        """Return the pole under the pointer; on request only among the proposed ones."""
         ways = [
             (math.hypot(here.x() - at.x(), here.y() - at.y()), index)
             for index, at in enumerate(map(self.place, self._poles))
@@ -380,7 +380,7 @@ class PolePlane(QWidget):
         return self._poles[index] if way <= NEAR else None
 
     def _value(self, here: QPointF) -> complex:
-        """Return what lies at a place of the widget [1/s], of the upper half of the plane."""
+        """Return the value at a position in the widget [1/s], in the upper half of the plane."""
         box, scale = self._box(), self._scale()
         x = min(max(here.x(), box.left()), box.right())
         y = min(max(here.y(), box.top()), box.bottom())
@@ -406,7 +406,7 @@ class PolePlane(QWidget):
             self.update()
 
     def _step(self, way: complex) -> None:
-        """Move the chosen pole by a press of a key."""
+        """Move the selected pole by one step."""
         pole = self._chosen
         if pole is None or not self._can_move(pole):
             return
@@ -423,7 +423,7 @@ class PolePlane(QWidget):
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Go from pole to pole, move one, or zoom."""
+        """Select another pole, move one, or zoom."""
         assert event is not None
         key = Qt.Key(event.key())
         if self._movable and key in ARROWS and event.modifiers() & SHIFT:
@@ -443,12 +443,12 @@ class PolePlane(QWidget):
             super().keyPressEvent(event)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Paint anew."""
+        """Repaint."""
         self.update()
 
 
 def _zero(box: QRectF) -> float:
-    """Return where the imaginary axis stands in the picture."""
+    """Return the position of the imaginary axis in the picture."""
     return box.left() + (1.0 - RIGHT) * box.width()
 
 
@@ -456,15 +456,15 @@ class PolesCard(Card):
     """Shows the poles of the sampled closed loop, in continuous terms, and moves them.
 
     Args:
-        workspace: colours, and who finds gains.
-        trial: whose gains.
-        judgement: what is known of the gains.
+        workspace: colours and analysis.
+        trial: the gains that are being tried.
+        judgement: known results for the gains.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        plane: where they stand.
-        loops: whose gains a drag moves.
-        reading: a pole in words, or what is in its way.
+        plane: the plot.
+        loops: selects the loop whose gains a drag changes.
+        reading: a pole in words, or what prevents its move.
     """
 
     def __init__(
@@ -504,7 +504,7 @@ class PolesCard(Card):
         self.begin()
 
     def begin(self) -> None:
-        """Forget another flight."""
+        """Clear the last flight."""
         self.loops.clear()
         self._follower.forget()
         self._moved, self._pole = "", 0j
@@ -518,17 +518,17 @@ class PolesCard(Card):
 
     @property
     def loop(self) -> str:
-        """Whose gains a drag moves, "" for none."""
+        """Name of the loop whose gains a drag changes, "" for none."""
         return self.loops.currentData() or ""
 
     def choose_loop(self, name: str) -> None:
-        """Let the gains of a loop move poles."""
+        """Select the loop whose gains move poles."""
         place = self.loops.findData(name)
         if place >= 0:
             self.loops.setCurrentIndex(place)
 
     def _take(self, pole: Pole) -> None:
-        """Take a pole of the proposed gains; all until its release is one step of undo."""
+        """Grab a pole of the proposed gains; everything until its release is one step of undo."""
         if self._base is None:
             self._trial.gains.begin_edit()
             self._base = dict(self._trial.judged)
@@ -536,19 +536,19 @@ class PolesCard(Card):
         self._obstacle, self._is_released = "", False
 
     def _want(self, place: complex) -> None:
-        """Bring it to a place [1/s]."""
+        """Move it to a place [1/s]."""
         if self._base is not None:
             linked = self._trial.linked_with(self._moved)
             self._follower.ask(MovePole(self._base, self._moved, self._pole, place, linked))
 
     def _release(self) -> None:
-        """End the drag, once the last answer is there."""
+        """End the drag, after the last answer."""
         self._is_released = True
         if self._base is not None and not self._follower.is_waiting:
             self._end()
 
     def _give_up(self) -> None:
-        """Propose what was proposed before the pole was taken."""
+        """Propose the gains from before the pole was grabbed."""
         if self._base is not None:
             names = self._trial.gains_of(self._moved)
             names += self._trial.linked_with(self._moved).values()
@@ -579,7 +579,7 @@ class PolesCard(Card):
         self._trial.gains.end_edit()
 
     def _follow(self, value: complex) -> None:
-        """Read the pole that is moved, once the judgement of its gains is there as well."""
+        """Read the pole that is being moved, once its gains have been evaluated."""
         self._at = value
         self._follow_pole(value)
         self._read(self.plane.accessibleDescription())
@@ -590,7 +590,7 @@ class PolesCard(Card):
         self._following = False
 
     def _hear_read(self, said: str) -> None:
-        """Read a pole; for another one, drop what was in the way of the last."""
+        """Read a pole; for a different one, clear the message about the last one."""
         if not self._following and self._base is None:
             self._obstacle, self._at = "", None
         self._read(said)
@@ -611,7 +611,7 @@ class PolesCard(Card):
             self.said.say(self._judgement.said or "Not known yet.")
 
     def _read(self, said: str) -> None:
-        """Say what is in the way of a pole that is moved, else which one is read."""
+        """Show what prevents a pole's move, or else the pole under the pointer."""
         if self._obstacle:
             self.reading.say(self._obstacle, "warning")
         else:

@@ -42,43 +42,44 @@ from workbench.scenario.loads import EXCITED, Load, find_excited
 from workbench.scenario.parameters import parameter_table
 
 STRIP_ROOM = 1.15
-"""Share of a limit at the upper edge."""
+"""Upper edge of a chart, as a multiple of its limit."""
 NEAR = 0.999
-"""From this share on, a limit is reached."""
+"""Share of a limit at which it counts as reached."""
 STRIP_GAP = 12.0
 STRIP_MARK = 8.0
 HEAD = ("flown", "predicted", "limit")
 CHIRP_POINTS = 400
-"""Of a chirp."""
+"""Number of points of a chirp."""
 FLOWN, PREDICTED, FUTURE, ASKED = "flown", "predicted", "ahead", "command"
 PERCENT = Unit("%", 100.0)
 FRAME = 1.0 / 32.0
-"""Least time between two drawings of the flight [s]."""
+"""Least period of drawing the flight [s]."""
 LONGEST_STEP = 30.0
-"""The longest predicted step [s]."""
+"""Longest predicted step [s]."""
 TURNED = math.radians(1.0)
-"""A prediction does not follow smaller changes of the heading [rad]."""
+"""Smaller changes of the heading do not change the prediction [rad]."""
 GHOSTS = 5
-"""Earlier responses that are kept."""
+"""Number of kept earlier responses."""
 SHORTEST = 0.1
-"""Of a response that is kept [s]."""
+"""Shortest kept response [s]."""
 FEWEST = 8
-"""Samples of a step that has numbers."""
+"""Least number of samples of a step with numbers."""
 SAME = 1e-6
-"""Times that differ by less are the same [s]."""
+"""Times that differ by less are equal [s]."""
 SAMPLED = 1 / 128
-"""The last sample of a round may be so much before its end [s]."""
+"""Largest time between a round's last sample and its end [s]."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """What was flown from the edge of a round on; (N) each.
+    """Flown signals from the edge of a round on; (N) each.
 
     Attributes:
-        time: from the edge on [s].
-        response: velocity [m/s] or yaw rate [rad/s]; of a load the deviation from where it was.
-        tilt: [rad].
-        rotor_use: largest share of any rotor's speed limit, at each time.
+        time: time from the edge on [s].
+        response: velocity [m/s] or yaw rate [rad/s]; for a load the deviation from the original
+            position.
+        tilt: tilt [rad].
+        rotor_use: largest share of its speed limit that any rotor has, at each time.
     """
 
     time: np.ndarray
@@ -90,7 +91,7 @@ class Trace:
         return len(self.time)
 
     def until(self, end: float) -> "Trace":
-        """Return the part up to a time, which it includes [s]."""
+        """Return the part up to and including a time [s]."""
         size = int(np.searchsorted(self.time, end + 1e-6))
         return self.between(0, size)
 
@@ -100,7 +101,7 @@ class Trace:
         return self.between(first, len(self.time), begin)
 
     def between(self, first: int, last: int, zero: float = 0.0) -> "Trace":
-        """Return the samples from one to another, their times from `zero` on."""
+        """Return the samples between two times, with times relative to `zero`."""
         part = slice(first, last)
         return Trace(
             self.time[part] - zero,
@@ -113,14 +114,14 @@ class Trace:
 def take_trace(
     signals: Signals, excitation: Excitation, vehicle: Vehicle, begun: float, end: float = np.inf
 ) -> Trace:
-    """Return what was flown since a round began, or until its end: copies.
+    """Return copies of the signals since the start of a round, or until its end.
 
     Args:
-        signals: of the flight.
-        excitation: that was flown.
-        vehicle: that flew it.
+        signals: signals of the flight.
+        excitation: the flown excitation.
+        vehicle: the flown vehicle.
         begun: simulated time of the round's edge [s].
-        end: simulated time up to which is wanted [s].
+        end: simulated time of the end [s].
     """
     since = begun - 1e-6
     time, response = signals.series(excitation.row.signal, since)
@@ -131,7 +132,7 @@ def take_trace(
         for index, rotor in enumerate(vehicle.rotors)
     ]
     last = int(np.searchsorted(time, end + 1e-6))
-    # All of these come from one sample of the flight; a topic may be one behind for a moment.
+    # All of these come from one sample of the flight; a topic may briefly be one sample behind.
     size = min(last, len(roll), *(len(share) for share in shares))
     time, roll, pitch, response = time[:size], roll[:size], pitch[:size], response[:size]
     if isinstance(excitation.row, Load):
@@ -146,10 +147,10 @@ class StepPart:
     """A step within a round, from one level of the command to another.
 
     Attributes:
-        begin: from the round's edge on [s].
-        end: when the command changes again [s].
-        before: level before, in the unit of the excitation's amplitude.
-        level: that is asked for.
+        begin: time from the round's edge on [s].
+        end: time at which the command changes again [s].
+        before: previous level, in the unit of the excitation's amplitude.
+        level: commanded level.
     """
 
     begin: float
@@ -159,28 +160,28 @@ class StepPart:
 
     @property
     def duration(self) -> float:
-        """For how long the level is asked for [s]."""
+        """Duration of the commanded level [s]."""
         return self.end - self.begin
 
     @property
     def jump(self) -> float:
-        """By how much the command changes."""
+        """Change of the command."""
         return self.level - self.before
 
 
 def step_parts(excitation: Excitation, *, again: bool = False) -> tuple[StepPart, ...]:
-    """Return the steps of a round in their order, back to rest left out; a chirp has none.
+    """Return the steps of a round in order, except the return to rest; a chirp has none.
 
     Args:
-        excitation: what is flown.
-        again: whether a round of the same was flown just before.
+        excitation: the flown excitation.
+        again: whether an equal round was flown just before.
     """
     size, period = excitation.amplitude, excitation.period
     half = 0.5 * period
     match excitation.shape:
         case Shape.STEP:
             return (StepPart(0.0, period, 0.0, size),)
-        case Shape.PULSE:  # what a load has done is over when the drone is back
+        case Shape.PULSE:  # the effect of a load ends when the drone is back
             over = excitation.round_time if isinstance(excitation.row, Load) else period
             return (StepPart(0.0, over, 0.0, size),)
         case Shape.DOUBLET:
@@ -192,12 +193,12 @@ def step_parts(excitation: Excitation, *, again: bool = False) -> tuple[StepPart
 
 
 def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:
-    """Return the numbers of a step; None before it is over, or where it is too short.
+    """Return the numbers of a step; None before its end, or if it is too short.
 
     Args:
-        trace: of the round, from its edge on.
+        trace: signals of the round, from its edge on.
         part: the step in it.
-        changed: whether gains changed while it was flown.
+        changed: whether gains changed during it.
     """
     if not len(trace) or trace.time[-1] < part.end - SAME:
         return None
@@ -217,7 +218,7 @@ def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
 
 
 def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:
-    """Return the numbers of a step of a load; None before it is over, or where it is too short.
+    """Return the numbers of a step of a load; None before its end, or if it is too short.
 
     Args: as of `measure_step`.
     """
@@ -231,18 +232,18 @@ def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
 
 
 Take = Callable[[Excitation, float, float], Trace]
-"""Takes a trace of an excitation, from one simulated time to another [s]."""
+"""Returns the signals of an excitation between two simulated times [s]."""
 
 
 @dataclass(frozen=True)
 class Round:
-    """One round of an excitation that is flown.
+    """One round of an excitation.
 
     Attributes:
-        excitation: what is flown.
+        excitation: the flown excitation.
         begun: simulated time of its edge [s].
-        gains: that fly it.
-        again: whether a round of the same went before it without a gap.
+        gains: gains that fly it.
+        again: whether an equal round preceded it without a gap.
     """
 
     excitation: Excitation
@@ -252,11 +253,11 @@ class Round:
 
     @property
     def end(self) -> float:
-        """Simulated time at which it is over [s]."""
+        """Simulated time of its end [s]."""
         return self.begun + self.excitation.round_time
 
     def next_edge(self, time: float) -> float:
-        """Return when the command jumps next after a simulated time, or the round ends [s]."""
+        """Return the time of the command's next jump after a time, or of the round's end [s]."""
         edges = (self.begun + edge for edge in self.excitation.edges)
         return min((edge for edge in edges if edge > time + LATE), default=self.end)
 
@@ -271,9 +272,9 @@ class Response:
     """A flown round.
 
     Attributes:
-        round: what was asked.
-        trace: what came of it.
-        numbers: of its first step; None where it has none, or was ended before.
+        round: the round.
+        trace: flown signals.
+        numbers: numbers of its first step; None if it has none, or ended early.
     """
 
     round: Round
@@ -282,15 +283,15 @@ class Response:
 
 
 class ResponseHistory:
-    """Cuts a flight into responses.
+    """Divides a flight into responses.
 
     Args:
-        take: takes a trace from the flight.
+        take: returns signals of the flight.
 
     Attributes:
-        round: that is flown, or was flown last; None before the first.
-        numbers: of the newest round whose first step is over, None before it.
-        ghosts: the last responses before that, the newest first.
+        round: the present or last round; None before the first.
+        numbers: numbers of the newest round with a completed first step, None before it.
+        ghosts: earlier responses, the newest first.
     """
 
     def __init__(self, take: Take) -> None:
@@ -299,11 +300,11 @@ class ResponseHistory:
 
     @property
     def is_running(self) -> bool:
-        """Whether the newest round is being flown."""
+        """Whether the newest round is in progress."""
         return self._running
 
     def clear(self) -> None:
-        """Forget all: another flight begins."""
+        """Clear all: another flight begins."""
         self.round: Round | None = None
         self.numbers: StepNumbers | None = None
         self.ghosts: tuple[Response, ...] = ()
@@ -313,11 +314,11 @@ class ResponseHistory:
         self._changed = False
 
     def begin(self, exciting: Exciting, gains: Mapping[str, float]) -> None:
-        """Record a round; the same one again changes nothing, unless gains have changed.
+        """Record a round; the same one has no effect unless gains have changed.
 
         Args:
-            exciting: what is flown since when.
-            gains: that fly it now.
+            exciting: the excitation and its start.
+            gains: gains that fly it now.
         """
         before = self.round
         excitation, begun = exciting.excitation, exciting.began
@@ -334,7 +335,7 @@ class ResponseHistory:
             self._running, self._ended = False, now
 
     def present(self, now: float) -> Trace | None:
-        """Return what was flown of the newest round by now [s], and measure what is over."""
+        """Return the signals of the newest round until now [s], and measure completed steps."""
         if self.round is None:
             return None
         until = min(now, self.round.end) if self._running else min(self._ended, self.round.end)
@@ -358,7 +359,7 @@ class ResponseHistory:
         self.ghosts = (kept, *self.ghosts)[:GHOSTS]
 
     def _measure(self, flown: Round, trace: Trace) -> StepNumbers | None:
-        """Return the numbers of a round's first step; those of the others are alike."""
+        """Return the numbers of a round's first step; the other steps are similar."""
         if not flown.parts:
             return None
         if isinstance(flown.excitation.row, Load):
@@ -368,15 +369,15 @@ class ResponseHistory:
 
 @dataclass(frozen=True)
 class Use:
-    """How much of a limit is used over time.
+    """Use of a limit over time.
 
     Attributes:
-        label: of what.
-        time: (N) from the edge on [s].
-        value: (N), in SI.
-        limit: in SI.
-        unit: how both are shown.
-        decimals: as shown.
+        label: name of the quantity.
+        time: (N) time from the edge on [s].
+        value: (N) values, in SI.
+        limit: limit, in SI.
+        unit: unit in which both are shown.
+        decimals: number of shown decimals.
     """
 
     label: str
@@ -388,7 +389,7 @@ class Use:
 
     @property
     def peak(self) -> float:
-        """Largest size so far; NaN before the first."""
+        """Largest magnitude so far; NaN before the first value."""
         return float(np.abs(self.value).max()) if len(self.value) else float("nan")
 
     @property
@@ -406,10 +407,10 @@ class Use:
 
 
 class LimitStrip(QWidget):
-    """Charts side by side, each with its limit as a line and the peak as a number.
+    """Charts side by side, each with its limit as a line and its peak as a number.
 
     Args:
-        look: colours.
+        look: source of colours.
     """
 
     def __init__(self, look: Look) -> None:
@@ -423,16 +424,16 @@ class LimitStrip(QWidget):
 
     @property
     def uses(self) -> tuple[Use, ...]:
-        """What is shown."""
+        """The shown quantities."""
         return self._uses
 
     def show_uses(self, uses: Sequence[Use], length: float) -> None:
-        """Show these over a time [s]."""
+        """Show quantities over a time [s]."""
         self._uses, self._length = tuple(uses), max(length, 1e-3)
         self.update()
 
     def describe(self) -> None:
-        """Say in words what is shown: once a response is over, not with every frame."""
+        """Describe the charts in words: after a response, not with every frame."""
         self.setAccessibleDescription("; ".join(f"{use.label} {use.text}" for use in self._uses))
 
     def sizeHint(self) -> QSize:
@@ -480,7 +481,7 @@ class LimitStrip(QWidget):
     def _line(self, chart: QRectF, use: Use) -> QPolygonF:
         skip = max(1, len(use.time) // max(1, int(chart.width())))
         share = np.minimum(np.abs(use.value) / use.limit, STRIP_ROOM)
-        # The largest of every few samples: a peak must not fall between two pixels.
+        # The largest of several samples, so that no peak is lost between two pixels.
         size = len(share) // skip * skip
         peaks = share[:size].reshape(-1, skip).max(axis=1)
         times = use.time[:size:skip] / self._length
@@ -498,16 +499,16 @@ def metric_rows(
     """Return a row for each number of a step.
 
     Args:
-        flown: by the newest step, None before it.
-        predicted: of the proposed gains, None where it is not known.
-        limit_of: gives a limit by its name, as shown.
-        limits: of the numbers, in their order.
+        flown: numbers of the newest step, None before it.
+        predicted: numbers with the proposed gains, None if unknown.
+        limit_of: returns a limit by name, as shown.
+        limits: limits of the numbers, in order.
     """
     return tuple(_row(limit, flown, predicted, limit_of(limit.name)) for limit in limits)
 
 
 def limits_of(row: Axis | Load) -> tuple[Limit, ...]:
-    """Return the limits of the numbers of a step along an axis or of a load."""
+    """Return the limits for a step along an axis or of a load."""
     if isinstance(row, Load):
         return (LOAD_PEAKS[row.response_unit], *LOAD_LIMITS)
     return STEP_LIMITS
@@ -536,7 +537,7 @@ def _row(
 
 
 def headline(rows: tuple[Row, ...]) -> str:
-    """Return a summary of the rows, in a sentence."""
+    """Return a summary of the rows, as a sentence."""
     if all(row.state is State.NONE for row in rows):
         return "No step was flown yet."
     over = [row.label.lower() for row in rows if row.state is State.OVER]
@@ -548,16 +549,16 @@ def headline(rows: tuple[Row, ...]) -> str:
 
 
 def _place(excitation: Excitation) -> tuple[str, bool]:
-    """Return among which responses those of an excitation stand: its axis, and whether a pulse."""
+    """Return the key of an excitation's history: its axis, and whether it is a pulse."""
     return excitation.axis, excitation.shape is Shape.PULSE
 
 
 def command_line(excitation: Excitation, *, again: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Return times from the edge on [s] and values of what a round asks for.
+    """Return times from the edge on [s] and commanded values of a round.
 
     Args:
-        excitation: what is flown.
-        again: whether a round of the same was flown just before.
+        excitation: the flown excitation.
+        again: whether an equal round was flown just before.
     """
     length = excitation.round_time
     if excitation.shape is Shape.CHIRP:
@@ -576,13 +577,13 @@ def command_line(excitation: Excitation, *, again: bool = False) -> tuple[np.nda
 
 
 class ResponseCard(Card):
-    """Shows the newest response along the chosen axis, and its numbers.
+    """Shows the newest response along the selected axis, and its numbers.
 
     Args:
         workspace: signals of the flight, colours and units.
-        limits: that a step should keep.
-        choice: of the excitation.
-        designs: by which the gains are called that flew.
+        limits: limits of a step.
+        choice: selected excitation.
+        designs: names of the gains that flew.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
@@ -641,18 +642,18 @@ class ResponseCard(Card):
 
     @property
     def history(self) -> ResponseHistory:
-        """Responses along the chosen axis."""
+        """Responses along the selected axis."""
         return self._histories[_place(self._choice.excitation)]
 
     @property
     def part(self) -> StepPart | None:
-        """The step that is compared with its prediction; a chirp has none."""
+        """The step that is compared with its prediction; none for a chirp."""
         parts = self._parts()
         return parts[0] if parts else None
 
     @property
     def step(self) -> Step | None:
-        """What is to be predicted; None for a chirp."""
+        """The step to predict; None for a chirp."""
         part = self.part
         if part is None:
             return None
@@ -665,7 +666,7 @@ class ResponseCard(Card):
         return Step(axis, part.jump, duration, self._heading, acts)
 
     def begin(self, view: LiveView) -> None:
-        """Forget the responses of another flight."""
+        """Clear the last flight's responses."""
         self._view = view
         for history in self._histories.values():
             history.clear()
@@ -675,7 +676,7 @@ class ResponseCard(Card):
         self.plan(self._choice)
 
     def plan(self, choice: ExcitationChoice) -> None:
-        """Show the responses along another axis, or what another shape asks for."""
+        """Show the responses along another axis, or the command of another shape."""
         self._choice = choice
         loaded = isinstance(find_excited(choice.axis), Load)
         for form, wanted in ((self.form, not loaded), (self.load_form, loaded)):
@@ -685,11 +686,11 @@ class ResponseCard(Card):
         self._draw(self._workspace.signals.now)
 
     def show_view(self, view: LiveView, gains: Mapping[str, float]) -> None:
-        """Show the present.
+        """Show a view.
 
         Args:
-            view: of the flight.
-            gains: that fly.
+            view: view of the flight.
+            gains: gains that fly.
         """
         self._view, self._gains = view, gains
         self._take_heading(view)
@@ -702,27 +703,27 @@ class ResponseCard(Card):
         self._draw(now)
 
     def show_predicted(self, predicted: Predicted | None) -> None:
-        """Show what the proposed gains would do."""
+        """Show the response predicted with the proposed gains."""
         self._predicted, self._refusal, self._preparing = predicted, "", ""
         self._show_prediction()
         self._show_numbers()
 
     def refuse_predicted(self, said: str) -> None:
-        """Say why what the proposed gains would do is not known; what was known is of others."""
+        """Show why there is no prediction with the proposed gains; remove the last one."""
         self._predicted, self._refusal, self._preparing = None, said, ""
         self._show_prediction()
         self._show_numbers()
 
     def show_preparing(self, said: str) -> None:
-        """Say what a prediction waits for, as compiling."""
+        """Show what a prediction waits for, as compiling."""
         self._preparing = said
         self._show_numbers()
 
     def show_ahead(self, time: np.ndarray, values: np.ndarray) -> None:
-        """Show how the flight would go on with the proposed gains.
+        """Show the future of the flight with the proposed gains.
 
         Args:
-            time: simulated (N) [s]; empty for nothing.
+            time: simulated time (N) [s]; empty for none.
             values: (N) velocity [m/s] or yaw rate [rad/s] along the axis.
         """
         self._ahead = time, values
@@ -733,7 +734,7 @@ class ResponseCard(Card):
         time, values = self._ahead
         if flown is not None and self.history.is_running and len(time):
             seen = (time >= flown.begun) & (time <= flown.next_edge(float(time[0])))
-            seen &= time[0] >= flown.begun - SAME  # else it knows nothing of this round's command
+            seen &= time[0] >= flown.begun - SAME  # else it does not have this round's command
             time, values = time[seen] - flown.begun, values[seen]
             if len(time):
                 self.plot.set_curve(FUTURE, time, values, CurveStyle.FAINT, 1)
@@ -741,7 +742,7 @@ class ResponseCard(Card):
         self.plot.remove_curve(FUTURE)
 
     def _take_heading(self, view: LiveView) -> None:
-        """Predict with the heading at which a round began, or with the present one before it."""
+        """Predict with the heading at the start of a round, or before it with the present one."""
         begun = view.exciting.began if view.exciting is not None else math.nan
         if view.snapshot is None or begun == self._round_begun:
             return
@@ -762,7 +763,7 @@ class ResponseCard(Card):
         self._drawn, self._still, self._shown_at = (), False, -1.0
 
     def _draw(self, now: float) -> None:
-        """Draw what has changed: the flown curve thirty times a second, the rest once a round."""
+        """Draw changes: the flown curve thirty times a second, the rest once a round."""
         history = self.history
         names = self._ghost_names(history.ghosts)
         rounds = (history.round, history.ghosts, names)
@@ -793,20 +794,20 @@ class ResponseCard(Card):
         )
 
     def _show_plan(self, flown: Round | None) -> None:
-        """Show what is asked for: of the round that was flown last, else of the next one."""
+        """Show the command: of the last round, else of the next one."""
         shown = self._choice.excitation if flown is None else flown.excitation
         axis, length = shown.row, shown.round_time
         self.plot.set_axes("time after the step", axis.response, axis.response_unit)
         self.plot.set_window(0.0, length)
-        if isinstance(axis, Load):  # the drone is asked to stay
+        if isinstance(axis, Load):  # the command is to hold
             asked = np.array([0.0, length]), np.zeros(2)
         else:
             asked = command_line(shown, again=flown is not None and flown.again)
         self.plot.set_curve(ASKED, *asked, CurveStyle.SOLID, COMMAND)
 
     def _show_ghosts(self, ghosts: Sequence[Response], names: Sequence[str]) -> None:
-        """Show the last responses, the newest first, and in a tool tip which gains made them."""
-        if len(ghosts) > self._ghosts_shown:  # they lie below what is flown now
+        """Show earlier responses, the newest first, with their gains in a tool tip."""
+        if len(ghosts) > self._ghosts_shown:  # they are below the present response
             for name in (FLOWN, PREDICTED, FUTURE):
                 self.plot.remove_curve(name)
         self._ghosts_shown = len(ghosts)
@@ -825,7 +826,7 @@ class ResponseCard(Card):
 
     @property
     def _fitting(self) -> Predicted | None:
-        """The prediction, where it is of the step that is shown."""
+        """The prediction, if it belongs to the shown step."""
         found = self._predicted
         return found if found is not None and found.asked.step == self.step else None
 

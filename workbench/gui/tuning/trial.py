@@ -1,4 +1,4 @@
-"""What is being tried: the proposed gains, and the step by which they are judged."""
+"""The trial: the proposed gains, and the step for which they are evaluated."""
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
@@ -8,10 +8,10 @@ from workbench.gui.gains.gain_rows import controller_gains, loop_gains, partner
 
 
 class Trial(QObject):
-    """The gains and the step that all cards are about.
+    """The gains and the step of all cards.
 
     Args:
-        gains: that are tuned.
+        gains: the editor of the gains.
         parent: owner.
     """
 
@@ -33,37 +33,37 @@ class Trial(QObject):
 
     @property
     def flown(self) -> dict[str, float]:
-        """The controller's gains as they fly."""
+        """The controller's flown gains."""
         return controller_gains(self.gains.flown)
 
     @property
     def judged(self) -> dict[str, float]:
-        """The proposed gains that are judged: of scheduled ones those of the set that is shown."""
+        """The proposed gains to evaluate: with a schedule, those of the shown set."""
         return self.gains.of_set(self.proposed)
 
     @property
     def judged_flown(self) -> dict[str, float]:
-        """The same, as they fly."""
+        """The flown gains to evaluate, likewise."""
         return self.gains.of_set(self.flown)
 
     @property
     def judged_kept(self) -> dict[str, float]:
-        """Those that were kept, over what flies where they say nothing, as of filters."""
+        """The kept gains, completed by flown values that are never kept, as of filters."""
         return self.gains.of_set({**self.flown, **controller_gains(self.gains.kept)})
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Gains that may be tuned."""
+        """Names of the gains that can be tuned."""
         return tuple(loop_gains(self.gains.of_set(self.gains.proposed)))
 
     def gains_of(self, loop: str) -> list[str]:
-        """Return the names of a loop's gains, of the set that is shown."""
+        """Return the names of a loop's gains, in the shown set."""
         law = self.gains.table.controller
         of_loop = {gain for each in law.loops if each.name == loop for gain in each.gains}
         return [name for name in self.judged if law.gain_of(name) in of_loop]
 
     def linked_with(self, loop: str) -> dict[str, str]:
-        """Return the gains that move along with a loop's, by those."""
+        """Return the gains linked with a loop's gains, by the latter."""
         if not self.gains.linked:
             return {}
         found = {name: partner(name) for name in self.gains_of(loop)}
@@ -71,16 +71,16 @@ class Trial(QObject):
 
     @property
     def step(self) -> Step | None:
-        """By which gains are judged; None where no step of a command is excited."""
+        """The step for evaluation; None unless a step of a command is excited."""
         return None if self._excited is None or self._excited.is_load else self._excited
 
     @property
     def excited(self) -> Step | None:
-        """What is predicted and pinned, of a command or a load; None for a chirp."""
+        """The step of a command or a load that is predicted and pinned; None for a chirp."""
         return self._excited
 
     def set_step(self, step: Step | None) -> None:
-        """Judge by another step."""
+        """Set the step."""
         if step != self._excited:
             self._excited = step
             self.changed.emit()

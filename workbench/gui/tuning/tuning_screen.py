@@ -1,4 +1,4 @@
-"""The tuning screen: gains, excitation, response, margins, and all that helps to choose."""
+"""The tuning screen: gains, excitation, response, margins, and further aids."""
 
 from collections.abc import Callable
 from enum import Enum
@@ -43,21 +43,21 @@ from workbench.live.view import LiveView
 from workbench.session.checkpoint import Checkpoint
 
 WIDE = 1166
-"""From this width on there are three columns [px]."""
+"""Least width with three columns [px]."""
 GAP = 6
 GAINS, MIDDLE = 448, 364
-"""Least widths at first, where all stand side by side [px]."""
+"""Initial least widths of the first two columns [px]."""
 NARROWEST_GAINS = 399
-"""Least width of the gains in three columns; sliders are too short below it [px]."""
+"""Least width of the gains in three columns; below it the sliders are too short [px]."""
 SHARES = (0.3, 0.3)
-"""Of a wide screen, for gains and response; the rest is for margins and tabs."""
+"""Shares of a wide screen for gains and response; the rest is for margins and tabs."""
 TABS = (
     (1400, "QTabBar::tab { padding: 6px 2px; margin-right: 0; } QTabBar { font-size: 11px; }"),
     (2000, "QTabBar::tab { padding: 6px 8px; }"),
 )
-"""Up to which widths [px] tabs are closer than elsewhere, so that all eleven, or nine, are seen."""
+"""Widths [px] up to which tabs are closer together, so that all eleven, or nine, are visible."""
 LEAST, SHORTEST = 372, 520
-"""Width of the tabs, and height of all, in which no card is cut [px]; their bar may scroll."""
+"""Width of the tabs, and height of everything, without clipping [px]; their bar may scroll."""
 ALL_TABS = 450
 """Width of the bar of ten tabs [px]."""
 BOTH = NARROWEST_GAINS + ALL_TABS
@@ -67,24 +67,24 @@ AHEAD = 5.0
 
 
 class Columns(Enum):
-    """What stands side by side; the rest is in tabs."""
+    """Parts side by side; the others are in tabs."""
 
     ALL = 3
     """Gains, response, and margins with the tabs."""
     GAINS = 2
     """Gains, and tabs."""
     NONE = 1
-    """Tabs alone."""
+    """Only tabs."""
 
 
 class Arrangement(QWidget):
-    """Gains left, the response beside them, margins and tabs right or in tabs.
+    """Gains on the left, the response beside them, margins and tabs on the right or in tabs.
 
     Args:
-        gains: left.
-        response: what is excited, and what comes of it.
-        margins: of all loops.
-        tabs: everything else, each with its name.
+        gains: left part.
+        response: excitation and response.
+        margins: margins of all loops.
+        tabs: all other parts, with their names.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Arrangement(QWidget):
         return QSize(LEAST + 2 * GAP, SHORTEST)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Arrange the parts as the width allows."""
+        """Arrange the parts according to the width."""
         super().resizeEvent(event)
         both = self._gains.minimumSizeHint().width() + LEAST + 3 * GAP
         columns = Columns.GAINS if self.width() >= both else Columns.NONE
@@ -166,29 +166,29 @@ class Arrangement(QWidget):
             else:
                 self._tabs.insertTab(0, self._gains, "Gains")
             self._tabs.setCurrentIndex(0)
-        self._tabs.show()  # what changes its parent is hidden until the next turn of events
+        self._tabs.show()  # a widget with a new parent stays hidden until the next event loop cycle
         if chosen is not None and self._tabs.indexOf(chosen) >= 0 and wide:
             self._tabs.setCurrentWidget(chosen)
 
 
 class Ghost(QObject):
-    """Flies ahead of the flight with gains that are proposed and do not fly yet.
+    """Predicts the future of the flight with proposed gains that do not fly yet.
 
-    One question at a time; the newest gains are flown next. It asks for nothing while they fly
-    already, while the screen is hidden, and while something longer is worked on.
+    It asks one question at a time, next about the newest gains. It asks nothing while the gains
+    already fly, while the screen is hidden, and during longer work.
 
     Args:
-        flight: from whose present it goes on.
-        analysis: flies it.
-        trial: what is tried.
-        may_ask: whether nothing longer is worked on.
+        flight: the flight to continue.
+        analysis: computes the prediction.
+        trial: the gains that are being tried.
+        may_ask: returns whether no longer work is in progress.
         parent: the Qt parent; this object is deleted with it.
     """
 
     seen_ahead = pyqtSignal(object, object)
     """Simulated times [s] and velocity or yaw rate along the trial's axis; both may be empty."""
     foreseen = pyqtSignal(float, object)
-    """When the way that was flown ahead ends [s], and its places in W (N, 3) [m]; N may be 0."""
+    """End of the predicted path [s], and its positions in W (N, 3) [m]; N may be 0."""
 
     def __init__(
         self,
@@ -210,17 +210,17 @@ class Ghost(QObject):
         analysis.refused.connect(self._hear_refusal)
 
     def set_seen(self, seen: bool) -> None:
-        """Fly ahead only while it is visible."""
+        """Predict only while the screen is visible."""
         self._seen = seen
 
     def begin(self) -> None:
-        """Forget another flight."""
+        """Clear the last flight."""
         self._busy = self._again = False
         self._asked = None
         self._clear()
 
     def follow(self) -> None:
-        """Fly ahead with what is proposed now."""
+        """Predict with the present proposed gains."""
         if self._trial.proposed == self._trial.flown:
             self._again = False
             self._clear()
@@ -247,7 +247,7 @@ class Ghost(QObject):
         self._rest()
 
     def _hear_refusal(self, question: Question, said: str) -> None:
-        if isinstance(question, Fork):  # the card of forks tells why, where it has asked
+        if isinstance(question, Fork):  # the card of forks reports the reason if it has asked
             self._rest()
 
     def _rest(self) -> None:
@@ -264,14 +264,14 @@ class TuningScreen(Screen):
     """Where gains are tuned while the drone flies.
 
     Args:
-        workspace: what all screens share.
+        workspace: services that all screens share.
         parent: owner.
 
     Attributes:
-        gains: that are tuned.
-        profiles: of gains, loaded and saved.
-        trial: what is tried.
-        designs: that can be compared.
+        gains: editor of the gains.
+        profiles: loads and saves profiles of gains.
+        trial: the gains that are being tried.
+        designs: designs to compare.
         excitation, response, margins, frequency, poles, map, weights, compare: cards.
         fork, autotune, pin, what_if: cards as well.
     """
@@ -347,13 +347,13 @@ class TuningScreen(Screen):
         box = QHBoxLayout(self)
         box.setContentsMargins(0, 0, 0, 0)
         box.addWidget(self.arrangement)
-        # Gains that are linked, or a whole profile, change one by one: they are asked about once.
+        # Linked gains, or a whole profile, change one by one: ask once.
         self._soon = single_shot(self._ask, self)
         self._connect()
         self._plan(self.excitation.choice)
 
     def _judge_diff(self, diff: ProfileDiff | None) -> None:
-        """Show what a loaded profile does to the margins, while it waits for a choice."""
+        """Show the effect of a loaded profile on the margins, while it waits for a choice."""
         self.diff_judgement.set_seen(diff is not None)
         self.diff_margins.setVisible(diff is not None)
         if diff is not None:
@@ -361,7 +361,7 @@ class TuningScreen(Screen):
             self.diff_judgement.follow(diff.after(flown), diff.before(flown))
 
     def begin(self, view: LiveView) -> None:
-        """Forget the flight before."""
+        """Clear the last flight."""
         self.gains.begin(view)
         self.judgement.clear()
         self.diff_judgement.clear()
@@ -376,7 +376,7 @@ class TuningScreen(Screen):
         self.compare.begin()
 
     def take_over(self, view: LiveView) -> None:
-        """Judge the controller that has taken over."""
+        """Evaluate the controller that has taken over."""
         self.gains.take_over(view)
         self.judgement.clear()
         self._predictor.forget()
@@ -387,7 +387,7 @@ class TuningScreen(Screen):
         self.compare.begin()
 
     def show_view(self, view: LiveView) -> None:
-        """Show the present."""
+        """Show a view."""
         if view.snapshot is not None:
             self.gains.follow(view.snapshot)
             self.panel.set_bar.show_snapshot(view.snapshot)
@@ -401,11 +401,11 @@ class TuningScreen(Screen):
         return self.profiles.unsaved()
 
     def save_unsaved(self, saved: Callable[[], object]) -> None:
-        """Ask for a file, and write them to it."""
+        """Ask for a file, and write those gains to it."""
         ask_to_save(self.window() or self, lambda path: self.profiles.save_unsaved(path, saved))
 
     def close_screen(self) -> None:
-        """Wait for what is read or written."""
+        """Wait for files that are being read or written."""
         self.profiles.close()
 
     def showEvent(self, event: QShowEvent | None) -> None:
@@ -415,7 +415,7 @@ class TuningScreen(Screen):
         self._set_seen()
 
     def hideEvent(self, event: QHideEvent | None) -> None:
-        """Ask nothing more: the screen is hidden."""
+        """Stop asking: the screen is hidden."""
         super().hideEvent(event)
         self._set_seen()
 
@@ -437,7 +437,7 @@ class TuningScreen(Screen):
         self.trial.set_step(self.response.step)
 
     def _ask(self) -> None:
-        """Ask about what is proposed now."""
+        """Ask about the proposed gains."""
         gains, step = self.trial.judged, self.trial.excited
         if not gains:
             return
@@ -447,7 +447,7 @@ class TuningScreen(Screen):
             self._predictor.ask(Predict(gains, step))
 
     def _judge_set(self) -> None:
-        """Judge another set of scheduled gains."""
+        """Evaluate another set of scheduled gains."""
         self.judgement.clear()
         self._predictor.forget()
         for card in (self.frequency, self.map, self.weights, self.compare):
@@ -469,7 +469,7 @@ class TuningScreen(Screen):
 
 
 def _stacked(*parts: QWidget) -> QWidget:
-    """Return parts below each other; the last takes the room there is."""
+    """Return parts one below the other; the last one takes the remaining space."""
     column = QWidget()
     box = QVBoxLayout(column)
     box.setContentsMargins(0, 0, 0, 0)

@@ -1,4 +1,4 @@
-"""The card of sensitivities: which gain moves the metric on show most."""
+"""The card of sensitivities: which gain affects the shown metric most."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -19,16 +19,16 @@ from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
 PERCENT = 10.0
-"""Change of a gain that a bar shows [%]."""
+"""Change of a gain to which a bar refers [%]."""
 MOST = 8
 LEAST = 0.02
 """Bars below this share of the longest are left out."""
 REST = 600
-"""Gains have settled when they have not changed for this time [ms]."""
+"""Gains have settled if they have not changed for this time [ms]."""
 
 
 def weight_text(gain: str, slope: float, limit: Limit) -> str:
-    """Return what a gain does, in words."""
+    """Return a gain's effect, in words."""
     change = limit.factor * PERCENT * slope
     decimals = limit.decimals + 1
     sign = "+" if change >= 0.0 else "−"
@@ -37,7 +37,7 @@ def weight_text(gain: str, slope: float, limit: Limit) -> str:
 
 
 def strongest(slopes: Mapping[str, float]) -> dict[str, float]:
-    """Return the gains that do something, the strongest first."""
+    """Return the gains that have an effect, the strongest first."""
     known = [(name, slope) for name, slope in slopes.items() if math.isfinite(slope) and slope]
     known.sort(key=lambda each: -abs(each[1]))
     most = abs(known[0][1]) if known else 0.0
@@ -45,11 +45,11 @@ def strongest(slopes: Mapping[str, float]) -> dict[str, float]:
 
 
 class WeightBars(QWidget):
-    """Paints a bar for each gain: to the left where more of it makes the number smaller.
+    """Paints a bar for each gain: to the left if more of it reduces the number.
 
     Args:
-        look: colours.
-        words: from a gain's name to how it is called.
+        look: source of colours.
+        words: returns a gain's name in words.
     """
 
     def __init__(self, look: Look, words: Callable[[str], str]) -> None:
@@ -64,20 +64,20 @@ class WeightBars(QWidget):
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """What is shown, in words."""
+        """The content in words."""
         if self._limit is None:
             return ()
         return tuple(weight_text(*each, self._limit) for each in self._slopes.items())
 
     def show_slopes(self, slopes: Mapping[str, float], limit: Limit) -> None:
-        """Show what gains do to a number."""
+        """Show the effects of gains on a number."""
         self._slopes, self._limit = strongest(slopes), limit
         self.setAccessibleDescription("; ".join(self.texts))
         self.setToolTip("\n".join(self.texts))
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return room for all bars."""
+        """Return the size of all bars."""
         return QSize(320, MOST * (self.fontMetrics().height() + 8))
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
@@ -112,11 +112,11 @@ class WeightBars(QWidget):
 
 
 class WeightsCard(Card):
-    """Asks what every gain does once the proposed ones have settled.
+    """Asks for the effect of every gain once the proposed ones have settled.
 
     Args:
         workspace: analysis and colours.
-        trial: what is tried.
+        trial: the gains that are being tried.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -144,14 +144,14 @@ class WeightsCard(Card):
         self._show()
 
     def begin(self) -> None:
-        """Forget another vehicle."""
+        """Clear another vehicle's results."""
         self._follower.forget()
         self._weighed = None
         self._show()
         self._follow()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._follower.set_seen(seen)
         self._say_waiting()
 

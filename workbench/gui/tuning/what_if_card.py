@@ -1,4 +1,4 @@
-"""The card that flies a log again: the flight that would have been with the gains at the left."""
+"""The card that flies a log again with the proposed gains."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,15 +20,16 @@ from workbench.gui.workspace import Workspace
 
 ASKED, FLOWN, AGAIN, LOW, HIGH = "setpoint", "flown", "again", "low", "high"
 SIGNALS = (("x", "m"), ("y", "m"), ("z", "m"), ("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s"))
-"""In the order of `FlownAgain`, with their units."""
+"""Signals in the order of `FlownAgain`, with their units."""
 POSITIONS = 3
-"""Of the signals; the others have no setpoint."""
+"""Number of positions among the signals; the others have no setpoint."""
 NUMBERS = (
     "RMS over the flight: how far the log is off the setpoint, how far the flight with these gains "
     "would be, how far the two are apart, and half the width of the band"
 )
 DRAWS = (0, 8, 16, 24, 32, 40)
-"""Of an answer: the curve comes first, and the band gets better while gains rest."""
+"""Numbers of draws of successive answers: the curve comes first, and the band improves while gains
+do not change."""
 NO_LOG = "Open a log: it is flown again with the gains at the left."
 NO_MODEL = "No drone flies: open the model of the one that flew the log (File > Open model…)."
 HINT = "The flight that was, and the one that would have been"
@@ -39,19 +40,19 @@ AS_LOGGED = "as logged"
 class WhatIfCard(Card):
     """Shows a logged flight, and how it would have gone with the proposed gains.
 
-    The model is that of the drone that flies in the app. What it cannot explain of the log acts
-    again, see docs/prediction.md.
+    The model is that of the drone that flies in the app. The part of the log that it cannot explain
+    acts again, see docs/prediction.md.
 
     Args:
         workspace: the opened log, flight, analysis and colours.
-        trial: what is tried.
+        trial: the gains that are being tried.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        flown: who flew the log.
-        law: who flies it again.
-        signal: that is drawn.
-        numbers: of it, in words.
+        flown: the controller that flew the log.
+        law: selects the controller that flies it again.
+        signal: selects the drawn signal.
+        numbers: its numbers, in words.
         own: proposes the gains that flew the log.
     """
 
@@ -88,13 +89,13 @@ class WhatIfCard(Card):
         self._forget()
 
     def begin(self) -> None:
-        """Forget the answers of another vehicle's model, or about another controller."""
+        """Clear the answers of another vehicle's model, or about another controller."""
         self._others.note_flight()
         self._offer()
         self._forget()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while it is visible."""
+        """Ask only while the card is visible."""
         self._follower.set_seen(seen)
         self._show_state()
 
@@ -105,7 +106,7 @@ class WhatIfCard(Card):
         self._soon.start()
 
     def _question(self, draws: int) -> FlyAgain | None:
-        """Return what is to be asked now; None where a log or a model is missing."""
+        """Return the next question; None without a log or a model."""
         path, gains = self._workspace.log.path, self._trial.proposed
         if path is None or not gains:
             return None
@@ -118,7 +119,7 @@ class WhatIfCard(Card):
         self._show_state()
 
     def _take(self, answer: FlownAgain) -> None:
-        """Show an answer, and ask for more of its band if nothing else is wanted."""
+        """Show an answer, and ask for more draws if nothing else is requested."""
         self._answer, self._refusal = answer, ""
         more = next((draws for draws in DRAWS if draws > answer.asked.draws), None)
         wanted = replace(answer.asked, draws=more or 0)
@@ -164,10 +165,10 @@ class WhatIfCard(Card):
         self.plot.set_hint(text or HINT)
 
     def _sentence(self, same: bool) -> tuple[str, str]:
-        """Return what is shown, and its tone.
+        """Return a sentence about the result, and its tone.
 
         Args:
-            same: whether the law that flew flies it again, with the proposed gains.
+            same: whether the law that flew also flies it again, with the proposed gains.
         """
         answer = self._answer
         if self._workspace.log.path is None:
@@ -200,7 +201,7 @@ class WhatIfCard(Card):
         return said, "warning" if answer.lost else "muted"
 
     def _law_name(self) -> str:
-        """Return the name of the controller whose gains are at the left."""
+        """Return the name of the controller whose gains are shown on the left."""
         return controller_label(self._others.present)
 
     def _adopt(self) -> None:
@@ -214,7 +215,7 @@ class WhatIfCard(Card):
         show_file_dialog(dialog, lambda name: self._workspace.log.open(Path(name)))
 
     def _offer(self) -> None:
-        """Let all controllers be chosen that are known."""
+        """Offer all known controllers."""
         for box, first, names in (
             (self.flown, AS_LOGGED, self._others.all),
             (self.law, SLIDERS, self._others.names),

@@ -1,4 +1,4 @@
-"""What the 3-D view shows besides the flight: a log that is replayed, and a predicted way."""
+"""Additions to the 3-D view of the flight: a replayed log, and a predicted path."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from workbench.gui.poses import turned
 from workbench.gui.visualization.log_messages import LogContents
 
 SOURCES = ("position_data", "estimate")
-"""Where a log has the motion in W: the true one, or else what the flight computer made of it."""
+"""Sources of the motion in W in a log: the true one, or else the flight computer's estimate."""
 FIELDS = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -18,10 +18,10 @@ class Track:
     """The motion in a log.
 
     Attributes:
-        name: of the log.
-        time: of its samples (N) [s].
-        p_WB: places in W (N, 3) [m].
-        roll_pitch_yaw: attitudes (N, 3), without jumps by a whole turn [rad].
+        name: name of the log.
+        time: times of its samples (N) [s].
+        p_WB: positions in W (N, 3) [m].
+        roll_pitch_yaw: attitudes (N, 3), unwrapped [rad].
     """
 
     name: str
@@ -30,7 +30,7 @@ class Track:
     roll_pitch_yaw: np.ndarray
 
     def at(self, time: float) -> np.ndarray:
-        """Return the pose X_WB at a time, the nearest one beyond the ends (4, 4) [m]."""
+        """Return the pose X_WB at a time, beyond the ends the nearest one (4, 4) [m]."""
         pose = np.eye(4)
         angles = (float(np.interp(time, self.time, each)) for each in self.roll_pitch_yaw.T)
         pose[:3, :3] = turned(*angles)
@@ -39,7 +39,7 @@ class Track:
 
 
 def track_of(contents: LogContents) -> Track | None:
-    """Return the motion in a log, None where it has no position."""
+    """Return the motion in a log, None without a position."""
     for source in SOURCES:
         names = [f"{source}.{each}" for each in FIELDS]
         if any(name not in contents.values for name in names[:3]):
@@ -55,7 +55,7 @@ def track_of(contents: LogContents) -> Track | None:
 
 
 def _column(contents: LogContents, name: str, time: np.ndarray) -> np.ndarray:
-    """Return a series at other times; zeros where the log has none."""
+    """Return a series resampled at other times; zeros if the log lacks it."""
     if name not in contents.values:
         return np.zeros(len(time))
     own = contents.times[contents.topic_of[name]]
@@ -64,20 +64,20 @@ def _column(contents: LogContents, name: str, time: np.ndarray) -> np.ndarray:
 
 
 class Scene(QObject):
-    """Tells the 3-D view what else to show.
+    """Additions to the 3-D view.
 
     Attributes:
-        log: name of the log that charts show, "" where they show the flight.
-        track: the motion in it, None without.
-        time: of the log that is shown [s].
+        log: name of the log in the charts, "" if they show the flight.
+        track: the motion in it, None without one.
+        time: shown time of the log [s].
     """
 
     log_changed = pyqtSignal()
-    """Another log, or none."""
+    """A different log, or none."""
     replayed = pyqtSignal()
-    """Another time of it."""
+    """A different time of the log."""
     foreseen = pyqtSignal(float, object)
-    """When a predicted way ends [s], and places on it in W (N, 3) [m]; none where N is 0."""
+    """End of a predicted path [s], and positions on it in W (N, 3) [m]; none if N is 0."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -85,12 +85,12 @@ class Scene(QObject):
         self.track: Track | None = None
 
     def show_log(self, contents: LogContents | None) -> None:
-        """Show a log, or none any more."""
+        """Show a log, or none."""
         self.log = contents.path.name if contents is not None else ""
         self.track = track_of(contents) if contents is not None else None
         self.log_changed.emit()
 
     def replay(self, time: float) -> None:
-        """Show a log's time [s]."""
+        """Show a time of the log [s]."""
         self.time = time
         self.replayed.emit()

@@ -1,4 +1,4 @@
-"""The 3-D view beside any screen, and a plain one that Qt draws where no 3-D engine can."""
+"""The 3-D view beside any screen, and a plain one drawn by Qt where no 3-D engine works."""
 
 import importlib
 import json
@@ -54,17 +54,17 @@ from workbench.plant.worlds.outline import Outline
 from workbench.session.snapshot import Snapshot
 
 PERIOD = 1 / 15
-"""Between two pictures [s of wall]: the flight comes first."""
+"""Period between pictures [s of wall]: the flight has priority."""
 TRAIL_TIME = 30.0
-"""Of the path that is drawn [s]."""
+"""Length of the drawn path [s]."""
 SPANS = (1.0, 100.0)
-"""Smallest and largest height of what is shown [m]."""
+"""Smallest and largest visible height [m]."""
 MOST_POINTS = 1000
-"""Of a cloud or a path that are drawn."""
+"""Largest number of drawn points of a cloud or a path."""
 MOST_EDGES = 6
-"""Upright ones of an obstacle."""
+"""Largest number of drawn vertical edges of an obstacle."""
 GRID_LINES = 10
-"""Lines of the ground on each side of the drone."""
+"""Number of ground lines on each side of the drone."""
 ROUND = np.linspace(0.0, 2.0 * math.pi, 17)
 HEAD = 5.0
 """Length of an arrow's head [px]."""
@@ -74,10 +74,11 @@ ELEVATION = math.radians(20.0)
 class PlainView(QWidget):
     """Shows drone, ground, obstacles, trail, thrusts, wind and lidar in parallel projection.
 
-    And a log that is replayed beside it, which the picture follows then, and a predicted way.
+    It also shows a predicted path, and a replayed log beside the flight, which the picture then
+    follows.
 
     Args:
-        look: colours.
+        look: source of colours.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -107,11 +108,11 @@ class PlainView(QWidget):
         return QSize(360, 300)
 
     def show_view(self, view: LiveView, cloud: np.ndarray | None = None) -> None:
-        """Take the present; it is drawn some fifteen times a second.
+        """Show a view; drawn about fifteen times a second.
 
         Args:
-            view: of the flight.
-            cloud: what the lidar has met, in W (N, 3) [m]; None without.
+            view: view of the flight.
+            cloud: points of the lidar's returns, in W (N, 3) [m]; None without a lidar.
         """
         now = view.snapshot
         if now is None or view.vehicle is None:
@@ -131,9 +132,9 @@ class PlainView(QWidget):
             self.update()
 
     def look(self, way: str) -> None:
-        """Look from behind the drone (follow), from the top, from the south (side), or askew.
+        """Look from behind the drone (follow), from the top, from the south (side), or obliquely.
 
-        With "free" the picture stays where it is, and with the wheel comes nearer.
+        With "free" the picture does not follow the drone; the wheel zooms.
         """
         self._turn = self._turn if way == "free" else way
         self._way = way
@@ -143,28 +144,28 @@ class PlainView(QWidget):
         self.update()
 
     def show_parts(self, parts: Set[str]) -> None:
-        """Show these of trail, arrows and lidar."""
+        """Show some of trail, arrows and lidar."""
         self._parts = set(parts)
         self.update()
 
     def show_track(self, track: Track | None) -> None:
-        """Show the path of a log, or of none."""
+        """Show the path of a log, or none."""
         self._track = track
         self.update()
 
     def show_replay(self, pose: np.ndarray | None) -> None:
-        """Show the drone of a log at a pose in W (4, 4) [m], and follow it; None shows none."""
+        """Show the drone of a log at a pose in W (4, 4) [m], and follow it; None hides it."""
         self._replayed = pose
         self._stand()
         self.update()
 
     def foresee(self, ends: float, places: np.ndarray) -> None:
-        """Show a predicted way (N, 3) [m], until its end [s]."""
+        """Show a predicted path (N, 3) [m], until its end [s]."""
         self._ahead_ends, self._ahead = ends, places
         self.update()
 
     def _stand(self) -> None:
-        """Let the middle of the picture be the drone that is followed."""
+        """Centre the picture on the followed drone."""
         if self._way == "free":
             return
         if self._replayed is not None:
@@ -175,7 +176,7 @@ class PlainView(QWidget):
             self._yaw = self._now.roll_pitch_yaw[2]
 
     def axes(self) -> np.ndarray:
-        """Return what points to the right and up in the picture, as rows in W (2, 3)."""
+        """Return the picture's right and up directions, as rows in W (2, 3)."""
         quarter = 0.5 * math.pi
         turn, tilt = {
             "top": (quarter, quarter),
@@ -185,14 +186,14 @@ class PlainView(QWidget):
         return Viewpoint(turn, tilt).axes()[:2]
 
     def points(self, p_W: np.ndarray) -> list[QPointF]:
-        """Return where points in W (N, 3) stand in the widget."""
+        """Return the positions of points in W (N, 3) in the widget."""
         scale = self.height() / self._span
         x, y = self.axes() @ (np.asarray(p_W, dtype=float) - self._middle).T * scale
         middle = QPointF(self.width() / 2.0, self.height() / 2.0)
         return [middle + QPointF(float(a), -float(b)) for a, b in zip(x, y, strict=True)]
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Come nearer, or go away."""
+        """Zoom in or out."""
         assert event is not None
         factor = 0.8 if event.angleDelta().y() > 0 else 1.25
         self._span = min(max(self._span * factor, SPANS[0]), SPANS[1])
@@ -200,7 +201,7 @@ class PlainView(QWidget):
         event.accept()
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint all."""
+        """Paint everything."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), self._look.colour("field"))
         if self._now is None or self._vehicle is None:
@@ -228,7 +229,7 @@ class PlainView(QWidget):
             painter.drawPolyline(QPolygonF(self.points(places)))
 
     def _paint_obstacle(self, painter: QPainter, outline: Outline) -> None:
-        """Draw its upper and lower rim, and what stands between them."""
+        """Draw its upper and lower edges, and the vertical edges between them."""
         corners = np.array(outline.corners)
         rims = [
             self.points(np.column_stack([corners, np.full(len(corners), height)]))
@@ -245,7 +246,7 @@ class PlainView(QWidget):
     def _paint_replayed(
         self, painter: QPainter, pose: np.ndarray, track: Track, vehicle: Vehicle
     ) -> None:
-        """Draw a log's path, and the discs of its drone's rotors."""
+        """Draw a log's path, and the rotor discs of its drone."""
         colour = QColor(self._look.colour("warning"))
         self._paint_way(painter, track.p_WB[:: 1 + len(track.p_WB) // MOST_POINTS], colour)
         R_WB, p_WB = pose[:3, :3], pose[:3, 3]
@@ -255,7 +256,7 @@ class PlainView(QWidget):
             painter.drawPolygon(QPolygonF(self.points(hub + _disc(vehicle) @ R_WB.T)))
 
     def _paint_ground(self, painter: QPainter, now: Snapshot) -> None:
-        """Draw lines on the ground, and how far the drone is above it."""
+        """Draw lines on the ground, and the drone's height above it."""
         painter.setPen(QPen(self._look.colour("line"), 1.0))
         step = 10.0 ** math.floor(math.log10(self._span))
         x, y = (step * round(each / step) for each in now.p_WB[:2])
@@ -321,7 +322,7 @@ class PlainView(QWidget):
 
 
 def _disc(vehicle: Vehicle) -> np.ndarray:
-    """Return the rim of a rotor's disc about its hub, in B (N, 3) [m]."""
+    """Return the edge of a rotor's disc around its hub, in B (N, 3) [m]."""
     circle = np.column_stack([np.cos(ROUND), np.sin(ROUND), np.zeros_like(ROUND)])
     rim: np.ndarray = disc_radius(vehicle) * circle
     return rim
@@ -329,14 +330,15 @@ def _disc(vehicle: Vehicle) -> np.ndarray:
 
 FLAGS = "QTWEBENGINE_CHROMIUM_FLAGS"
 NO_SANDBOX = "--no-sandbox"
-"""Chromium refuses to run as root without it."""
+"""Chromium refuses to run as root without this option."""
 ANY_GPU = "--ignore-gpu-blocklist"
-"""Without it a machine that draws with its processor alone shows nothing instead of slowly."""
+"""Without this option a machine without a graphics processor shows nothing instead of slow
+pictures."""
 SMALL_HEAP = "--js-flags=--initial-old-space-size=16"
-"""The size [MB] up to which JavaScript's heap grows before its garbage is first collected.
+"""Size [MB] up to which JavaScript's heap grows before its first garbage collection.
 
-Left to itself, V8 takes hundreds: each message to the page and each picture leave garbage, and the
-page grew by 40 MB a minute. This is no limit: a heap of which more is in use becomes larger.
+V8's default is hundreds: each message to the page and each picture leave garbage, and the page grew
+by 40 MB a minute. This is no limit: a heap with more data grows further.
 """
 GBM = "QTWEBENGINE_FORCE_USE_GBM"
 RENDER_NODES = Path("/dev/dri")
@@ -350,7 +352,7 @@ NOT_DRAWN = (
     "This flight is not drawn. Switch the 3-D view on in Settings, then open the scenario again."
 )
 TOO_SLOW = 4.0
-"""Wall time for which a flight beside the picture is too slow until the user is told [s]."""
+"""Wall time of a slow flight beside the picture before the user is told [s]."""
 ENDED = "The flight has ended, and its 3-D view with it."
 LOADING = "Loading the 3-D view ..."
 FAULTS = {
@@ -361,38 +363,38 @@ FAULTS = {
     "ended": "The process that draws the 3-D view has ended. Try again, or open it in a browser.",
     "silent": "The 3-D view does not answer. Try again, or open it in a browser.",
 }
-"""What is said in the place of a page, by what is wrong with it."""
+"""Message in place of a page, by kind of fault."""
 BLANK = (
     "Nothing is seen of the 3-D view, though it draws: start the app with "
     f"{GBM}=0 set, or open the view in a browser."
 )
 MOST_PLACES = 2000
-"""Of a log's path that are drawn."""
+"""Largest number of drawn points of a log's path."""
 TICK = 1000
-"""Between two looks at the page [ms]."""
+"""Period between checks of the page [ms]."""
 PATIENCE = 20.0
-"""How long a page may be silent, or draw what is not seen [s]."""
+"""Largest time for which a page may be silent, or draw nothing visible [s]."""
 LOOKS = ("follow", "top", "side", "free", "reset")
 PARTS = {"trail_3d": "trail", "arrows_3d": "arrows", "lidar_3d": "lidar"}
-"""Names of what may be hidden in Meshcat, by the actions that do."""
+"""Parts that can be hidden in Meshcat, by the action that hides them."""
 REPLAY_PERIOD = 33
-"""Between two poses of a log that is replayed [ms]."""
+"""Period between poses of a replayed log [ms]."""
 SHAPES = ("drake", "visualizer")
-"""Where Drake keeps what it draws in Meshcat."""
+"""Meshcat's path of the objects that Drake draws."""
 REPLAYED = "{name}: the pale drone flies the log, and the camera follows it."
 NOT_REPLAYED = "{name} has no position, so the log is not seen here: this is the flight."
 NO_PAGE = "about:blank"
 STATE = "window.workbench?.state()"
-"""Asks the script in the page, which is not there before the page is."""
+"""Calls the script in the page, which exists only once the page is loaded."""
 GRID = 16
-"""Pixels along a side of a picture that are looked at, to see whether anything is on it."""
+"""Number of sampled pixels along a side of a picture, to see whether it is blank."""
 
 
 def load_web_view() -> Callable[[], QWidget]:
-    """Return what makes web views, in whose pages our script runs.
+    """Return the factory of web views, whose pages run our script.
 
     Raises:
-        WorkbenchError: if it is not installed, or a library of the system that it needs is not.
+        WorkbenchError: if it is not installed, or a system library that it needs is missing.
     """
     prepare(os.environ, is_root=os.geteuid() == 0, draws=can_draw(RENDER_NODES.glob("renderD*")))
     try:
@@ -419,15 +421,15 @@ def load_web_view() -> Callable[[], QWidget]:
 
 
 def prepare(environment: MutableMapping[str, str], *, is_root: bool, draws: bool) -> None:
-    """Give the web engine what it needs, before it is loaded; what the user has set stays.
+    """Prepare the environment for the web engine, before it is loaded; the user's values stay.
 
-    Without a graphics processor, as in Xvfb, containers and most virtual machines, Qt takes it for
-    granted all the same that buffers can be shared with one (GBM) where OpenGL works, and the page
-    stays white. Told that it cannot, it draws with the processor alone.
+    Without a graphics processor, as in Xvfb, containers and most virtual machines, Qt still assumes
+    that buffers can be shared with one (GBM) if OpenGL works, and the page stays white. With the
+    right setting it draws with the processor alone.
 
     Args:
-        environment: of this process.
-        is_root: whether that runs as root.
+        environment: environment of this process.
+        is_root: whether it runs as root.
         draws: whether there is a graphics processor.
     """
     flags = environment.get(FLAGS, "").split()
@@ -441,12 +443,12 @@ def prepare(environment: MutableMapping[str, str], *, is_root: bool, draws: bool
 
 
 def can_draw(nodes: Iterable[Path]) -> bool:
-    """Return whether one of these devices of graphics processors may be used."""
+    """Return whether one of these graphics devices can be used."""
     return any(os.access(node, os.R_OK | os.W_OK) for node in nodes)
 
 
 def missing_library(said: str) -> str:
-    """Return a sentence on what the system lacks, of what the linker said."""
+    """Return a sentence about the library that the system lacks, from the linker's message."""
     found = _LIBRARY.search(said)
     if not found:
         return f"The 3-D view cannot be loaded: {said}."
@@ -459,13 +461,13 @@ def missing_library(said: str) -> str:
 class View3d(QWidget):
     """Meshcat's page of the present flight, or why there is none; the web engine is loaded last.
 
-    While it is hidden there is no page, which would cost the machine as much as one that is seen.
+    A hidden view has no page, because a page costs the machine as much as a visible one.
 
     Args:
-        workspace: whose flight is shown.
-        actions: those of the camera and the trail stand above the picture.
-        load: returns what makes web views.
-        parent: in which it stands.
+        workspace: has the flight.
+        actions: actions of the camera and the trail, shown above the picture.
+        load: returns the factory of web views.
+        parent: the Qt parent.
     """
 
     def __init__(
@@ -507,7 +509,7 @@ class View3d(QWidget):
 
     @property
     def said(self) -> str:
-        """What stands where the picture would be, or above it; "" where all is well."""
+        """Text in place of the picture, or above it; "" without a problem."""
         if self._layout.currentWidget() is self._page:
             return self._words.text()
         return "" if self._strip.isHidden() else self._strip.text()
@@ -522,7 +524,7 @@ class View3d(QWidget):
             )
 
     def look(self, way: str) -> None:
-        """Let the camera follow behind the drone, look from the top or a side, or begin anew."""
+        """Let the camera follow the drone, look from the top or a side, or reset it."""
         self._way = way
         self.plain.look(way)
         if way == "reset" and self._fault:
@@ -531,14 +533,14 @@ class View3d(QWidget):
             self._run(f"window.workbench?.look({json.dumps(way)})")
 
     def show_parts(self) -> None:
-        """Show the path that was flown and the like, or hide them, as actions are checked."""
+        """Show or hide the flown path and other parts, by the actions' check marks."""
         shown = {part: self._actions[name].isChecked() for name, part in PARTS.items()}
         self.plain.show_parts({part for part, checked in shown.items() if checked})
         for part, checked in shown.items():
             self._run(f"window.workbench?.show({json.dumps(part)}, {json.dumps(checked)})")
 
     def show_log(self) -> None:
-        """Show the drone of a log that is replayed, or none any more."""
+        """Show the drone of a replayed log, or none."""
         scene = self._workspace.scene
         track, vehicle = scene.track, self._workspace.flight.view.vehicle
         self.plain.show_track(track)
@@ -554,7 +556,7 @@ class View3d(QWidget):
         self._show_replay()
 
     def _replay(self) -> None:
-        """Show a log's time soon, with those that come until then."""
+        """Show a log's time soon, together with later requests."""
         if not self._replay_timer.isActive():
             self._replay_timer.start()
 
@@ -566,27 +568,27 @@ class View3d(QWidget):
         self._run(f"window.workbench?.replay({json.dumps(columns)})")
 
     def _foresee(self, ends: float, places: np.ndarray) -> None:
-        """Show a predicted way in all pages of the flight, and in the plain view."""
+        """Show a predicted path in all pages of the flight, and in the plain view."""
         self.plain.foresee(ends, places)
         flight = self._workspace.flight
         if flight.live is not None and flight.view.url:
             flight.order(lambda live: live.foresee(ends, places))
 
     def show_ground(self) -> None:
-        """Let the page be as light or dark as the theme is."""
+        """Give the page the theme's brightness."""
         colours = [self._workspace.look.colour(name) for name in ("field", "card")]
         parts = json.dumps([[c.redF(), c.greenF(), c.blueF()] for c in colours])
         self._run(f"window.workbench?.background(...{parts})")
 
     def reload(self) -> None:
-        """Open the page anew."""
+        """Reload the page."""
         self._fault = ""
         self._open_url = ""
         self._open()
         self._show()
 
     def wake(self) -> None:
-        """Load the web engine, if it is needed by now; the window stands still for that."""
+        """Load the web engine if it is needed now; the window is blocked meanwhile."""
         if self._missing or not self._url or not self.isVisible():
             return
         if self._web is None:
@@ -596,7 +598,7 @@ class View3d(QWidget):
                 self._missing = str(error)
             else:
                 self._web.setAccessibleName("Meshcat")
-                self._web.setAcceptDrops(False)  # files are for the window; the page shows them
+                self._web.setAcceptDrops(False)  # the window opens files; the page would show them
                 self._web.setFocusPolicy(Qt.FocusPolicy.NoFocus)
                 self._web.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)
                 self._web.renderProcessTerminated.connect(lambda *_: self._fail("ended"))
@@ -605,7 +607,7 @@ class View3d(QWidget):
         self._show()
 
     def close_view(self) -> None:
-        """End the web engine's page."""
+        """Close the web engine's page."""
         self._timer.stop()
         web, self._web = self._web, None
         if web is not None:
@@ -620,15 +622,15 @@ class View3d(QWidget):
         self._open()
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Keep keys from the page: they fly the drone, and some mean another thing there."""
+        """Keep keys from the page: they fly the drone, and some have another meaning there."""
         kinds = (QEvent.Type.KeyPress, QEvent.Type.KeyRelease)
         if event is not None and event.type() in kinds:
-            event.ignore()  # for the window, in which the page stands
+            event.ignore()  # for the window around the page
             return True
         return super().eventFilter(watched, event)
 
     def _follow(self, view: LiveView) -> None:
-        """Show the page of another flight; tell where the picture costs it its time."""
+        """Show the page of another flight; report if drawing slows the flight."""
         self.plain.show_view(view, self._cloud() if self.plain.isVisible() else None)
         self._watch_pace(view)
         url = "" if view.phase is Phase.ENDED else view.url
@@ -643,14 +645,14 @@ class View3d(QWidget):
         QTimer.singleShot(0, self.wake)
 
     def _cloud(self) -> np.ndarray | None:
-        """Return what the lidar has met, in W (N, 3) [m]; None where none measures."""
+        """Return the points of the lidar's returns, in W (N, 3) [m]; None without a lidar."""
         workspace = self._workspace
         if self._rays is None or not self._actions["lidar_3d"].isChecked():
             return None
         return newest_points(workspace.signals, self._rays)
 
     def _begin(self, view: LiveView) -> None:
-        """Take note of which lidar there is, and of the drone that is replayed."""
+        """Note the flight's lidar, and the replayed drone."""
         self._rays = find_rays(view.topics)
         if self._workspace.scene.log:
             self.show_log()
@@ -663,14 +665,14 @@ class View3d(QWidget):
         now = time.monotonic()
         self._slow_since = min(self._slow_since, now)
         if now - self._slow_since > TOO_SLOW and not self._told_slow:
-            self._told_slow = True  # once, as some like it slow
+            self._told_slow = True  # once only, as some users want it slow
             self._workspace.notices.warn(
                 "the flight is slower than real time while its 3-D view is drawn here",
                 "Hide the 3-D view (Ctrl+0), or open it in the browser.",
             )
 
     def _open(self) -> None:
-        """Let the web engine have the page that is to be seen now, and no other."""
+        """Load the page that should be visible now."""
         if self._web is None:
             return
         url = self._url if self.isVisible() and self._url else NO_PAGE
@@ -692,9 +694,9 @@ class View3d(QWidget):
             self._web.page().runJavaScript(code, answered)
 
     def _look_at_page(self) -> None:
-        """Ask the page how it does; it is silent where it hangs."""
+        """Ask the page for its state; a page that hangs does not answer."""
         proxy = self._web.focusProxy() if self._web is not None else None
-        if proxy is not None:  # the page makes another one now and then
+        if proxy is not None:  # the page replaces it now and then
             proxy.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             proxy.installEventFilter(self)
         if time.monotonic() - self._heard > PATIENCE:
@@ -702,7 +704,7 @@ class View3d(QWidget):
         self._run(STATE, partial(self._hear, self._open_url))
 
     def _hear(self, url: str, answer: object) -> None:
-        """Take what the page says of itself."""
+        """Handle the page's state."""
         if url != self._open_url or not isinstance(answer, str) or not answer or self._web is None:
             return
         state = json.loads(answer)
@@ -726,7 +728,7 @@ class View3d(QWidget):
         self._show()
 
     def _see(self) -> None:
-        """Find out whether what the page draws is seen, until it is."""
+        """Check repeatedly whether the page's picture is visible, until it is."""
         if (
             not self._pictures
             or self._seen == math.inf
@@ -738,7 +740,7 @@ class View3d(QWidget):
         self._is_blank = time.monotonic() - self._seen > PATIENCE
 
     def _fail(self, fault: str) -> None:
-        """Say in the place of the page what is wrong with it."""
+        """Show a fault in place of the page."""
         if fault != self._fault:
             self._fault = fault
             self._show()
@@ -835,6 +837,6 @@ class View3d(QWidget):
 
 
 def is_blank(image: QImage) -> bool:
-    """Return whether a picture is of one colour."""
+    """Return whether a picture has a single colour."""
     small = image.scaled(GRID, GRID)
     return len({small.pixel(x, y) for x in range(GRID) for y in range(GRID)}) <= 1

@@ -1,4 +1,4 @@
-"""The charts and their board: one part of time, one crosshair and one pair of cursors for all."""
+"""The charts and their board: a common time window, crosshair and pair of cursors."""
 
 import dataclasses
 import math
@@ -61,18 +61,18 @@ _OTHERS = {
     "charge": "drone_state.charge",
 }
 _BOUNDS = ("maximum", "minimum", "final", "mean")
-"""Statistics of a signal that are values of it."""
+"""Statistics of a signal that are levels of the signal itself."""
 _UNITS = dict.fromkeys(("overshoot", "undershoot", "steady_state_error"), "%") | dict.fromkeys(
     ("rise_time", "settling_time", "t90"), "s"
 )
 NEAR = 0.02
-"""Share of a case's command that a step may be off, and be judged by its baseline."""
+"""Tolerance of a step's command, as a share of the case's, for a comparison with its baseline."""
 FARTHEST = 4.0 * 3600.0
-"""Time that lines over time reach to [s]."""
+"""Length of lines over time [s]."""
 
 
 def chart_signal(name: str) -> str:
-    """Return the name that charts have for a signal of a spec; "" where they have none."""
+    """Return the charts' name for a signal of a spec; "" without one."""
     if name in _OTHERS:
         return _OTHERS[name]
     sensor, _, channel = name.rpartition(".")
@@ -107,11 +107,11 @@ def _levels(label: str, least: float, most: float) -> list[tuple[str, float]]:
 
 
 def limits_of_step(spec: SpecContents, signal: str, step: StepResponse) -> Sequence[LimitLine]:
-    """Return the limits of the case that judges such a step of a signal of the charts.
+    """Return the limits of the case for a step of a signal of the charts.
 
-    It is the case whose command is nearest to the flown one, of the same sign if there is one; its
-    limits are drawn at the flown amplitude. The band around a baseline is drawn as it was recorded,
-    where that is the flown amplitude.
+    It is the case whose command is nearest to the flown one, with the same sign if possible; its
+    limits are scaled to the flown amplitude. The band around a baseline is drawn as recorded, only
+    if that has the flown amplitude.
     """
     cases = [
         each
@@ -183,28 +183,28 @@ _EMPTY = "Drag a signal here, or choose one in the list"
 
 
 class ChartPane(QFrame):
-    """Shows signals of a source by their names, in a chart of some kind.
+    """Shows signals of a source by name, in a chart of some kind.
 
     Args:
         workspace: colours, units and notices.
-        spec: what it shows.
-        source: of the signals; those that it has not are waited for.
+        spec: content of the chart.
+        source: source of the signals; missing ones are awaited.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
-        chart: that is seen; another kind has another one.
+        chart: the visible chart; another kind has another one.
     """
 
     spec_changed = pyqtSignal()
-    """It shows other signals, or shows them otherwise."""
+    """It shows other signals, or shows them differently."""
     chart_made = pyqtSignal()
     """It has another chart."""
     used = pyqtSignal()
-    """The user has turned to it."""
+    """The user has clicked on it."""
     removal_wanted = pyqtSignal()
-    """It is to go."""
+    """It should be removed."""
     split_wanted = pyqtSignal()
-    """Each of its signals is to have a chart of its own."""
+    """Each of its signals should get its own chart."""
 
     def __init__(
         self,
@@ -229,7 +229,7 @@ class ChartPane(QFrame):
 
     @property
     def spec(self) -> ChartSpec:
-        """What it shows."""
+        """Its content."""
         return self._spec
 
     @property
@@ -238,7 +238,7 @@ class ChartPane(QFrame):
         return self._spec.title
 
     def set_spec(self, spec: ChartSpec) -> None:
-        """Show this."""
+        """Set the content."""
         self._spec = spec
         old, self.chart = self.chart, self._make_chart()
         self._box.replaceWidget(old, self.chart)
@@ -249,7 +249,7 @@ class ChartPane(QFrame):
         self.spec_changed.emit()
 
     def show_signals(self, names: tuple[str, ...], source: SeriesSource) -> None:
-        """Show these signals; those that the source has not are kept, and shown once it has."""
+        """Show signals; those that the source lacks appear once it has them."""
         self._source, self._spec = source, dataclasses.replace(self._spec, signals=names)
         self.chart.clear()
         units = source.units
@@ -269,7 +269,7 @@ class ChartPane(QFrame):
         )
 
     def show_overlays(self, overlays: tuple[Overlay, ...]) -> None:
-        """Draw the same signals of these logs, too, paler."""
+        """Draw the same signals of these logs, paler."""
         self._overlays = overlays
         self.show_signals(self._spec.signals, self._source)
 
@@ -279,7 +279,7 @@ class ChartPane(QFrame):
         self.show_signals(self._spec.signals, self._source)
 
     def add_signal(self, name: str) -> None:
-        """Show another signal."""
+        """Add a signal."""
         units = self._source.units
         if name in self._spec.signals or name not in units:
             return
@@ -294,25 +294,25 @@ class ChartPane(QFrame):
         self.spec_changed.emit()
 
     def remove_signal(self, name: str) -> None:
-        """Show a signal no more."""
+        """Remove a signal."""
         if name in self._spec.signals:
             kept = tuple(each for each in self._spec.signals if each != name)
             self.show_signals(kept, self._source)
             self.spec_changed.emit()
 
     def dragEnterEvent(self, event: QDragEnterEvent | None) -> None:
-        """Take signals."""
+        """Accept signals."""
         data = event.mimeData() if event is not None else None
         if event is not None and data is not None and data.hasFormat(MIME):
             self.chart.canvas.set_focus_shown(True)
             event.acceptProposedAction()
 
     def dragLeaveEvent(self, event: QDragLeaveEvent | None) -> None:
-        """Show that it would take none."""
+        """Clear the highlight."""
         self.chart.canvas.set_focus_shown(self.chart.hasFocus())
 
     def dropEvent(self, event: QDropEvent | None) -> None:
-        """Show what was dropped."""
+        """Show the dropped signals."""
         data = event.mimeData() if event is not None else None
         if event is None or data is None:
             return
@@ -323,12 +323,12 @@ class ChartPane(QFrame):
         event.acceptProposedAction()
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Be the chart in use."""
+        """Become the selected chart."""
         self.used.emit()
         super().mousePressEvent(event)
 
     def _make_chart(self) -> AnyChart:
-        """Return a chart of the kind that is wanted, still empty."""
+        """Return an empty chart of the required kind."""
         spec = self._spec
         made: AnyChart
         match spec.kind:
@@ -402,7 +402,7 @@ class ChartPane(QFrame):
         colour = None
         style = CurveStyle.SOLID
         if is_command:
-            # the colour of its answer, dashed, where that is here, too
+            # in the dashed colour of its response, if that is here, too
             style = CurveStyle.DASHED
             answer = "w_z" if field == "yaw_rate" else field
             shown = {curve.label: curve.colour for curve in self.chart.curves}
@@ -421,7 +421,7 @@ class ChartPane(QFrame):
                 self.chart.add_curve(text, unit, source, colour=LIMIT, style=CurveStyle.DASHED)
 
     def _draw_over(self, overlay: Overlay, name: str, drawn: Curve) -> None:
-        """Draw a signal of a log paler than the curve of the same signal here."""
+        """Draw a signal of a log, paler than the same signal here."""
         label, source = f"{drawn.label} · {overlay.name}", partial(self._read, overlay, name)
         if isinstance(self.chart, XYChart | StepChart):
             first = self._spec.signals[0]
@@ -437,15 +437,15 @@ class ChartPane(QFrame):
         return limits_of_step(self._limits, self._spec.signals[1], step)
 
     def _read(self, source: SeriesSource, name: str, since: float) -> Samples:
-        """Return the samples of a signal; none where they cannot be worked out, which is told."""
+        """Return the samples of a signal; none if they cannot be computed, which is reported."""
         try:
             return source.series(name, since)
-        except WorkbenchError as error:  # a filter that these samples do not allow
+        except WorkbenchError as error:  # a filter that is invalid for these samples
             self._tell_once(str(error))
             return np.zeros(0), np.zeros(0)
 
     def _tell_once(self, said: str) -> None:
-        """Tell what is wrong with a curve, not with each picture."""
+        """Report an error of a curve once, not with each picture."""
         if said != self._told:
             self._told = said
             self._workspace.notices.warn(said)
@@ -469,28 +469,28 @@ def _action(parent: QWidget, text: str, do: Callable[[bool], object]) -> QAction
 
 
 NARROWEST = 340
-"""A chart that has a neighbour [pixels]."""
+"""Least width of a chart with a neighbour [pixels]."""
 
 
 class ChartBoard(QWidget):
-    """Charts of one source.
+    """The charts of one source.
 
-    Zoom, pause, crosshair and cursors A and B in one chart over time are those of all.
+    Charts over time share zoom, pause, crosshair, and cursors A and B.
 
     Args:
         workspace: colours, units and notices.
-        source: of the signals.
+        source: source of the signals.
         parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()
-    """Other charts, or other signals in them."""
+    """The charts, or their signals, have changed."""
     used = pyqtSignal(str)
-    """Title of the chart that signals are added to."""
+    """Title of the selected chart, to which signals are added."""
     slid = pyqtSignal(float)
-    """A chart was drawn sideways with Shift, by so much [s]."""
+    """A chart was dragged sideways with Shift, by this much [s]."""
     view_changed = pyqtSignal()
-    """Another part of time may be seen, or other cursors stay."""
+    """The time window or the cursors A and B may have changed."""
 
     def __init__(
         self, workspace: Workspace, source: SeriesSource, parent: QWidget | None = None
@@ -519,12 +519,12 @@ class ChartBoard(QWidget):
 
     @property
     def board(self) -> Board:
-        """What they show."""
+        """The content of all charts."""
         return tuple(pane.spec for pane in self._panes)
 
     @property
     def chart_in_use(self) -> ChartPane | None:
-        """The chart that signals are added to."""
+        """The selected chart, to which signals are added."""
         return self._used or (self._panes[0] if self._panes else None)
 
     @property
@@ -533,7 +533,7 @@ class ChartBoard(QWidget):
         return dict(self._view.marks) if self._view is not None else {}
 
     def show_board(self, board: Board, source: SeriesSource) -> None:
-        """Show these charts of a source."""
+        """Show charts of a source."""
         self._source = source
         for pane in self._panes:
             pane.hide()
@@ -547,11 +547,11 @@ class ChartBoard(QWidget):
             self._use(self._panes[0])
 
     def show_source(self, source: SeriesSource, *, times_ago: bool) -> None:
-        """Show the same signals of another source, following it.
+        """Show the same signals of another source, and follow it.
 
         Args:
-            source: of the signals.
-            times_ago: whether to write how long ago samples are, and not their times.
+            source: source of the signals.
+            times_ago: whether to show times as ages.
         """
         self._source, self._times_ago = source, times_ago
         for pane in self._panes:
@@ -562,13 +562,13 @@ class ChartBoard(QWidget):
             self.show_view(TimeView(-span, 0.0, follows=True))
 
     def change_source(self, source: SeriesSource) -> None:
-        """Show the same signals of a source that has others besides, at the same part of time."""
+        """Show the same signals from a source with additional ones, in the same time window."""
         self._source = source
         for pane in self._panes:
             pane.show_signals(pane.spec.signals, source)
 
     def show_overlays(self, overlays: tuple[Overlay, ...]) -> None:
-        """Draw the same signals of these logs, too."""
+        """Draw the same signals of these logs."""
         self._overlays = overlays
         for pane in self._panes:
             pane.show_overlays(overlays)
@@ -589,12 +589,12 @@ class ChartBoard(QWidget):
         self.changed.emit()
 
     def set_marks(self, marks: dict[str, float]) -> None:
-        """Put cursors A and B to times [s], or take them away."""
+        """Set cursors A and B to times [s], or remove them."""
         view = self._view_now()
         self.show_view(dataclasses.replace(view, marks=tuple(sorted(marks.items()))))
 
     def add_chart(self, spec: ChartSpec | None = None) -> None:
-        """Add a chart; a sentence tells where there are enough of them."""
+        """Add a chart; a notice says if there are too many."""
         if len(self._panes) >= MOST_CHARTS:
             self._workspace.notices.warn(f"There are {MOST_CHARTS} charts: remove one first.")
             return
@@ -618,7 +618,7 @@ class ChartBoard(QWidget):
         self.changed.emit()
 
     def split_chart(self, pane: ChartPane) -> None:
-        """Give each signal of a chart its own, as far as there is room."""
+        """Give each signal of a chart its own chart, as far as there is room."""
         names = pane.spec.signals
         for name in names[1:]:
             if len(self._panes) >= MOST_CHARTS:
@@ -627,7 +627,7 @@ class ChartBoard(QWidget):
             self.add_chart(dataclasses.replace(pane.spec, title=name, signals=(name,)))
 
     def add_signal(self, name: str) -> None:
-        """Add a signal to the chart in use."""
+        """Add a signal to the selected chart."""
         if not self._panes:
             self.add_chart()
         pane = self.chart_in_use
@@ -635,7 +635,7 @@ class ChartBoard(QWidget):
             pane.add_signal(name)
 
     def refresh(self, now: float) -> None:
-        """Draw until a time [s]; the crosshair stays where the mouse is."""
+        """Draw until a time [s]; the crosshair stays at the mouse."""
         self._now = now
         for pane in self._panes:
             pane.chart.refresh(now)
@@ -647,12 +647,12 @@ class ChartBoard(QWidget):
         return self._view is not None and not self._view.follows
 
     def show_window(self, left: float, right: float) -> None:
-        """Let all charts stand at a part of time [s]."""
+        """Pause all charts at a time window [s]."""
         view = self._view_now()
         self.show_view(TimeView(left, right, False, "ZOOMED", view.marks))
 
     def set_paused(self, paused: bool) -> None:
-        """Let all pictures stand still, or follow."""
+        """Pause all charts, or follow."""
         view = self._view_now()
         if paused:
             self.show_view(dataclasses.replace(view, follows=False, note="PAUSED"))
@@ -661,7 +661,7 @@ class ChartBoard(QWidget):
             self.show_view(TimeView(left, self._now, True, "", view.marks))
 
     def _view_now(self) -> TimeView:
-        """Return what part of time is seen."""
+        """Return the time window."""
         for pane in self._panes:
             if isinstance(pane.chart, StripChart):
                 return pane.chart.view
@@ -669,11 +669,11 @@ class ChartBoard(QWidget):
         return self._view or TimeView(left, self._now, True)
 
     def show_view(self, view: TimeView, but: ChartPane | None = None) -> None:
-        """Let all charts show a part of time, and cursors.
+        """Show a time window and cursors in all charts.
 
         Args:
-            view: what part.
-            but: the chart that shows it already.
+            view: the time window and cursors.
+            but: the chart that already shows it.
         """
         self._view, self._takes_view = view, True
         for pane in self._panes:
@@ -683,17 +683,17 @@ class ChartBoard(QWidget):
         self.view_changed.emit()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Take as many columns as there is room for."""
+        """Use as many columns as fit."""
         if self._columns_wanted() != self._columns:
             self._arrange()
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Take as many columns as there is room for."""
+        """Use as many columns as fit."""
         if self._columns_wanted() != self._columns:
             self._arrange()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Remove by Del and Shift+Del."""
+        """Remove a signal or chart by Del and Shift+Del."""
         pane = self._used
         if event is None or pane is None or event.key() != Qt.Key.Key_Delete:
             super().keyPressEvent(event)
@@ -717,7 +717,7 @@ class ChartBoard(QWidget):
         self._link(pane)
 
     def _link(self, pane: ChartPane) -> None:
-        """Let a new chart show what the others show, and the others what it shows."""
+        """Connect a new chart with the others."""
         chart = pane.chart
         pane.chart.set_times_ago(self._times_ago)
         if self._view is not None:
@@ -739,7 +739,7 @@ class ChartBoard(QWidget):
         self._point(pane, time)
 
     def _point(self, pane: ChartPane, time: float | None) -> None:
-        """Put the crosshair of the other charts to a time [s]."""
+        """Set the crosshair of the other charts to a time [s]."""
         for each in self._panes:
             if isinstance(each.chart, XYChart):
                 each.chart.show_time(time)
@@ -752,7 +752,7 @@ class ChartBoard(QWidget):
 
     def _columns_wanted(self) -> int:
         count = len(self._panes)
-        # before it is seen its width is not known, and charts in one column would be too high
+        # before it is visible its width is unknown, and charts in one column would be too high
         room = max(1, self.width() // NARROWEST) if self.isVisible() else 2
         if count <= 1:
             return 1

@@ -1,4 +1,4 @@
-"""The page of charts: a list of signals beside a board of charts, and a line of choices above."""
+"""The page of charts: a list of signals beside a board of charts, and controls above."""
 
 import re
 from collections.abc import Callable
@@ -57,27 +57,27 @@ from workbench.link.topics import Topic
 from workbench.logs.expressions import FUNCTIONS
 
 KEPT = "visualization/charts"
-"""Where the charts are kept between starts."""
+"""Settings key of the charts."""
 OWN = "Own"
 WIDE_PAGE = 980
-"""From here on there is room for the list of signals beside the charts [pixels]."""
+"""Least width with the list of signals beside the charts [pixels]."""
 DIALOG_WIDTH = 520
-"""Of the texts of a dialog [pixels]."""
+"""Width of the texts in a dialog [pixels]."""
 ENDING = ".layout.yaml"
-"""Of files of layouts."""
+"""Ending of layout files."""
 
 
 class SignalDialog(QDialog):
-    """Asks for a signal that is derived by an expression; what is wrong is said while it is typed.
+    """Asks for a signal derived by an expression, and shows errors while it is typed.
 
     Args:
-        signal: what is to be changed; empty for a new one.
-        check: raises a WorkbenchError where a signal cannot be made.
-        parent: above which it stands.
+        signal: signal to change; empty for a new one.
+        check: raises a WorkbenchError if a signal is invalid.
+        parent: the Qt parent.
     """
 
     given = pyqtSignal(object)
-    """The `Derived` that is wanted."""
+    """The requested `Derived`."""
 
     def __init__(
         self, signal: Derived, check: Callable[[Derived], object], parent: QWidget | None = None
@@ -94,7 +94,7 @@ class SignalDialog(QDialog):
         self.said = QLabel()
         self.said.setWordWrap(True)
         form = QFormLayout(self)
-        form.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)  # as high as what is said
+        form.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)  # as high as the message
         for label, field in (
             ("&Name", self.name),
             ("&Expression", self.expression),
@@ -124,12 +124,12 @@ class SignalDialog(QDialog):
 
     @property
     def signal(self) -> Derived:
-        """What is asked for."""
+        """The requested signal."""
         name = f"{OWN_TOPIC}.{self.name.text().strip()}"
         return Derived(name, self.unit.text().strip() or "1", self.expression.text().strip())
 
     def _look(self) -> None:
-        """Say what is wrong."""
+        """Show errors."""
         why = ""
         if not re.fullmatch(r"[A-Za-z_]\w*", self.name.text().strip()):
             why = "Give it a name of letters, digits and _."
@@ -216,7 +216,7 @@ class ChartsPage(QWidget):
 
     @property
     def layout_shown(self) -> Layout:
-        """Charts, signals of the user's own, and cursors."""
+        """Charts, the user's own signals, and cursors."""
         return Layout(charts=self.board.board, signals=self._own, marks=self.board.marks)
 
     def show_layout(self, layout: Layout) -> None:
@@ -231,20 +231,20 @@ class ChartsPage(QWidget):
         self._keep()
 
     def add_overlay(self, name: str, log: SeriesSource) -> None:
-        """Draw a log over what the charts show."""
+        """Draw a log over the charts."""
         overlay = Overlay(name, log)
         overlay.derive((*DERIVED, *self._own))
         self.overlays.add(overlay)
 
     def show_limits(self, limits: SpecContents | None) -> None:
-        """Draw the limits of a spec on what they judge, None for none."""
+        """Draw the limits of a spec on the signals that they apply to, None for none."""
         self.board.show_limits(limits)
         self.limits.setVisible(limits is not None)
         if limits is not None:
             self._limits_of.setText(f"limits of  {limits.path.name}")
 
     def open_layout(self, path: Path) -> None:
-        """Read a layout's file and show it; what is wrong with it is told."""
+        """Read a layout file and show it; errors become notices."""
 
         def show(layout: Layout) -> None:
             self.show_layout(layout)
@@ -272,7 +272,7 @@ class ChartsPage(QWidget):
         return dialog
 
     def begin(self, topics: tuple[Topic, ...]) -> None:
-        """Show the signals of a flight that begins."""
+        """Show the signals of a new flight."""
         self._topics = topics
         if self._base is self._live:
             self._show_catalog()
@@ -294,7 +294,7 @@ class ChartsPage(QWidget):
         """Refuse a derived signal that cannot be made.
 
         Raises:
-            WorkbenchError: with what is wrong.
+            WorkbenchError: says what is wrong.
         """
         if signal.name in (each.name for each in self._own if each is not old):
             raise WorkbenchError(f"there is {signal.name} already: give it another name")
@@ -304,10 +304,10 @@ class ChartsPage(QWidget):
             full = signal.parsed.find({name: 0 for name in source.units if name != signal.name})
             signal.parsed.series(source.series, full)
         else:
-            signal.check()  # nothing flies: its names are found later
+            signal.check()  # no flight yet: its names are resolved later
 
     def _take(self, signal: Derived, old: Derived | None) -> None:
-        """Have a new derived signal, or another one in the place of an old one."""
+        """Add a derived signal, or replace an old one."""
         if old is None:
             self._change_own((*self._own, signal))
             self.board.add_signal(signal.name)
@@ -343,7 +343,7 @@ class ChartsPage(QWidget):
         self.overlays.show_shifts()
 
     def _show_view(self) -> None:
-        """Show what is between cursors A and B."""
+        """Show the time between cursors A and B."""
         marks = self.board.marks
         both = len(marks) == 2
         said = f"B − A = {number_text(marks['B'] - marks['A'], 3)} s" if both else ""
@@ -362,7 +362,7 @@ class ChartsPage(QWidget):
         self.files.setMenu(self.file_menu)
 
     def _fill_recent(self) -> None:
-        """List the layouts that were opened or saved, and are still there."""
+        """List recent layouts that still exist."""
         self._recent_menu.clear()
         paths = [path for kind, path in self._recent.files() if kind is FileKind.LAYOUT]
         self._recent_menu.setEnabled(bool(paths))
@@ -388,7 +388,7 @@ class ChartsPage(QWidget):
         self.board.refresh(now)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Show the list of signals where there is room for it."""
+        """Show the list of signals if there is room for it."""
         self._show_tree()
 
     def _show_catalog(self) -> None:
@@ -416,7 +416,7 @@ class ChartsPage(QWidget):
         self._name_preset()
 
     def _name_preset(self) -> None:
-        """Show which preset the charts are, if any."""
+        """Show which preset the charts match, if any."""
         board = self.board.board
         name = next((each for each, preset in PRESETS.items() if preset == board), OWN)
         self.presets.setCurrentText(name)

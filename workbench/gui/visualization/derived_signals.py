@@ -1,4 +1,4 @@
-"""Where charts take their series from, and signals that are derived from others."""
+"""Sources of the charts' series, and signals derived from others."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import numpy as np
 from workbench.logs.expressions import Expression, Samples, parse_expression
 
 OWN_TOPIC = "own"
-"""Before the names of signals that the user has derived."""
+"""Prefix of the names of the user's derived signals."""
 
 
 class SeriesSource(Protocol):
@@ -33,10 +33,10 @@ class Derived:
     """A signal made from others.
 
     Attributes:
-        name: of it, TOPIC.FIELD.
-        unit: SI.
-        expression: that it is made by.
-        help: what it is, in words.
+        name: its name, TOPIC.FIELD.
+        unit: SI unit.
+        expression: the expression.
+        help: description in words.
     """
 
     name: str = ""
@@ -45,19 +45,19 @@ class Derived:
     help: str = ""
 
     def check(self) -> None:
-        """Refuse an expression that is none.
+        """Refuse an invalid expression.
 
         Raises:
-            WorkbenchError: with the place of what is wrong.
+            WorkbenchError: gives the position of an error.
         """
         _ = self.parsed
 
     @cached_property
     def parsed(self) -> Expression:
-        """The expression, taken apart.
+        """The parsed expression.
 
         Raises:
-            WorkbenchError: if the text is none.
+            WorkbenchError: if the text is invalid.
         """
         return parse_expression(self.expression)
 
@@ -68,7 +68,7 @@ def _error(axis: str, unit: str, response: str) -> Derived:
 
 
 def _bounds(field: str, unit: str) -> tuple[Derived, Derived]:
-    """Return the estimate of a state less, and plus, two standard deviations."""
+    """Return the estimate of a state minus, and plus, two standard deviations."""
     low, high = (f"estimate.{field} {sign} 2*estimate.sigma_{field}" for sign in "-+")
     return (
         Derived(f"bound.{field}_low", unit, low, "less 2 sigma"),
@@ -99,15 +99,15 @@ DERIVED: tuple[Derived, ...] = (
     ),
     *(bound for field, unit in _ESTIMATED for bound in _bounds(field, unit)),
 )
-"""What every flight and log has, where it has their parts."""
+"""Signals that every flight and log has, if it has their parts."""
 
 
 class WithDerived:
-    """A source with the derived signals that its own ones allow.
+    """A source together with the derived signals that it supports.
 
     Args:
-        source: of the others.
-        derived: in their order; later ones may be made from earlier ones.
+        source: source of the other signals.
+        derived: derived signals in order; later ones can use earlier ones.
     """
 
     def __init__(self, source: SeriesSource, derived: Sequence[Derived] = DERIVED) -> None:
@@ -130,7 +130,7 @@ class WithDerived:
         """Return times [s] and values of a signal from a time on (N).
 
         Raises:
-            WorkbenchError: if there is no such signal, or it cannot be worked out.
+            WorkbenchError: if there is no such signal, or it cannot be computed.
         """
         if name not in self._derived:
             return self._source.series(name, since)

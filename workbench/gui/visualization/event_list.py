@@ -1,4 +1,4 @@
-"""What happened in a flight: events and changed parameters, newest last."""
+"""Events and changed parameters of a flight, newest last."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -10,18 +10,18 @@ from workbench.link.drone_topics import EVENTS
 from workbench.link.topics import Topic
 
 MOST = 2000
-"""Events that are kept; then the oldest go."""
+"""Limit of kept events; beyond it the oldest are dropped."""
 SEVERITIES = ("information", "warning", "failure")
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened.
+    """An event.
 
     Attributes:
-        time: when, simulated [s].
+        time: simulated time [s].
         kind: information, warning, failure or parameter.
-        said: what, in words.
+        said: the event, in words.
     """
 
     time: float
@@ -30,7 +30,7 @@ class Event:
 
 
 class EventList:
-    """Picks events out of what a flight publishes."""
+    """Picks events from the published data of a flight."""
 
     def __init__(self) -> None:
         self.events: deque[Event] = deque(maxlen=MOST)
@@ -38,14 +38,14 @@ class EventList:
         self._reader = ParameterReader()
 
     def begin(self, topics: Iterable[Topic]) -> None:
-        """Forget all: a flight begins."""
+        """Clear all: a flight begins."""
         self.events.clear()
         flown = tuple(topics)
         self._events = next((topic for topic in flown if topic.id == EVENTS), None)
         self._reader.begin(flown)
 
     def add(self, published: Iterable[Published]) -> list[Event]:
-        """Take what was published; return what of it are events."""
+        """Add published data; return its events."""
         found = []
         for each in published:
             for number, payload in each.payloads:

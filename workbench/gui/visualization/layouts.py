@@ -1,4 +1,4 @@
-"""Layouts: which charts there are, of what kind, with which signals; presets, and files."""
+"""Layouts: charts with their kinds and signals; presets, and files."""
 
 import dataclasses
 import json
@@ -13,10 +13,11 @@ from workbench.logs.spectrum import DETRENDS, WINDOWS, Welch
 
 MOST_CHARTS = 8
 VERSION = 1
-"""Of the files."""
+"""Version of the files."""
 TIME, SPECTRUM, XY, STEPS = "time", "spectrum", "x-y", "steps"
 KINDS = (TIME, SPECTRUM, XY, STEPS)
-"""What charts are drawn over: time, frequency, another signal, time after steps of a command."""
+"""Horizontal quantities of charts: time, frequency, another signal, time after steps of a
+command."""
 
 
 @dataclass(frozen=True)
@@ -24,15 +25,15 @@ class ChartSpec:
     """A chart.
 
     Attributes:
-        title: over it.
-        signals: names of what it shows; of an x-y chart the first one is x, of steps the command.
+        title: title above it.
+        signals: names of its signals; of an x-y chart the first is x, of steps the command.
         kind: one of `KINDS`.
-        log_x: whether the axis below is logarithmic, which time's is not.
-        log_y: whether axes of values are.
+        log_x: whether the horizontal axis is logarithmic; a time axis never is.
+        log_y: whether the value axes are logarithmic.
         equal: whether the axes of an x-y chart have the same scale.
-        window: of a spectrum's segments.
-        averages: how many segments a spectrum is averaged over.
-        detrend: what is taken off each.
+        window: window of a spectrum's segments.
+        averages: number of segments over which a spectrum is averaged.
+        detrend: trend that is removed from each segment.
     """
 
     title: str = ""
@@ -46,7 +47,7 @@ class ChartSpec:
     detrend: str = Welch.detrend
 
     def of_kind(self, kind: str) -> "ChartSpec":
-        """Return it as a chart of another kind; both axes of a spectrum begin logarithmic."""
+        """Return it as a chart of another kind; a spectrum gets logarithmic axes at first."""
         log = kind == SPECTRUM
         return dataclasses.replace(self, kind=kind, log_x=log, log_y=log)
 
@@ -158,12 +159,12 @@ DEFAULT = "Flight"
 
 @dataclass(frozen=True)
 class Layout:
-    """What a file of a layout says.
+    """Content of a layout file.
 
     Attributes:
-        version: of the file.
-        charts: in their order.
-        signals: derived by expressions of the user's own.
+        version: version of the file.
+        charts: charts in order.
+        signals: signals derived by the user's own expressions.
         marks: times of cursors A and B [s].
     """
 
@@ -174,7 +175,7 @@ class Layout:
 
 
 def layout_text(layout: Layout) -> str:
-    """Return a layout as the text of a file."""
+    """Return a layout as a file's text."""
     return dump_changes(dataclasses.replace(layout, version=VERSION))
 
 
@@ -182,33 +183,33 @@ def read_layout(path: Path) -> Layout:
     """Read a layout.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: names file and line of an error.
     """
     return _layout_from(read_yaml(path))
 
 
 def kept_text(layout: Layout) -> str:
-    """Return a layout in one line, to be kept between starts."""
+    """Return a layout in one line, for storage between starts."""
     return json.dumps(dataclasses.asdict(dataclasses.replace(layout, version=VERSION)))
 
 
 def read_kept(text: str) -> Layout | None:
-    """Return the layout that was kept; None if the text is none."""
+    """Return the stored layout; None if the text is invalid."""
     try:
         data = json.loads(text)
-        if isinstance(data, list):  # as the app kept charts before there were layouts
+        if isinstance(data, list):  # format of the app before it had layouts
             data = {"version": VERSION, "charts": data}
         layout = _layout_from(YamlFile(Path("kept layout"), text, data, {}))
-    except (ValueError, WorkbenchError):  # another version wrote it, or an editor
+    except (ValueError, WorkbenchError):  # written by another version or an editor
         return None
     return layout if layout.charts else None
 
 
 def _layout_from(file: YamlFile) -> Layout:
-    """Return the layout of a file's content.
+    """Return the layout from a file's content.
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is invalid.
     """
     check_schema(file, Layout)
     data = file.data
@@ -248,6 +249,6 @@ def _layout_from(file: YamlFile) -> Layout:
 
 
 def _made(kind: Any, data: dict[str, Any]) -> Any:
-    """Return a record of data that fit its schema."""
+    """Return a record from data that match its schema."""
     lists = {key: tuple(value) for key, value in data.items() if isinstance(value, list)}
     return kind(**(data | lists))

@@ -1,4 +1,4 @@
-"""What the process that reads logs and specs sends to the app, besides the share that is read."""
+"""Messages of the process that reads logs and specs to the app, other than its progress."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ class LogContents:
     """All series of a log that can be drawn.
 
     Attributes:
-        path: of the log.
-        vehicle: what flew.
-        begin: time of the first sample [s]; not 0 where recording began in flight.
-        end: time of the last one [s].
-        remark: what is missing, "" if nothing is.
+        path: path of the log.
+        vehicle: the flown vehicle.
+        begin: time of the first sample [s]; not 0 if recording began in flight.
+        end: time of the last sample [s].
+        remark: what is missing, "" for nothing.
         units: SI unit of each series, by its name in a flight.
-        times: of the samples of each topic, by its name (n) [s].
-        values: of each series (n), 32-bit where the log has no more.
-        topic_of: name of the topic whose times a series has.
+        times: times of the samples of each topic, by its name (n) [s].
+        values: values of each series (n), 32-bit if the log has no more.
+        topic_of: name of the topic with a series' times.
     """
 
     path: Path
@@ -50,7 +50,7 @@ class LogContents:
 
 @dataclass(frozen=True)
 class MetricLimit:
-    """What a spec demands of a metric: its name, a smallest and a largest value, in its unit."""
+    """Limits of a spec for a metric: its name, smallest and largest value, in its unit."""
 
     metric: str
     least: float
@@ -59,7 +59,7 @@ class MetricLimit:
 
 @dataclass(frozen=True, eq=False)
 class BaselineBand:
-    """Within what a signal may be: its name in specs, times (n) from the edge [s], and ends (n)."""
+    """Band for a signal: its name in specs, times (n) from the edge [s], and its edges (n)."""
 
     signal: str
     time: np.ndarray
@@ -69,14 +69,14 @@ class BaselineBand:
 
 @dataclass(frozen=True, eq=False)
 class CaseLimits:
-    """What a case of a spec demands.
+    """Limits of a spec's case.
 
     Attributes:
-        name: of the case.
-        signal: that is judged, by its name in specs, "" for none.
-        command: how far it should come, NaN where nothing is said of that.
-        limits: of metrics and statistics.
-        bands: around its baseline.
+        name: name of the case.
+        signal: signal to check, by its name in specs, "" for none.
+        command: commanded level of the signal, NaN without one.
+        limits: limits of metrics and statistics.
+        bands: bands around its baseline.
     """
 
     name: str
@@ -88,7 +88,7 @@ class CaseLimits:
 
 @dataclass(frozen=True, eq=False)
 class SpecContents:
-    """What a spec demands of flights."""
+    """Limits of a spec for flights."""
 
     path: Path
     cases: tuple[CaseLimits, ...]

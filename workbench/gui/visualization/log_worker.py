@@ -1,4 +1,4 @@
-"""The process that reads a log or a spec, so that the window stays quick: `python -m MODULE FD`."""
+"""The process that reads a log or a spec for a responsive window: `python -m MODULE FD`."""
 
 import contextlib
 import math
@@ -29,15 +29,15 @@ _UNWANTED = re.compile(
 )
 
 SPECS = (".yaml", ".yml")
-"""Endings of files that are specs; all others are logs."""
+"""Endings of spec files; all other files are logs."""
 READING = 0.7
-"""Share of the time that reading takes; the rest goes into decoding."""
+"""Share of the time for reading; the rest is for decoding."""
 STEP = 0.01
-"""Progress is told in steps of it."""
+"""Step of reported progress."""
 
 
 def live_name(name: str) -> str | None:
-    """Return the name of a log's series as a flight has it; None where it is not worth a curve."""
+    """Return a flight's name for a series of a log; None if it is not worth a curve."""
     if _UNWANTED.search(name):
         return None
     patterns = (
@@ -59,21 +59,21 @@ def live_name(name: str) -> str | None:
 
 
 def si_unit(unit: str) -> tuple[str, float]:
-    """Return the SI unit in which a flight has a quantity of a log, and the factor to it."""
+    """Return the SI unit that a flight uses for a quantity of a log, and the factor to it."""
     if unit in ("deg", "degree", "degrees"):
         return "rad", math.pi / 180.0
     return unit or "1", 1.0
 
 
 def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
-    """Return what can be drawn of a log.
+    """Return the content of a log that can be drawn.
 
     Args:
-        path: of the log.
-        progress: takes the share done, 0 .. 1.
+        path: path of the log.
+        progress: called with the share done, 0 .. 1.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is no log that is known.
+        WorkbenchError: if it cannot be read, or its format is unknown.
     """
     record = open_log(path, progress=lambda share: progress(READING * share))
     units: dict[str, str] = {}
@@ -88,7 +88,7 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
             unit, factor = si_unit(series.unit)
             flown = np.asarray(series.values, dtype=float)
             units[name], values[name] = unit, flown * factor if factor != 1.0 else flown
-            # Streams of several rates may be in a topic of an imported log.
+            # A topic of an imported log may contain streams of several rates.
             shared = np.array_equal(times.get(topic, series.time), series.time)
             whose = topic if shared else name
             times.setdefault(whose, series.time)
@@ -102,12 +102,12 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
 
 
 def limits_of(path: Path) -> SpecContents:
-    """Return what a spec demands.
+    """Return the limits in a spec.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: names file and line of an error.
     """
-    # they load Drake, which logs are read without
+    # these load Drake, which reading logs does not need
     from workbench.design.regress.baseline import curves_file, read_curves
     from workbench.design.regress.loading import load_spec
     from workbench.design.regress.signals import AXIS_SIGNALS
@@ -131,14 +131,14 @@ def limits_of(path: Path) -> SpecContents:
 
 
 def main(connection: Connection) -> None:
-    """Read what is asked for, send it, and end; also once the app is gone."""
+    """Read the requested file, send its content, and exit; also exit when the app is gone."""
     with contextlib.suppress(EOFError, OSError):
         asked = connection.recv()
         assert isinstance(asked, Request)
         path, told = asked.what, 0.0
 
         def tell(share: float) -> None:
-            """Send progress, not too often."""
+            """Send progress, at a limited rate."""
             nonlocal told
             if share >= told + STEP:
                 told = share

@@ -1,4 +1,4 @@
-"""Logs that are drawn over what the charts show, each with its time shifted."""
+"""Logs drawn over the charts, each shifted in time."""
 
 from collections.abc import Sequence
 
@@ -16,23 +16,23 @@ from workbench.logs.expressions import Samples
 _COMMANDS = tuple(f"command_velocity.{name}" for name in ("v_x", "v_y", "v_z", "yaw_rate"))
 _HEIGHT = "position_data.z"
 _MOVED = 1e-3
-"""Change of a command that is a step [m/s or rad/s]."""
+"""Least change of a command that counts as a step [m/s or rad/s]."""
 _LIFTED = 0.1
-"""Height above where it stood, with which it has taken off [m]."""
+"""Height above its initial position at which a drone has taken off [m]."""
 FARTHEST = 1e5
-"""Shift of a log's time [s]."""
+"""Largest shift of a log's time [s]."""
 
 
 class Overlay:
     """A log over the charts' own source: its series, shifted in time.
 
     Args:
-        name: in legends.
-        log: its series, by the log's times.
+        name: name in legends.
+        log: its series, with the log's times.
 
     Attributes:
         name: in legends.
-        shift: added to its times [s].
+        shift: value added to its times [s].
     """
 
     def __init__(self, name: str, log: SeriesSource) -> None:
@@ -42,7 +42,7 @@ class Overlay:
         self._source: SeriesSource = log
 
     def derive(self, derived: Sequence[Derived]) -> None:
-        """Have these derived signals, too."""
+        """Add derived signals."""
         self._source = WithDerived(self._log, derived)
 
     @property
@@ -54,16 +54,16 @@ class Overlay:
         """Return shifted times [s] and values of a signal from a time on (N).
 
         Raises:
-            WorkbenchError: if there is no such signal, or it cannot be worked out.
+            WorkbenchError: if there is no such signal, or it cannot be computed.
         """
         time, values = self._source.series(name, since - self.shift)
         return time + self.shift, values
 
     def align(self, to: SeriesSource) -> None:
-        """Shift it so that its first step of a command, or its take-off, is that of another.
+        """Shift it so that its first step of a command, or its take-off, coincides with another's.
 
         Raises:
-            WorkbenchError: if they have neither in common.
+            WorkbenchError: if they share neither.
         """
         for first in (_first_step, _first_take_off):
             own, other = first(self._log), first(to)
@@ -76,7 +76,7 @@ class Overlay:
 
 
 def _first_step(source: SeriesSource) -> float:
-    """Return when a command changes first [s]; NaN if none does."""
+    """Return the time of the first change of a command [s]; NaN without one."""
     return min((_first_change(source, name, _MOVED) for name in _COMMANDS), key=_late)
 
 
@@ -89,7 +89,7 @@ def _late(time: float) -> float:
 
 
 def _first_change(source: SeriesSource, name: str, by: float) -> float:
-    """Return when a signal is first so far from where it began [s]; NaN if it never is."""
+    """Return when a signal first differs from its start by an amount [s]; NaN if it never does."""
     if name not in source.units:
         return np.nan
     time, values = source.series(name, -np.inf)
@@ -98,16 +98,16 @@ def _first_change(source: SeriesSource, name: str, by: float) -> float:
 
 
 class OverlayBar(QWidget):
-    """A line for each log over the charts: its name, its shift, and how to take it away.
+    """A line for each log over the charts: its name, its shift, and a button to remove it.
 
     Args:
         parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()
-    """Other logs, or other shifts."""
+    """The logs, or their shifts, have changed."""
     align_wanted = pyqtSignal(object)
-    """An `Overlay` that is to begin when the charts' own source does."""
+    """An `Overlay` to align with the charts' own source."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -117,11 +117,11 @@ class OverlayBar(QWidget):
 
     @property
     def overlays(self) -> tuple[Overlay, ...]:
-        """The logs, in the order they were opened."""
+        """The logs, in the order of opening."""
         return tuple(self._rows)
 
     def add(self, overlay: Overlay) -> None:
-        """Lay another log over the charts."""
+        """Add a log over the charts."""
         widget = QWidget()
         line = hbox(of=widget, margins=NO_MARGINS)
         name = QLabel(f"over it  {overlay.name}")

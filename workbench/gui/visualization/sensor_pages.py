@@ -1,4 +1,4 @@
-"""The pages of sensors with pictures: the depth camera and the cloud of the lidar."""
+"""The pages of the depth camera and of the lidar's cloud."""
 
 import dataclasses
 import math
@@ -49,7 +49,7 @@ TOO_NEAR = 0xFF000000
 BEYOND = 0xFF8A8F98
 
 EVERY = 0.1
-"""Between two pictures that are asked for [s]."""
+"""Least period between requests for pictures [s]."""
 NO_CAMERA = (
     "No depth camera measures in this flight. Open the scenario “all-sensors”, or list "
     "depth_camera under sensors in the scenario; it needs a model with a camera."
@@ -62,7 +62,7 @@ Scale = tuple[float, float]
 
 
 def scale_of(depth: np.ndarray) -> Scale:
-    """Return round ends around the depths that were measured."""
+    """Return round ends around the measured depths."""
     finite = depth[np.isfinite(depth)]
     if len(finite) == 0:
         return (0.0, 1.0)
@@ -72,7 +72,7 @@ def scale_of(depth: np.ndarray) -> Scale:
 
 
 def depth_colours(depth: np.ndarray, scale: Scale, table: np.ndarray) -> np.ndarray:
-    """Return a depth image as colours 0xffrrggbb: grey beyond range, black where too near."""
+    """Return a depth image as colours 0xffrrggbb: grey beyond the range, black below it."""
     colours = colours_of(np.where(np.isfinite(depth), depth, scale[0]), *scale, table)
     colours[np.isposinf(depth) | np.isnan(depth)] = BEYOND
     colours[np.isneginf(depth)] = TOO_NEAR
@@ -80,7 +80,7 @@ def depth_colours(depth: np.ndarray, scale: Scale, table: np.ndarray) -> np.ndar
 
 
 def depth_text(depth: float) -> str:
-    """Return what a pixel says."""
+    """Return a pixel's value as text."""
     if math.isnan(depth):
         return "no measurement"
     if math.isinf(depth):
@@ -89,11 +89,11 @@ def depth_text(depth: float) -> str:
 
 
 class ScaleBar(QWidget):
-    """Shows which colour is how far.
+    """Shows which colour stands for which distance.
 
     Args:
-        look: colours.
-        table: from near to far.
+        look: source of colours.
+        table: colours from near to far.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -123,13 +123,13 @@ class PictureView(QWidget):
     """Shows a picture.
 
     Args:
-        look: colours.
-        name: of the picture.
+        look: source of colours.
+        name: name of the picture.
         parent: the Qt parent; this object is deleted with it.
     """
 
     pointed = pyqtSignal(object)
-    """Column and row of the pixel under the mouse, None where there is none."""
+    """Column and row of the pixel under the mouse, None without one."""
 
     def __init__(self, look: Look, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -148,12 +148,12 @@ class PictureView(QWidget):
         self.update()
 
     def show_hint(self, hint: str) -> None:
-        """Say why there is no picture."""
+        """Show why there is no picture."""
         self._image, self._hint = QImage(), hint
         self.update()
 
     def box(self) -> QRectF:
-        """Return where the picture is."""
+        """Return the area of the picture."""
         if self._image.isNull():
             return QRectF()
         scale = min(self.width() / self._image.width(), self.height() / self._image.height())
@@ -172,7 +172,7 @@ class PictureView(QWidget):
             painter.drawImage(self.box(), self._image)
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Tell the pixel."""
+        """Report the pixel."""
         box = self.box()
         if event is None or not box.contains(event.position()):
             self.pointed.emit(None)
@@ -183,12 +183,12 @@ class PictureView(QWidget):
         self.pointed.emit((column, row))
 
     def leaveEvent(self, event: QEvent | None) -> None:
-        """The mouse is elsewhere."""
+        """Report that the mouse has left."""
         self.pointed.emit(None)
 
 
 class CameraPage(QWidget):
-    """Depth and colour, asked for only while they are seen.
+    """Depth and colour images, requested only while visible.
 
     Args:
         workspace: flight and colours.
@@ -215,7 +215,7 @@ class CameraPage(QWidget):
         self.show_hint(NO_CAMERA)
 
     def begin(self, view: LiveView) -> None:
-        """Forget the pictures: a flight begins."""
+        """Clear the pictures: a flight begins."""
         self._newest, self._waits, self._asked = None, False, -np.inf
         has_camera = view.snapshot is not None and any(
             each.kind == KIND for each in view.snapshot.sensors
@@ -223,7 +223,7 @@ class CameraPage(QWidget):
         self.show_hint("Waiting for the first picture" if has_camera else NO_CAMERA)
 
     def refresh(self, view: LiveView) -> None:
-        """Ask for the next picture, if it is time for one and a camera measures."""
+        """Request the next picture if one is due and a camera is active."""
         snapshot = view.snapshot
         if snapshot is None or not any(each.kind == KIND for each in snapshot.sensors):
             return
@@ -234,7 +234,7 @@ class CameraPage(QWidget):
         self._flight.order(lambda live: live.reading(KIND), self.show_reading, self._refuse)
 
     def show_reading(self, reading: object) -> None:
-        """Show a picture; nothing is painted where it is the same."""
+        """Show a picture; nothing is painted if it is unchanged."""
         self._waits = False
         same = self._newest is not None and isinstance(reading, DepthImage)
         if not isinstance(reading, DepthImage) or (
@@ -254,18 +254,18 @@ class CameraPage(QWidget):
         self._show_pixel()
 
     def show_hint(self, hint: str) -> None:
-        """Say why there are no pictures."""
+        """Show why there are no pictures."""
         self.depth_view.show_hint(hint)
         self.colour_view.show_hint("")
         self.said.setText("")
         self.under.setText("")
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Set the pictures side by side, or one over the other."""
+        """Arrange the pictures side by side, or one above the other."""
         wide = self.width() > 1.6 * self.height()
         across, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
         self._beside.setDirection(across if wide else down)
-        self._pad.setVisible(not wide)  # so that the pictures stand one over the other
+        self._pad.setVisible(not wide)  # so that the pictures can be one above the other
         half = (self.width() - self.scale.width()) // 2 if wide else self.height()
         self._beside.setStretch(0, half + (self.scale.width() if wide else 0))
         self._beside.setStretch(1, half)
@@ -310,11 +310,11 @@ class CameraPage(QWidget):
 
 
 TURN = math.radians(10.0)
-"""By one key."""
+"""Rotation per key press [rad]."""
 POINTS = 500.0
-"""That would fill the width side by side, where there is much room."""
+"""Number of points that would fill the width side by side, if there is much room."""
 NEAREST, FARTHEST = 2.0, 200.0
-"""Widths that can be seen [m]."""
+"""Smallest and largest visible width [m]."""
 NO_LIDAR = (
     "No lidar measures in this flight. Open a scenario with one, such as “network” or "
     "“all-sensors”, or list lidar under sensors in the scenario."
@@ -332,12 +332,12 @@ def paint_points(
     """Return a picture 0xffrrggbb (height, width) of projected points, the nearest on top.
 
     Args:
-        seen: pixels right and down, and distance away (n, 3).
-        colours: of the points (n).
-        ground: colour behind them.
-        width: of the picture [pixels].
-        height: of it.
-        size: of a point [pixels].
+        seen: pixels right and down, and distance (n, 3).
+        colours: colours of the points (n).
+        ground: background colour.
+        width: width of the picture [pixels].
+        height: height of the picture [pixels].
+        size: size of a point [pixels].
     """
     picture = np.full((height, width), ground, dtype=np.uint32)
     order = np.argsort(-seen[:, 2])
@@ -351,17 +351,18 @@ def paint_points(
 
 
 class CloudView(QWidget):
-    """Shows points about the drone, which is in the middle.
+    """Shows points around the drone, which is in the centre.
 
-    Drag, or arrows: turn. Wheel, or + and -: nearer. T, S, P: from the top, the side, slanted.
+    Drag, or arrow keys: rotate. Wheel, or + and -: zoom. T, S, P: view from the top, the side, or
+    obliquely.
 
     Args:
-        look: colours.
+        look: source of colours.
         parent: the Qt parent; this object is deleted with it.
     """
 
     turned = pyqtSignal()
-    """It is seen from somewhere else."""
+    """The viewpoint has changed."""
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -385,31 +386,31 @@ class CloudView(QWidget):
     def show_points(
         self, points: np.ndarray, values: np.ndarray, name: str, heading: float
     ) -> None:
-        """Show points about the drone.
+        """Show points around the drone.
 
         Args:
-            points: from the drone (n, 3) [m].
-            values: that colours stand for (n).
-            name: of these, with unit.
-            heading: of the drone in the frame of the points [rad].
+            points: positions relative to the drone (n, 3) [m].
+            values: values for the colours (n).
+            name: name of the values, with unit.
+            heading: heading of the drone in the frame of the points [rad].
         """
         self._points, self._values, self._name, self._heading = points, values, name, heading
         self._hint = ""
         if len(values):
             low, high = np.percentile(values, (1.0, 99.0))
             step = round_step(max(high - low, 0.5), 8)
-            # whole steps, so that the colours do not flicker from scan to scan
+            # whole steps, so that the colours do not flicker between scans
             self._ends = step * math.floor(low / step), step * math.ceil(high / step)
         self.update()
 
     def show_hint(self, hint: str) -> None:
-        """Say why there are no points."""
+        """Show why there are no points."""
         if hint != self._hint:
             self._points, self._values, self._hint = np.zeros((0, 3)), np.zeros(0), hint
             self.update()
 
     def look_from(self, viewpoint: Viewpoint) -> None:
-        """Look from somewhere else."""
+        """Change the viewpoint."""
         width = min(max(viewpoint.width, NEAREST), FARTHEST)
         tilt = min(max(viewpoint.tilt, -math.pi / 2), math.pi / 2)
         self.viewpoint = dataclasses.replace(viewpoint, width=width, tilt=tilt)
@@ -436,29 +437,29 @@ class CloudView(QWidget):
             painter.drawRect(self.rect().adjusted(1, 1, -1, -1))
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Begin to turn."""
+        """Start rotating."""
         if event is not None and event.button() == Qt.MouseButton.LeftButton:
             self._dragged = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
-        """Turn."""
+        """Rotate."""
         if event is not None and self._dragged is not None:
             way = event.position() - self._dragged
             self._dragged = event.position()
             self._turn(-way.x() * 0.008, way.y() * 0.008)
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
-        """Turn no more."""
+        """Stop rotating."""
         self._dragged = None
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Come nearer."""
+        """Zoom."""
         if event is not None:
             self._zoom(0.85 ** (event.angleDelta().y() / 120.0))
             event.accept()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Turn by keys."""
+        """Rotate by keys."""
         turns = {
             Qt.Key.Key_Left: (TURN, 0.0),
             Qt.Key.Key_Right: (-TURN, 0.0),
@@ -478,11 +479,11 @@ class CloudView(QWidget):
             super().keyPressEvent(event)
 
     def focusInEvent(self, event: QFocusEvent | None) -> None:
-        """Show that keys go here."""
+        """Show the keyboard focus."""
         self.update()
 
     def focusOutEvent(self, event: QFocusEvent | None) -> None:
-        """Keys go elsewhere."""
+        """Hide the keyboard focus."""
         self.update()
 
     def _turn(self, turn: float, tilt: float) -> None:
@@ -493,11 +494,11 @@ class CloudView(QWidget):
         self.look_from(dataclasses.replace(self.viewpoint, width=self.viewpoint.width * factor))
 
     def _table(self) -> np.ndarray:
-        # the end that is near the ground's own brightness is left out
+        # leaves out the end close to the background's brightness
         return colour_table(0.2, 1.0) if self._look.is_dark else colour_table(0.0, 0.82)
 
     def _picture(self) -> QImage:
-        """Return the picture of the points at the pixels of the screen."""
+        """Return the picture of the points in screen pixels."""
         ratio = self.devicePixelRatioF()
         width, height = max(1, int(self.width() * ratio)), max(1, int(self.height() * ratio))
         ground = self._look.colour("field").rgb() & 0xFFFFFFFF
@@ -537,7 +538,7 @@ class CloudView(QWidget):
 
 
 class CloudPage(QWidget):
-    """Newest cloud, with choices of view, frame and colours.
+    """The newest cloud, with choices of view, frame and colours.
 
     Args:
         workspace: signals and colours.
@@ -564,14 +565,14 @@ class CloudPage(QWidget):
         self.view.show_hint(NO_LIDAR)
 
     def begin(self, topics: tuple[Topic, ...]) -> None:
-        """Show the cloud of a flight that begins."""
+        """Show the cloud of a new flight."""
         self._rays = find_rays(topics)
         self._stamp = None
         self.said.setText("")
         self.view.show_hint("Waiting for the first scan" if self._rays is not None else NO_LIDAR)
 
     def refresh(self, now: float) -> None:
-        """Show the newest cloud, if it is another one."""
+        """Show the newest cloud, if it has changed."""
         if self._rays is None:
             return
         newest = self._signals.newest("lidar_cloud")

@@ -1,4 +1,4 @@
-"""All signals by topic, with what is known of each."""
+"""All signals by topic, with their descriptions."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -47,10 +47,10 @@ _ROTORS = "rotors"
 
 
 def signal_label(name: str) -> str:
-    """Return a signal's name within its topic as charts show it.
+    """Return a signal's name within its topic, as charts show it.
 
-    Indices count from 0; rotors are counted from 1, as parameters and the Home screen do, and
-    the components of a vector are x, y and z, those of a quaternion w, x, y and z.
+    Indices count from 0, but rotors count from 1, as in parameters and on the Home screen. The
+    components of a vector are x, y and z, those of a quaternion w, x, y and z.
 
     Args:
         name: TOPIC.FIELD, or TOPIC.FIELD.INDEX.
@@ -72,8 +72,8 @@ class SignalInfo:
     Attributes:
         name: TOPIC.FIELD.
         label: its name within the topic, as charts show it.
-        unit: SI.
-        help: what is known besides.
+        unit: SI unit.
+        help: its description.
     """
 
     name: str
@@ -87,9 +87,9 @@ class SignalGroup:
     """The signals of a topic.
 
     Attributes:
-        topic: its name.
-        title: in words.
-        signals: in the order of the topic.
+        topic: name of the topic.
+        title: name in words.
+        signals: signals in the order of the topic.
     """
 
     topic: str
@@ -102,7 +102,7 @@ def make_catalog(units: Mapping[str, str], topics: Iterable[Topic]) -> tuple[Sig
 
     Args:
         units: SI unit of every signal, by name.
-        topics: that are known; others may have signals, too.
+        topics: known topics; signals may belong to others, too.
     """
     known = _helps(topics) | {each.name: each.help for each in DERIVED}
     groups: dict[str, list[SignalInfo]] = {}
@@ -123,7 +123,7 @@ def _rank(topic: str) -> tuple[int, str]:
 
 
 def _helps(topics: Iterable[Topic]) -> dict[str, str]:
-    """Return what topics say of their fields, by TOPIC.FIELD."""
+    """Return the topics' descriptions of their fields, by TOPIC.FIELD."""
     helps = {}
     for topic in topics:
         short = topic.name.removeprefix(PREFIX)

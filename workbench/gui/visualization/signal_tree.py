@@ -1,4 +1,4 @@
-"""The list of all signals: searched, dragged onto charts, or chosen by Enter."""
+"""The list of all signals: for searching, dragging onto charts, or selecting by Enter."""
 
 from collections.abc import Iterable, Sequence
 
@@ -11,15 +11,15 @@ from workbench.gui.visualization.derived_signals import OWN_TOPIC
 from workbench.gui.visualization.signal_catalog import SignalGroup
 
 MIME = "application/x-workbench-signal"
-"""Kind of what is dragged: names of signals, a line each."""
+"""MIME type of dragged data: names of signals, one per line."""
 NAME = Qt.ItemDataRole.UserRole.value + 1
 
 
 class SignalModel(QStandardItemModel):
-    """Topics, and below each its signals with their units."""
+    """Topics, each with its signals and their units."""
 
     def mimeTypes(self) -> list[str]:
-        """Return what is dragged."""
+        """Return the type of dragged data."""
         return [MIME]
 
     def mimeData(self, indexes: Iterable[QModelIndex]) -> QMimeData:
@@ -30,7 +30,7 @@ class SignalModel(QStandardItemModel):
         return data
 
     def show_groups(self, groups: Sequence[SignalGroup]) -> None:
-        """Show these."""
+        """Show groups of signals."""
         self.clear()
         self.setHorizontalHeaderLabels(["Signal", "Unit"])
         for group in groups:
@@ -55,20 +55,20 @@ class SignalModel(QStandardItemModel):
 
 
 class SignalView(QTreeView):
-    """The tree; Enter and double click choose a signal."""
+    """The tree; Enter and double click select a signal."""
 
     chosen = pyqtSignal(str)
-    """Name of a signal that is to be shown."""
+    """Name of a selected signal."""
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Choose by Enter."""
+        """Select by Enter."""
         if event is not None and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.choose(self.currentIndex())
         else:
             super().keyPressEvent(event)
 
     def choose(self, index: QModelIndex) -> None:
-        """Choose what is at an index; a topic opens or closes."""
+        """Select the signal at an index; a topic is opened or closed."""
         name = index.data(NAME)
         if name:
             self.chosen.emit(str(name))
@@ -84,13 +84,13 @@ class SignalTree(QWidget):
     """
 
     chosen = pyqtSignal(str)
-    """Name of a signal that is to be added to the chart in use."""
+    """Name of a signal to add to the selected chart."""
     chosen_apart = pyqtSignal(str)
-    """Name of a signal that is to have a chart of its own."""
+    """Name of a signal that should get its own chart."""
     edit_wanted = pyqtSignal(str)
-    """Name of a derived signal of the user's own that is to be changed."""
+    """Name of one of the user's derived signals that should be changed."""
     removal_wanted = pyqtSignal(str)
-    """Name of one that is to go."""
+    """Name of one that should be removed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -128,7 +128,7 @@ class SignalTree(QWidget):
         self.view.customContextMenuRequested.connect(self._open_menu)
 
     def show_groups(self, groups: tuple[SignalGroup, ...]) -> None:
-        """Show signals; nothing is done where they are the same."""
+        """Show signals; does nothing if they are unchanged."""
         if groups == self._groups:
             return
         self._groups = groups
@@ -142,11 +142,11 @@ class SignalTree(QWidget):
         self._filter(self.search.text())
 
     def set_target(self, title: str) -> None:
-        """Say to which chart a signal is added."""
+        """Show the chart to which signals are added."""
         self.target.setText(f"Enter, or a double click, adds to “{title}”. Or drag onto a chart.")
 
     def names(self) -> list[str]:
-        """Return the names that are found."""
+        """Return the names that match the search."""
         found = []
         for row in range(self._proxy.rowCount()):
             top = self._proxy.index(row, 0)
@@ -155,7 +155,7 @@ class SignalTree(QWidget):
         return found
 
     def _filter(self, text: str) -> None:
-        """Show what has all words, in whatever order, in its name, its topic or its unit."""
+        """Show signals with all words, in any order, in their name, topic or unit."""
         self._proxy.setFilterRole(Qt.ItemDataRole.ToolTipRole)
         words = "".join(f"(?=.*{_escaped(word)})" for word in text.split())
         self._proxy.setFilterRegularExpression(f"(?i)^{words}" if words else "")

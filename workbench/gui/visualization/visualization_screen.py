@@ -54,12 +54,12 @@ from workbench.link.topics import PREFIX, Topic
 from workbench.live.view import LiveView
 
 EVERY = 0.1
-"""Digits that change faster cannot be read [s]."""
+"""Digits that change faster are illegible [s]."""
 HEADS = ("Frame", "x", "y", "z", "Roll", "Pitch", "Yaw", "x in W", "y in W", "z in W")
 
 
 class FramesPage(QWidget):
-    """Tree of frames.
+    """The tree of frames.
 
     Args:
         workspace: signals and units.
@@ -97,7 +97,7 @@ class FramesPage(QWidget):
         workspace.preferences.changed.connect(self._on_preference)
 
     def begin(self, topics: tuple[Topic, ...]) -> None:
-        """Show the frames of a flight that begins."""
+        """Show the frames of a new flight."""
         topic = next((each for each in topics if each.name == f"{PREFIX}frames"), None)
         self._pairs = frame_pairs(topic.about) if topic is not None else ()
         self._items.clear()
@@ -164,7 +164,7 @@ class FramesPage(QWidget):
                 head.setToolTip(column, f"{name} in the parent frame")
 
     def _filter(self, text: str) -> None:
-        """Hide what has not the text in its name, nor anything below it."""
+        """Hide frames without the text in their own name or in one below them."""
         wanted = text.lower()
         for item in self._items.values():
             item.setHidden(not _has(item, wanted))
@@ -181,26 +181,26 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 STEP = 0.1
 """Time of a single step [s]."""
 PERIOD = 16
-"""Between two pictures while it plays [ms]."""
+"""Period between pictures while it plays [ms]."""
 SPEC_FILES = "Specs (*.yaml *.yml)"
 PARTS = 100
-"""Of a second that the slider tells apart."""
+"""Number of the slider's steps per second."""
 
 
 class LogClock:
-    """A time within a log that runs, stands, or is moved.
+    """A time within a log that plays, is paused, or is moved.
 
     Args:
         begin: time of the log's first sample [s].
-        end: of its last one [s].
+        end: time of its last sample [s].
 
     Attributes:
         begin: time of the log's first sample [s].
         end: of its last one [s].
-        time: that is shown [s].
-        speed: seconds of the log in a second.
-        plays: whether it runs.
-        loops: whether it begins again at the end.
+        time: shown time [s].
+        speed: seconds of the log per second.
+        plays: whether it plays.
+        loops: whether it restarts at the end.
     """
 
     def __init__(self, begin: float, end: float) -> None:
@@ -211,26 +211,26 @@ class LogClock:
         self.loops = False
 
     def play(self) -> None:
-        """Run; from the start if it stands at the end."""
+        """Play; from the start if it is at the end."""
         if self.time >= self.end:
             self.time = self.begin
         self.plays = True
 
     def pause(self) -> None:
-        """Stand."""
+        """Pause."""
         self.plays = False
 
     def go_to(self, time: float) -> None:
-        """Show a time [s]."""
+        """Go to a time [s]."""
         self.time = min(max(time, self.begin), self.end)
 
     def step(self, steps: int) -> None:
-        """Stand, and show a time some steps later."""
+        """Pause, and move by some steps."""
         self.pause()
         self.go_to(self.time + STEP * steps)
 
     def advance(self, passed: float) -> None:
-        """Let a wall time pass [s]."""
+        """Advance by a wall time [s]."""
         if not self.plays:
             return
         self.time += self.speed * passed
@@ -251,13 +251,13 @@ class LogBar(QFrame):
     """
 
     moved = pyqtSignal(float)
-    """The time that is to be shown [s]."""
+    """The time to show [s]."""
     whole_wanted = pyqtSignal(float, float)
-    """All of the log is to be seen, from a time to another [s]."""
+    """The whole log should be visible, between two times [s]."""
     live_wanted = pyqtSignal()
-    """The log is no longer wanted."""
+    """The log should be closed."""
     what_if_wanted = pyqtSignal()
-    """The log is to be flown again with other gains."""
+    """The log should be flown again with other gains."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -292,7 +292,7 @@ class LogBar(QFrame):
         self._connect()
 
     def show_log(self, contents: LogContents) -> None:
-        """Show a log that was read, at its end."""
+        """Show a new log, at its end."""
         self.clock = LogClock(contents.begin, contents.end)
         self.clock.speed = SPEEDS[self.speed.currentIndex()]
         self.clock.loops = self.loop.isChecked()
@@ -300,13 +300,13 @@ class LogBar(QFrame):
         self.name.setToolTip(f"{contents.path}, vehicle {contents.vehicle}")
         self.remark.setText(contents.remark)
         self.remark.setVisible(bool(contents.remark))
-        with QSignalBlocker(self.slider):  # a range that leaves its value out moves it
+        with QSignalBlocker(self.slider):  # setting a range without its value changes the value
             self.slider.setRange(round(contents.begin * PARTS), round(contents.end * PARTS))
         self.slider.setAccessibleDescription(f"{contents.begin:.2f} to {contents.end:.2f} s")
         self._show()
 
     def stop(self) -> None:
-        """Play no more."""
+        """Stop playing."""
         self.clock.pause()
         self._timer.stop()
         self._show()
@@ -344,7 +344,7 @@ class LogBar(QFrame):
         self.clock.loops = loops
 
     def _show(self) -> None:
-        """Show the clock, without an echo from the slider."""
+        """Show the clock, without a signal from the slider."""
         self.slider.blockSignals(True)
         self.slider.setValue(round(self.clock.time * PARTS))
         self.slider.blockSignals(False)
@@ -397,7 +397,7 @@ class LogBar(QFrame):
 
 
 class EventsPage(QWidget):
-    """Table of events, the newest below.
+    """Table of events, the newest at the bottom.
 
     Args:
         workspace: colours.
@@ -431,13 +431,13 @@ class EventsPage(QWidget):
         vbox(self.hint, (self.table, 1), of=self, margins=(0, 8, 0, 0))
 
     def begin(self, topics: Sequence[Topic]) -> None:
-        """Forget all: a flight begins."""
+        """Clear all: a flight begins."""
         self._list.begin(topics)
         self.table.setRowCount(0)
         self.hint.show()
 
     def add(self, published: Sequence[Published]) -> None:
-        """Show the events of what was published."""
+        """Show the events in published data."""
         found = self._list.add(published)
         if not found:
             return
@@ -450,7 +450,7 @@ class EventsPage(QWidget):
         self._follow()
 
     def showEvent(self, event: QShowEvent | None) -> None:
-        """Scroll to the newest: while the page is hidden that would lay out all rows."""
+        """Scroll to the newest: on a hidden page that would lay out all rows."""
         super().showEvent(event)
         self._follow()
 
@@ -460,7 +460,7 @@ class EventsPage(QWidget):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What is shown."""
+        """The shown events."""
         return tuple(self._list.events)
 
     def _append(self, event: Event) -> None:
@@ -477,21 +477,21 @@ class EventsPage(QWidget):
 
 
 class LogReader(QObject):
-    """One log at a time; a newer one ends the reading of an older one."""
+    """Reads one log at a time; a newer one ends the reading of an older one."""
 
     progressed = pyqtSignal(float)
-    """Share that is read, 0 .. 1."""
+    """Share of the log that is read, 0 .. 1."""
     ready = pyqtSignal(object)
     """The `LogContents`."""
     refused = pyqtSignal(str)
-    """Why it cannot be read, a sentence."""
+    """Why it cannot be read, as a sentence."""
     _heard = pyqtSignal(int, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._number = 0
         self._process: WorkerProcess | None = None
-        queued = Qt.ConnectionType.QueuedConnection  # from a thread of the process's
+        queued = Qt.ConnectionType.QueuedConnection  # called in a thread of the process object
         self._heard.connect(self._deliver, queued)  # type: ignore[call-arg]
 
     @property
@@ -500,7 +500,7 @@ class LogReader(QObject):
         return self._process is not None
 
     def read(self, path: Path) -> None:
-        """Begin to read a log; nothing waits."""
+        """Start reading a log, without blocking."""
         self.close()
         heard = partial(self._heard.emit, self._number)
         module = "workbench.gui.visualization.log_worker"
@@ -513,7 +513,7 @@ class LogReader(QObject):
         process.ask(lambda: path).add_done_callback(heard)
 
     def close(self) -> None:
-        """Read no further; nothing is left of it."""
+        """Stop reading and release everything."""
         process, self._process = self._process, None
         self._number += 1
         if process is not None:
@@ -521,7 +521,7 @@ class LogReader(QObject):
 
     def _deliver(self, number: int, message: "float | Future[Any]") -> None:
         if number != self._number:
-            return  # of a log that is no longer wanted
+            return  # of a log that is no longer requested
         if isinstance(message, float):
             self.progressed.emit(message)
             return
@@ -536,7 +536,7 @@ class VisualizationScreen(Screen):
     """Charts of any signals, lidar, camera, frames and events; and logs.
 
     Args:
-        workspace: what all screens share.
+        workspace: services that all screens share.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
@@ -545,7 +545,7 @@ class VisualizationScreen(Screen):
         camera: page of the depth camera.
         frames: page of frames.
         events: page of events.
-        log_bar: seen while a log is shown.
+        log_bar: visible while a log is shown.
     """
 
     title = "Visualization"
@@ -615,7 +615,7 @@ class VisualizationScreen(Screen):
 
     @property
     def shows_log(self) -> bool:
-        """Whether the charts are of a log, and not of the flight."""
+        """Whether the charts show a log instead of the flight."""
         return not self.log_bar.isHidden()
 
     @property
@@ -624,20 +624,20 @@ class VisualizationScreen(Screen):
         return any(reader.is_reading for reader in self._readers)
 
     def open_log(self, path: Path) -> None:
-        """Read a log and show it; what is wrong with it is told."""
+        """Read a log and show it; errors become notices."""
         self._read(path, self._reader)
 
     def open_layout(self, path: Path) -> None:
-        """Show the charts of a layout's file; what is wrong with it is told."""
+        """Show the charts of a layout file; errors become notices."""
         self.tabs.setCurrentWidget(self.charts)
         self.charts.open_layout(path)
 
     def open_spec(self, path: Path) -> None:
-        """Draw the limits of a spec on the curves that they judge; what is wrong is told."""
+        """Draw the limits of a spec on the curves that they apply to; errors become notices."""
         self._read(path, self._spec_reader)
 
     def open_overlay(self, path: Path) -> None:
-        """Read a log and draw it over what the charts show; what is wrong with it is told."""
+        """Read a log and draw it over the charts; errors become notices."""
         self._read(path, self._overlay_reader)
 
     def close_log(self) -> None:
@@ -650,7 +650,7 @@ class VisualizationScreen(Screen):
         self.charts.refresh(self.workspace.signals.now)
 
     def begin(self, view: LiveView) -> None:
-        """Show a flight that has begun."""
+        """Show a new flight."""
         self.charts.begin(view.topics)
         self.cloud.begin(view.topics)
         self.camera.begin(view)
@@ -658,7 +658,7 @@ class VisualizationScreen(Screen):
         self.events.begin(view.topics)
 
     def show_view(self, view: LiveView) -> None:
-        """Show the present on the page that is seen."""
+        """Show the view on the visible page."""
         now = self.workspace.signals.now
         page = self.tabs.currentWidget()
         if page is self.charts:
@@ -672,11 +672,11 @@ class VisualizationScreen(Screen):
             self.frames.refresh(now)
 
     def release(self) -> None:
-        """Let a log stand."""
+        """Pause a log."""
         self.log_bar.stop()
 
     def close_screen(self) -> None:
-        """End what reads logs."""
+        """End the process that reads logs."""
         self.log_bar.stop()
         self._close_readers()
 
@@ -689,7 +689,7 @@ class VisualizationScreen(Screen):
             reader.close()
 
     def _ask(self, title: str, opens: Callable[[Path], None]) -> None:
-        """Ask for a log; nothing waits for the answer."""
+        """Request a log, without blocking."""
         folder = str(log_folder(self.workspace.preferences))
         kinds = SPEC_FILES if opens == self.open_spec else LOG_FILES
         dialog = QFileDialog(self, title, folder, f"{kinds};;All files (*)")
