@@ -236,7 +236,7 @@ MUTATIONS = (
     # sensors and battery
     Mutation(
         "IMU: gravity the wrong way",
-        f"{SYSTEMS}/sensors/imu.py",
+        f"{SYSTEMS}/sensors/noisy_sensor.py",
         "force_W[2] += GRAVITY",
         "force_W[2] -= GRAVITY",
         ("tests/systems/sensors/test_imu.py",),
@@ -271,7 +271,7 @@ MUTATIONS = (
     ),
     Mutation(
         "magnetometer: turned the wrong way",
-        f"{SYSTEMS}/sensors/magnetometer.py",
+        f"{SYSTEMS}/sensors/noisy_sensor.py",
         "field = (R_WB @ self._R_BS).T @ self._field_W",
         "field = (R_WB @ self._R_BS) @ self._field_W",
         ("tests/systems/sensors/test_magnetometer.py",),

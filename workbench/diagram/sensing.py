@@ -1,7 +1,7 @@
 """The sensors in the diagram: wires them to plant, scene and noise, and reads them.
 
-The code of a sensor kind is imported when the first sensor of it is added: rays need embree and,
-for meshes, trimesh and scipy, which take longer to import than Drake.
+The code of lidars and cameras is imported when the first one is added: rays need embree and, for
+meshes, trimesh and scipy, which take longer to import than Drake.
 """
 
 from collections.abc import Collection, Sequence
@@ -35,26 +35,23 @@ from workbench.systems.noise import (
     noise_seed,
     seed_noise,
 )
+from workbench.systems.sensors import noisy_sensor
+from workbench.systems.sensors.barometer import Barometer as BarometerSystem
 from workbench.systems.sensors.readings import Reading
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.sensors.samples import Samples, SampleTable, ScanStack
 
 if TYPE_CHECKING:
     from workbench.systems.casting.caster import Caster
-    from workbench.systems.sensors.barometer import Barometer as BarometerSystem
     from workbench.systems.sensors.depth_camera import DepthCameraSystem
-    from workbench.systems.sensors.gps import Gps as GpsSystem
-    from workbench.systems.sensors.imu import Imu as ImuSystem
     from workbench.systems.sensors.lidar import Lidar as LidarSystem
-    from workbench.systems.sensors.magnetometer import Magnetometer as MagnetometerSystem
-    from workbench.systems.sensors.range_finder import RangeFinder as RangeFinderSystem
 
     SensorSystem = (
-        ImuSystem
-        | GpsSystem
+        noisy_sensor.Imu
+        | noisy_sensor.Gps
         | BarometerSystem
-        | MagnetometerSystem
-        | RangeFinderSystem
+        | noisy_sensor.Magnetometer
+        | noisy_sensor.RangeFinder
         | LidarSystem
         | DepthCameraSystem
     )
@@ -105,13 +102,10 @@ class Mounted:
 
     def samples(self, rows: np.ndarray) -> Samples:
         """Return what it delivered, in rows of its log, see `kept_rows`."""
-        # What is logged is loaded; see above.
-        from workbench.systems.sensors import barometer, gps, imu, magnetometer, range_finder
         from workbench.systems.sensors.lidar import Lidar as LidarSystem
 
         name, system = self.choice.sensor.name, self.system
         stamps, values = rows[:, 0], rows[:, 1:]
-        columns: tuple[str, ...]
         match system:
             case LidarSystem():
                 pattern = system.pattern
@@ -128,19 +122,10 @@ class Mounted:
                     q_WS=q_WS,
                     latency=system.latency,
                 )
-            case imu.Imu():
-                columns = imu.COLUMNS
-            case gps.Gps():
-                columns = gps.COLUMNS
-            case barometer.Barometer():
-                columns = barometer.COLUMNS
-            case magnetometer.Magnetometer():
-                columns = magnetometer.COLUMNS
-            case range_finder.RangeFinder():
-                columns = range_finder.COLUMNS
+            case noisy_sensor.NoisySensor():
+                return SampleTable(name, system.columns, stamps, values, system.latency)
             case _:
                 assert_never(system)
-        return SampleTable(name, columns, stamps, values, system.latency)
 
 
 @dataclass(frozen=True)
@@ -257,16 +242,10 @@ class _Mount:
         system: SensorSystem
         match sensor:
             case Imu():
-                from workbench.systems.sensors.imu import Imu as ImuSystem
-
-                system = ImuSystem(sensor=sensor, **timing)
+                system = noisy_sensor.Imu(sensor=sensor, **timing)
             case Gps():
-                from workbench.systems.sensors.gps import Gps as GpsSystem
-
-                system = GpsSystem(sensor=sensor, home=self.home, **timing)
+                system = noisy_sensor.Gps(sensor=sensor, home=self.home, **timing)
             case Barometer():
-                from workbench.systems.sensors.barometer import Barometer as BarometerSystem
-
                 dynamics, plant = self.airframe.dynamics, self.airframe.plant
                 system = BarometerSystem(
                     sensor=sensor,
@@ -276,18 +255,10 @@ class _Mount:
                     **timing,
                 )
             case Magnetometer():
-                from workbench.systems.sensors.magnetometer import (
-                    Magnetometer as MagnetometerSystem,
-                )
-
-                system = MagnetometerSystem(sensor=sensor, home=self.home, **timing)
+                system = noisy_sensor.Magnetometer(sensor=sensor, home=self.home, **timing)
             case RangeFinder():
-                from workbench.systems.sensors.range_finder import (
-                    RangeFinder as RangeFinderSystem,
-                )
-
                 assert self.caster
-                system = RangeFinderSystem(sensor=sensor, caster=self.caster, **timing)
+                system = noisy_sensor.RangeFinder(sensor=sensor, caster=self.caster, **timing)
             case Lidar():
                 from workbench.systems.sensors.lidar import Lidar as LidarSystem
 

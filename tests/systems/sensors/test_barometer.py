@@ -84,4 +84,4 @@ def test_a_noisy_barometer_is_so_even_where_the_description_has_no_noise(bench, 
     found = bench(barometer(), state=state(0.0))
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1])
-    assert spread == pytest.approx(NOISE_FACTOR * module.USUAL[0], rel=0.1)
+    assert spread == pytest.approx(NOISE_FACTOR * module.Barometer.usual[0], rel=0.1)

@@ -9,7 +9,7 @@ from pymap3d.enu import geodetic2enu
 from workbench.plant.geodesy import geodetic
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.sensors import QUIET, Gps, Noise
-from workbench.systems.sensors import gps as module
+from workbench.systems.sensors import noisy_sensor as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.readings import GpsReading
 
@@ -111,4 +111,4 @@ def test_a_noisy_gps_is_so_even_where_the_description_has_no_noise(bench, gps):
     found.order(Fault.NOISY)
     rows = found.measurements(500)
     spread = np.std(np.hstack([positions(rows), rows[:, 4:]]), axis=0)
-    assert spread == pytest.approx(NOISE_FACTOR * np.array(module.USUAL), rel=0.15)
+    assert spread == pytest.approx(NOISE_FACTOR * np.array(module.Gps.usual), rel=0.15)

@@ -15,7 +15,7 @@ from pydrake.systems.sensors import Accelerometer, Gyroscope
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.multibody import add_plant
 from workbench.plant.sensors import QUIET, Imu, Noise
-from workbench.systems.sensors import imu as module
+from workbench.systems.sensors import noisy_sensor as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.noisy_sensor import first_memory, next_memory, noisy
 from workbench.systems.sensors.readings import ImuReading
@@ -275,6 +275,8 @@ def test_a_noisy_imu_is_so_even_where_the_description_has_no_noise(bench, imu, q
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1:7], axis=0)
     usual = (
-        module.USUAL if quiet else [0.06 * math.sqrt(1.024)] * 3 + [0.004 * math.sqrt(1.024)] * 3
+        module.Imu.usual
+        if quiet
+        else [0.06 * math.sqrt(1.024)] * 3 + [0.004 * math.sqrt(1.024)] * 3
     )
     assert spread == pytest.approx(NOISE_FACTOR * np.array(usual), rel=0.1)

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench.plant.home import Home
 from workbench.plant.sensors import QUIET, Magnetometer, Noise
-from workbench.systems.sensors import magnetometer as module
+from workbench.systems.sensors import noisy_sensor as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.readings import MagnetometerReading
 
@@ -69,4 +69,6 @@ def test_a_noisy_magnetometer_is_so_even_where_the_description_has_no_noise(benc
     found = bench(magnetometer(), state=LEVEL)
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1:], axis=0)
-    assert spread == pytest.approx([NOISE_FACTOR * usual for usual in module.USUAL], rel=0.1)
+    assert spread == pytest.approx(
+        [NOISE_FACTOR * usual for usual in module.Magnetometer.usual], rel=0.1
+    )

@@ -22,7 +22,7 @@ from workbench.plant.multibody import add_plant
 from workbench.plant.sensors import QUIET, Noise, RangeFinder
 from workbench.systems.casting.caster import Caster
 from workbench.systems.casting.scene import anchored_frames, collect_scene
-from workbench.systems.sensors import range_finder as module
+from workbench.systems.sensors import noisy_sensor as module
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.readings import RangeReading
 
@@ -141,7 +141,7 @@ def test_a_noisy_range_finder_is_so_even_where_the_description_has_no_noise(benc
     found = bench(finder(), state=state(5.0))
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1])
-    assert spread == pytest.approx(NOISE_FACTOR * module.USUAL[0], rel=0.1)
+    assert spread == pytest.approx(NOISE_FACTOR * module.RangeFinder.usual[0], rel=0.1)
 
 
 class Carrier(LeafSystem):

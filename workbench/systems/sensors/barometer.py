@@ -12,11 +12,6 @@ from workbench.systems.sensors.mounting import motion
 from workbench.systems.sensors.noisy_sensor import NoisySensor
 from workbench.systems.sensors.readings import BarometerReading
 
-COLUMNS = ("pressure [Pa]", "altitude [m]")
-"""What a sample's numbers are."""
-
-USUAL = (2.0,)
-"""Deviation of a common one [Pa]."""
 _SEA_LEVEL_PRESSURE = 101_325.0
 _SEA_LEVEL_TEMPERATURE = 288.15
 _LAPSE = 0.0065
@@ -63,6 +58,10 @@ class Barometer(NoisySensor):
         weight: of the vehicle [N].
     """
 
+    columns = ("pressure [Pa]", "altitude [m]")
+    usual = (2.0,)
+    """Deviation of a common one [Pa]."""
+
     def __init__(
         self,
         *,
@@ -74,9 +73,7 @@ class Barometer(NoisySensor):
         weight: float = 1.0,
     ) -> None:
         super().__init__(
-            size=2,
             noises=sensor.noises,
-            usual=USUAL,
             period=period,
             latency=latency,
             settings=(0.0,),

@@ -1,16 +1,42 @@
-"""A sensor of a few numbers, with noise from a random input port."""
+"""Sensors of a few numbers, with noise from a random input port.
+
+They are the IMU, the GPS receiver, the magnetometer and the range finder. The barometer is in
+`barometer`, with the standard atmosphere.
+"""
 
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from pydrake.common import RandomDistribution
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import QueryObject
+from pydrake.math import RotationMatrix
 from pydrake.systems.framework import Context
 
+from workbench.plant.geodesy import geodetic
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.home import Home
+from workbench.plant.magnetic_field import magnetic_field
+from workbench.plant.sensors import Gps as GpsRecord
+from workbench.plant.sensors import Imu as ImuRecord
+from workbench.plant.sensors import Magnetometer as MagnetometerRecord
 from workbench.plant.sensors import Noise
+from workbench.plant.sensors import RangeFinder as RangeFinderRecord
+from workbench.systems.sensors.mounting import cross, motion
+from workbench.systems.sensors.readings import (
+    GpsReading,
+    ImuReading,
+    MagnetometerReading,
+    RangeReading,
+)
 from workbench.systems.sensors.sampled_sensor import SampledSensor
+
+if TYPE_CHECKING:
+    from workbench.systems.casting.caster import Caster  # slow to load
 
 DRAWS = 3
 """Normal numbers that a channel takes for a sample."""
@@ -135,12 +161,15 @@ class NoisySensor(SampledSensor):
     Memory (2 n): biases and their drift.
     """
 
+    columns: tuple[str, ...]
+    """Names and units of a sample's numbers (size)."""
+    usual: tuple[float, ...]
+    """Deviations of a common sensor of the kind (n)."""
+
     def __init__(
         self,
         *,
-        size: int,
         noises: Sequence[Noise],
-        usual: Sequence[float],
         period: float,
         latency: float,
         settings: Sequence[float] = (),
@@ -148,22 +177,20 @@ class NoisySensor(SampledSensor):
         """Declare what `SampledSensor` has, and the port of the noise.
 
         Args:
-            size: of a sample.
             noises: of the first n exact values; any others have none.
-            usual: deviations that a noisy sensor has a multiple of, where `noises` has none (n).
             period: between samples [s], a multiple of the physics step.
             latency: from a sample to its delivery [s].
             settings: see `SampledSensor`.
         """
         n = len(noises)
         super().__init__(
-            size=size,
+            size=len(self.columns),
             period=period,
             latency=latency,
             memory=first_memory(n).tolist(),
             settings=settings,
         )
-        self.noise_model = noise_model(noises, usual, period)
+        self.noise_model = noise_model(noises, self.usual, period)
         self.noise_input = self.DeclareVectorInputPort(
             "noise", DRAWS * n, RandomDistribution.kGaussian
         )
@@ -197,3 +224,240 @@ class NoisySensor(SampledSensor):
 
     def _memory(self, context: Context) -> np.ndarray:
         return context.get_discrete_state(self.memory_index).CopyToVector()
+
+
+class Imu(NoisySensor):
+    """Accelerometer and gyroscope with any mounting, and an orientation without noise.
+
+    A sample (10) is the specific force [m/s²] and the angular velocity [rad/s] along the axes of
+    the sensor S, and its orientation q_WS (w, x, y, z). The specific force is the acceleration
+    minus gravity: at rest it is g, upwards.
+
+    Input ports:
+        state (13): of the plant.
+        acceleration (6): wdot_WB_W [rad/s²], vdot_WB_W [m/s²].
+        noise (18): see `NoisySensor`.
+
+    Args:
+        sensor: the description's record; its deviations are those of a sample at its own rate,
+            and at another rate those of the same density.
+        period: between samples [s].
+        latency: from a sample to its delivery [s].
+    """
+
+    columns = (
+        "f_x [m/s^2]",
+        "f_y [m/s^2]",
+        "f_z [m/s^2]",
+        "w_x [rad/s]",
+        "w_y [rad/s]",
+        "w_z [rad/s]",
+        "q_WS.w [1]",
+        "q_WS.x [1]",
+        "q_WS.y [1]",
+        "q_WS.z [1]",
+    )
+    usual = (0.03, 0.03, 0.03, 0.002, 0.002, 0.002)
+    """Deviations of a common one along x, y, z: specific force [m/s²], angular velocity [rad/s]."""
+
+    def __init__(self, *, sensor: ImuRecord, period: float, latency: float = 0.0) -> None:
+        noises = (*sensor.linear_acceleration, *sensor.angular_velocity)
+        super().__init__(
+            noises=[noise.at_rate(sensor.rate, 1.0 / period) for noise in noises],
+            period=period,
+            latency=latency,
+        )
+        self._frame = sensor.frame
+        self._p_BS = np.array(sensor.p_BS)
+        self._R_BS = np.array(sensor.R_BS)
+        self._q_BS = RotationMatrix(self._R_BS).ToQuaternion()
+        self.state_input = self.DeclareVectorInputPort("state", 13)
+        self.acceleration_input = self.DeclareVectorInputPort("acceleration", 6)
+
+    def exact(self, context: Context) -> np.ndarray:
+        moves = motion(self.state_input.Eval(context), self._p_BS)
+        acceleration = self.acceleration_input.Eval(context)
+        wdot_WB, vdot_WB = acceleration[:3], acceleration[3:]
+        inwards = cross(moves.w_WB, cross(moves.w_WB, moves.p_BoSo_W))
+        force_W = vdot_WB + cross(wdot_WB, moves.p_BoSo_W) + inwards
+        force_W[2] += GRAVITY
+        R_SW = (moves.R_WB @ self._R_BS).T
+        q_WS = Quaternion(moves.q_WB).multiply(self._q_BS).wxyz()
+        return np.concatenate([R_SW @ force_W, R_SW @ moves.w_WB, q_WS])
+
+    def reading(self, context: Context) -> ImuReading | None:
+        """Return the sample delivered last, None if none was."""
+        stamp, fx, fy, fz, wx, wy, wz, qw, qx, qy, qz = self.delivered(context).tolist()
+        if math.isnan(stamp):
+            return None
+        return ImuReading(stamp, self._frame, (fx, fy, fz), (wx, wy, wz), (qw, qx, qy, qz))
+
+
+class Gps(NoisySensor):
+    """Measures the antenna's position on the earth and its velocity.
+
+    A sample (6) is latitude and longitude [rad], altitude above the ellipsoid [m], and velocity
+    east, north and up [m/s]. Noise is added in metres east, north and up of the home, before the
+    conversion to angles. East, north and up are the world's axes everywhere: 10 km from home, they
+    differ from the local ones by 0.0016 rad.
+
+    Input ports:
+        state (13): of the plant.
+        noise (18): see `NoisySensor`.
+
+    Args:
+        sensor: the description's record.
+        home: where the world's origin lies.
+        period: between samples [s].
+        latency: from a sample to its delivery [s].
+    """
+
+    columns = (
+        "latitude [rad]",
+        "longitude [rad]",
+        "altitude [m]",
+        "v_east [m/s]",
+        "v_north [m/s]",
+        "v_up [m/s]",
+    )
+    usual = (1.5, 1.5, 3.0, 0.1, 0.1, 0.2)
+    """Deviations of a common one: position [m] and velocity [m/s], east, north and up."""
+
+    def __init__(
+        self, *, sensor: GpsRecord, home: Home, period: float, latency: float = 0.0
+    ) -> None:
+        super().__init__(
+            noises=sensor.noises,
+            period=period,
+            latency=latency,
+        )
+        self._frame = sensor.frame
+        self._home = home
+        self._p_BS = np.array(sensor.p_BS)
+        self.state_input = self.DeclareVectorInputPort("state", 13)
+
+    def exact(self, context: Context) -> np.ndarray:
+        moves = motion(self.state_input.Eval(context), self._p_BS)
+        return np.concatenate([moves.p_WS, moves.v_WS])
+
+    def shown(self, values: np.ndarray) -> np.ndarray:
+        east, north, up = values[:3].tolist()
+        return np.concatenate([geodetic((east, north, up), self._home), values[3:]])
+
+    def reading(self, context: Context) -> GpsReading | None:
+        """Return the sample delivered last, None if none was."""
+        stamp, latitude, longitude, altitude, east, north, up = self.delivered(context).tolist()
+        if math.isnan(stamp):
+            return None
+        return GpsReading(stamp, self._frame, latitude, longitude, altitude, (east, north, up))
+
+
+class Magnetometer(NoisySensor):
+    """Measures the magnetic field, with any mounting.
+
+    A sample (3) is the field along the axes of the sensor S [T]: that of the home, see
+    `magnetic_field`, wherever the drone is, plus disturbances on board.
+
+    Input ports:
+        state (13): of the plant.
+        noise (9): see `NoisySensor`.
+    Numeric parameter 0: the fault, and the field of on-board disturbances along the axes of B
+        (3) [T], such as iron or the current of a battery's wire.
+
+    Args:
+        sensor: the description's record.
+        home: where the world's origin lies.
+        period: between samples [s].
+        latency: from a sample to its delivery [s].
+    """
+
+    columns = ("B_x [T]", "B_y [T]", "B_z [T]")
+    usual = (0.5e-6, 0.5e-6, 0.5e-6)
+    """Deviations of a common one along x, y, z [T]."""
+
+    def __init__(
+        self, *, sensor: MagnetometerRecord, home: Home, period: float, latency: float = 0.0
+    ) -> None:
+        super().__init__(
+            noises=sensor.noises,
+            period=period,
+            latency=latency,
+            settings=(0.0, 0.0, 0.0),
+        )
+        self._frame = sensor.frame
+        self._p_BS = np.array(sensor.p_BS)
+        self._R_BS = np.array(sensor.R_BS)
+        self._field_W = magnetic_field(home)
+        self.state_input = self.DeclareVectorInputPort("state", 13)
+
+    def exact(self, context: Context) -> np.ndarray:
+        R_WB = motion(self.state_input.Eval(context), self._p_BS).R_WB
+        disturbance = self.settings(context)
+        field = (R_WB @ self._R_BS).T @ self._field_W
+        return field + self._R_BS.T @ disturbance if any(disturbance) else field
+
+    def reading(self, context: Context) -> MagnetometerReading | None:
+        """Return the sample delivered last, None if none was."""
+        stamp, x, y, z = self.delivered(context).tolist()
+        if math.isnan(stamp):
+            return None
+        return MagnetometerReading(stamp, self._frame, (x, y, z))
+
+
+class RangeFinder(NoisySensor):
+    """Measures along one ray, the x axis of its frame.
+
+    A sample (1) is the distance [m]: inf where nothing is within `max_range`, -inf where something
+    is nearer than `min_range`, as the lidar has it. Noise does not take it out of these limits.
+
+    Input ports:
+        state (13): of the plant.
+        geometry_query: of the scene graph, asked for the poses of what moves.
+        noise (3): see `NoisySensor`.
+
+    Args:
+        sensor: the description's record.
+        caster: of the scene without the vehicle itself.
+        period: between samples [s].
+        latency: from a sample to its delivery [s].
+    """
+
+    columns = ("distance [m]",)
+    usual = (0.01,)
+    """Deviation of a common one [m]."""
+
+    def __init__(
+        self, *, sensor: RangeFinderRecord, caster: "Caster", period: float, latency: float = 0.0
+    ) -> None:
+        super().__init__(noises=sensor.noises, period=period, latency=latency)
+        self._sensor = sensor
+        self._caster = caster
+        self._p_BS = np.array(sensor.p_BS)
+        self._x_B = np.array(sensor.R_BS)[:, 0]
+        self.state_input = self.DeclareVectorInputPort("state", 13)
+        self.query_input = self.DeclareAbstractInputPort(
+            "geometry_query", AbstractValue.Make(QueryObject())
+        )
+
+    def exact(self, context: Context) -> np.ndarray:
+        moves = motion(self.state_input.Eval(context), self._p_BS)
+        view = (moves.R_WB @ self._x_B).reshape(1, 3)
+        frames, poses = self._caster.scene.frames, []
+        if frames:
+            query = self.query_input.Eval(context)
+            poses = [query.GetPoseInWorld(frame) for frame in frames]
+        ranges, _ = self._caster.cast(moves.p_WS, view, poses, self._sensor.max_range)
+        return np.where(ranges < self._sensor.min_range, -math.inf, ranges)
+
+    def shown(self, values: np.ndarray) -> np.ndarray:
+        within = np.clip(values, self._sensor.min_range, self._sensor.max_range)
+        return np.where(np.isfinite(values), within, values)
+
+    def reading(self, context: Context) -> RangeReading | None:
+        """Return the sample delivered last, None if none was."""
+        stamp, distance = self.delivered(context).tolist()
+        if math.isnan(stamp):
+            return None
+        return RangeReading(
+            stamp, self._sensor.frame, distance, self._sensor.min_range, self._sensor.max_range
+        )
