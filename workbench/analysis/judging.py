@@ -1,7 +1,7 @@
 """Stability of the hover with given gains, and the gains of one loop for a margin or a pole.
 
-The stability is told by margins, poles, and stable ranges of gains. The gains of a loop come with
-what limits them.
+Margins, poles, and stable ranges of gains describe the stability. The gains of a loop come with a
+sentence about what limits them.
 """
 
 import math
@@ -85,7 +85,7 @@ HOLDERS = (
 
 
 def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
-    """Answer the stable range of each gain, by the eigenvalues of the closed loop.
+    """Compute the stable range of each gain, by the eigenvalues of the closed loop.
 
     A gain without a stable value within its limits is left out. If its own value is unstable, the
     range is the nearest stable one that a coarse search finds.
@@ -162,7 +162,7 @@ def _place(row: Parameter, value: float) -> float:
 
 
 def judge(subject: Subject, question: Judge, _: Work) -> Working:
-    """Answer the stability with given gains, as `live_margins` does.
+    """Compute the stability with given gains, as `live_margins` does.
 
     Poles are those of the sampled loop that flies, in continuous terms, s = ln(z) / period, while
     the place is held: then every gain affects some of them.
@@ -193,7 +193,7 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
 
 
 def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> Working:
-    """Answer the disk margin of simultaneous force and moments, as `workbench judge` does."""
+    """Compute the disk margin of simultaneous force and moments, as `workbench judge` does."""
     gains = subject.linear_gains(question.gains)
     found = []
     for point in (HOVER, HOLDING):
@@ -203,7 +203,7 @@ def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> W
 
 
 def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Working:
-    """Answer the frequency response of one loop, of the model that margins are computed with.
+    """Compute the frequency response of one loop, of the model that margins are computed with.
 
     For a loop that holds a place, the place is held; for all others the pilot steers.
     """
@@ -214,7 +214,7 @@ def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Workin
 
 
 def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Working:
-    """Answer the injection that a loop tolerates, by a model of the flight."""
+    """Plan the injection that a loop tolerates, by a model of the flight."""
     loop = subject.table.controller.loop(question.loop)
     gains, point = subject.linear_gains(question.gains), HOLDING if loop.hold else HOVER
     model = subject.study.sampled(point, gains)
@@ -273,7 +273,7 @@ def _listed(names: tuple[str, ...]) -> str:
 
 
 def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
-    """Answer which gains do it exactly, or as nearly as possible."""
+    """Find gains with the requested bandwidth and margin, exactly or as nearly as possible."""
     shaper = _shaper(subject, question)
     yield None
     bandwidth, margin, robustness = question.bandwidth, question.margin, question.robustness
@@ -376,7 +376,7 @@ def _inside(controller: Controller, loop: Loop) -> str:
 
 
 def move_pole(subject: Subject, question: MovePole, _: Work) -> Working:
-    """Answer which gains move the pole there, or as near as possible."""
+    """Find gains that move the pole to its place, or as near as possible."""
     placer = _placer(subject, question)
     yield None
     found = placer.place(question.place)
@@ -391,7 +391,7 @@ def move_pole(subject: Subject, question: MovePole, _: Work) -> Working:
 
 
 def _placer(subject: Subject, question: MovePole) -> PolePlacer:
-    """Return the placer of the pole; it is kept while only the wanted place changes."""
+    """Return the placer of the pole; it is kept while only the requested place changes."""
     gains = subject.gains(question.gains)
     linked = subject.linked(question.linked)
     loop = subject.table.controller.loop(question.loop)

@@ -44,14 +44,14 @@ if TYPE_CHECKING:
 LONGEST = 20.0
 """Longest allowed duration of a step [s]."""
 PATIENCE = 0.005
-"""Between two checks whether the engine is loaded [s]."""
+"""Period between checks whether the engine is loaded [s]."""
 POINTS = 25
 """Points along each axis; odd, so that the gains themselves are in the middle."""
 BAND = 2
 """Rows flown between checks for more urgent work; a range has two values."""
 LONGEST_MAPPED = 10.0
-"""Longest allowed duration of a map's step: longer ones take 20 ms a band, for which margins would
-have to wait [s]."""
+"""Longest allowed duration of a map's step [s]: at this length a band takes 20 ms, for which
+margins must wait."""
 FACTOR = 2.0
 """The map covers a gain divided by this to the gain times this, within its limits."""
 SHARE = 0.1
@@ -66,7 +66,7 @@ PLACES = (4, 5, 6, 10, 11, 12)
 
 
 def fork(subject: Subject, question: Fork, work: Work) -> Working:
-    """Answer how the flight continues from a checkpoint with each branch's values, to the bit."""
+    """Continue the flight from a checkpoint with each branch's values, to the bit."""
     flown = subject.forker.fly(
         question.checkpoint,
         question.branches,
@@ -90,7 +90,7 @@ def _numbers(question: Fork, branch: FlownBranch) -> StepNumbers | None:
 
 
 def predict(subject: Subject, question: Predict, _: Work) -> Working:
-    """Answer the response to a step from hover at the step's heading.
+    """Predict the response to a step from hover at the step's heading.
 
     The air is that of the settings.
     """
@@ -146,7 +146,7 @@ def check_short(step: Step, longest: float = LONGEST) -> None:
 
 
 def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
-    """Answer a metric around the given gains, from a compiled flight for each point."""
+    """Compute a metric around the given gains, from a compiled flight for each point."""
     from workbench.design.sweep.sweep import gain_map
 
     step = question.step
@@ -190,7 +190,7 @@ def _around(subject: Subject, name: str, gains: dict[str, float]) -> SweepRange:
 
 
 def weigh(subject: Subject, question: Weigh, work: Work) -> Working:
-    """Answer the effect of a percent more of each gain on each metric of a step."""
+    """Compute the effect of a percent more of each gain on each metric of a step."""
     from workbench.design.judge.sensitivity import step_sensitivity
 
     step = question.step
@@ -227,7 +227,7 @@ def _slopes(sensitivity: "Sensitivity", gains: dict[str, float]) -> dict[str, fl
 
 
 def fly_again(subject: Subject, question: FlyAgain, _: Work) -> Working:
-    """Answer how a logged flight would have gone with other gains, or with another law.
+    """Fly a logged flight again with other gains, or with another law.
 
     The part of the log that the vehicles cannot explain is kept, so that the next gains take one
     flight per vehicle.

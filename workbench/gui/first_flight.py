@@ -48,7 +48,7 @@ def keep_setup(path: Path, scenario: "Scenario") -> None:
     """Save a setup for the next start, and make its folder if necessary.
 
     Args:
-        path: from `last_setup`.
+        path: result of `last_setup`.
         scenario: scenario to fly at the next start.
 
     Raises:

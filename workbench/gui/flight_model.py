@@ -315,7 +315,7 @@ def with_controller(what: Choice | Scenario, name: str, *, keep: bool = False) -
     """Return what to fly with a controller, by name of a shipped one or path of a file.
 
     Args:
-        what: what flew.
+        what: the last flight's scenario or choice.
         name: name of the controller.
         keep: whether the gain file also fits the new controller; else it is left out.
     """

@@ -82,7 +82,7 @@ TITLE = "Drake drone workbench"
 FIRST_SIZE = (1280, 720)
 SMALLEST = (960, 540)
 SHARES = (760, 430)
-"""Initial widths of the screens and the 3-D view."""
+"""Initial shares of the width for the screens and the 3-D view."""
 NARROWEST_SCREEN = 619
 """Least width of all screens, so that none scrolls horizontally [px]."""
 GROUP = "window/1"

@@ -22,7 +22,7 @@ class Preference:
     Attributes:
         name: unique name.
         group: its heading.
-        label: in words.
+        label: name in words.
         default: a number, a switch or a text.
         help: what it does, as a sentence.
         unit: SI unit of a number.

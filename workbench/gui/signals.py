@@ -29,7 +29,7 @@ class TopicTable:
         seconds: stored time.
 
     Attributes:
-        topic: what it carries.
+        topic: the topic.
         units: unit of each column, by its name: TOPIC.FIELD, or TOPIC.FIELD.INDEX of several
             numbers.
         newest: payload of the newest sample, b"" before the first.

@@ -3,14 +3,14 @@
 The property `class` states the role of a widget, several separated by spaces, as in
 `dressed(QLabel(text), "heading")`:
 
-- frames: `card` (what belongs together, on its own ground), `strip` (a bar across the window)
+- frames: `card` (related widgets on a separate background), `strip` (a bar across the window)
 - labels: `title` (of a screen), `heading` (of a card), `muted` (captions, units), `value` (a number
-  that is read often), `reading` (a number that is read from afar), `good`, `warning`, `bad` (always
-  with a word or a shape besides)
-- buttons: `primary` (what to press next, one a card), `danger` (stops or destroys), `quiet` (no
-  frame until it is pointed at), `compact` (narrow, for icons and table rows), `small` (as high as a
-  line of text), `tight` (as high as its own text)
-- number fields: `bare` (without arrows); fields: `bad` (what stands in it cannot be)
+  that is read often), `reading` (a number that is read from a distance), `good`, `warning`, `bad`
+  (always with a word or a shape)
+- buttons: `primary` (the next step, one per card), `danger` (stops or destroys), `quiet` (no
+  frame until the pointer is over it), `compact` (narrow, for icons and table rows), `small` (as
+  high as a line of text), `tight` (as high as its own text)
+- number fields: `bare` (without arrows); fields: `bad` (with a refused text)
 
 Everything else is styled by its type. A class that changes later needs `restyle(widget)`. Digits
 have equal widths in every font here. A QWidget that is a card needs WA_StyledBackground; a QFrame

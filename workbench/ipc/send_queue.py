@@ -18,7 +18,7 @@ class SendQueue:
     is not sent yet, so a slow or stopped reader costs neither time nor memory.
 
     Args:
-        connection: to the reader.
+        connection: connection to the reader.
     """
 
     def __init__(self, connection: Connection) -> None:

@@ -37,7 +37,7 @@ def main(connection: Connection) -> int:
         send_queue.post(Failed(str(error), error.arguments))
     except WorkbenchError as error:
         send_queue.post(Failed(str(error)))
-    except Exception as error:  # a fault of ours: report it to the caller
+    except Exception as error:  # a programming error: report it to the caller
         send_queue.post(Failed(f"the flight's process failed: {type(error).__name__}: {error}"))
         return 1
     finally:

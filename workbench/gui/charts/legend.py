@@ -20,7 +20,7 @@ class Entry:
 
     Attributes:
         label: name of the curve.
-        value: as text with its unit, "" for none.
+        value: its value as text with its unit, "" for none.
         colour: colour of the curve.
         style: line style of the curve.
         number: number at its end in the chart, 0 for none.

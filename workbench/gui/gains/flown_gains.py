@@ -1,4 +1,4 @@
-"""The live parameters as the flight has them, and the orders to it."""
+"""The live parameters in the flight, and the orders that change them."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -15,17 +15,17 @@ from workbench.scenario.scenario import Action
 _SAME_TIME = 1e-6
 """Times that differ by less are those of one step [s]."""
 _JUST_BEGUN = 1.0
-"""A reset is noticed within this time [s]."""
+"""Time within which a reset is noticed [s]."""
 _LATER = 0.05
-"""A script acts at the next whole step; its values are asked for a little later [s]."""
+"""Delay after which values set by a script are read [s]: it acts at the next whole step."""
 Values = Mapping[str, float]
 
 
 class FlownGains(QObject):
-    """Values of the live parameters as the flight has them.
+    """The flight's values of the live parameters.
 
-    What the flight publishes counts, in its order; the answer to an order only comes sooner. What
-    the flight's own script changes is asked for.
+    Published values count, in order; the answer to an order is only earlier. Values changed by the
+    flight's own script are read from the flight.
 
     Args:
         flight: gets the orders.
@@ -39,7 +39,7 @@ class FlownGains(QObject):
     changed = pyqtSignal(object)
     """Values changed; the signal has those before, by name."""
     refused = pyqtSignal(object, str)
-    """Values by name that the flight does not take, and why."""
+    """Refused values by name, and the reason."""
 
     def __init__(self, flight: FlightModel, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -47,7 +47,7 @@ class FlownGains(QObject):
         self.start: dict[str, float] = {}
         self.values: dict[str, float] = {}
         self._reader = ParameterReader()
-        self._published: dict[str, float] = {}  # when a value was published last [s]
+        self._published: dict[str, float] = {}  # time at which a value was last published [s]
         self._time = 0.0
         self._orders = self._first_order = 0
         self._unanswered: dict[str, tuple[int, float]] = {}  # number and value of the newest order
@@ -58,7 +58,7 @@ class FlownGains(QObject):
         flight.viewed.connect(self._watch_script)
 
     def begin(self, view: LiveView) -> None:
-        """Begin with the values of a new flight; orders to the last one no longer count."""
+        """Start with the values of a new flight; orders to the last one no longer count."""
         self.start, self.values = dict(view.values), dict(view.values)
         self._reader.begin(view.topics)
         self._published, self._time = {}, 0.0
@@ -69,7 +69,7 @@ class FlownGains(QObject):
         self._scripted, self._script_time = [each for each in acts if each[1]], 0.0
 
     def reset(self) -> None:
-        """Go back to the start's values, but for what was published since the reset."""
+        """Restore the initial values, except those published since the reset."""
         before = dict(self.values)
         published = self._published if self._time < _JUST_BEGUN else {}
         self.values = self.start | {name: self.values[name] for name in published}
@@ -117,7 +117,7 @@ class FlownGains(QObject):
 
     def _answered(self, number: int, values: Values, time: float, said: str) -> None:
         if number < self._first_order:
-            return  # of a flight that is over
+            return  # of an earlier flight
         for name in values:
             if name in self._unanswered and self._unanswered[name][0] == number:
                 del self._unanswered[name]
@@ -129,7 +129,7 @@ class FlownGains(QObject):
             self._confirm(values, time)
 
     def _confirm(self, values: Values, time: float) -> None:
-        """Take values that fly from a simulated time [s] on, unless later ones were published."""
+        """Accept values that fly from a simulated time [s] on, unless later ones were published."""
         before = dict(self.values)
         for name, value in values.items():
             if name in self.values and self._published.get(name, -1.0) < time - _SAME_TIME:
@@ -140,7 +140,7 @@ class FlownGains(QObject):
         before = dict(self.values)
         for each in published:
             time = each.t_ns * 1e-9
-            if time < self._time - _SAME_TIME:  # the flight began anew
+            if time < self._time - _SAME_TIME:  # the flight restarted
                 self._published = {}
             self._time = time
             for change in self._reader.read((each,)):
@@ -154,7 +154,7 @@ class FlownGains(QObject):
             self.changed.emit(before)
 
     def _watch_script(self, view: LiveView) -> None:
-        """Ask for what the flight's script has changed: the flight publishes none of it."""
+        """Read the values that the flight's script has changed, as the flight publishes none."""
         if not self._scripted or view.snapshot is None:
             return
         before, self._script_time = self._script_time, view.snapshot.time
@@ -166,7 +166,7 @@ class FlownGains(QObject):
     def _ask(self, name: str) -> None:
         self._flight.order(
             lambda live: live.get(name),
-            done=lambda value: self._confirm({name: value}, math.inf),  # it is the present one
+            done=lambda value: self._confirm({name: value}, math.inf),  # still the present flight
         )
 
 

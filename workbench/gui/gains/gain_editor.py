@@ -1,4 +1,4 @@
-"""The gains that are being tuned: what is proposed, what flies, and what was kept."""
+"""The gains that are being tuned: proposed, flown and kept values."""
 
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -33,19 +33,19 @@ from workbench.scenario.parameters import Parameter, parameter_table
 from workbench.session.snapshot import Snapshot
 
 PATIENCE = 1500
-"""After this time the screen says that there is no answer yet [ms]; it may still come."""
+"""Delay before the screen says that there is no answer yet [ms]; it may still arrive."""
 MOST_ASKED = 20
-"""Earlier questions whose late answers are recognised."""
+"""Number of earlier questions whose late answers are recognised."""
 RANGES_AFTER = 300
 """Ask for ranges when gains have not changed for this time [ms]."""
 AT_ONCE = "at once"
 MOST_STEPS = 500
-"""Steps of undo; beyond that the oldest is dropped."""
+"""Limit of undo steps; beyond it the oldest is dropped."""
 SLOTS = ("A", "B", "C")
 """Slots for sets of gains, each compared by one key."""
 ELSEWHERE = "a change from elsewhere"
 STAYS = 0.1
-"""A set stays shown until another is nearer by this share of the way between them."""
+"""A set stays shown until another is closer by this share of the distance between them."""
 ALONE = -1
 """Edit number of a change that is a step of undo by itself."""
 
@@ -54,19 +54,20 @@ class StabilityCheck(QObject):
     """Knows which gains are stable, or asks.
 
     Args:
-        analysis: answers.
-        start: returns the values of the flight's start, for answers that name only what differs.
+        analysis: answers the questions.
+        start: returns the initial values, for answers that name only differences.
         parent: owner.
 
     Attributes:
-        ranges: the stable range of each gain, and the gains around which they were found; None
-            where they are not known.
+        ranges: the stable range of each gain, and the gains for which they were found; None if
+            unknown.
     """
 
     accepted = pyqtSignal()
-    """The gains that were asked about are stable."""
+    """The gains in the question are stable."""
     doubted = pyqtSignal(str)
-    """They are not, or it is not known: a sentence. They may still be accepted later."""
+    """They are unstable, or their stability is unknown: a sentence. They may still be accepted
+    later."""
     ranges_changed = pyqtSignal()
     """The ranges changed."""
 
@@ -91,7 +92,7 @@ class StabilityCheck(QObject):
         return self._asked is not None
 
     def begin(self) -> None:
-        """Forget all that is known: another vehicle flies."""
+        """Clear everything: another vehicle flies."""
         self.cancel()
         self._rest.stop()
         self.ranges = None
@@ -100,9 +101,9 @@ class StabilityCheck(QObject):
     def knows(self, gains: Values) -> bool:
         """Return whether gains are stable by the ranges, without asking.
 
-        A range tells of one gain that moves while the others stay. Of several that have moved, each
-        a share of its way to its own end, it is taken for known where the shares add up to no more
-        than 1: the corner-cutting region between the ends, not the box around them.
+        A range describes the change of a single gain. If several have moved, each by a share of the
+        way to the end of its range, they are stable for certain only if the shares add up to at
+        most 1: the region between the ends that cuts the corners, not the box around them.
         """
         if self.ranges is None:
             return False

@@ -47,8 +47,8 @@ GAP = 4
 """Space between columns [px]."""
 SHAPES = {Mark.KEPT: "", Mark.TRIED: "◆", Mark.PROPOSED: "◇"}
 OWN_NAME_WIDTHS, ROOM_FOR_NAME = (11.6, 13.2), 54.0
-"""Widths of the parameter's own name, and of the rest of the least line that has room for it, in
-widths of a digit."""
+"""Widths of the parameter's own name, and width of a line with room for the smaller one, in widths
+of a digit."""
 NAME_WIDTH, FIELD_WIDTH, UNIT_WIDTH, MARK_WIDTH = 14.4, 7.4, 3.8, 1.6
 """Widths of the columns, in widths of a digit, so that all lines have the same."""
 LONGEST_NAME, LONGEST_UNIT, TRACK = 22.0, 9.6, 11.0
@@ -193,7 +193,7 @@ class GainSlider(QSlider):
         parent: owner.
 
     Attributes:
-        scale: of its values; what is shown stays where it is until it is shown anew.
+        scale: scale of its values; a new scale takes effect when values are shown again.
     """
 
     dragged = pyqtSignal(float)
@@ -429,11 +429,11 @@ class GainRow(QWidget):
     Args:
         workspace: colours and units.
         editor: sets the parameter.
-        row: of the parameter table.
+        row: row of the parameter table.
         parent: owner.
 
     Attributes:
-        row: of the parameter table.
+        row: row of the parameter table.
     """
 
     def __init__(

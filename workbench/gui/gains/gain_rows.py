@@ -108,7 +108,7 @@ def gain_label(row: Parameter, firmware: Firmware | None = None) -> GainLabel:
     """Return a row's label; a row without one is labelled with the parameter's name.
 
     Args:
-        row: of the parameter table.
+        row: row of the parameter table.
         firmware: firmware of the controller's law, whose own parameter names are shown.
     """
     name = _IN_A_SET.sub("", row.name)

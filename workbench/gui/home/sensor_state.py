@@ -43,7 +43,7 @@ class SensorState:
     """State of a sensor.
 
     Attributes:
-        health: in one word.
+        health: its health.
         note: text beside its name, with the age of its reading.
         advice: what to do if it does not measure, as a sentence; else "".
     """

@@ -389,8 +389,8 @@ class Words:
         name: name of the stick.
         up: effect of the direction away from the pilot; the next three likewise.
         down: towards the pilot.
-        left: to the left.
-        right: to the right.
+        left: effect to the left.
+        right: effect to the right.
         keys: keys for up, down, left and right.
     """
 
@@ -685,7 +685,7 @@ def say_pad(missing: str, name: str, waiting: int = 0, refused: str = "") -> str
 
     Args:
         missing: why there are none, else "".
-        name: of the pad that flies, "" without one.
+        name: name of the pad that flies, "" without one.
         waiting: number of other plugged-in pads.
         refused: why one of them may not take over.
     """

@@ -153,7 +153,7 @@ class Pilot(QObject):
         barred: why they have no effect, "" if they have.
         device: the device that moves them.
         keyboard: held keys.
-        pad_name: of the game pad that flies, "" without one.
+        pad_name: name of the game pad that flies, "" without one.
         pads_waiting: number of other plugged-in pads.
         hand_over: why a pad that asks to fly may not, "" without a refusal.
         limits: limits of the flight.

@@ -132,7 +132,7 @@ class Bite:
         parameter: parameter with the limit.
         asked: commanded value, in SI.
         limit: limit, in SI.
-        unit: of both.
+        unit: unit of both.
     """
 
     what: str

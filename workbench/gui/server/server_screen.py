@@ -245,7 +245,7 @@ def written_faults(config: ServerConfig) -> Mapping[str, str]:
     if said := _refusal(ServerConfig(port=config.port).check):
         faults["port"] = said
     if said := _refusal(ServerConfig(host=config.host).check):
-        # Only an invalid host is an earlier error than an unsafe one that others can reach.
+        # An invalid host is refused first; any later refusal is that others can reach the server.
         first = _refusal(ServerConfig(host=config.host, clients=0).check)
         if said == first:
             faults["host"] = said

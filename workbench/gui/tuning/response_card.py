@@ -220,7 +220,7 @@ def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
 def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:
     """Return the numbers of a step of a load; None before its end, or if it is too short.
 
-    Args: as of `measure_step`.
+    Args: as for `measure_step`.
     """
     if not len(trace) or trace.time[-1] < part.end - SAMPLED:
         return None

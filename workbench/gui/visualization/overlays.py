@@ -31,7 +31,7 @@ class Overlay:
         log: its series, with the log's times.
 
     Attributes:
-        name: in legends.
+        name: name in legends.
         shift: value added to its times [s].
     """
 

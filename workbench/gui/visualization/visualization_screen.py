@@ -196,7 +196,7 @@ class LogClock:
 
     Attributes:
         begin: time of the log's first sample [s].
-        end: of its last one [s].
+        end: time of its last sample [s].
         time: shown time [s].
         speed: seconds of the log per second.
         plays: whether it plays.
