@@ -1,1 +1,1 @@
-"""The judgement of every loop of the closed loop that flies."""
+"""Judge every control loop of the flying system."""

@@ -14,24 +14,24 @@ from workbench.design.judge.margins import LoopMargins, frequency_grid, response
 from workbench.design.linear.model import LinearModel, frequency_response
 
 LOWEST = 0.05
-"""Frequency from which on curves are drawn [rad/s]: a period of two minutes."""
+"""Lowest frequency of curves [rad/s], with a period of two minutes."""
 
 
 @dataclass(frozen=True)
 class GangOfFour:
-    """A loop over frequency; of the sampled model, from one control update to the next.
+    """The gang of four of a loop over frequency, of the sampled model for one of that kind.
 
-    KS is what the loop asks for at `control` per noise at `error`. GS is what changes in the
-    controlled quantity per load: an amount that adds to `control`, behind the law and before
-    allocation, hold, delays and rotors. Both are of the loops as they are closed around them.
+    KS is the response of the loop at `control` to noise at `error`. GS is the response of the
+    controlled quantity to a load: an amount added to `control`, after the law and before
+    allocation, hold, delays and rotors. Both include the effect of the outer loops.
 
     Attributes:
         cut: the loop point where L, S and T are taken.
-        error: the loop point of the loop's error.
-        control: the loop point of what it asks for.
+        error: the loop point of its error.
+        control: the loop point of its output.
         error_unit: SI unit of the error.
         control_unit: SI unit of the control.
-        frequency: (F), rising; of a sampled model up to half its rate [rad/s].
+        frequency: (F), increasing; up to half the rate of a sampled model [rad/s].
         open_loop: (F) L, with negative feedback.
         control_sensitivity: (F) KS [control_unit / error_unit].
         load_sensitivity: (F) GS [error_unit / control_unit].
@@ -75,9 +75,9 @@ def gang_of_four(model: LinearModel, loop: Loop, cut: str = "actuator") -> GangO
     """Return the gang of four of a loop.
 
     Args:
-        model: of the closed loop; one that holds its place for a loop that does.
-        loop: one of its controller's.
-        cut: where L is taken, actuator or error.
+        model: of the closed loop; one that holds its position for a loop that holds a position.
+        loop: one of the loops of its controller.
+        cut: where to take L, actuator or error.
 
     Raises:
         WorkbenchError: for another cut.
@@ -86,7 +86,7 @@ def gang_of_four(model: LinearModel, loop: Loop, cut: str = "actuator") -> GangO
     loops = loop_responses(model, [cut_at])
     frequency = frequency_grid(loops)
     frequency = frequency[frequency >= min(LOWEST, 0.01 * frequency[-1])]
-    # both from what is added to where, as one closed loop: (F, 2, 2)
+    # both from injections to signals at the same points, as one closed loop: (F, 2, 2)
     places = [loop.error, control]
     response = frequency_response(model, frequency, places, places)
     (_, load), (noise, _) = response.transpose(1, 2, 0)
@@ -108,10 +108,10 @@ def gang_of_four(model: LinearModel, loop: Loop, cut: str = "actuator") -> GangO
 
 
 def control_point(model: LinearModel, loop: Loop) -> str:
-    """Return the loop point of what a loop asks for.
+    """Return the loop point of the output of a loop.
 
-    A loop whose error goes straight on, as a position's, asks by the next loop inside it along the
-    same axis; where there is none, its control is its error.
+    For a loop that passes on its error directly, such as a position loop, this is the next inner
+    loop along the same axis; without one, its output is its error.
     """
     if loop.actuator not in ("", loop.error):
         return loop.actuator
@@ -127,7 +127,7 @@ def control_point(model: LinearModel, loop: Loop) -> str:
 
 
 def _ratio(above: str, below: str) -> str:
-    """Return the unit of a ratio of two, as (m/s^2)/(m/s)."""
+    """Return the unit of a ratio of two, such as (m/s^2)/(m/s)."""
     if above == below:
         return "1"
     return "/".join(f"({unit})" if "/" in unit else unit for unit in (above, below))

@@ -19,9 +19,9 @@ class LoopJudgement:
 
     Attributes:
         loop: its name.
-        actuator: margins where it is cut at what it asks of the loop inside it: all that goes
-            through that place is in the loop, the loops outside included.
-        error: where it is cut at its error.
+        actuator: margins with the cut at its output to the inner loop. All signals through that
+            point are part of the loop, including those of outer loops.
+        error: margins with the cut at its error.
     """
 
     loop: str
@@ -32,11 +32,11 @@ class LoopJudgement:
 def judge_loops(
     steering: LinearModel, holding: LinearModel | None = None
 ) -> tuple[LoopJudgement, ...]:
-    """Return the margins of all loops; a screen may ask for them while a slider moves.
+    """Return the margins of all loops, fast enough for updates while a slider moves.
 
     Args:
         steering: the closed loop while the pilot steers.
-        holding: the same while a place is held, for the loops that hold it.
+        holding: the same while a position is held, for the loops that hold it.
     """
     found = _judged(steering, [loop for loop in steering.loops if not loop.hold])
     return found + (
@@ -55,10 +55,10 @@ def _judged(model: LinearModel, loops: list[Loop]) -> tuple[LoopJudgement, ...]:
 
 
 def growing_loops(model: LinearModel) -> tuple[str, ...]:
-    """Return the loops through which a mode grows: opening one halves its growth or ends it.
+    """Return the loops that cause a growing mode: opening one halves its growth or ends it.
 
-    With a velocity loop too fast for the tilt inside it, both are named; with a tilt that is
-    unstable by itself, it alone.
+    If a velocity loop is too fast for its inner tilt loop, both are returned; if the tilt loop is
+    unstable by itself, only that one.
     """
     loops = [loop for loop in model.loops if loop.hold == model.trim.point.hold]
     responses = loop_responses(model, [loop.error for loop in loops])
@@ -86,10 +86,11 @@ def live_margins(
 ) -> tuple[LiveMargins, ...]:
     """Return the margins of every loop at hover.
 
-    It linearises once, with the place held, and opens the position loops: then the pilot steers.
+    It linearises once, with the position held, and opens the position loops for the case that the
+    pilot steers.
 
     Args:
-        study: of the vehicle, made once.
+        study: of the vehicle; reuse it.
         gains: parameter values by name that differ from the scenario's.
     """
     loops = study.controller.loops

@@ -1,4 +1,4 @@
-"""A loop measured in flight, beside its sampled linear model."""
+"""Measure a loop in flight, and compare it with its sampled linear model."""
 
 import copy
 import math
@@ -30,31 +30,31 @@ from workbench.scenario.scenario import (
 )
 
 START_HEIGHT = 10.0
-"""At which a loop is measured: far from the ground, as the trims of linear models [m]."""
+"""Height for the measurement of a loop [m], far from the ground, as in linear models."""
 LOWEST = 0.5
 """Usual lowest frequency of a measurement [rad/s]."""
 ABOVE = 4.0
 """Usual highest frequency, as a multiple of the larger of bandwidth and crossover."""
 PERIODS = 8
-"""Usual number of periods of a measurement; the first one is not measured."""
+"""Usual number of periods of a measurement; the first one is not evaluated."""
 ROOM, TILT, SPEED = 0.1, math.radians(6.0), 0.7
-"""Share of the rotors' room, tilt [rad] and speed [m/s], rms, that an injection may take."""
+"""Limits of an injection, rms: share of the rotors' reserve, tilt [rad] and speed [m/s]."""
 ERROR = 0.03
-"""And errors of angles at loop points, likewise [rad]: a loop of much gain takes back nearly all of
-what is injected, and what is nonlinear in that would be seen instead of the small rest."""
+"""Limit of errors of angles at loop points, rms [rad]: a loop of high gain cancels almost all of
+the injection, and nonlinear effects would mask the small rest."""
 ANGLES = {"1": 1.0, "rad": 1.0, "deg": math.degrees(1.0)}
-"""Units of such points, each in a radian."""
+"""Units of loop points that are angles, per radian."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A loop as measured, beside its linear model.
+    """A measured loop, with its linear model.
 
     Attributes:
-        vehicle: name of what was flown.
+        vehicle: its name.
         loop: its name.
         cut: where it was opened: actuator or error.
-        injection: that was flown.
+        injection: the one flown.
         measured: response, coherence and spread.
         model: (F) L of the sampled linear model, at the same frequencies.
         margins: of that model.
@@ -70,14 +70,14 @@ class Measurement:
 
     @property
     def difference(self) -> np.ndarray:
-        """(F) measured L over that of the model."""
+        """Measured L over that of the model (F)."""
         found: np.ndarray = self.measured.response / self.model
         return found
 
     def worst(self) -> tuple[float, float] | None:
-        """Return the largest difference up to the bandwidth in dB and rad; None without a line.
+        """Return the largest difference up to the bandwidth in dB and rad, or None.
 
-        Lines of a coherence below `COHERENT` do not count.
+        Frequencies with a coherence below `COHERENT` do not count.
         """
         counts = self.measured.coherence >= COHERENT
         counts &= self.measured.frequency <= self.margins.bandwidth
@@ -103,7 +103,7 @@ class Measurement:
         return [dict(zip(columns, map(float, row), strict=True)) for row in values]
 
     def write_csv(self, path: Path) -> None:
-        """Write the rows as a table, with their units in the head."""
+        """Write the rows as a table, with units in the head."""
         rows = self.rows()
         units = {"frequency": " [rad/s]", "measured_phase": " [rad]", "model_phase": " [rad]"}
         lines = [",".join(name + units.get(name, "") for name in rows[0])]
@@ -124,22 +124,22 @@ def loop_injection(
 ) -> Injection:
     """Return an injection that measures a loop of a hovering drone.
 
-    Without a size it is as large as the linear model allows: rotors use `ROOM` of what they have to
-    spare, the drone tilts by `TILT` and is as fast as `SPEED`, each as rms.
+    Without a size it is as large as the linear model allows: in rms, rotors use `ROOM` of their
+    reserve, the drone tilts by `TILT` and moves at `SPEED`.
 
     Args:
-        model: of the loop as it is flown, see `Injection.action`.
+        model: of the loop in that flight, see `Injection.action`.
         loop: one of its controller's.
-        vehicle: that is flown.
-        cut: where it is opened, actuator or error.
+        vehicle: the one flown.
+        cut: where to open it, actuator or error.
         size: rms, in the unit of the loop point.
         lowest: frequency [rad/s].
-        highest: frequency [rad/s]; without it some way above the loop's crossover.
+        highest: frequency [rad/s]; by default somewhat above the crossover of the loop.
         periods: see `Injection`.
 
     Raises:
-        WorkbenchError: if the loop is unstable, so that it cannot be flown, or an argument is out
-            of range.
+        WorkbenchError: if the loop is unstable and so cannot be flown, or an argument is out of
+            range.
     """
     controller = model.controller
     assert controller is not None
@@ -151,7 +151,7 @@ def loop_injection(
     if highest is None and lowest > 0.0:
         fastest = np.nanmax([margins.crossover, margins.bandwidth, 4.0 * lowest])
         highest = min(ABOVE * float(fastest), 0.9 * math.pi / spacing)
-    highest = lowest if highest is None else highest  # which is refused
+    highest = lowest if highest is None else highest  # which is rejected
     found = Injection(point, 1.0 if size is None else size, lowest, highest, periods)
     check_injection(found, controller, Rates(control_period=model.period))
     return found if size is not None else replace(found, size=_size(model, found, vehicle))
@@ -173,9 +173,9 @@ def fly_measurement(
 
     Args:
         name: of the loop.
-        cut: where it is opened, actuator or error.
+        cut: where to open it, actuator or error.
         scenario: its vehicle, sensors, rates and world are used; start and script are its own.
-        settings: parameter values for this flight, as of wind and turbulence.
+        settings: parameter values for this flight, such as wind and turbulence.
         size: see `loop_injection`.
         progress: called with the flown share, 0 .. 1.
         lowest: see `loop_injection`.
@@ -183,7 +183,7 @@ def fly_measurement(
         periods: see `loop_injection`.
 
     Raises:
-        WorkbenchError: if it cannot be flown, or the drone is lost on the way.
+        WorkbenchError: if it cannot be flown, or the drone is lost.
     """
     from workbench.design.lost import find_loss
     from workbench.session.session import Session
@@ -226,7 +226,7 @@ def fly_measurement(
 
 
 def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
-    """Return the rms size with which the drone stays where its linear model holds."""
+    """Return the rms size for which the linear model of the drone remains valid."""
     frame = thrust_frame(vehicle)
     most = np.array([rotor.max_thrust for rotor in frame.rotors])
     hover = frame.hover_thrusts
@@ -245,7 +245,7 @@ def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
     found = frequency_response(model, wave.frequency, names, [injection.point])
     response = np.abs(found[:, :, 0])
     lag = np.abs(1.0 + 1j * wave.frequency * vehicle.rotor_lag)
-    response[:, : len(most)] *= lag[:, None]  # what is commanded, before the rotors' lag
+    response[:, : len(most)] *= lag[:, None]  # the commands, before the lag of the rotors
     sines = np.abs(np.fft.rfft(wave.values)[wave.lines]) / len(wave.values)
     rms = np.sqrt(2.0 * (response**2 * sines[:, None] ** 2).sum(axis=0))
     allowed = [*(ROOM * np.where(room > 0.0, room, np.inf)), TILT, TILT, *[SPEED] * 3]

@@ -1,7 +1,7 @@
-"""Open loops over frequency, from the eigenvalues of the closed and of the cut system.
+"""The frequency response of open loops, from the eigenvalues of the closed and of the cut system.
 
-1 + L(z) = det(zI - A) / det(zI - A_cut), a ratio of products over eigenvalues: after two
-eigenvalue problems a frequency costs a microsecond, and no transfer function is expanded.
+1 + L(z) = det(zI - A) / det(zI - A_cut), a ratio of products over eigenvalues. After two eigenvalue
+problems each frequency costs a microsecond, and no transfer function is needed.
 """
 
 from collections.abc import Sequence
@@ -13,18 +13,19 @@ import numpy as np
 from workbench.design.linear.model import LinearModel
 
 UNREAD = 1e-12
-"""A state whose effect on every other one is no larger than this has none."""
+"""Effect of a state on other states up to which it counts as none."""
 INTEGRATOR = 1e-4
-"""A pole this near to s = 0 neither grows nor dies out [1/s]: heading and place lie there."""
+"""Distance of a pole from s = 0 up to which it counts as an integrator [1/s], such as of heading
+and position."""
 
 
 @dataclass(frozen=True)
 class LoopResponses:
-    """Open loops L of one closed loop, each cut at another point.
+    """Open loops L of one closed loop, each cut at a different point.
 
     Attributes:
         period: between samples [s], 0 for continuous time.
-        closed: (m) eigenvalues of the closed loop, without those that no cut can change.
+        closed: (m) eigenvalues of the closed loop, without those that no cut changes.
         opened: (P, m) of the loop cut at each point.
     """
 
@@ -34,12 +35,12 @@ class LoopResponses:
 
     @property
     def stable(self) -> bool:
-        """Whether the closed loop is; integrators that no loop closes are left out."""
+        """Whether the closed loop is stable, apart from integrators outside of all loops."""
         return growth_rate(self.closed, self.period) < INTEGRATOR
 
     @property
     def highest(self) -> float:
-        """Highest frequency that means something [rad/s]: half the sampling rate."""
+        """Highest useful frequency [rad/s], half the sampling rate."""
         if self.period:
             return float(np.pi / self.period)
         return 100.0 * float(np.abs(np.append(self.opened, self.closed)).max())
@@ -47,13 +48,13 @@ class LoopResponses:
     def at(self, frequency: np.ndarray, loop: np.ndarray | None = None) -> np.ndarray:
         """Return L of every loop, (P, F), at frequencies (F) [rad/s].
 
-        With `loop` (K), frequencies are (K, N), and row k is of that loop's own.
+        With `loop` (K), frequencies are (K, N), with a row for each of these loops.
         """
         point = 1j * frequency
         if self.period:
             point = np.exp(point * self.period)
         opened = self.opened.T[:, :, None] if loop is None else self.opened.T[:, loop, None]
-        # poles along the first axis: products of whole arrays are several times as fast
+        # poles along the first axis: products over whole arrays are several times as fast
         over = np.prod(point - self.closed.reshape(-1, *[1] * point.ndim), axis=0)
         under = np.prod(point - opened, axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -64,7 +65,8 @@ class LoopResponses:
 def loop_responses(model: LinearModel, points: Sequence[str]) -> LoopResponses:
     """Return the open loops of a model, cut at each of the named points.
 
-    Positions and heading that nothing reads would only blur the eigenvalues near 1; they go first.
+    Positions and heading that have no effect would only blur the eigenvalues near 1, and are
+    removed first.
     """
     A = np.asarray(model.A, dtype=float)
     cuts = np.array([model.cut(point)[0] for point in points], dtype=float).reshape(-1, *A.shape)
@@ -79,13 +81,13 @@ def loop_responses(model: LinearModel, points: Sequence[str]) -> LoopResponses:
 
 
 def _cancel_integrators(eigenvalues: np.ndarray, period: float) -> None:
-    """Put aside poles at z = 1 that the loop has closed and cut, at whichever point; in place.
+    """Cancel poles at z = 1 that are in the closed loop and in all cut loops, in place.
 
-    An estimate adds some that no loop moves: places by dead reckoning, biases that none sees. At
-    rest they would leave the ratio of two roundings.
+    An estimator adds some that no loop affects: positions by dead reckoning, unobservable biases.
+    At zero frequency they would leave the ratio of two rounding errors.
 
     Args:
-        eigenvalues: a row of the closed loop, and of each cut one.
+        eigenvalues: a row for the closed loop, and one for each cut loop.
         period: between samples [s].
     """
     near = np.abs(eigenvalues - 1.0) < 0.1 * INTEGRATOR * period
@@ -97,7 +99,7 @@ def _cancel_integrators(eigenvalues: np.ndarray, period: float) -> None:
 
 
 def closed_poles(model: LinearModel) -> np.ndarray:
-    """Return the closed loop's poles (k), without those of states that nothing reads."""
+    """Return the poles of the closed loop (k), without those of states that have no effect."""
     kept = _read_states(np.abs(model.A), np.zeros(len(model.A)))
     poles: np.ndarray = np.linalg.eigvals(model.A[np.ix_(kept, kept)])
     return poles
@@ -109,23 +111,23 @@ def spectral_radius(poles: np.ndarray) -> float:
 
 
 def growth_rates(poles: np.ndarray, period: float) -> np.ndarray:
-    """Return how fast each pole grows [1/s]; negative for what dies out."""
+    """Return the growth rate of each pole [1/s], negative if it decays."""
     with np.errstate(divide="ignore"):
         rates: np.ndarray = np.log(np.abs(poles)) / period if period else poles.real
     return rates
 
 
 def growth_rate(poles: np.ndarray, period: float) -> float:
-    """Return how fast the fastest growing pole grows [1/s]."""
+    """Return the largest growth rate of the poles [1/s]."""
     return float(growth_rates(poles, period).max(initial=-np.inf))
 
 
 def _read_states(influence: np.ndarray, changed: np.ndarray) -> np.ndarray:
-    """Return which states act on another one, or on one that does; the rest is peeled off.
+    """Return which states have an effect on other states, directly or indirectly.
 
     Args:
-        influence: of each state (columns) on each (m, m).
-        changed: of each state on itself (m), by cuts; one that a cut changes stays.
+        influence: of each state (columns) on each other (m, m).
+        changed: effect of cuts on each state (m); a state that a cut changes stays.
     """
     effect: Any = influence.copy()
     np.fill_diagonal(effect, changed)

@@ -1,10 +1,10 @@
-"""Gains of a loop for a bandwidth and a phase or disk margin: all as `LoopMargins` has them.
+"""Find gains of a loop for a bandwidth and a phase or disk margin, defined as in `LoopMargins`.
 
-The response of a loop that is cut where its gains act is affine in these gains. So for each
-frequency w two gains that turn and stretch L(jw) to exp(j (phase margin - pi)) follow from two
-linear equations. Along such a curve of gains the phase margin is the asked one, and the bandwidth
-is looked for; what is found is made exact with the model itself. A disk margin is looked for among
-the gains of a bandwidth, from phase margin to phase margin.
+The response of a loop cut where its gains act is affine in these gains. So for each frequency w,
+two linear equations yield two gains for which L(jw) = exp(j (phase margin - pi)). Along such a
+curve of gains the phase margin is constant, and the search is for the bandwidth; the result is
+refined with the exact model. A disk margin is searched among the gains of a bandwidth, over the
+phase margin.
 """
 
 import itertools
@@ -34,37 +34,37 @@ from workbench.scenario.parameters import Parameter, ParameterTable
 
 Gains = Mapping[str, float]
 ModelOf = Callable[[Gains], LinearModel]
-"""Gives the sampled model in which a loop is closed, for all gains."""
+"""Function that returns the sampled closed-loop model for all gains."""
 PHASE_MARGINS = np.radians(np.arange(3.0, 120.0, 3.0))
-"""At which the reach of a loop is looked for [rad]."""
+"""Phase margins for the reach of a loop [rad]."""
 SPARSE = 4
 """One of this many frequencies is used where only the reach is needed."""
 SINGLE = 160
-"""Values of a gain that are looked at, of a loop with one gain."""
+"""Number of values in the search for a single gain."""
 LEAST = 1e-4
-"""The smallest of them, as share of the largest; 0 has no ratio."""
+"""The smallest of these values, as a share of the largest; 0 has no ratio."""
 SAME = math.radians(0.05)
-"""Phase margins that differ by less are the same on a grid of frequencies."""
+"""Phase margins that differ by less count as equal on a grid of frequencies [rad]."""
 EXACT = 1e-3
-"""How exact the bandwidth of an answer is, as a share."""
+"""Relative tolerance of the bandwidth of a result."""
 EXACTLY = {Robustness.PHASE: math.radians(0.05), Robustness.DISK: 1e-3}
-"""And its phase margin [rad], or disk margin."""
+"""Tolerance of its phase margin [rad] or disk margin."""
 AFFINE = 0.02
-"""The response of a loop is, in its gains, where it differs by no more than this share."""
+"""Largest relative difference for a response to count as affine in its gains."""
 NEARLY = 1.1
-"""A disk margin beyond its reach by less is tried: the reach is read between phase margins, and
-bandwidths that differ by less are alike there."""
+"""A disk margin beyond its reach by less is still tried, as the reach is interpolated between phase
+margins; bandwidths that differ by less count as equal there."""
 BISECTIONS = 14
 USUAL = math.radians(45.0)
-"""A phase margin that most loops can have [rad]."""
+"""Phase margin that most loops can have [rad]."""
 NOTHING = 0.1
-"""So little of what is exact enough need not be made better."""
+"""Share of the tolerances below which the refinement ends."""
 OTHER = 0.7
 """Factor on a gain, to find how the response depends on it."""
 
 
 class End(Enum):
-    """What ends the reach of a loop."""
+    """The limits of the reach of a loop."""
 
     NONE = ""
     LARGEST = "its largest value"
@@ -74,12 +74,12 @@ class End(Enum):
 
 @dataclass(frozen=True)
 class Reach:
-    """From where to where one number of a loop can be brought, the other held.
+    """The attainable range of one number of a loop, with the other constant.
 
     Attributes:
-        low, high: ends; NaN where nothing is within reach.
-        end: what ends it at `high`.
-        gain: whose largest or smallest value it is, "" for none.
+        low, high: ends; NaN if nothing is attainable.
+        end: the limit at `high`.
+        gain: the one at its largest or smallest value, "" for none.
     """
 
     low: float
@@ -90,14 +90,14 @@ class Reach:
 
 @dataclass(frozen=True)
 class Shaped:
-    """Gains of a loop, and what it is with them.
+    """Gains of a loop, with the results.
 
     Attributes:
-        gains: of the loop, and of what moves along, by name.
-        margins: of the loop with them, exact.
-        reached: whether bandwidth and phase or disk margin are the asked ones, to `EXACT`.
-        bandwidth: reach at this phase or disk margin [rad/s].
-        robustness: reach of that margin at this bandwidth; both ends the same of a loop with one
+        gains: of the loop, and linked ones, by name.
+        margins: exact, of the loop with these gains.
+        reached: whether bandwidth and phase or disk margin are as requested, to `EXACT`.
+        bandwidth: its reach at this phase or disk margin [rad/s].
+        robustness: reach of that margin at this bandwidth; both ends are equal for a loop with one
             gain.
     """
 
@@ -110,14 +110,14 @@ class Shaped:
 
 @dataclass(frozen=True)
 class _Asked:
-    """What gains are looked for: a bandwidth [rad/s], and unless it follows from that, a margin."""
+    """The requested bandwidth [rad/s], and unless it follows from that, the margin."""
 
     bandwidth: float
     robustness: Robustness = Robustness.PHASE
     margin: float | None = None
 
     def missed(self, margins: LoopMargins) -> tuple[float, float]:
-        """Return by how much margins differ, in tolerances."""
+        """Return the difference of margins from the request, in tolerances."""
         if not margins.stable or math.isnan(margins.bandwidth):
             return math.inf, math.inf
         wide = math.log(margins.bandwidth / self.bandwidth) / EXACT
@@ -126,22 +126,23 @@ class _Asked:
         return wide, (self.robustness.of(margins) - self.margin) / EXACTLY[self.robustness]
 
     def is_reached(self, margins: LoopMargins) -> bool:
-        """Return whether margins are what is asked."""
+        """Return whether margins are as requested."""
         return max(map(abs, self.missed(margins))) < 1.0
 
 
 class LoopShaper:
-    """Finds gains of one loop, all others as they are.
+    """Finds gains of one loop, with all others constant.
 
-    The last of the loop's gains is one unknown, those before it keep their ratio and are the other:
-    (kp, kd), (kp, ki) and (kp, ki, kd) alike. A loop with one gain has its bandwidth to choose.
+    The last gain of the loop is one unknown; the others keep their ratio and are the second
+    unknown, for (kp, kd), (kp, ki) and (kp, ki, kd). For a loop with one gain only the bandwidth
+    can be chosen.
 
     Args:
-        model_of: gives the model in which the loop is closed.
-        loop: cut at its actuator.
+        model_of: returns the closed-loop model.
+        loop: the one to shape, cut at its actuator.
         gains: all values.
         table: limits of the gains.
-        linked: gains that have the same value as one of the loop's, by its name.
+        linked: gains with the same value as one of the loop, by the name of that one.
 
     Raises:
         WorkbenchError: if the loop has no gains.
@@ -161,7 +162,7 @@ class LoopShaper:
         self._linked = dict(linked or {})
         names = [loop.gains] if len(loop.gains) == 1 else [loop.gains[:-1], loop.gains[-1:]]
         found = [_group([table.find(each) for each in group], gains) for group in names]
-        # of each unknown k: the gains that keep their ratio, with their sizes at k = 1
+        # for each unknown k the gains that keep their ratio, with their values at k = 1
         self._groups = [sizes for sizes, _, _ in found]
         self._low, self._high = np.array([[low, high] for _, low, high in found]).T
         self._own = np.array(
@@ -173,11 +174,11 @@ class LoopShaper:
 
     @property
     def is_affine(self) -> bool:
-        """Whether the loop's response is affine in its gains, so that all of them are known."""
+        """Whether the response of the loop is affine in its gains, so that one search finds all."""
         return self._is_affine
 
     def values(self, k: np.ndarray) -> dict[str, float]:
-        """Return the gains of unknowns (n), and of what is linked with them."""
+        """Return the gains of unknowns (n), with linked ones."""
         found = {}
         for group, each in zip(self._groups, k, strict=True):
             for name, size in group.items():
@@ -192,14 +193,14 @@ class LoopShaper:
         return response_margins(loop_responses(model, [self._point]))[0]
 
     def shape(self, bandwidth: float, phase_margin: float) -> Shaped:
-        """Return gains for both; where that cannot be, those for the nearest.
+        """Return gains for a bandwidth and a phase margin, or for the nearest attainable ones.
 
-        A phase margin may be more than the asked one, where the bandwidth goes with no less; else
-        the bandwidth gives way to it.
+        The phase margin may be larger than requested if the bandwidth requires it; else the
+        bandwidth is adjusted to it.
 
         Args:
-            bandwidth: asked [rad/s].
-            phase_margin: asked [rad]; of a loop with one gain it follows.
+            bandwidth: requested [rad/s].
+            phase_margin: requested [rad]; for a loop with one gain it follows.
 
         Raises:
             WorkbenchError: if no gains of the loop make it stable.
@@ -218,14 +219,14 @@ class LoopShaper:
         return self._shaped(k, wanted, reach, self._phase_reach(asked))
 
     def shape_disk(self, bandwidth: float, disk_margin: float) -> Shaped:
-        """Return gains for a bandwidth and a disk margin; where that cannot be, the nearest.
+        """Return gains for a bandwidth and a disk margin, or for the nearest attainable ones.
 
-        A disk margin may be more than the asked one, where the bandwidth goes with no less; else
-        the bandwidth gives way to it.
+        The disk margin may be larger than requested if the bandwidth requires it; else the
+        bandwidth is adjusted to it.
 
         Args:
-            bandwidth: asked [rad/s].
-            disk_margin: asked; of a loop with one gain it follows.
+            bandwidth: requested [rad/s].
+            disk_margin: requested; for a loop with one gain it follows.
 
         Raises:
             WorkbenchError: if no gains of the loop make it stable.
@@ -289,7 +290,7 @@ class LoopShaper:
         if not found:
             return []
         k = np.array(found)
-        with np.errstate(invalid="ignore"):  # a bandwidth may leap over the asked one
+        with np.errstate(invalid="ignore"):  # a bandwidth may jump over the requested one
             good = np.abs(np.log(self._judged(k, math.nan)[0] / bandwidth)) < math.log(NEARLY)
         k, response = k[good], self._response(k[good])
         rising = np.argsort(_phase_margins(response))
@@ -372,7 +373,7 @@ class LoopShaper:
         return inside
 
     def _look(self) -> None:
-        """Find how the response depends on the gains, on a grid of frequencies."""
+        """Find the dependence of the response on the gains, on a grid of frequencies."""
         sets = [self._own]
         for index in range(len(self._own)):
             other = self._own.copy()
@@ -400,7 +401,7 @@ class LoopShaper:
         self._curve_disks: list[tuple[_Curve, np.ndarray]] = []
 
     def _stable_unknowns(self) -> np.ndarray:
-        """Return unknowns with which the closed loop is stable, if a look finds some.
+        """Return unknowns with a stable closed loop, if a coarse search finds some.
 
         How often 1 + L turns about 0 tells how many poles grow beside a known number of them; what
         moves along with the loop's gains may grow in the cut loop, too, so it is best known as 0.
@@ -724,7 +725,7 @@ class _Curve:
 
 
 def _turn(response: np.ndarray) -> np.ndarray:
-    """Return by how much 1 + L (S, F) turns about 0 from the lowest frequency to the highest."""
+    """Return the angle of 1 + L (S, F) about 0 from the lowest frequency to the highest."""
     around = 1.0 + response
     turn: np.ndarray = np.angle(around[:, 1:] * around[:, :-1].conj()).sum(axis=1)
     return turn

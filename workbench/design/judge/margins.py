@@ -1,6 +1,6 @@
 """Stability margins of the exact sampled loop, in python-control's terms.
 
-A grid of frequencies finds where a response crosses or turns; zooming in makes the numbers exact.
+A grid of frequencies locates crossings and extrema of a response; refinement makes them exact.
 """
 
 import math
@@ -14,45 +14,47 @@ from workbench.design.judge.loop_response import LoopResponses, loop_responses
 from workbench.design.linear.model import LinearModel
 
 DECADES = 5.0
-"""Frequencies looked at reach so far below the highest."""
+"""Span of the grid below the highest frequency [decades]."""
 GRID = 320
-"""Frequencies in them."""
+"""Number of frequencies in the grid."""
 _ZOOM = np.linspace(0.0, 1.0, 9)
 _ZOOMS = 3
-"""Each makes an interval eight times as short; the chord of what is left is exact to 1e-8."""
+"""Number of refinements, each of an interval by a factor of eight; linear interpolation then is
+exact to 1e-8."""
 _PHASE, _SIZE, _FALL = range(3)
 _LEAST = 1e-6
-"""Gain margins beyond this, or its inverse, are none: rounding makes crossings there."""
+"""Gain margins beyond this, or its inverse, are ignored, as rounding causes crossings there."""
 HALF_POWER = 10.0 ** (-3.0 / 20.0)
-"""-3 dB, python-control's end of the bandwidth."""
+"""-3 dB, which defines the bandwidth in python-control."""
 BELOW_CROSSOVER = 0.1
-"""The plateau that a bandwidth refers to lies below this share of the crossover."""
+"""The reference plateau of the bandwidth lies below this share of the crossover."""
 FLAT = 3e-3
-"""A response is, where it changes by a smaller power of the frequency."""
+"""A response is flat where it changes with a smaller power of the frequency."""
 
 
 @dataclass(frozen=True)
 class LoopMargins:
-    """The margins of a closed loop that is cut at one point.
+    """The margins of a closed loop, cut at one point.
 
-    An unstable closed loop has none: factors are 1, angles, times and the disk 0, the peak
-    is infinite and frequencies NaN.
+    An unstable closed loop has no margins: factors are 1, angles, times and the disk are 0, the
+    peak is infinite and frequencies are NaN.
 
     Attributes:
-        gain_margin: smallest factor above 1 on the loop's gain that brings it to the verge of
-            instability; infinite if there is none.
-        gain_reduction_margin: largest factor below 1 that does; 0 if there is none.
-        phase_margin: smallest turn of the phase that does, whichever way [rad].
-        delay_margin: smallest delay in the loop that does [s].
-        disk_margin: python-control's balanced one (skew 0), alpha = 1 / max abs(S - 1/2): gain may
-            change by any factor within (2 - alpha) / (2 + alpha) and its inverse while the phase
-            turns as well.
+        gain_margin: smallest factor above 1 on the loop gain that makes the loop marginally stable;
+            infinite if there is none.
+        gain_reduction_margin: largest factor below 1 that makes it marginally stable; 0 if there is
+            none.
+        phase_margin: smallest change of phase of either sign that makes it marginally stable [rad].
+        delay_margin: smallest delay in the loop that makes it marginally stable [s].
+        disk_margin: python-control's balanced one (skew 0), alpha = 1 / max abs(S - 1/2): the gain
+            may change by any factor between (2 - alpha) / (2 + alpha) and its inverse while the
+            phase changes as well.
         peak_sensitivity: largest abs(S) = abs(1 / (1 + L)).
-        bandwidth: frequency at which T = L / (1 + L) first falls 3 dB below its plateau [rad/s]:
-            its size where it first is flat. Where it is from rest on, that is python-control's
-            `bandwidth`.
+        bandwidth: frequency at which abs(T), T = L / (1 + L), first falls 3 dB below its plateau,
+            the value where it first is flat [rad/s]. If it is flat from zero frequency on, this is
+            python-control's `bandwidth`.
         crossover: highest frequency at which abs(L) is 1 [rad/s].
-        stable: whether the closed loop is; integrators that no loop closes are left out.
+        stable: whether the closed loop is stable, apart from integrators outside of all loops.
     """
 
     gain_margin: float
@@ -67,13 +69,13 @@ class LoopMargins:
 
 
 class Robustness(Enum):
-    """The number that says how robust a loop is, of `LoopMargins`."""
+    """The measures of robustness in `LoopMargins`."""
 
     PHASE = "phase_margin"
     DISK = "disk_margin"
 
     def of(self, margins: LoopMargins) -> float:
-        """Return it of a loop: the phase margin [rad], or the disk margin."""
+        """Return the phase margin [rad] or the disk margin of a loop."""
         found: float = getattr(margins, self.value)
         return found
 
@@ -82,7 +84,7 @@ UNSTABLE = LoopMargins(1.0, 1.0, 0.0, 0.0, 0.0, math.inf, math.nan, math.nan, st
 
 
 def loop_margins(model: LinearModel, point: str) -> LoopMargins:
-    """Return the margins of a model's loop cut at a point.
+    """Return the margins of a model at a loop point.
 
     Args:
         model: a closed loop that can be cut.
@@ -131,7 +133,7 @@ def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
 
 
 def frequency_grid(loops: LoopResponses) -> np.ndarray:
-    """Return frequencies (F) [rad/s] up to the highest: even in log, denser at faint damping."""
+    """Return a logarithmic grid of frequencies (F) [rad/s], denser near poles of low damping."""
     top = loops.highest
     even = np.geomspace(top * 10.0**-DECADES, top * 0.99999, GRID)
     poles = np.append(loops.closed, loops.opened)
@@ -148,7 +150,7 @@ def frequency_grid(loops: LoopResponses) -> np.ndarray:
 
 
 def complementary(response: np.ndarray) -> np.ndarray:
-    """Return T = L / (1 + L); an integrator at rest, of infinite L, has 1."""
+    """Return T = L / (1 + L); it is 1 for an infinite L, as of an integrator at zero frequency."""
     with np.errstate(divide="ignore", invalid="ignore"):
         closed: np.ndarray = 1.0 / (1.0 + 1.0 / response)
     return closed
@@ -157,8 +159,8 @@ def complementary(response: np.ndarray) -> np.ndarray:
 def plateaus(grid: np.ndarray, response: np.ndarray) -> np.ndarray:
     """Return where (P) in the grid |T| first is flat, or flattest, well below the crossover.
 
-    At the lowest frequencies it may still rise: a heading that the wind straightens out within
-    minutes leaves nothing of a yaw rate at rest.
+    At the lowest frequencies it may still rise: if wind turns the heading back within minutes, the
+    yaw rate has no response at zero frequency.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         steepness = np.abs(np.diff(np.log(np.abs(complementary(response)))) / np.diff(np.log(grid)))
@@ -203,7 +205,7 @@ def _zeros(
 
 
 def _shapes(response: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Return what is zero where L is real, where |L| is 1, and where |T| is at a level."""
+    """Return values that are zero where L is real, where |L| is 1, and where |T| is at a level."""
     size = response.real**2 + response.imag**2
     return np.stack(
         [response.imag, size - 1.0, size - level**2 * (size + 2.0 * response.real + 1.0)]
@@ -237,7 +239,7 @@ def _lowest(
 
 
 def _distances(response: np.ndarray) -> np.ndarray:
-    """Return |1 + L| and 2 |1 + L| / |1 - L|; infinite where L is."""
+    """Return |1 + L| and 2 |1 + L| / |1 - L|, infinite where L is."""
     with np.errstate(divide="ignore", invalid="ignore"):
         near = np.abs(1.0 + response)
         both = np.stack([near, 2.0 * near / np.abs(1.0 - response)])
@@ -246,9 +248,9 @@ def _distances(response: np.ndarray) -> np.ndarray:
 
 
 def _edges(loops: LoopResponses) -> np.ndarray:
-    """Return L (P, 2) at rest and at half the sampling rate, where it is real; NaN if not finite.
+    """Return L (P, 2) at zero frequency and half the sampling rate, where it is real, else NaN.
 
-    Above a continuous loop's highest frequency nothing is left of it.
+    Above the highest frequency of a continuous loop it is zero.
     """
     edges = loops.at(np.array([0.0, loops.highest]))
     if not loops.period:

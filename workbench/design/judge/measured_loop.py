@@ -1,10 +1,10 @@
-"""The response of a loop as it is measured in flight, beside that of its linear model.
+"""The frequency response of a loop, measured in flight.
 
-A multisine d adds to a loop point; the law sees u there, and v = u + d goes on. With negative
-feedback u = -L v, so L = -U / V of the signals' Fourier coefficients. The signals repeat with the
-multisine's period, so there is no leakage and no window; what does not repeat is noise. (Ljung,
-System Identification, 2nd edition, 1999, section 13.3 on periodic inputs and 13.5 on loops that are
-closed; Pintelon and Schoukens, System Identification, 2nd edition, 2012, section 2.5.)
+A multisine d is added at a loop point: the law computes u there, and v = u + d is passed on. With
+negative feedback u = -L v, so L = -U / V of the signals' Fourier coefficients. The signals have the
+period of the multisine, so there is no leakage and no window; the non-periodic rest is noise.
+(Ljung, System Identification, 2nd edition, 1999, section 13.3 on periodic inputs and 13.5 on loops
+that are closed; Pintelon and Schoukens, System Identification, 2nd edition, 2012, section 2.5.)
 """
 
 import math
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from workbench.session.injected import Injected
 
 COHERENT = 0.9
-"""From this coherence on a response counts as measured."""
+"""Smallest coherence of a valid measurement."""
 CONFIDENCE = 1.645
-"""Standard deviations of the lower end of an interval that 95 % lie above."""
+"""Standard deviations below the mean of the lower bound of a one-sided 95 % interval."""
 
 
 @dataclass(frozen=True)
 class MeasuredLoop:
-    """A loop over frequency, as measured.
+    """A measured loop over frequency.
 
     Attributes:
         point: the loop point where it was opened.
-        frequency: (F), rising [rad/s].
+        frequency: (F), increasing [rad/s].
         response: (F) complex L, with negative feedback.
-        coherence: (F), 0 .. 1, see `_coherence`: the lesser one of injection with u and with v.
+        coherence: (F), 0 .. 1, see `_coherence`: the smaller one of injection with u and with v.
         deviation: (F) one-sigma relative error of abs(L); of its phase, the same in rad.
-        periods: how many were measured.
+        periods: number of measured periods.
     """
 
     point: str
@@ -49,7 +49,7 @@ def measured_loop(injected: "Injected") -> MeasuredLoop:
     """Return the loop response that a flown injection measures.
 
     Args:
-        injected: of a flight, with two whole periods or more.
+        injected: signals of a flight, with two complete periods or more.
 
     Raises:
         WorkbenchError: with fewer.
@@ -80,9 +80,9 @@ def measured_loop(injected: "Injected") -> MeasuredLoop:
 def _coherence(spectra: np.ndarray) -> np.ndarray:
     """Return the coherence of spectra (P, F) with an injection that repeats exactly.
 
-    Of few periods an estimate flatters: so it is the lower end of an interval, above which the
-    true one lies in 95 of 100 cases, by Fisher's transformation (Enochson and Goodman, 1965;
-    Bendat and Piersol, Random Data, 4th edition, 2010, section 9.2.3).
+    With few periods an estimate is biased upwards. So this is the lower bound of a one-sided 95 %
+    confidence interval, by Fisher's transformation (Enochson and Goodman, 1965; Bendat and Piersol,
+    Random Data, 4th edition, 2010, section 9.2.3).
     """
     count = len(spectra)
     power = (np.abs(spectra) ** 2).mean(axis=0)

@@ -1,4 +1,4 @@
-"""Poles of the closed loop in the words of python-control's `damp`."""
+"""Poles of the closed loop in the terms of python-control's `damp`."""
 
 import math
 from dataclasses import dataclass
@@ -9,19 +9,19 @@ from workbench.design.judge.loop_response import INTEGRATOR, closed_poles
 from workbench.design.linear.model import LinearModel
 
 GONE = 1e-9
-"""A sampled pole no larger than this has forgotten everything after a sample."""
+"""Largest size of a sampled pole that decays completely within a sample."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A pole, or a pair of them; of a sampled loop s = ln(z) / period.
+    """A pole, or a pair of them; for a sampled loop s = ln(z) / period.
 
     Attributes:
-        real: of the pole [1/s]; negative dies out.
-        imaginary: 0, or that of the upper one of a pair [rad/s].
+        real: real part [1/s], negative if it decays.
+        imaginary: imaginary part, 0 or that of the upper pole of a pair [rad/s].
         frequency: natural frequency [rad/s].
-        damping: ratio; 1 for a real pole that dies out, negative for one that grows.
-        time_constant: of dying out [s]; negative for what grows.
+        damping: ratio; 1 for a real pole that decays, negative for one that grows.
+        time_constant: of the decay [s], negative if it grows.
     """
 
     real: float
@@ -31,15 +31,15 @@ class Mode:
     time_constant: float
 
     def gone_after(self, period: float) -> bool:
-        """Whether it dies out within a time [s], to a twentieth."""
+        """Whether it decays within a time [s], to a twentieth."""
         return self.real * period < -3.0
 
 
 def modes(model: LinearModel) -> tuple[Mode, ...]:
-    """Return the closed loop's modes, the slowest first.
+    """Return the modes of the closed loop, the slowest first.
 
-    Integrators that no loop closes (place and heading while a pilot steers) are left out, and so
-    are poles at z = 0.
+    Integrators outside of all loops (position and heading while a pilot steers) and poles at z = 0
+    are left out.
     """
     return modes_of(closed_poles(model), model.period)
 
@@ -48,7 +48,7 @@ def modes_of(poles: np.ndarray, period: float) -> tuple[Mode, ...]:
     """Return the modes of poles (k), the slowest first, without integrators and poles at z = 0.
 
     Args:
-        poles: z of a sampled system, s [1/s] of a continuous one.
+        poles: z for a sampled system, s [1/s] for a continuous one.
         period: between samples [s], 0 for continuous time.
     """
     upper = natural_poles(poles[poles.imag >= 0.0], period)
@@ -57,7 +57,7 @@ def modes_of(poles: np.ndarray, period: float) -> tuple[Mode, ...]:
 
 
 def natural_poles(poles: np.ndarray, period: float) -> np.ndarray:
-    """Return poles in continuous terms [1/s]; those that forget within a sample are left out."""
+    """Return poles in continuous time [1/s], without those that decay within a sample."""
     if not period:
         return poles
     found: np.ndarray = np.log(poles[np.abs(poles) > GONE].astype(complex)) / period

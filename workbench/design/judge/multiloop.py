@@ -1,16 +1,16 @@
 """The disk margin of several loops at once.
 
-With the loops opened one at a time the others are as they were. Where loops couple, small changes
-of all may do what a large one of each does not: P. Seiler, A. Packard, P. Gahinet, An introduction
-to disk margins, IEEE Control Systems Magazine 40 (5), 2020, of which this is section 5 with skew 0.
-Each loop's gain and phase change by f = (2 + δ) / (2 - δ) with its own complex |δ| < α, and all are
-borne up to
+Margins with one loop opened at a time assume that the others do not change. In coupled loops, small
+changes of all may cause what a large change of one does not: P. Seiler, A. Packard, P. Gahinet, An
+introduction to disk margins, IEEE Control Systems Magazine 40 (5), 2020, of which this is section 5
+with skew 0. Gain and phase of each loop change by f = (2 + δ) / (2 - δ) with its own complex |δ| <
+α. The system stays stable up to
 
     α = 1 / max μ(S - I/2) = 2 / max μ(S - T)
 
-over frequency. μ is the structured singular value for a diagonal of complex numbers; in its place
-stands min σ(D M D⁻¹) over positive diagonal D, which is μ up to three loops and no smaller for
-more, so that α is never said to be too large.
+over frequency. μ is the structured singular value for a complex diagonal. It is replaced by min σ(D
+M D⁻¹) over positive diagonal D, which equals μ for up to three loops and is an upper bound for
+more, so α is never overestimated.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ from workbench.design.judge.margins import UNSTABLE, frequency_grid, response_ma
 from workbench.design.linear.model import LinearModel, frequency_response
 
 _BALANCINGS = 30
-"""Rounds of making a row as large as its column, for all."""
+"""Number of iterations that balance rows and columns."""
 _ZOOMS = 4
 _ZOOM = np.linspace(0.0, 1.0, 9)
 _EXACT = 1e-5
@@ -33,15 +33,15 @@ _EXACT = 1e-5
 
 @dataclass(frozen=True)
 class MultiloopMargin:
-    """The margin of some loops when all of them change at once.
+    """The margin of several loops when all of them change at once.
 
-    An unstable closed loop has none: margins are 0, the frequency is NaN.
+    For an unstable closed loop margins are 0, and the frequency is NaN.
 
     Attributes:
-        disk_margin: α, see above: the gain of each loop may change by any factor within
-            (2 - α) / (2 + α) and its inverse, while its phase turns as well.
-        frequency: where that is least [rad/s].
-        alone: disk margin of each loop with the others as they are, by name.
+        disk_margin: α, see above: the gain of each loop may change by any factor between (2 - α) /
+            (2 + α) and its inverse, while its phase changes as well.
+        frequency: of the smallest margin [rad/s].
+        alone: disk margin of each loop with the others unchanged, by name.
     """
 
     disk_margin: float
@@ -53,9 +53,8 @@ def multiloop_margin(model: LinearModel, points: Sequence[str] = ()) -> Multiloo
     """Return the margin of a closed loop at several points at once.
 
     Args:
-        model: sampled or continuous; a signal of the same name comes out and can be injected at
-            each of the points.
-        points: names of them; without any, all inputs.
+        model: sampled or continuous, with an output and an input of the same name at each point.
+        points: their names; empty for all inputs.
     """
     names = list(points) or [signal.name for signal in model.inputs]
     loops = loop_responses(model, names)
@@ -65,7 +64,7 @@ def multiloop_margin(model: LinearModel, points: Sequence[str] = ()) -> Multiloo
         return MultiloopMargin(UNSTABLE.disk_margin, float("nan"), alone)
 
     def difference(frequency: np.ndarray) -> np.ndarray:
-        """Return S - T (F, k, k): the closed loop from what is injected is -T."""
+        """Return S - T (F, k, k): the closed loop from the injection is -T."""
         return np.eye(len(names)) + 2.0 * frequency_response(model, frequency, names, names)
 
     size, frequency = largest(difference, frequency_grid(loops))
@@ -77,7 +76,7 @@ def largest(response: Callable[[np.ndarray], np.ndarray], grid: np.ndarray) -> t
 
     Args:
         response: matrices (F, k, k) at frequencies (F).
-        grid: frequencies (F) that catch every peak; between them it is sought further.
+        grid: frequencies (F) close to every peak; the search continues between them.
     """
     size, at = _largest_of(response(grid))
     low, high = grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]
@@ -92,9 +91,9 @@ def largest(response: Callable[[np.ndarray], np.ndarray], grid: np.ndarray) -> t
 
 
 def _largest_of(matrices: np.ndarray) -> tuple[float, int]:
-    """Return the largest bound on μ of some matrices (F, k, k), and of which one it is.
+    """Return the largest bound on μ of matrices (F, k, k), and its index.
 
-    Balancing bounds all at once; only those are looked at closely that could be the largest.
+    Balancing bounds all at once; only candidates for the largest are refined.
     """
     scales = _balanced(matrices)
     scaled = matrices * np.exp(scales[:, :, None] - scales[:, None, :])
@@ -110,7 +109,7 @@ def _largest_of(matrices: np.ndarray) -> tuple[float, int]:
 
 
 def _balanced(matrices: np.ndarray) -> np.ndarray:
-    """Return the log of scales (F, k) that make rows as large as columns (Osborne, 1960)."""
+    """Return the log of scales (F, k) that balance rows and columns (Osborne, 1960)."""
     sizes = np.abs(matrices) ** 2
     count = matrices.shape[-1]
     sizes[:, range(count), range(count)] = 0.0
@@ -127,13 +126,13 @@ def _balanced(matrices: np.ndarray) -> np.ndarray:
 
 
 def structured_singular_value(matrix: np.ndarray, scale: np.ndarray | None = None) -> float:
-    """Return the least σ(D M D⁻¹) over positive diagonal D, a bound on μ from above.
+    """Return the smallest σ(D M D⁻¹) over positive diagonal D, an upper bound on μ.
 
-    It is convex in log D (Sezginer and Overton, 1990), and so has no other minimum.
+    It is convex in log D (Sezginer and Overton, 1990), so the minimum is global.
 
     Args:
         matrix: M (k, k).
-        scale: log of D (k) to begin with.
+        scale: initial log of D (k).
     """
     from scipy.optimize import minimize
 

@@ -19,8 +19,8 @@ from workbench.plant.sensors import Barometer, Gps, Magnetometer, Noise, RangeFi
 from workbench.systems.sensors.barometer import pressure_at
 
 DOUBLINGS = 14
-"""RMS values are those after 2^14 control periods: 128 s at 128 Hz. A heading that no sensor sees
-walks on, and has none that is settled."""
+"""RMS values are those after 2^14 control periods: 128 s at 128 Hz. An unobserved heading drifts,
+and has no steady value."""
 ATTITUDE = ("roll", "pitch", "yaw")
 
 
@@ -31,7 +31,7 @@ class NoiseEffect:
     Attributes:
         sensor: its kind, `gyro` and `accelerometer` of the IMU, or `all`.
         attitude: RMS of roll, pitch and yaw (3) [rad].
-        command: RMS of the rotors' commands (n) over their speeds in hover.
+        command: RMS of the commands of rotors (n) over their speeds in hover.
     """
 
     sensor: str
@@ -40,7 +40,7 @@ class NoiseEffect:
 
     @property
     def worst_command(self) -> float:
-        """That of the rotor with the largest one."""
+        """RMS of the command of the rotor with the largest one."""
         return max(self.command)
 
 
@@ -49,18 +49,18 @@ def noise_effects(
     point: OperatingPoint = HOLDING,
     gains: Mapping[str, float] | None = None,
 ) -> tuple[NoiseEffect, ...]:
-    """Return what the described noise of each sensor does, and that of all together.
+    """Return the effect of the described noise of each sensor, and of all together.
 
-    On the truth a flight has no noise; then it is the gyro's, as if the law flew on the truth with
-    that added to the angular velocity.
+    A flight on the true motion has no noise. The effect then is that of gyro noise added to the
+    true angular velocity.
 
     Args:
         study: of the vehicle and its estimator.
-        point: where.
+        point: the operating point.
         gains: parameter values by name that differ from the scenario's.
 
     Raises:
-        WorkbenchError: if the vehicle has no IMU, or does not fly like that.
+        WorkbenchError: if the vehicle has no IMU, or cannot fly at the point.
     """
     model = study.noisy(point, gains)
     deviations = input_deviations(study, model, gains)
@@ -83,12 +83,12 @@ def noise_effects(
 def noise_response(model: LinearModel, sensor: str, frequency: np.ndarray) -> np.ndarray:
     """Return the response (F, outputs, inputs) of attitude and commands to a sensor's noise.
 
-    Outputs are roll, pitch, yaw [rad] and the rotors' commands [rad/s]; inputs are the axes of a
-    gyro or accelerometer, whose samples in a period are all alike, or what the sensor measures.
+    Outputs are roll, pitch, yaw [rad] and the commands of rotors [rad/s]. Inputs are the axes of a
+    gyro or accelerometer, constant within a period, or the quantities that the sensor measures.
 
     Args:
         model: from `LinearStudy.noisy`.
-        sensor: one of those that `noise_effects` names.
+        sensor: a name from `noise_effects`.
         frequency: (F) [rad/s].
 
     Raises:
@@ -113,8 +113,8 @@ def input_deviations(
 ) -> dict[str, float]:
     """Return the standard deviation of each input of a `LinearStudy.noisy` model, by name.
 
-    A sensor that measures less often than the model updates is taken to measure at every update,
-    with so much less weight: its noise then counts by the root of the ratio more.
+    A sensor slower than the updates of the model is treated as if it measured at every update, with
+    its noise increased by the square root of the ratio of rates.
     """
     rates = study.scenario.rates
     inertial = find_imu(study.vehicle, study.scenario.sensors.noise)
@@ -136,7 +136,7 @@ def input_deviations(
 
 
 def noise_rows(model: LinearModel) -> np.ndarray:
-    """Return the rows (3 + n) of attitude and of the rotors' commands by the states."""
+    """Return the rows (3 + n) from states to attitude and commands of rotors."""
     commands = [f"command_{rotor + 1}" for rotor in range(model.trim.speeds.size)]
     places = [model.state_names.index(name) for name in commands]
     return np.vstack([model.C(ATTITUDE), np.eye(len(model.A))[places]])
@@ -165,7 +165,7 @@ def _groups(model: LinearModel) -> dict[str, list[str]]:
 
 
 def _measured_deviations(sensor: Sensor, rate: float, study: LinearStudy) -> dict[str, float]:
-    """Return the deviation of a sample of what a sensor measures, by the names of `MEASURED`."""
+    """Return the standard deviations of the quantities of a sensor, by the names of `MEASURED`."""
     if isinstance(sensor, Gps):
         level, up = sensor.horizontal_position.stddev, sensor.vertical_position.stddev
         slow, climb = sensor.horizontal_velocity.stddev, sensor.vertical_velocity.stddev

@@ -20,19 +20,19 @@ from workbench.plant.gravity import GRAVITY
 from workbench.scenario.scenario import Scenario
 
 COUNT = 9
-"""Values along each direction, if not said otherwise."""
+"""Default number of values along each direction."""
 
 
 @dataclass(frozen=True)
 class Direction:
-    """What a map goes along.
+    """An axis of a map.
 
     Attributes:
         name: of the quantity.
         unit: of its values.
-        low: first value, if not said otherwise.
-        high: last one.
-        words: what it is.
+        low: default first value.
+        high: default last value.
+        words: its meaning.
     """
 
     name: str
@@ -57,13 +57,13 @@ class OperatingMap:
 
     Attributes:
         vehicle: its name.
-        first: along the columns.
-        second: along the rows.
+        first: direction of the columns.
+        second: direction of the rows.
         first_values: (c).
         second_values: (r).
         phase_margin: (r, c) smallest of all loops [rad], 0 where unstable.
         disk_margin: (r, c) smallest of all loops, 0 where unstable.
-        damping: (r, c) least of all modes, negative where unstable.
+        damping: (r, c) smallest of all modes, negative where unstable.
         weakest: (r) rows of (c) names of the loop with the smallest disk margin, "" for none.
     """
 
@@ -101,7 +101,7 @@ def find_direction(name: str) -> Direction:
     """Return a direction.
 
     Raises:
-        WorkbenchError: if there is none of that name.
+        WorkbenchError: if there is none with that name.
     """
     return find_row("direction of a map", name, DIRECTIONS)
 
@@ -120,15 +120,16 @@ def operating_map(
 
     Args:
         first: name of one of `DIRECTIONS`.
-        second: of another.
-        first_values: (c) in its unit; evenly over its usual range if not given.
-        second_values: (r), likewise.
+        second: name of another one.
+        first_values: (c) in its unit; None for even steps over its usual range.
+        second_values: (r), the same for the second.
         scenario: its vehicle and rates are used.
         settings: parameter values.
         progress: called with the share done, 0 .. 1.
 
     Raises:
-        WorkbenchError: if a direction is unknown or both are one, or the vehicle cannot be read.
+        WorkbenchError: if a direction is unknown or both are the same, or the vehicle cannot be
+            read.
     """
     columns, rows = find_direction(first), find_direction(second)
     if first == second:
@@ -152,7 +153,7 @@ def operating_map(
         try:
             model = study.sampled(_point(values), gains)
         except WorkbenchError:
-            continue  # no such flight: the map has a hole there
+            continue  # no such flight: the map is empty there
         found = [
             (margins.disk_margin, margins.phase_margin, judged.loop)
             for judged in judge_loops(model)
@@ -185,7 +186,7 @@ def _values(direction: Direction, values: Sequence[float] | None) -> np.ndarray:
 
 
 def _loaded(scenario: Scenario, factor: float) -> Scenario:
-    """Return a scenario with a multiple of its mass, of which the controller does not know."""
+    """Return a scenario with a multiple of its mass, unknown to the controller."""
     loaded = copy.deepcopy(scenario)
     variation = loaded.vehicle.variation
     loaded.vehicle.variation = dataclasses.replace(variation, mass=factor * variation.mass)
@@ -193,7 +194,7 @@ def _loaded(scenario: Scenario, factor: float) -> Scenario:
 
 
 def _point(values: Mapping[str, float]) -> OperatingPoint:
-    """Return the operating point of a place in the map."""
+    """Return the operating point of a position in the map."""
     return OperatingPoint(
         velocity=(values.get("speed", 0.0), 0.0, values.get("climb", 0.0)),
         yaw_rate=values.get("yaw_rate", 0.0),

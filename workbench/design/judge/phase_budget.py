@@ -23,20 +23,20 @@ SWITCHES = (*FILTERS, "accel_lowpass")
 
 @dataclass(frozen=True)
 class PhaseBudget:
-    """The phase of an open loop at its crossover, by what turned it; angles in rad.
+    """The contributions to the phase of an open loop at its crossover; angles in rad.
 
-    Parts add up to the phase of L, which is the phase margin less pi.
+    They add up to the phase of L, which is the phase margin minus pi.
 
     Attributes:
         loop: its name; it is cut at its actuator.
         crossover: highest frequency at which abs(L) is 1 [rad/s].
-        law: what is left: the law with a rigid body whose rotors answer at once.
-        filters: of gyro, accelerometer, setpoint and acceleration: the loop with them over the one
+        law: the rest: the law with a rigid body and instantaneous rotors.
+        filters: of gyro, accelerometer, setpoint and acceleration: the loop with them over that
             without.
-        estimator: the loop on the estimate over the one on the truth.
-        delay: -w T of sensing, of commands, and of the physics step by which these come late.
-        hold: -w T / 2 of the control period, in which commands are held.
-        rotors: -atan(w tau), with the mean of their time constants in that flight.
+        estimator: the loop with the estimate over that with the true motion.
+        delay: -w T of sensing, of commands, and of the delay of commands by a physics step.
+        hold: -w T / 2 of the control period, as commands are held.
+        rotors: -atan(w tau), with the mean of their time constants in flight.
     """
 
     loop: str
@@ -50,12 +50,12 @@ class PhaseBudget:
 
     @property
     def phase(self) -> float:
-        """Of L at the crossover [rad]."""
+        """Phase of L at the crossover [rad]."""
         return sum(getattr(self, part) for part in PARTS)
 
 
 class PhaseStudy:
-    """Gives phase budgets of a vehicle with any gains.
+    """Computes phase budgets of a vehicle for any gains.
 
     Args:
         study: of the vehicle.
@@ -74,15 +74,15 @@ class PhaseStudy:
         crossovers: Mapping[str, float],
         gains: Mapping[str, float] | None = None,
     ) -> tuple[PhaseBudget, ...]:
-        """Return the budget of each loop that crosses.
+        """Return the budget of each loop with a crossover.
 
         Args:
-            model: sampled, of the closed loop, from this study with these gains.
-            crossovers: of loops by name [rad/s]; NaN for one that has none.
+            model: sampled, of the closed loop, from this study and with these gains.
+            crossovers: of loops by name [rad/s]; NaN for a loop without one.
             gains: parameter values by name that differ from the scenario's.
 
         Raises:
-            WorkbenchError: if it cannot fly like that.
+            WorkbenchError: if it cannot fly with these gains.
         """
         study, point = self._study, model.trim.point
         unfiltered = {**(gains or {}), **dict.fromkeys(SWITCHES, 0.0)}
@@ -117,7 +117,7 @@ class PhaseStudy:
         return tuple(found)
 
     def _of_truth(self, gains: Mapping[str, float]) -> dict[str, float]:
-        """Return those of some values that a flight on the truth has, too."""
+        """Return those values that also exist in a flight on the true motion."""
         table = parameter_table(self._on_truth.controller)
         return {name: value for name, value in gains.items() if name in table}
 
@@ -137,7 +137,7 @@ def phase_budgets(
     loops: tuple[LoopJudgement, ...],
     gains: Mapping[str, float] | None = None,
 ) -> tuple[PhaseBudget, ...]:
-    """Return the budgets of judged loops, in their order; see `PhaseStudy.budgets`."""
+    """Return the budgets of judged loops, in order; see `PhaseStudy.budgets`."""
     studied = PhaseStudy(study)
     crossovers = {judged.loop: judged.actuator.crossover for judged in loops}
     found = studied.budgets(steering, crossovers, gains)

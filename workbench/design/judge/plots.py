@@ -1,4 +1,4 @@
-"""The pictures of a judgement: of one loop and of all, maps, sensitivities, rates, measurements."""
+"""Figures of a judgement: one loop, all loops, maps, sensitivities, rates, measurements."""
 
 import math
 from collections.abc import Sequence
@@ -27,23 +27,23 @@ from workbench.design.plots import PALETTE, label, legend, stacked, styled, titl
 from workbench.scenario.axes import find_axis
 
 _DISK_REACH = 60.0
-"""A disk wider than this is drawn as if it were as wide: a straight edge."""
+"""Limit of the drawn size of a disk; a larger one has a straight edge."""
 _PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
-"""Behind words that a curve may pass under."""
+"""Background of text that curves may cross."""
 _GAINS = np.geomspace(0.02, 50.0, 400)
 _DAMPING = (0.2, 0.4, 0.6, 0.8)
 SAMPLES = 640
-"""Of a linear step where nothing was flown."""
+"""Number of samples of a linear step without a flight."""
 _STRONGEST = 1.5
-"""Elasticities from here on have the darkest colour [% per %]."""
+"""Elasticity from which on the colour is darkest [% per %]."""
 _FAINT = 0.005
-"""Gains that change no metric by this share are left out of the picture [% per %]."""
+"""Gains with smaller elasticities for all metrics are left out of the figure [% per %]."""
 SIGMAS = 2.0
-"""Half the height of the bars, in standard deviations."""
+"""Half height of the error bars, in standard deviations."""
 
 
 def shown_frequencies(loops: LoopResponses, margins: LoopMargins) -> np.ndarray:
-    """Return the frequencies (F) [rad/s] worth showing: around the crossover, up to the highest."""
+    """Return the frequencies (F) to show [rad/s]: around the crossover, up to the highest."""
     grid = frequency_grid(loops)
     middle = margins.crossover if np.isfinite(margins.crossover) else grid[-1] / 100.0
     return grid[(grid > middle / 50.0) & (grid < middle * 100.0)]
@@ -103,7 +103,7 @@ def draw_phase(
 def draw_nyquist(
     axes: Axes, response: np.ndarray, margins: LoopMargins, *, legend: bool = True
 ) -> None:
-    """Draw L in the complex plane, with the disk that it must not enter."""
+    """Draw L in the complex plane, with the disk of the disk margin."""
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
     axes.plot(np.cos(turn), np.sin(turn), ":", color="0.5", lw=1.0, label="unit circle")
     if margins.disk_margin > 0.0:
@@ -132,7 +132,7 @@ def draw_nyquist(
 
 
 def draw_gang(control: Axes, load: Axes, gang: GangOfFour) -> None:
-    """Draw |KS| and |GS|, each with its peak; S and T stand with the magnitude of L."""
+    """Draw |KS| and |GS|, each with its peak; S and T are drawn with the magnitude of L."""
     for axes, name, response, unit in (
         (control, "KS: control sensitivity", gang.control_sensitivity, gang.control_per_error),
         (load, "GS: load sensitivity", gang.load_sensitivity, gang.error_per_control),
@@ -161,9 +161,9 @@ def _decibel(values: np.ndarray) -> np.ndarray:
 def _mark_frequency(
     axes: Axes, frequency: float, colour: str, name: str, place: tuple[float, float]
 ) -> None:
-    """Mark a frequency, if there is one, and name it left of a place in the panel.
+    """Mark a frequency, if there is one, with its name at the left.
 
-    Left of crossover and bandwidth there is always room; their colours tell them apart.
+    There is always space left of crossover and bandwidth; their colours differ.
     """
     if math.isfinite(frequency):
         axes.axvline(frequency, color=colour, lw=0.9, ls=":")
@@ -181,9 +181,9 @@ def _mark_frequency(
 
 
 def reach(poles: np.ndarray, crossover: float, highest: float) -> float:
-    """Return how far from the origin poles are worth showing [rad/s].
+    """Return the distance from the origin up to which to show poles [rad/s].
 
-    Sampled poles at negative z alternate at every sample, and lie at the highest frequency.
+    Sampled poles at negative z alternate at every sample, and are at the highest frequency.
     """
     swinging = np.abs(poles[(np.abs(poles.imag) > 1e-6) & (np.abs(poles) < 0.9 * highest)])
     least = 4.0 * crossover if math.isfinite(crossover) else 1.0
@@ -193,9 +193,9 @@ def reach(poles: np.ndarray, crossover: float, highest: float) -> float:
 def draw_locus(
     axes: Axes, model: LinearModel, point: str, margins: LoopMargins, shown: float
 ) -> None:
-    """Draw where the poles go as the loop's gain goes from nothing to fifty times its value.
+    """Draw the root locus for loop gains from zero to fifty times the present one.
 
-    Those of a sampled loop are drawn in continuous terms, s = ln(z) / period.
+    Poles of a sampled loop are drawn in continuous time, s = ln(z) / period.
     """
     A, b, c = model.cut(point)
     back = np.outer(b, c)
@@ -233,7 +233,7 @@ def draw_locus(
 
 
 def draw_poles(axes: Axes, poles: np.ndarray, shown: float) -> None:
-    """Draw the closed loop's poles over lines of equal damping and natural frequency."""
+    """Draw the poles of the closed loop over lines of equal damping and natural frequency."""
     for damping in _DAMPING:
         angle = math.acos(damping)
         x, y = -2.0 * shown * math.cos(angle), 2.0 * shown * math.sin(angle)
@@ -259,7 +259,7 @@ def draw_poles(axes: Axes, poles: np.ndarray, shown: float) -> None:
 
 
 def _round_steps(shown: float) -> np.ndarray:
-    """Return a few round numbers up to a size."""
+    """Return a few round numbers up to a limit."""
     step = 10.0 ** math.floor(math.log10(shown / 2.0))
     step *= 5.0 if shown / step > 10.0 else 2.0 if shown / step > 4.0 else 1.0
     return np.arange(step, 1.5 * shown, step)
@@ -277,12 +277,12 @@ def _frame(axes: Axes, shown: float, title: str) -> None:
 def plot_loop(
     model: LinearModel, loop: Loop, steps: tuple[StepPair, ...] = (), *, cut: str = "actuator"
 ) -> Figure:
-    """Return Bode, Nyquist, gang of four, root locus, poles and step of one loop.
+    """Return the figure of one loop: Bode, Nyquist, gang of four, root locus, poles and step.
 
     Args:
-        model: the closed loop; one that holds its place for a loop that does.
-        loop: which.
-        steps: linear and flown ones, if there are any.
+        model: the closed loop; one that holds its position for a loop that holds a position.
+        loop: its name.
+        steps: linear and flown ones, if any.
         cut: where to open the loop, actuator or error.
     """
     point = loop.point(cut)
@@ -315,11 +315,11 @@ def plot_loop(
 def plot_loops(
     steering: LinearModel, holding: LinearModel | None = None, *, cut: str = "actuator"
 ) -> Figure:
-    """Return the Nyquist curves of all loops, each with its margins.
+    """Return the figure of Nyquist curves of all loops, each with its margins.
 
     Args:
         steering: the closed loop while a pilot steers.
-        holding: while a place is held; without it, the loops that hold a place are left out.
+        holding: the same while a position is held; None leaves out the loops that hold a position.
         cut: where to open the loops, actuator or error.
     """
     shown = [loop for loop in steering.loops if not loop.hold or holding is not None]
@@ -341,11 +341,11 @@ def plot_loops(
 
 
 def plot_phase(budgets: Sequence[PhaseBudget], title: str) -> Figure:
-    """Return what turned the phase of each loop, as bars from 0 to -180 degrees.
+    """Return the figure of phase budgets, as bars from 0 to -180 degrees.
 
     Args:
         budgets: of the loops.
-        title: of the picture.
+        title: of the figure.
     """
     figure = Figure(figsize=(10.0, 0.55 * len(budgets) + 1.6), layout="constrained")
     axes = figure.subplots()
@@ -355,7 +355,7 @@ def plot_phase(budgets: Sequence[PhaseBudget], title: str) -> Figure:
         turned = np.degrees([getattr(each, part) for each in budgets])
         if np.abs(turned).max(initial=0.0) < 1e-6:
             continue
-        # what leads goes back to the right of 0, so that bars never lie over one another
+        # phase lead goes to the other side of 0, so that bars never overlap
         begin = np.where(turned < 0.0, ends, starts)
         axes.barh(names, turned, left=begin, color=f"C{number}", label=part)
         ends, starts = ends + np.minimum(turned, 0.0), starts + np.maximum(turned, 0.0)
@@ -363,13 +363,13 @@ def plot_phase(budgets: Sequence[PhaseBudget], title: str) -> Figure:
     axes.invert_yaxis()
     axes.set_xlabel("phase at the crossover [deg]; what is left to the dashed line is the margin")
     axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
-    if axes.containers:  # of what is unstable there is no phase to share out
+    if axes.containers:  # an unstable loop has no phase budget
         figure.legend(loc="outside lower center", ncols=len(PARTS), fontsize=8, frameon=False)
     return figure
 
 
 def draw_step_pair(axes: Axes, pair: StepPair) -> None:
-    """Draw a step as the linear model has it, beside the flown one."""
+    """Draw the linear and the flown response to a step."""
     unit = find_axis(pair.axis).unit
     end = pair.time <= _settled(pair)
     time = pair.time[end]
@@ -386,7 +386,7 @@ def draw_step_pair(axes: Axes, pair: StepPair) -> None:
 
 
 def draw_linear_step(axes: Axes, model: LinearModel, loop: Loop) -> None:
-    """Draw the linear model's answer to a step, of what was not flown."""
+    """Draw the response of the linear model to a step that was not flown."""
     axis = "" if loop.hold else loop.axis
     if axis:
         amplitude, unit = dict(STEPS)[axis], find_axis(axis).unit
@@ -406,7 +406,7 @@ def draw_linear_step(axes: Axes, model: LinearModel, loop: Loop) -> None:
 
 
 def _settled(pair: StepPair) -> float:
-    """Return until when a step is worth showing [s]."""
+    """Return the time up to which to show a step [s]."""
     times = [m.settling_time for m in (pair.linear, pair.flown) if m is not None]
     settled = max((t for t in times if math.isfinite(t)), default=float(pair.time[-1]))
     return max(1.5, 2.0 * settled)
@@ -439,7 +439,7 @@ def _in_few_words(margins: LoopMargins) -> str:
 
 @styled
 def plot_map(found: OperatingMap) -> Figure:
-    """Return contours of smallest phase margin, smallest disk margin and least damping."""
+    """Return the figure of contours of smallest phase margin, disk margin and damping."""
     figure = titled(
         f"{found.vehicle}: the weakest loop over {found.first.name} and {found.second.name}",
         14.0,
@@ -459,7 +459,7 @@ def plot_map(found: OperatingMap) -> Figure:
 
 @styled
 def plot_sensitivity(found: tuple[Sensitivity, ...], title: str) -> Figure:
-    """Return a table in colours: percent of each metric per percent of each gain."""
+    """Return the figure of sensitivities: a table of percent of metric per percent of gain."""
     rows = [each for each in found if np.isfinite(list(each.elasticities.values())).all()]
     names = [
         name
@@ -495,7 +495,7 @@ def plot_sensitivity(found: tuple[Sensitivity, ...], title: str) -> Figure:
 
 @styled
 def plot_rates(found: SlowestRate, title: str) -> Figure:
-    """Return the fastest growth and the smallest phase margin over the control period."""
+    """Return the figure of largest growth rate and smallest phase margin over control period."""
     figure, (growth, phase) = stacked(title, 2, height=2.4, right=0.2)
     time = [1e3 * sample.period for sample in found.samples]
     growth.plot(time, [sample.growth for sample in found.samples], ".-", color=PALETTE.ours)
@@ -517,7 +517,7 @@ def plot_rates(found: SlowestRate, title: str) -> Figure:
 def _draw_contours(
     axes: Axes, found: OperatingMap, values: np.ndarray, unit: str, least: float
 ) -> None:
-    """Draw filled contours with a scale beside them, which spans `least` or more.
+    """Draw filled contours with a colour scale, which spans at least `least`.
 
     Points that cannot be flown stay white.
     """
@@ -546,7 +546,7 @@ def _named(name: str, unit: str) -> str:
 
 @styled
 def plot_measurement(found: Measurement) -> Figure:
-    """Return the figure of a measurement; lines that are not coherent are pale."""
+    """Return the figure of a measurement; frequencies of low coherence are pale."""
     measured, model = found.measured, found.model
     frequency, good = measured.frequency, measured.coherence >= COHERENT
     figure, panels = stacked(f"{found.vehicle}: {found.loop}, as modelled and as measured", 3)

@@ -1,8 +1,8 @@
-"""Gains of a loop that move a closed-loop pole to a place, or as near as they can.
+"""Find gains of a loop that move a closed-loop pole to a target, or as near as possible.
 
-From where the pole is, steps of Newton's method go to the place: the pole's derivatives by the
-gains are differences of eigenvalues of the sampled closed loop, and each step is the smallest
-change of the gains, as shares of what they are, that their limits allow.
+Newton's method moves the pole to the target. Derivatives of the pole by the gains are differences
+of eigenvalues of the sampled closed loop. Each step is the smallest relative change of the gains
+within their limits.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,41 +19,42 @@ from workbench.scenario.parameters import ParameterTable
 
 Gains = Mapping[str, float]
 ModelOf = Callable[[Gains], LinearModel]
-"""Gives the sampled closed loop, for all gains."""
+"""Function that returns the sampled closed loop for all gains."""
 DIFFERENCE = 1e-4
-"""By so much gains differ for a derivative, as a share."""
+"""Relative change of gains for a derivative."""
 SAME = 1e-2
-"""Poles that differ by less, as a share, are one place: loops about x and y are often alike."""
+"""Relative difference of poles up to which they count as equal: loops about x and y are often
+alike."""
 REAL = 1e-6
-"""A pole with less of an imaginary part, as a share, is real."""
+"""Relative imaginary part up to which a pole counts as real."""
 STEP = 0.15
-"""A step moves a pole by no more than this share of its size, so that it is known again."""
+"""Largest relative move of a pole in a step, so that it can be tracked."""
 MOST = 0.5
-"""And no gain by more than this share."""
+"""Largest relative change of a gain in a step."""
 KNOWN = 0.5
-"""It is the same pole where it has gone as far as its derivatives say, to this share of that."""
+"""Relative deviation from the prediction of its derivatives up to which a pole is the same."""
 HALVINGS = 4
 NEARER = 1e-3
-"""Steps that bring it nearer by no more than this share are the last."""
+"""Relative progress of a step below which the search ends."""
 STEPS = 60
 EXACT = 1e-3
-"""How near to the place, as a share of its size, is there."""
+"""Relative tolerance of the target."""
 RIDGE = 1e-3
-"""Of ways that lead to one place the smallest change is taken: its weight."""
+"""Weight of the size of the change, to select the smallest one that reaches the target."""
 UNMOVED = 0.02
-"""Gains do not move a pole that doubling one of them would move by less, as a share."""
+"""Relative move of a pole, for doubling a gain, below which gains have no effect on it."""
 LEAST = 1e-3
-"""What a gain of 0 counts as, as a share of its largest value."""
+"""Value used for a gain of 0, as a share of its largest value."""
 
 
 @dataclass(frozen=True)
 class Placed:
-    """Gains of a loop, and where a pole is with them.
+    """Gains of a loop, and the pole with them.
 
     Attributes:
-        gains: of the loop, and of what moves along, by name.
-        pole: where it is [1/s].
-        reached: whether that is the place, to `EXACT`.
+        gains: of the loop, and linked ones, by name.
+        pole: its value [1/s].
+        reached: whether it is at the target, to `EXACT`.
         limit: a gain that is at its limit, "" for none.
         unmoved: whether no gain of the loop moves it noticeably.
     """
@@ -66,17 +67,17 @@ class Placed:
 
 
 class PolePlacer:
-    """Brings one pole to places, by the gains of a loop; all other gains are as they are.
+    """Moves one pole to targets by the gains of a loop, with all other gains constant.
 
-    A next place is looked for from the one before, so that a drag costs little.
+    Each search begins at the previous target, so that dragging is fast.
 
     Args:
-        model_of: gives the model whose poles these are.
-        names: the loop's gains.
+        model_of: returns the model with these poles.
+        names: of the gains of the loop.
         gains: all values.
         table: limits of the gains.
-        pole: about where it is now, in continuous terms [1/s].
-        linked: gains that have the same value as one of the loop's, by its name.
+        pole: its approximate present value, in continuous time [1/s].
+        linked: gains with the same value as one of the loop, by the name of that one.
 
     Raises:
         WorkbenchError: if the loop has no gains.
@@ -105,7 +106,7 @@ class PolePlacer:
         self._is_real = abs(self._pole.imag) < REAL * abs(self._pole)
 
     def values(self, k: np.ndarray) -> dict[str, float]:
-        """Return the gains of unknowns (n), and of what is linked with them."""
+        """Return the gains of unknowns (n), with linked ones."""
         found = dict(zip(self._names, map(float, k), strict=True))
         for name, other in self._linked.items():
             if name in found:
@@ -113,9 +114,9 @@ class PolePlacer:
         return found
 
     def place(self, target: complex) -> Placed:
-        """Return gains with which the pole is at a place [1/s], or the nearest to it.
+        """Return gains for which the pole is at a target [1/s], or nearest to it.
 
-        A single real pole stays real; of a pair the upper one is meant.
+        A single real pole stays real; for a pair, the target is for the upper one.
         """
         target = complex(target.real, 0.0 if self._is_real else abs(target.imag))
         k, pole = self._k, self._pole
@@ -144,9 +145,9 @@ class PolePlacer:
     def _stepped(
         self, k: np.ndarray, pole: complex, slopes: np.ndarray, wanted: complex
     ) -> tuple[np.ndarray, complex, str] | None:
-        """Return gains a step on, the pole there, and a gain that its limit stops.
+        """Return the gains after a step, the pole with them, and a gain that is at its limit.
 
-        None where the pole is not found again near the place that its derivatives say.
+        Return None if the pole is not found near the prediction of its derivatives.
         """
         for _ in range(HALVINGS):
             step, limit = self._step(k, slopes, wanted)
@@ -160,7 +161,7 @@ class PolePlacer:
         return None
 
     def _step(self, k: np.ndarray, slopes: np.ndarray, wanted: complex) -> tuple[np.ndarray, str]:
-        """Return a change of the gains (n), and a gain that its limit stops."""
+        """Return a change of the gains (n), and a gain that is at its limit."""
         scaled = slopes * self._sizes / max(abs(wanted), 1e-12)
         rows = np.vstack([scaled.real, scaled.imag, RIDGE * np.eye(len(k))])
         aim = np.array([wanted.real, wanted.imag]) / max(abs(wanted), 1e-12)
@@ -172,8 +173,9 @@ class PolePlacer:
     def _slopes(self, k: np.ndarray, pole: complex) -> np.ndarray:
         """Return the derivatives of the pole by the gains (n).
 
-        Where several poles are at one place, as those about x and y of a symmetric vehicle, any
-        mixture of their vectors belongs to it: the gains move the one that they move most.
+        If several poles coincide, such as those about x and y of a symmetric vehicle, any
+        combination of their eigenvectors is valid: the one on which the gains have most effect is
+        used.
         """
         model = self._model(k)
         z, right = np.linalg.eig(model.A)
@@ -208,14 +210,14 @@ class PolePlacer:
 
 
 def state_shares(model: LinearModel, pole: complex) -> np.ndarray:
-    """Return how much each state takes part in a pole, (m), of 1 together.
+    """Return the participation of each state in a pole (m), with a sum of 1.
 
-    Participation factors: of the pole's right and left vector, entry by entry (Pérez-Arriaga,
-    Verghese and Schweppe, 1982).
+    These are participation factors: products of the entries of its right and left eigenvector
+    (Pérez-Arriaga, Verghese and Schweppe, 1982).
 
     Args:
         model: sampled.
-        pole: in continuous terms [1/s].
+        pole: in continuous time [1/s].
     """
     z, right = np.linalg.eig(model.A)
     place = int(np.argmin(np.abs(z - np.exp(pole * model.period))))

@@ -1,4 +1,4 @@
-"""The judgement of a vehicle with its gains: every loop, every mode, every step."""
+"""The judgement of a vehicle with its gains: loops, modes and steps."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -19,31 +19,31 @@ from workbench.plant.sensors import Imu
 from workbench.scenario.scenario import Scenario
 
 STEP_DURATION = 5.0
-"""Flown after a step's command [s]."""
+"""Time flown after the command of a step [s]."""
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """Everything about the closed loop at one operating point.
+    """The judgement of the closed loop at one operating point.
 
     Attributes:
         vehicle: its name.
-        point: where.
+        point: the operating point.
         period: of the control law [s].
-        loops: in the order of `LOOPS`; those that hold a place at hover only.
+        loops: in the order of `LOOPS`; those that hold a position at hover only.
         modes: while the pilot steers, the slowest first.
-        modes_holding: modes while the place is held; empty away from hover.
+        modes_holding: modes while the position is held; empty away from hover.
         steps: linear and flown; empty away from hover.
-        slowest: how slow the law may run.
-        unstable: names of the loops through which a mode grows.
+        slowest: slowest rates of the law.
+        unstable: names of the loops that cause a growing mode.
         steering: the closed loop while the pilot steers.
-        holding: the same while the place is held; None away from hover.
-        plant_input: what force and moments bear all at once, while the pilot steers; the law's
-            own loops may lie inside one another, this place is the same for every law.
-        plant_input_holding: the same while the place is held; None away from hover.
-        phase: where the phase of each loop went; of an unstable closed loop nothing.
-        noise: what the described noise of each sensor does, in hover while the place is held;
-            empty away from it, without an IMU, and of an unstable closed loop.
+        holding: the same while the position is held; None away from hover.
+        plant_input: margin of force and moments all at once, while the pilot steers. Unlike the
+            loops of a law, which may be nested, this point is the same for every law.
+        plant_input_holding: the same while the position is held; None away from hover.
+        phase: phase budget of each loop; empty for an unstable closed loop.
+        noise: effect of the described noise of each sensor, in hover while the position is held;
+            empty away from hover, without an IMU, and for an unstable closed loop.
     """
 
     vehicle: str
@@ -71,7 +71,7 @@ def judge(
     progress: Callable[[float], None] | None = None,
     modelled: Callable[[LinearModel, LinearModel | None], None] | None = None,
 ) -> Judgement:
-    """Judge the closed loop that flies: margins, modes, steps, and the slowest safe rate.
+    """Judge the closed loop: margins, modes, steps, and the slowest safe rate.
 
     Args:
         scenario: its vehicle and rates are used.
@@ -79,7 +79,7 @@ def judge(
         settings: parameter values.
         progress: called with the share done, 0 .. 1.
         modelled: called with `Judgement.steering` and `Judgement.holding` as soon as they are
-            there; all else takes ten times as long.
+            known; the rest takes ten times as long.
 
     Raises:
         WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.

@@ -1,4 +1,4 @@
-"""The slowest rate of the control law: the exact sampled loop at ever longer control periods."""
+"""The slowest rate of the control law, from the sampled loop at increasing control periods."""
 
 import copy
 import math
@@ -21,11 +21,11 @@ from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import SLOWEST, Scenario
 
 SAFE_PHASE = math.radians(30.0)
-"""A rate is called safe at which every loop keeps this phase margin [rad]."""
+"""Smallest phase margin of all loops at a safe rate [rad]."""
 COARSE = (1, 2, 4, 8, 12, 16, 24, 32, 40, 48, 64)
-"""Periods looked at first, in physics steps; then the border between two of them is looked for."""
+"""Periods tried first, in physics steps; then the limit between two of them is searched."""
 SLOW = 0.05
-"""Modes of a smaller natural frequency are those of heading and place [rad/s]."""
+"""Natural frequency below which modes are those of heading and position [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class RateSample:
 
     Attributes:
         period: [s].
-        spectral_radius: largest |z| of a pole, integrators that nothing reads left out.
+        spectral_radius: largest |z| of a pole, without integrators that have no effect.
         stable: whether no mode grows.
         phase_margin: smallest of all loops [rad], 0 where unstable.
-        growth: of the fastest growing mode [1/s], negative if it dies out; modes slower than
-            `SLOW`, of heading and place, are left out. NaN if there are no others.
+        growth: largest growth rate of a mode [1/s], negative if it decays; modes slower than
+            `SLOW`, of heading and position, are left out. NaN if there are no others.
     """
 
     period: float
@@ -50,12 +50,13 @@ class RateSample:
 
 @dataclass(frozen=True)
 class SlowestRate:
-    """How slow the control law may run with its gains.
+    """The slowest rates of the control law with its gains.
 
     Attributes:
-        stable_period: longest control period up to which the loop is stable [s]; NaN if none.
-        safe_period: longest up to which every loop keeps `SAFE_PHASE` [s]; NaN if none.
-        samples: all that was looked at, by period.
+        stable_period: longest control period with a stable loop [s]; NaN if none.
+        safe_period: longest control period with a phase margin of `SAFE_PHASE` in every loop [s];
+            NaN if none.
+        samples: all periods tried, in order.
     """
 
     stable_period: float
@@ -64,7 +65,7 @@ class SlowestRate:
 
     @property
     def at_limit(self) -> bool:
-        """Whether the loop is still stable at the longest period that a scenario may have."""
+        """Whether the loop is still stable at the longest period of a scenario."""
         return self.stable_period == self.samples[-1].period
 
 
@@ -75,13 +76,13 @@ def slowest_rate(
     settings: Mapping[str, float] | None = None,
     study: LinearStudy | None = None,
 ) -> SlowestRate:
-    """Return how slow the law may run, to the physics step.
+    """Return the slowest rates of the law, to the resolution of the physics step.
 
     Args:
         scenario: its vehicle and physics step are used.
         point: where to linearise.
         settings: parameter values.
-        study: of the same scenario, if there is one already.
+        study: of the same scenario, to reuse it.
 
     Raises:
         WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.
@@ -121,7 +122,7 @@ def rate_sample(
     point: OperatingPoint = HOVER,
     settings: Mapping[str, float] | None = None,
 ) -> RateSample:
-    """Return the closed loop with a control period of so many physics steps."""
+    """Return the closed loop with a control period given in physics steps."""
     slowed = copy.deepcopy(study.scenario)
     slowed.rates.control_period = steps * slowed.rates.physics_step
     gains = flight_gains(study.vehicle, slowed.vehicle.gains, settings, study.controller)

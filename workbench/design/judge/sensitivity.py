@@ -1,6 +1,7 @@
-"""How much every number of a step changes with every gain: exact, by derivatives carried in flight.
+"""Exact sensitivities of the metrics of a step to the gains, by automatic differentiation.
 
-The step is flown on the continuous flight core: the law without its sample time, in still air.
+The step is simulated with the continuous flight core: the law without its sample time, in still
+air.
 """
 
 from collections.abc import Callable, Mapping
@@ -30,24 +31,24 @@ from workbench.scenario.configured import read_configured
 from workbench.scenario.scenario import Scenario, flown_controller
 
 STEP = 1 / 128
-"""Of the integrator, Runge-Kutta of third order, and between the samples of the curves [s]."""
+"""Step of the integrator, third-order Runge-Kutta, and of the samples of curves [s]."""
 _RATE = {"x": 10, "y": 11, "z": 12, "yaw": 9}
-"""Place of an axis' velocity in the plant's state."""
+"""Index of the velocity of an axis in the state of the plant."""
 _BODY = 13
 METRICS = tuple(metric.name for metric in FLOWN)
 SETTLED = 0.02
-"""The band of the settling time, as share of the steady state; python-control's."""
+"""Settling band, as a share of the steady state, as in python-control."""
 NOTHING = 1e-6
-"""A metric that is smaller, in its unit or percent, is rounding, and counts as 0."""
+"""Smaller values of a metric, in its unit or percent, are rounding errors and count as 0."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Cubic pieces between samples of a value and its slope, which carry derivatives by the gains.
+    """Cubic pieces between samples of a value and its slope, with derivatives by the gains.
 
-    Every number read off it (a crossing's time, a peak) carries them, too: a step of Newton's
-    method from the root itself changes no value, and has the derivatives of the implicit function
-    theorem.
+    Every number read from it (the time of a crossing, a peak) has derivatives, too: a step of
+    Newton's method from the root does not change the value, and yields the derivatives of the
+    implicit function theorem.
 
     Attributes:
         time: (N) [s], evenly spaced.
@@ -60,7 +61,7 @@ class Curve:
     slope: np.ndarray
 
     def scaled(self, factor: float) -> "Curve":
-        """Return a multiple."""
+        """Return the curve times a factor."""
         return Curve(self.time, factor * self.value, factor * self.slope)
 
     @property
@@ -74,11 +75,11 @@ class Curve:
         return np.asarray(ExtractValue(self.value)).ravel()
 
     def first_crossing(self, level: AutoDiffXd) -> AutoDiffXd:
-        """Return when the curve, begun below, first reaches a level; NaN if it never does."""
+        """Return when the curve first reaches a level from below; NaN if never."""
         return self._crossing(np.flatnonzero(self._numbers[1:] >= level.value())[:1], level)
 
     def last_crossing(self, level: AutoDiffXd) -> AutoDiffXd:
-        """Return when the curve last passes a level; NaN if it never does."""
+        """Return when the curve last crosses a level; NaN if never."""
         above = self._numbers > level.value()
         return self._crossing(np.flatnonzero(above[1:] != above[:-1])[-1:], level)
 
@@ -89,7 +90,7 @@ class Curve:
         return self._peak(piece - 1) or self._peak(piece) or ends
 
     def _crossing(self, pieces: np.ndarray, level: AutoDiffXd) -> AutoDiffXd:
-        """Return the time at which the curve passes a level in a piece, if there is one."""
+        """Return the time at which the curve crosses a level in a piece, if any."""
         if not len(pieces):
             return AutoDiffXd(np.nan, np.full(level.derivatives().size, np.nan))
         index = int(pieces[0])
@@ -100,7 +101,7 @@ class Curve:
         return self.time[index] + step * (share - beyond / float(_slope(share) @ known))
 
     def _peak(self, index: int) -> tuple[AutoDiffXd, AutoDiffXd] | None:
-        """Return largest value and time in a piece, if the curve turns there."""
+        """Return the largest value and its time in a piece, if the curve has an extremum there."""
         if not 0 <= index < len(self.time) - 1:
             return None
         if not self.slope[index].value() > 0.0 >= self.slope[index + 1].value():
@@ -122,17 +123,17 @@ class Curve:
 _POWERS = np.array(
     [[2.0, -2.0, 1.0, 1.0], [-3.0, 3.0, -2.0, -1.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
 )
-"""From a piece's data (values at its ends, slopes at its ends) to its cubic."""
+"""Matrix from the data of a piece (values at its ends, slopes at its ends) to its cubic."""
 
 
 def _weights(share: float) -> np.ndarray:
-    """Return how much of each datum (4) the curve has at a share of a piece."""
+    """Return the weight of each datum (4) in the curve at a share of a piece."""
     weights: np.ndarray = np.array([share**3, share**2, share, 1.0]) @ _POWERS
     return weights
 
 
 def _slope(share: float) -> np.ndarray:
-    """Return the same of the slope by the share."""
+    """Return the same for the derivative by the share."""
     slope: np.ndarray = np.array([3.0 * share**2, 2.0 * share, 1.0, 0.0]) @ _POWERS
     return slope
 
@@ -146,14 +147,14 @@ def _root(polynomial: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """One metric of a step, and what the gains do to it.
+    """The sensitivity of one metric of a step to the gains.
 
     Attributes:
         metric: its name, as in `StepMetrics`.
         value: of the continuous flight; times are not rounded to samples.
-        derivatives: by each gain, by name, in the metric's unit per the gain's.
-        elasticities: percent that the metric changes per percent of the gain; NaN where the
-            metric is 0.
+        derivatives: by the name of each gain, in units of the metric per unit of the gain.
+        elasticities: change of the metric in percent per percent of the gain; NaN if the metric is
+            0.
     """
 
     metric: str
@@ -172,13 +173,13 @@ def step_sensitivity(
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Sensitivity, ...]:
-    """Return what every parameter of the controller does to every metric of a step from hover.
+    """Return the sensitivity of every metric of a step from hover to every controller parameter.
 
     Arguments are those of `fly_step`, and the yaw of the drone at the start, `heading` [rad].
 
     Raises:
-        WorkbenchError: if axis, amplitude or duration make no step, the scenario varies the
-            vehicle, or the law does not know its payload: the flight begins in a known hover.
+        WorkbenchError: if axis, amplitude or duration are invalid, or the scenario varies the
+            vehicle or has a payload unknown to the law, as the flight begins in a known hover.
     """
     if axis not in AXES:
         raise unknown_name("axis", axis, AXES)
@@ -239,7 +240,7 @@ def _hover(core: Diagram, vehicle: Vehicle, heading: float) -> np.ndarray:
 
 
 def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: list[float]) -> Any:
-    """Return a Simulator at hover with the command just given."""
+    """Return a Simulator in hover, just after the command."""
     root = core.CreateDefaultContext()
     root.SetContinuousState(start)
     controller = core.GetSubsystemByName("controller").GetMyMutableContextFromRoot(root)
@@ -247,7 +248,7 @@ def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: 
     controller.get_mutable_numeric_parameter(0).SetFromVector(carried)
     reference = np.zeros(len(Reference._fields))
     reference[AXES.index(axis)] = amplitude
-    # as in flight, the place is held until a pilot steers; turning in place goes on holding it
+    # as in flight, the position is held until a pilot steers, and also while turning in place
     hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, START_HEIGHT)
     core.GetInputPort("reference").FixValue(root, reference)
     core.GetInputPort("guidance").FixValue(root, np.array(hold))
@@ -296,7 +297,7 @@ def carried_metrics(response: Curve, command: float) -> dict[str, AutoDiffXd]:
 
 
 def _sensitivity(metric: str, found: AutoDiffXd, gains: Mapping[str, float]) -> Sensitivity:
-    """Return a metric's sensitivity by name."""
+    """Return the sensitivity of a metric."""
     value = found.value() if abs(found.value()) >= NOTHING else 0.0
     slopes = (found.derivatives() + 0.0).tolist() or [0.0] * len(gains)  # no -0
     derivatives = dict(zip(gains, slopes, strict=True))

@@ -1,4 +1,4 @@
-"""One step twice: by the linear model, and flown on the full diagram."""
+"""A step by the linear model and in flight on the full diagram."""
 
 import math
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 
 STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
-"""Axis and amplitude, [m/s] and [rad/s]: the paper's."""
+"""Axes and amplitudes of the steps in the paper [m/s, rad/s]."""
 INPUTS = {
     "x": "reference_v_x",
     "y": "reference_v_y",
@@ -25,23 +25,23 @@ INPUTS = {
     "yaw": "reference_yaw_rate",
 }
 ASKED = 1.0
-"""So much of a step is looked at for the thrusts that it takes [s]."""
+"""Time after a step in which its thrusts are evaluated [s]."""
 OUTPUTS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "w_z"}
 
 
 @dataclass(frozen=True)
 class StepPair:
-    """A step from hover, of the linear model and of the flight.
+    """A step from hover, by the linear model and in flight.
 
     Attributes:
         axis: x, y, z or yaw.
         amplitude: of the command [m/s or rad/s].
         time: (N) from the command on [s].
-        linear_response: (N), what the linear model says.
+        linear_response: (N), of the linear model.
         flown_response: (N); empty if the flight broke off or was lost.
-        linear: metrics of the one; None if a mode of the model grows.
-        flown: metrics of the other; None if the flight broke off or was lost.
-        broken: why it was, or "".
+        linear: metrics of the linear model; None if a mode of the model grows.
+        flown: metrics of the flight; None if it broke off or was lost.
+        broken: why the flight broke off or was lost, or "".
     """
 
     axis: str
@@ -71,7 +71,7 @@ def step_pair(
     scenario: Scenario,
     settings: Mapping[str, float] | None = None,
 ) -> StepPair:
-    """Return a step of a sampled model at hover beside the flown one.
+    """Return a step of a sampled model in hover, and the flown one.
 
     Args:
         model: of the same scenario and settings, while the pilot steers.
@@ -110,14 +110,14 @@ def step_pair(
 
 
 def saturating_step(model: LinearModel, axis: str, vehicle: Vehicle) -> float:
-    """Return the size of the step at which the first rotor comes to its largest thrust.
+    """Return the size of the step at which the first rotor reaches its largest thrust.
 
-    By the linear model, from hover; infinite where no step takes any [m/s] or [rad/s].
+    By the linear model, from hover [m/s or rad/s]; infinite if the step needs no thrust.
 
     Args:
         model: sampled, while the pilot steers.
         axis: x, y, z or yaw.
-        vehicle: that is flown.
+        vehicle: the one flown.
     """
     frame = thrust_frame(vehicle)
     most = np.array([rotor.max_thrust for rotor in frame.rotors]) - frame.hover_thrusts
@@ -131,7 +131,7 @@ def saturating_step(model: LinearModel, axis: str, vehicle: Vehicle) -> float:
 
 
 def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> np.ndarray:
-    """Return the answer (N) of a sampled model, at rest until a command goes to 1 at time 0.
+    """Return the response (N) of a sampled model at rest to a command that steps to 1 at time 0.
 
     Args:
         model: sampled.
