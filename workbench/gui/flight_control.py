@@ -32,7 +32,7 @@ class FlightControl(QObject):
     Args:
         flight: the flight to control.
         preferences: whether flights are drawn.
-        parent: owner.
+        parent: the Qt parent.
     """
 
     def __init__(
@@ -157,5 +157,5 @@ def barrier(view: LiveView) -> str:
 
 
 def barrier_of(flight: FlightModel) -> str:
-    """Return the same for a view, also without a flight."""
+    """Return the same for the model of a flight, which may have none."""
     return barrier(flight.view) if flight.live is not None else NO_FLIGHT

@@ -48,7 +48,7 @@ class Workspace:
     Attributes:
         flight: the present flight.
         signals: flown signals over time.
-        analysis: answers of the analyst.
+        analysis: asks the analyst, and has its answers as signals.
         preferences: preferences, stored between starts.
         notices: takes errors and other news.
         look: colours and sizes, light or dark.

@@ -44,7 +44,7 @@ def start_module(module: str, *arguments: str, **options: Any) -> subprocess.Pop
 
 
 def last_line(output: IO[bytes], longest: int) -> str:
-    """Return the last line that a process printed to a file, at most `LONGEST_TAIL` characters."""
+    """Return the last line that a process printed to a file, at most `longest` characters."""
     output.seek(max(0, output.seek(0, os.SEEK_END) - 4 * longest))
     text = output.read().decode(errors="replace").strip()
     return text.rpartition("\n")[2][:longest]

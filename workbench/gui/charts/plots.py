@@ -80,7 +80,7 @@ class StaticPlot(Chart):
 
         Args:
             name: name in the legend.
-            time: horizontal values of the samples (n), increasing.
+            time: times of the samples (n), increasing [s], or another horizontal quantity.
             values: (n), in the SI unit of the axis.
             style: line style.
             colour: number of its colour, `COMMAND` for that of commands.

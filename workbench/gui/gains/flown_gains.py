@@ -29,7 +29,7 @@ class FlownGains(QObject):
 
     Args:
         flight: gets the orders.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         start: values of the flight's start, by name.

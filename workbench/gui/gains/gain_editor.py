@@ -56,7 +56,7 @@ class StabilityCheck(QObject):
     Args:
         analysis: answers the questions.
         start: returns the initial values, for answers that name only differences.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         ranges: the stable range of each gain, and the gains for which they were found; None if
@@ -269,7 +269,7 @@ class GainEditor(QObject):
         analysis: evaluates proposed values.
         preferences: whether proposed values fly at once, or on Enter.
         notices: takes refusals.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         table: parameter table of the flight's controller.

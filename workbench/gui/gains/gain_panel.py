@@ -52,7 +52,7 @@ class GainGroup(QWidget):
     Args:
         title: the heading.
         is_open: whether it is open at first.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         heading: opens and closes.
@@ -132,7 +132,7 @@ class StabilityWarning(QFrame):
 
     Args:
         editor: has the gains.
-        parent: owner.
+        parent: the Qt parent.
     """
 
     def __init__(self, editor: GainEditor, parent: QWidget | None = None) -> None:
@@ -171,7 +171,7 @@ class SetBar(QWidget):
 
     Args:
         editor: has the gains.
-        parent: owner.
+        parent: the Qt parent.
     """
 
     def __init__(self, editor: GainEditor, parent: QWidget | None = None) -> None:
@@ -225,7 +225,7 @@ class GainPanel(QWidget):
     Args:
         workspace: colours and units.
         editor: sets them.
-        parent: owner.
+        parent: the Qt parent.
     """
 
     def __init__(

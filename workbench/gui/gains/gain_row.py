@@ -190,7 +190,7 @@ class GainSlider(QSlider):
     Args:
         scale: scale of its values.
         look: colours.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         scale: scale of its values; a new scale takes effect when values are shown again.
@@ -357,7 +357,7 @@ class GainField(NumberField):
     """A number with its unit, as shown; the model determines its value.
 
     Args:
-        parent: owner.
+        parent: the Qt parent.
     """
 
     stepped = pyqtSignal(int, object)
@@ -430,7 +430,7 @@ class GainRow(QWidget):
         workspace: colours and units.
         editor: sets the parameter.
         row: row of the parameter table.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         row: row of the parameter table.

@@ -70,7 +70,7 @@ class ProfileDiffView(QFrame):
     Args:
         profiles: compares profiles.
         preferences: units.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         ticks: tick boxes of the lines, by the parameter's name.
@@ -263,7 +263,7 @@ class ProfileBar(QWidget):
         workspace: units, notices.
         editor: keeps, reverts, undoes and compares.
         profiles: loads and saves.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         actions_by_name: actions of the table `PROFILE_ACTIONS`.

@@ -73,7 +73,7 @@ class GainProfiles(QObject):
     Args:
         editor: the editor of the gains.
         notices: takes refusals.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         name: name of the profile that was loaded or saved last.

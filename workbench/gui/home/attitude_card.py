@@ -422,14 +422,14 @@ class HeadingTape(Instrument):
 
 
 def heading_text(yaw: float) -> str:
-    """Return the heading of a yaw [rad] with three leading digits, as 007.5."""
+    """Return the heading of a yaw [rad] with leading zeros, as 007.5."""
     if not math.isfinite(yaw):
         return "–"
     return f"{round(heading_of(yaw), 1) % 360.0:05.1f}"
 
 
 class AttitudeCard(Card):
-    """The horizon in the direction of flight.
+    """The horizon ahead of the drone's nose.
 
     The angles are those of the workbench's frames: W is east-north-up and B forward-left-up, so a
     positive roll lowers the right side, a positive pitch the nose, and yaw is 0 to the east. The

@@ -12,7 +12,7 @@ class Trial(QObject):
 
     Args:
         gains: the editor of the gains.
-        parent: owner.
+        parent: the Qt parent.
     """
 
     changed = pyqtSignal()

@@ -63,7 +63,7 @@ ALL_TABS = 450
 BOTH = NARROWEST_GAINS + ALL_TABS
 FUTURE_NAME = "next five seconds"
 AHEAD = 5.0
-"""[s]"""
+"""Predicted time [s]."""
 
 
 class Columns(Enum):
@@ -265,7 +265,7 @@ class TuningScreen(Screen):
 
     Args:
         workspace: services that all screens share.
-        parent: owner.
+        parent: the Qt parent.
 
     Attributes:
         gains: editor of the gains.
