@@ -1,7 +1,7 @@
 """Flies excitations and injections, at steps that do not depend on the machine's speed.
 
 A drone that has drifted during a round returns to its start, so repeated rounds do not carry it
-off. An excitation without enough room is refused; one that leads towards an obstacle, or makes the
+off. An excitation without enough room is refused; one that leads into an obstacle, or makes the
 drone swing or hit something, ends, and the drone hovers.
 """
 
@@ -113,7 +113,7 @@ class ExcitationGuard:
         self._rates: deque[tuple[float, float, float]] = deque()
 
     def check_room(self) -> None:
-        """Refuse an excitation that leads towards an obstacle.
+        """Refuse an excitation that leads into an obstacle.
 
         Raises:
             WorkbenchError: names the obstacle.

@@ -264,19 +264,19 @@ class LiveFlight:
         return self._order(lambda: Order(Do.FORESEE, (float(ends), np.asarray(p_WB, dtype=float))))
 
     def get(self, name: str) -> Future[float]:
-        """Return the present value of a live parameter."""
+        """Request the present value of a live parameter."""
         return self._order(lambda: Order(Do.GET, _text("parameter", name)))
 
     def reading(self, sensor: str) -> Future[Reading | None]:
-        """Return the last delivered reading of a sensor, by name or kind; None if nothing yet."""
+        """Request the last delivered reading of a sensor, by name or kind; None if nothing yet."""
         return self._order(lambda: Order(Do.READ, _text("sensor", sensor)))
 
     def flown(self) -> Future[Flown]:
-        """Return everything flown since the start, and the scenario that repeats it."""
+        """Request everything flown since the start, and the scenario that repeats it."""
         return self._order(lambda: Order(Do.GET_FLOWN))
 
     def checkpoint(self) -> Future[Checkpoint]:
-        """Return the state that determines the rest of the flight, see `Session.begin_from`."""
+        """Request the state that determines the rest of the flight, see `Session.begin_from`."""
         return self._order(lambda: Order(Do.GET_CHECKPOINT))
 
     instant = checkpoint

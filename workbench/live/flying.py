@@ -78,9 +78,8 @@ LONGEST_COMPILATION, MOST_MEMORY = 300.0, 16_000
 class LawCompiler:
     """Compiles laws to machine code, one at a time, in a child process: this module.
 
-    Meanwhile the law flies interpreted.
-
-    During a compilation only the newest requested law waits; earlier ones are forgotten.
+    During a compilation the law flies interpreted, and only the newest requested law waits; earlier
+    ones are forgotten.
     """
 
     def __init__(self) -> None:

@@ -177,7 +177,7 @@ class ChartWindow:
         smallest: shown range of values if the data hardly vary.
 
     Attributes:
-        span: time that is seen while it follows [s].
+        span: length of the time window that follows the flight [s].
         with_zero: whether zero is always visible.
         x_scale: scale of the horizontal axis, for moving and zooming.
         y_scale: scale of the value axes.
@@ -539,7 +539,7 @@ class Chart(QWidget):
         legend: title and names.
         canvas: the drawing area.
         statistics: table below the canvas.
-        buttons: beside the legend.
+        buttons: buttons beside the legend.
         extra_actions: additional actions of the menu.
     """
 
