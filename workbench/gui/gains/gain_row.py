@@ -189,7 +189,7 @@ class GainSlider(QSlider):
 
     Args:
         scale: scale of its values.
-        look: colours.
+        look: source of colours.
         parent: the Qt parent.
 
     Attributes:

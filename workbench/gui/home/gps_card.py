@@ -116,7 +116,7 @@ class PathMap(Instrument):
     The wheel zooms; the pointer shows what is under it.
 
     Args:
-        look: colours.
+        look: source of colours.
         parent: the Qt parent.
 
     Attributes:

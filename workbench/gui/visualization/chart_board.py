@@ -109,9 +109,9 @@ def _levels(label: str, least: float, most: float) -> list[tuple[str, float]]:
 def limits_of_step(spec: SpecContents, signal: str, step: StepResponse) -> Sequence[LimitLine]:
     """Return the limits of the case for a step of a signal of the charts.
 
-    It is the case whose command is nearest to the flown one, with the same sign if possible; its
-    limits are scaled to the flown amplitude. The band around a baseline is drawn as recorded, only
-    if that has the flown amplitude.
+    It is the case whose command is nearest to the flown one, with the same sign; its limits are
+    scaled to the flown amplitude. The band around a baseline is drawn as recorded, and only if its
+    amplitude is the flown one.
     """
     cases = [
         each
@@ -200,7 +200,7 @@ class ChartPane(QFrame):
     chart_made = pyqtSignal()
     """It has another chart."""
     used = pyqtSignal()
-    """The user has clicked on it."""
+    """The user has selected it."""
     removal_wanted = pyqtSignal()
     """It should be removed."""
     split_wanted = pyqtSignal()
