@@ -9,7 +9,6 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
 from workbench.design.rollout import batch as batch_module
-from workbench.design.rollout import batch_loops
 from workbench.design.rollout.agreement import random_trials
 from workbench.design.rollout.batch import Batch
 from workbench.design.rollout.candidates import start_state
@@ -175,8 +174,8 @@ def test_a_wrench_is_allocated_as_python(monkeypatch):
     """Some periods, as it takes half a minute to compile."""
 
     def as_python(controller, actions):
-        act = batch_loops._make_act(controller, actions)
-        return batch_loops.make_step_blocks(act, actions)
+        act = batch_module._make_act(controller, actions)
+        return batch_module.make_step_blocks(act, actions)
 
     monkeypatch.setattr(batch_module, "compiled_steps", as_python)
     assert_allocated(4)
