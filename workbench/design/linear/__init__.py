@@ -1,1 +1,1 @@
-"""Linear models of the closed loop, by exact derivatives of what flies."""
+"""Linear models of the closed loop, by exact derivatives of the simulation."""

@@ -1,4 +1,4 @@
-"""Exact derivatives of one control update and one physics step, as they fly."""
+"""Exact derivatives of one control update and one physics step, as in flight."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -55,13 +55,13 @@ def constants(values: Iterable[float]) -> np.ndarray:
 
 
 def gradient(values: Any, columns: int) -> np.ndarray:
-    """Return the derivatives of AutoDiff values, those of plain numbers being 0."""
+    """Return the derivatives of AutoDiff values; those of plain numbers are 0."""
     found = ExtractGradient(whole(values))
     return found if found.shape[1] else np.zeros((found.shape[0], columns))
 
 
 def whole(values: Any) -> np.ndarray:
-    """Return values as AutoDiff numbers: one cut to its limit has become a plain number."""
+    """Return values as AutoDiff numbers; a saturated one may have become a plain number."""
     flat = np.array(values, dtype=object).ravel()
     return np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(v) for v in flat])
 
@@ -78,7 +78,7 @@ def angles_of(q_WB: np.ndarray) -> np.ndarray:
 
 
 def state_seeds(q_WB: np.ndarray) -> np.ndarray:
-    """Return the derivatives of a plant state (13) by angles, place, w and v, (13, 12)."""
+    """Return the derivatives of a plant state (13) by angles, position, w and v, (13, 12)."""
     seeds = np.zeros((13, 12))
     seeds[0:4, 0:3] = angle_seeds(q_WB)
     seeds[4:13, 3:12] = np.eye(9)
@@ -86,7 +86,7 @@ def state_seeds(q_WB: np.ndarray) -> np.ndarray:
 
 
 def reduced(q_WB: np.ndarray) -> np.ndarray:
-    """Return the derivatives of angles, place, w and v by a plant state, (12, 13)."""
+    """Return the derivatives of angles, position, w and v by a plant state, (12, 13)."""
     rows = np.zeros((12, 13))
     rows[0:3, 0:4] = angles_of(q_WB)
     rows[3:12, 4:13] = np.eye(9)
@@ -94,21 +94,21 @@ def reduced(q_WB: np.ndarray) -> np.ndarray:
 
 
 def heading_turn(angle: float, vectors: int) -> np.ndarray:
-    """Return the matrix that gives so many stacked vectors of W in axes turned by an angle."""
+    """Return the matrix that turns a number of stacked vectors in W to axes rotated by an angle."""
     c, s = np.cos(angle), np.sin(angle)
     return np.kron(np.eye(vectors), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def turn_with_heading(A: np.ndarray, yaw_rate: float, places: Sequence[int]) -> None:
-    """Bring a continuous model, of slopes in W, into axes that turn with the heading, in place.
+    """Transform a continuous model from W to axes that turn with the heading, in place.
 
-    Angles stand first. With q = (1, a / 2) q_trim their slope is 2 (dq/dt) q_trim⁻¹, of which the
-    trim's own turning brings one half, w x a / 2, and is missing where slopes of q were reduced.
+    Angles come first. With q = (1, a / 2) q_trim their derivative is 2 (dq/dt) q_trim⁻¹. One half,
+    w x a / 2, comes from the turn of the trim itself, and is missing in reduced derivatives of q.
 
     Args:
         A: rows and columns of states.
         yaw_rate: of the heading [rad/s].
-        places: where each further vector of W begins.
+        places: index of each further vector in W.
     """
     cross = yaw_rate * np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     A[0:3, 0:3] -= 0.5 * cross
@@ -117,10 +117,10 @@ def turn_with_heading(A: np.ndarray, yaw_rate: float, places: Sequence[int]) -> 
 
 
 STATE = 12
-"""Angles, place, angular velocity and velocity, all in W."""
+"""Angles, position, angular velocity and velocity, all in W."""
 REFERENCE = 4
 HELD = 3
-"""Velocity and yaw rate asked for, and the place held."""
+"""Commanded velocity and yaw rate, and the position held."""
 LAST = 6
 """Angular acceleration, and acceleration of the origin, in the middle of the step before, in W."""
 HOLD_X = Guidance._fields.index("p_x")
@@ -131,10 +131,10 @@ Result = TypeVar("Result")
 class Update:
     """A control update: commands of the rotors, and derivatives.
 
-    Columns are those of the state as the law sees it (12), what the stages before the law remember
-    (10), the commands before (n), velocity and yaw rate asked for (4), place held (3), injections
-    (one a loop point), and what the law remembers (k). Rows of `filtered_by` are what those stages
-    remember after the update, and those of `memory_by` that memory.
+    Columns are the state seen by the law (12), the states of the stages before the law (10), the
+    previous commands (n), commanded velocity and yaw rate (4), position held (3), injections (one
+    for each loop point), and the memory of the law (k). Rows of `filtered_by` are the states of
+    those stages after the update, and those of `memory_by` the memory of the law.
     """
 
     commands: np.ndarray
@@ -147,10 +147,10 @@ class Update:
 
 @dataclass(frozen=True)
 class Step:
-    """A physics step: what is after it, and its derivatives.
+    """A physics step: the result, and its derivatives.
 
-    Rows are angles, place, w and v (12), the acceleration in its middle (6) and the rotors' speeds
-    (n); columns are these, and the commands (n).
+    Rows are angles, position, w and v (12), the acceleration in its middle (6) and the speeds of
+    rotors (n); columns are these, and the commands (n).
     """
 
     state: np.ndarray
@@ -159,22 +159,21 @@ class Step:
 
 
 class Gyro(NamedTuple):
-    """The gyro's filters, and derivatives of a reading.
+    """The filters of the gyro, and derivatives of a reading.
 
     Attributes:
-        A: of the filters, from their states to these after a sample (12, 12).
+        A: of the filters, from their states to those after a sample (12, 12).
         B: from the angular velocity in B (12, 3).
-        C: from the states to what comes out (3, 12).
-        D: from the angular velocity to that (3, 3).
+        C: from the states to the output (3, 12).
+        D: from the angular velocity to the output (3, 3).
         rates_by: angular velocity in B by the motion (3, 12).
-        sensed_by: angular velocity in W that is sensed, by the motion (3, 12).
-        sensed_by_rates: the same by what comes out of the filters (3, 3).
-        force_by: specific force that the accelerometer feels, in B, by motion and acceleration
-            (3, 18).
-        kept: of the accelerometer's low-pass, from its states to these after a sample (6, 6).
-        taken: from a specific force to these (6, 3).
-        smooth: from the states to what comes out (3, 6).
-        through: from a specific force to that (3, 3).
+        sensed_by: sensed angular velocity in W, by the motion (3, 12).
+        sensed_by_rates: the same by the output of the filters (3, 3).
+        force_by: specific force at the accelerometer in B, by motion and acceleration (3, 18).
+        kept: of the accelerometer's low-pass, from its states to those after a sample (6, 6).
+        taken: from a specific force to its states (6, 3).
+        smooth: from its states to its output (3, 6).
+        through: from a specific force to its output (3, 3).
     """
 
     A: np.ndarray
@@ -192,20 +191,19 @@ class Gyro(NamedTuple):
 
 
 class Derivatives:
-    """What flies and its law, as functions of numbers with derivatives.
+    """The vehicle and its law, as functions of numbers with derivatives.
 
-    Its functions, each of which remembers its last call: `update(state, filtered, before,
-    reference, guidance, memory) -> Update`, `settled_update`, which is the same for a law that
-    reckons with no spin-up torque, as there is none in a steady flight; `step(state, last, speeds,
-    commands) -> Step`; `acceleration(state, speeds)`, which returns wdot and vdot (6) and their
-    derivatives by state and speeds (12 + n); and `steady_commands(speeds)`, which returns the
-    commands that keep rotors at speeds (n), and their derivatives. The battery, where one is
-    stated, is full.
+    Its functions, which cache their last call: `update(state, filtered, before, reference,
+    guidance, memory) -> Update`; `settled_update`, the same for a law without spin-up torque, as
+    there is none in a steady flight; `step(state, last, speeds, commands) -> Step`;
+    `acceleration(state, speeds)`, which returns wdot and vdot (6) and their derivatives by state
+    and speeds (12 + n); and `steady_commands(speeds)`, which returns the commands that keep rotors
+    at speeds (n), and their derivatives. A battery is full.
 
     Args:
-        controller: whose law flies.
-        flown: what flies, without its payload.
-        vehicle: as the law knows it, without that, too.
+        controller: with the law that flies.
+        flown: the flying vehicle, without its payload.
+        vehicle: as known to the law, without its payload.
         gains: parameter values by name.
         rates: of physics and control.
     """
@@ -238,10 +236,10 @@ class Derivatives:
         self.set_gains(gains)
 
     def set_gains(self, gains: Mapping[str, float]) -> None:
-        """Let the law fly with parameter values, by name, in air of theirs and with their payload.
+        """Set parameter values by name, of the law, the air and the payload.
 
         Raises:
-            WorkbenchError: if the law cannot hover with the payload that it knows.
+            WorkbenchError: if the law cannot hover with its known payload.
         """
         payload = payload_of(gains)
         if payload != self._payload:
@@ -276,7 +274,7 @@ class Derivatives:
             self.steady_commands.forget()
 
     def _carry(self, payload: Payload) -> None:
-        """Take a payload into what flies, and into what the law knows."""
+        """Add a payload to the flying vehicle, and to the one known to the law."""
         self._constants = law_constants(self._vehicle, payload)
         self._payload = payload
         whole = laden(self._flown, payload)
@@ -306,8 +304,8 @@ class Derivatives:
         Args:
             gains: of the law.
             state: of the body (13).
-            filtered: what the stages before the law remember, see `flight_law.FILTERED`.
-            before: commands of the update before (n).
+            filtered: states of the stages before the law, see `flight_law.FILTERED`.
+            before: commands of the previous update (n).
             reference: see `guidance.Reference` (8).
             guidance: see `guidance.Guidance` (22).
             memory: of the law (k).
@@ -383,7 +381,7 @@ class Derivatives:
         return Step(reached, ExtractValue(whole(acceleration)).ravel(), np.vstack(rows))
 
     def _gyro(self, state: np.ndarray, last: np.ndarray) -> Gyro:
-        """Return the gyro's filters and derivatives at a state (13) and an acceleration (6)."""
+        """Return the gyro filters and derivatives at a state (13) and an acceleration (6)."""
         known = _seeded(state, state_seeds(state[:4]))
         w_B = body_rates(known)
         rates = ExtractValue(whole(w_B)).ravel()
@@ -411,19 +409,19 @@ class Derivatives:
         )
 
     def _force_by(self, state: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """Return the derivatives of what the accelerometer feels by motion and acceleration."""
+        """Return the derivatives of the specific force by motion and acceleration."""
         seeds = np.eye(STATE + LAST)
         moving = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
         pulled = _seeded(last, seeds[STATE:])
         return gradient(measured(moving, pulled, self.p_BI)[3:], STATE + LAST)
 
     def sensed(self, gyro: Gyro, motion: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """Return rows of the motion (12) that a controller on the truth sees.
+        """Return rows of the motion (12) seen by a controller that uses the true motion.
 
         Args:
-            gyro: there.
+            gyro: at that point.
             motion: rows of the motion (12).
-            rates: rows of what comes out of the gyro's filters (3).
+            rates: rows of the output of the gyro's filters (3).
         """
         seen = motion.copy()
         if self.gyro_filters:
@@ -475,8 +473,8 @@ class Derivatives:
     def allocation_at(self, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return derivatives of the wrench by commands (4, n), and of commands by it (n, 4).
 
-        The wrench is that which the law takes commanded speeds to make, and commands are those
-        that the allocation gives for it.
+        The wrench is the one that the law expects from commanded speeds, and commands are those of
+        the allocation for it.
         """
         n = len(self._rows)
         made = commanded_wrench(_seeded(commands, np.eye(n)), self._constants)
@@ -501,10 +499,10 @@ def _seeded(values: np.ndarray, rows: np.ndarray) -> list[Any]:
 
 
 class LastCall(Generic[Result]):
-    """Calls a function of arrays unless they are those of the last call.
+    """Caches the last call of a function of arrays.
 
-    A live screen linearises the same hover with other gains again and again: the plant's share of
-    that does not change.
+    A live screen linearises the same hover repeatedly with other gains, where the part of the plant
+    does not change.
     """
 
     def __init__(self, function: Callable[..., Result]) -> None:
@@ -518,5 +516,5 @@ class LastCall(Generic[Result]):
         return self._result[1]
 
     def forget(self) -> None:
-        """Call the function again next time."""
+        """Clear the cache."""
         self._result = None

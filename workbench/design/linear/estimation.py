@@ -1,8 +1,8 @@
-"""An estimator at an operating point: linear, with its gain settled.
+"""The linear model of an estimator at an operating point, with its settled gain.
 
-Sensors measure at rates of their own, and between their samples the estimator goes by the IMU. A
-linear model of one control period takes each of them as measuring at every update with so much
-less weight as it measures less often: the same information in the same time.
+Sensors measure at their own rates, and between their samples the estimator uses the IMU. The linear
+model of one control period treats each sensor as measuring at every update, with a weight reduced
+by the ratio of rates: the same information per time.
 """
 
 from collections.abc import Callable
@@ -28,22 +28,23 @@ from workbench.estimation.settings import EKF
 DOUBLINGS = 16
 """The covariance is that after 2^16 control periods: 512 s at 128 Hz."""
 DIFFERENCE = 1e-6
-"""By which numbers differ for derivatives."""
+"""Difference of numbers for derivatives."""
 LEAST = 1e-6
-"""A derivative below this is rounding: of places of hundreds of metres, by that difference."""
+"""Derivatives below this are rounding errors: of positions of hundreds of metres, over that
+difference."""
 CHECKED = 128
-"""Updates between two looks whether a memory has settled."""
+"""Number of updates between checks whether a memory has settled."""
 SETTLED = 1e-9
-"""It has where it changes evenly, but for this share of itself."""
+"""Relative deviation from a constant rate of change up to which it is settled."""
 MOTION, IMU, RATES = 12, 6, 3
-"""Sizes of true motion, mean sample of the IMU, and of what comes out of the gyro's filters."""
+"""Sizes of true motion, mean sample of the IMU, and output of the gyro's filters."""
 FLAGS = {
     "gps": GPS,
     "barometer": BAROMETER,
     "magnetometer": MAGNETOMETER,
     "range_finder": RANGE_FINDER,
 }
-"""Place of a sensor's flag among samples, by its kind."""
+"""Index of the flag of a sensor in samples, by its kind."""
 MEASURES = {
     "gps": slice(0, 6),
     "barometer": slice(6, 7),
@@ -57,14 +58,14 @@ MEASURES = {
 class EstimatorModel:
     """An update of an estimator, and its derivatives.
 
-    Columns are the true motion (12), the mean sample of the IMU since the update before (6), the
-    filtered angular velocity (3), and what the estimator remembers (e); then, for noise, what the
-    other sensors measure (9), see `MEASURED`.
+    Columns are the true motion (12), the mean sample of the IMU since the previous update (6), the
+    filtered angular velocity (3), and the memory of the estimator (e); then, for noise, the
+    measurements of the other sensors (9), see `MEASURED`.
 
     Attributes:
-        memory_by: rows of what it remembers after the update (e).
-        seen_by: rows of the motion that it gives the controller (12).
-        names: of what it remembers, with their units.
+        memory_by: rows of its memory after the update (e).
+        seen_by: rows of the motion passed to the controller (12).
+        names: of its memory, with units.
     """
 
     memory_by: np.ndarray
@@ -81,13 +82,13 @@ def estimator_model(
     state: np.ndarray,
     vdot_WB: np.ndarray,
 ) -> EstimatorModel:
-    """Return an estimator's linear update in a steady flight.
+    """Return the linear update of an estimator in a steady flight.
 
     Args:
         estimator: which one.
         settings: its live numbers, in order.
         mounting: of the sensors.
-        duties: samples per update of each kind of sensor that measures, at most 1.
+        duties: samples per update of each kind of sensor in use, at most 1.
         period: between updates [s].
         state: of the body (13); it does not turn.
         vdot_WB: acceleration in W (3) [m/s²].
@@ -100,7 +101,7 @@ def estimator_model(
         update, begin = _settled_ekf(settings, places, duties, period, state, imu)
     else:
         update, begin, state = _averaged(estimator, settings, mounting, duties, period, state, imu)
-    whose = f"{estimator.name}_" if estimator.file else ""  # else a v_x would be the motion's
+    whose = f"{estimator.name}_" if estimator.file else ""  # else v_x would be ambiguous
     names = (*NOMINAL, *((whose + each.name, each.unit) for each in estimator.memory))
 
     def updated(errors: np.ndarray) -> np.ndarray:
@@ -131,7 +132,7 @@ def estimator_model(
 
 
 def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return what perfect sensors give of a motion, each of them now; see `estimation.samples`.
+    """Return the present samples of perfect sensors for a motion; see `estimation.samples`.
 
     Args:
         state: of the body (13).
@@ -154,7 +155,7 @@ def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> n
 
 
 def _add_noise(z: np.ndarray, noise: np.ndarray, state: np.ndarray, places: np.ndarray) -> None:
-    """Add noise (9) to what sensors measure, see `MEASURED`."""
+    """Add noise (9) to measurements, see `MEASURED`."""
     z[GPS + 2 : GPS + 8] += noise[:6]
     z[BAROMETER + 1] += noise[6]
     m_x, m_y, _ = places[15:18]
@@ -176,7 +177,8 @@ def settled_gain(
     P is the 2^k-th step from 0 of the Riccati recursion, by the structure-preserving doubling
     algorithm: E. Chu, H. Fan, W. Lin and C. Wang, Structure-preserving algorithms for periodic
     discrete-time algebraic Riccati equations, International Journal of Control 77(8), 2004. So
-    what no sensor sees, as a heading without magnetometer, is no failure: its covariance has grown.
+    unobservable states, such as the heading without a magnetometer, cause no failure: their
+    covariance has grown.
 
     Args:
         settings: see `settings.EkfSettings`.
@@ -231,7 +233,7 @@ def _settled_ekf(
         ekf.rows_of(before, z, places, settings, H, gaps)
         return np.array(ekf.corrected(before, K @ np.nan_to_num(gaps[:, 0])))
 
-    # it moves on by a period in an update; what it begins with is that at the update before
+    # it advances by a period in an update; the initial one is that at the previous update
     back = np.array(begin)
     back[4:7] -= period * state[10:13]
     return update, back
@@ -248,7 +250,7 @@ def _averaged(
 ) -> tuple[Update, np.ndarray, np.ndarray]:
     """Return the mean of updates with and without each sample, a settled memory, and the state.
 
-    The memory is that one period before the state, which has moved on from the given one.
+    The memory is that one period before the state, which has advanced from the given one.
     """
     run, places = compiled_update(estimator), mounting.packed()
 
@@ -277,20 +279,20 @@ def _averaged(
             state = _moved(state, motion)
             memory = update(memory, perfect_samples(state, imu, places))
         grown = memory - before
-        # a place or a clock goes on evenly, and nothing depends on it
+        # a position or a clock advances evenly, and nothing depends on it
         if np.all(np.abs(grown - last) <= 1e-15 + SETTLED * np.abs(memory)):
             break
     return update, memory, _moved(state, motion)
 
 
 def _acting(by: np.ndarray, count: int) -> np.ndarray:
-    """Return whether each number that is remembered carries anything from sensors to the estimate.
+    """Return whether each number in the memory affects the estimate and depends on sensors.
 
     A settled covariance, a clock or a flag does not. The nominal state always counts.
 
     Args:
         by: derivatives, see `EstimatorModel`, of memory and motion seen.
-        count: of what is remembered.
+        count: of numbers in the memory.
     """
     begin = MOTION + IMU + RATES
     strong = np.abs(by) > LEAST
@@ -306,7 +308,7 @@ def _acting(by: np.ndarray, count: int) -> np.ndarray:
 
 
 def _moved(state: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return a state of the body (13) moved by angles in W, place, angular velocity, velocity."""
+    """Return a state of the body (13) changed by angles in W, position and velocities."""
     moved = state.copy()
     R = rotation(state[:4].tolist())
     moved[:4] = ekf.turned_by(state[:4].tolist(), into_body(R, motion[:3].tolist()))
@@ -316,14 +318,14 @@ def _moved(state: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 
 def _motion(state: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return how a state of the body differs from another (12), the inverse of `_moved`."""
+    """Return the difference of a state of the body from another (12), the inverse of `_moved`."""
     R = rotation(state[:4].tolist())
     angles = into_world(R, _turn(state[:4], other[:4]))
     return np.concatenate([angles, other[4:] - state[4:]])
 
 
 def _turn(q: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the small turn in B from an attitude to another (3)."""
+    """Return the small rotation in B from one attitude to another (3)."""
     w, x, y, z = q
     rows = np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])
     turn: np.ndarray = 2.0 * rows @ other
@@ -331,7 +333,7 @@ def _turn(q: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _added(begin: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Return a memory with errors taken into it: of the nominal state (15), then of the rest."""
+    """Return a memory with errors added: of the nominal state (15), then of the rest."""
     found = begin.copy()
     found[: ekf.NOMINAL] = ekf.corrected(begin[: ekf.NOMINAL], error[: ekf.ERRORS])
     found[-(len(error) - ekf.ERRORS) or len(found) :] += error[ekf.ERRORS :]

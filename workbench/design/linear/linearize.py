@@ -1,4 +1,4 @@
-"""Linear models for python-control, in one call."""
+"""Linear models for python-control, by one function."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ TIMES = ("sampled", "continuous")
 ASKED = ("reference_v_x", "reference_v_y", "reference_v_z", "reference_yaw_rate")
 SHOWN = ("v_x", "v_y", "v_z", "w_z")
 TOLERANCE = 1e-7
-"""Share of what comes out of a step that has to be new, to count as a direction."""
+"""Smallest new share of a step of the staircase to count as a direction."""
 
 
 def linearize(
@@ -33,12 +33,12 @@ def linearize(
     gains: Mapping[str, float] | None = None,
     minimal: bool = False,
 ) -> Any:
-    """Return an exact linear model as a `control.StateSpace` with names.
+    """Return an exact linear model as a `control.StateSpace` with named signals.
 
     Arguments are those of `linear_matrices`.
 
     Raises:
-        WorkbenchError: if a name is unknown, or there is no such flight.
+        WorkbenchError: if a name is unknown, or the vehicle cannot fly like that.
     """
     return linear_matrices(
         scenario,
@@ -65,23 +65,23 @@ def linear_matrices(
     gains: Mapping[str, float] | None = None,
     minimal: bool = False,
 ) -> Matrices:
-    """Return an exact linear model as its numbers, without python-control.
+    """Return an exact linear model as matrices, without python-control.
 
     Args:
         scenario: its vehicle, variation, gains and rates are used.
-        at: where, as a point or as `vx=5,yaw_rate=0.2`.
-        loop: `closed`; `vehicle`, from rotor commands to motion; or a loop's name: the open loop L
-            with negative feedback, opened there while all others stay closed.
-        cut: where the loop is opened: `actuator`, what it asks of the loop inside it, or `error`.
-        time: `sampled`, from one control update to the next, with hold and computing delay as they
-            fly; or `continuous`, without them.
-        inputs: names of those wanted of the closed loop or the vehicle.
-        outputs: names of those wanted.
+        at: operating point, or text such as `vx=5,yaw_rate=0.2`.
+        loop: `closed`; `vehicle`, from rotor commands to motion; or the name of a loop, for the
+            open loop L with negative feedback while all others stay closed.
+        cut: where to open the loop: `actuator`, its output to the inner loop, or `error`.
+        time: `sampled`, from one control update to the next, with hold and computing delay as in
+            flight; or `continuous`, without them.
+        inputs: names of selected inputs of the closed loop or the vehicle.
+        outputs: names of selected outputs.
         gains: parameter values by name that differ from the scenario's.
-        minimal: leave out what plays no part between these inputs and outputs.
+        minimal: whether to remove states that are not reachable or not observable.
 
     Raises:
-        WorkbenchError: if a name is unknown, or there is no such flight.
+        WorkbenchError: if a name is unknown, or the vehicle cannot fly like that.
     """
     point = parse_point(at) if isinstance(at, str) else at
     if time not in TIMES:
@@ -129,7 +129,7 @@ def _vehicle(
     inputs: Sequence[str] | None,
     outputs: Sequence[str] | None,
 ) -> Matrices:
-    """Return the vehicle's model, sampled under held commands where that is asked."""
+    """Return the model of the vehicle, if requested sampled with held commands."""
     commands = [signal.name for signal in model.inputs]
     motions = [signal.name for signal in model.outputs[:12]]
     system = model.matrices(inputs or commands, outputs or motions)
@@ -143,11 +143,11 @@ def _vehicle(
 
 
 def least(system: Matrices) -> Matrices:
-    """Return a system of least order with the same transfer functions.
+    """Return a minimal realisation: a system of least order with the same transfer functions.
 
-    Its states are combinations of the old ones and lose their names. It is the Kalman
-    decomposition by orthogonal bases of the reachable, then of the observable directions
-    (Rosenbrock's staircase); python-control's own needs slycot.
+    Its states are combinations of the old ones, without names. This is the Kalman decomposition by
+    orthogonal bases of the reachable, then of the observable directions (Rosenbrock's staircase).
+    The one in python-control needs slycot.
     """
     A, B, C = system.A, system.B, system.C
     reach = reachable(A, _unit(B))
@@ -158,12 +158,12 @@ def least(system: Matrices) -> Matrices:
 
 
 def reachable(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Return an orthonormal basis of what inputs can reach: the span of B, A B, A² B, ..."""
+    """Return an orthonormal basis of the reachable subspace: the span of B, A B, A² B, ..."""
     basis = np.zeros((A.shape[0], 0))
     new = B
     while basis.shape[1] < A.shape[0]:
         whole = np.linalg.norm(new, axis=0).max()
-        for _ in range(2):  # twice is enough, against rounding
+        for _ in range(2):  # twice is enough against rounding errors
             new = new - basis @ (basis.T @ new)
         left, sizes, _ = np.linalg.svd(new, full_matrices=False)
         left = left[:, sizes > TOLERANCE * whole]
@@ -175,6 +175,6 @@ def reachable(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 def _unit(columns: np.ndarray) -> np.ndarray:
-    """Return columns of length 1, or 0."""
+    """Return normalised columns; zero columns stay zero."""
     sizes = np.linalg.norm(columns, axis=0)
     return columns / np.where(sizes > 0.0, sizes, 1.0)

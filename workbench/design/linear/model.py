@@ -1,4 +1,4 @@
-"""A linear model with named signals, of the closed loop and of each loop opened."""
+"""A linear model with named signals, of the closed loop and of open loops."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -22,18 +22,18 @@ class Signal:
 
 @dataclass(frozen=True)
 class Matrices:
-    """A linear system as numbers and names: all that `control.StateSpace` has of it.
+    """A linear system as matrices and names, with the same content as a `control.StateSpace`.
 
     Attributes:
         A: (m, m).
         B: (m, k).
         C: (l, m).
         D: (l, k).
-        dt: period of a sampled one [s]; 0 for a continuous one.
-        state_labels: (m) names; none where states are combinations that have none.
+        dt: period of a sampled system [s]; 0 for a continuous one.
+        state_labels: (m) names; empty if states are combinations without names.
         input_labels: (k) names.
         output_labels: (l) names.
-        name: of the whole.
+        name: of the system.
     """
 
     A: np.ndarray
@@ -52,7 +52,7 @@ class Matrices:
         return np.linalg.eigvals(self.A).astype(complex)
 
     def state_space(self) -> Any:
-        """Return it as a `control.StateSpace`."""
+        """Return the system as a `control.StateSpace`."""
         import control  # takes a second to load
 
         return control.ss(
@@ -70,19 +70,19 @@ class Matrices:
 
 @dataclass(frozen=True)
 class Trim:
-    """A flight that is steady, or held still for an instant.
+    """A trim: a steady flight, or an instant of a flight.
 
     Attributes:
-        point: that it makes true.
+        point: the operating point.
         q_WB: orientation, a unit quaternion w, x, y, z.
-        p_WB: place [m]; any will do, far from ground and ceiling.
+        p_WB: position [m], any one far from ground and ceiling.
         v_WB: velocity in W [m/s].
         w_WB: angular velocity in W [rad/s].
         vdot_WB: acceleration in W [m/s²].
         speeds: of the rotors (n) [rad/s].
-        commands: speeds that they are commanded (n) [rad/s], larger where the battery sags.
-        reference: velocity [m/s] and yaw rate [rad/s] that the pilot asks for (4).
-        memory: what the law remembers (k).
+        commands: commanded speeds (n) [rad/s], larger if the battery voltage drops under load.
+        reference: velocity [m/s] and yaw rate [rad/s] commanded by the pilot (4).
+        memory: of the law (k).
     """
 
     point: OperatingPoint
@@ -110,7 +110,7 @@ class Trim:
 
 @dataclass(frozen=True)
 class LinearModel:
-    """The closed loop at a trim, in the axes of the heading.
+    """The linear model of the closed loop at a trim, in the axes of the heading.
 
     Attributes:
         A: (m, m).
@@ -118,11 +118,11 @@ class LinearModel:
         output_matrix: (l, m).
         feedthrough: (l, k).
         period: of the sampled model [s]; 0 for the continuous one.
-        states: m of them.
-        inputs: k of them.
-        outputs: l of them.
-        trim: where.
-        controller: whose loops it has; None for a vehicle alone.
+        states: m signals.
+        inputs: k signals.
+        outputs: l signals.
+        trim: of the model.
+        controller: with its loops; None for a vehicle alone.
     """
 
     A: np.ndarray
@@ -155,7 +155,7 @@ class LinearModel:
         return self.output_matrix[self._places(names, self._outputs, "output")]
 
     def D(self, outputs: Sequence[str], inputs: Sequence[str]) -> np.ndarray:
-        """Return what goes straight through, (outputs, inputs)."""
+        """Return the feedthrough, (outputs, inputs)."""
         rows = self.feedthrough[self._places(outputs, self._outputs, "output")]
         return rows[:, self._places(inputs, self._inputs, "input")]
 
@@ -163,15 +163,15 @@ class LinearModel:
         """Return the loop opened at a loop point, as A (m, m), b (m) and c (m).
 
         With negative feedback the open loop is L = -c (zI - A)⁻¹ b, and 1 + L is the ratio of the
-        characteristic polynomials of the closed and of the opened loop.
+        characteristic polynomials of the closed and the open loop.
         """
         b, c = self.B([point])[:, 0], self.C([point])[0]
         return self.A - np.outer(b, c), b, c
 
     def opened(self, points: Sequence[str]) -> "LinearModel":
-        """Return the model with its loops opened at some loop points, all at once.
+        """Return the model with its loops opened at several loop points.
 
-        What comes there still comes out as a signal, and what is injected goes on.
+        Signals that arrive there are still outputs, and injections are still passed on.
         """
         B, C = self.B(points), self.C(points)
         rows = [self._outputs[point] for point in points]
@@ -185,10 +185,10 @@ class LinearModel:
         )
 
     def lean(self, removable: Collection[str]) -> "LinearModel":
-        """Return the model without those of some states that nothing depends on.
+        """Return the model without removable states that nothing depends on.
 
         Args:
-            removable: names of states that may go.
+            removable: names of states that may be removed.
         """
         read: np.ndarray = np.abs(np.vstack([self.A, self.output_matrix])).max(axis=0) > 0.0
         kept = [
@@ -214,11 +214,11 @@ class LinearModel:
         return self._named(A, b[:, None], -c[None, :], np.zeros((1, 1)), [point], [point])
 
     def state_space(self, inputs: Sequence[str], outputs: Sequence[str]) -> Any:
-        """Return the closed loop between some of its signals as a `control.StateSpace`."""
+        """Return the closed loop between selected signals as a `control.StateSpace`."""
         return self.matrices(inputs, outputs).state_space()
 
     def matrices(self, inputs: Sequence[str], outputs: Sequence[str]) -> Matrices:
-        """Return the closed loop between some of its signals."""
+        """Return the closed loop between selected signals."""
         return self._named(
             self.A, self.B(inputs), self.C(outputs), self.D(outputs, inputs), inputs, outputs
         )
@@ -275,7 +275,7 @@ NOMINAL = tuple(
     )
     for axis in "xyz"
 )
-"""The nominal state of every estimator, as its errors, with units."""
+"""Errors of the nominal state of every estimator, with units."""
 MEASURED = (
     *((f"gps_p_{axis}", "m") for axis in "xyz"),
     *((f"gps_v_{axis}", "m/s") for axis in "xyz"),
@@ -283,16 +283,16 @@ MEASURED = (
     ("magnetometer_heading", "rad"),
     ("range_finder_distance", "m"),
 )
-"""What sensors besides the IMU measure, with units."""
+"""Measurements of sensors other than the IMU, with units."""
 
 
 def vector(name: str, unit: str) -> tuple[Signal, ...]:
-    """Return the signals of a vector, of which a name ends in its axis."""
+    """Return the signals of a vector, with the axis as suffix of each name."""
     return tuple(Signal(f"{name}_{axis}", unit) for axis in "xyz")
 
 
 def motion(prefix: str = "") -> tuple[Signal, ...]:
-    """Return small angles, place, angular velocity and velocity, in the axes of the heading."""
+    """Return small angles, position, angular velocity and velocity, in the axes of the heading."""
     return (
         *(Signal(prefix + name, "rad") for name in ("roll", "pitch", "yaw")),
         *vector(f"{prefix}p", "m"),
@@ -302,12 +302,12 @@ def motion(prefix: str = "") -> tuple[Signal, ...]:
 
 
 def numbered(name: str, count: int, unit: str) -> tuple[Signal, ...]:
-    """Return a signal of each rotor, numbered from 1."""
+    """Return a signal for each rotor, numbered from 1."""
     return tuple(Signal(f"{name}_{index + 1}", unit) for index in range(count))
 
 
 def filtered() -> tuple[Signal, ...]:
-    """Return what the stages before the law remember, see `flight_law.FILTERED`."""
+    """Return the states of the stages before the law, see `flight_law.FILTERED`."""
     return (
         *vector("filtered_v", "m/s"),
         *vector("derivative_lowpass", "m/s^2"),
@@ -332,12 +332,12 @@ def accel_states() -> tuple[Signal, ...]:
 
 
 def imu() -> tuple[Signal, ...]:
-    """Return what the IMU gives at a reading."""
+    """Return the signals of a reading of the IMU."""
     return (*vector("imu_w", "rad/s"), *vector("imu_f", "m/s^2"))
 
 
 def sensor_noise(samples: int) -> tuple[Signal, ...]:
-    """Return the noise of the IMU's samples in a period, and of what other sensors measure."""
+    """Return the noise of the IMU's samples in a period, and of other sensors."""
     if not samples:
         return ()
     return (
@@ -352,7 +352,7 @@ def sensor_noise(samples: int) -> tuple[Signal, ...]:
 
 
 def estimated() -> tuple[Signal, ...]:
-    """Return what every estimator remembers, see `Estimator.memory` for the rest."""
+    """Return the states common to all estimators, see `Estimator.memory` for the rest."""
     return tuple(Signal(name, unit) for name, unit in NOMINAL)
 
 
@@ -362,7 +362,7 @@ def accelerations() -> tuple[Signal, ...]:
 
 
 def references() -> tuple[Signal, ...]:
-    """Return what is asked for: velocity and yaw rate, and the place that is held."""
+    """Return the references: velocity and yaw rate, and the position held."""
     return (
         *vector("reference_v", "m/s"),
         Signal("reference_yaw_rate", "rad/s"),
@@ -381,12 +381,12 @@ def wrench() -> tuple[Signal, ...]:
 
 
 def memory_of(controller: Controller) -> tuple[Signal, ...]:
-    """Return what the law remembers."""
+    """Return the memory of the law."""
     return tuple(Signal(state.name, state.unit) for state in controller.memory)
 
 
 def outputs(rotors: int, controller: Controller) -> tuple[Signal, ...]:
-    """Return what comes out of a closed loop: motion, loop points, thrusts and speeds."""
+    """Return the outputs of a closed loop: motion, loop points, thrusts and speeds."""
     return (
         *motion(),
         *points(controller),

@@ -1,4 +1,4 @@
-"""Where a flight is linearised."""
+"""The operating point of a linearisation."""
 
 import dataclasses
 import math
@@ -21,18 +21,18 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """A flight to linearise at; without arguments, hover.
+    """An operating point; by default hover.
 
-    The axes are those of the heading: as W at the moment, but turning with the yaw rate. So a
-    velocity with a yaw rate is a steady turn, and every point without acceleration is a steady
-    flight.
+    Vectors are in the axes of the heading, which coincide with W at the moment, but turn with the
+    yaw rate. So a velocity with a yaw rate is a steady turn, and every point without acceleration
+    is a steady flight.
 
     Attributes:
         velocity: of the base link [m/s].
         yaw_rate: about world z [rad/s].
-        acceleration: over that of the steady turn [m/s²]; anything but 0 is an instant, not a
-            steady flight.
-        hold: whether the place is held, as while nothing is asked of a hovering drone.
+        acceleration: in addition to that of the steady turn [m/s²]; unless 0, the point is an
+            instant, not a steady flight.
+        hold: whether the position is held, as in hover without a command.
     """
 
     velocity: Triple = (0.0, 0.0, 0.0)
@@ -49,7 +49,7 @@ class OperatingPoint:
 
     @property
     def label(self) -> str:
-        """The point as `parse_point` reads it."""
+        """The point as text for `parse_point`."""
         parts = [
             f"{name}={getattr(self, field)[index]:g}"
             for name, (field, index) in _KEYS.items()
@@ -64,14 +64,14 @@ class OperatingPoint:
 
 HOVER = OperatingPoint()
 HOLDING = OperatingPoint(hold=True)
-"""Hover while a pilot steers, and while a place is held."""
+"""Hover while a pilot steers, and while a position is held."""
 
 
 def steady_velocity(text: str) -> Triple:
-    """Return the velocity of a straight steady flight that a text names, see `parse_point`.
+    """Return the velocity of a straight steady flight from a text, see `parse_point`.
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is invalid.
     """
     point = parse_point(text)
     if point != OperatingPoint(velocity=point.velocity):
@@ -82,10 +82,10 @@ def steady_velocity(text: str) -> Triple:
 
 
 def parse_point(text: str) -> OperatingPoint:
-    """Return the point that a text names: `hover`, or as `vx=5,vz=-1,yaw_rate=0.2,ax=3,hold=1`.
+    """Return the point from a text: `hover`, or such as `vx=5,vz=-1,yaw_rate=0.2,ax=3,hold=1`.
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is invalid.
     """
     point = OperatingPoint()
     seen: set[str] = set()

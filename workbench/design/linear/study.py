@@ -1,4 +1,4 @@
-"""One vehicle, read once, and its linear models at any point with any gains."""
+"""Linear models of one vehicle, read once, at any point and with any gains."""
 
 import dataclasses
 import math
@@ -77,19 +77,19 @@ from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estim
 from workbench.systems.controller import GAINS, PROBES
 
 GYRO, ACCEL, IMU = 12, 6, 6
-"""States of the gyro's filters, see `gyro.STATES`, and of the accelerometer's, and numbers that the
-IMU gives at a reading."""
+"""Number of states of the filters of gyro, see `gyro.STATES`, and accelerometer, and of numbers in
+a reading of the IMU."""
 RATE = slice(6, 9)
-"""Places of the angular velocity among the motion."""
+"""Indices of the angular velocity in the motion."""
 FILTERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass")
 """Parameters that switch filters on."""
 SAME = 1e-12
-"""Attitudes and rates closer than this have the same derivatives of a step."""
+"""Difference of attitudes and rates up to which derivatives of a step count as equal."""
 REMOVABLE = frozenset(
     signal.name
     for signal in (*gyro_states(), *filtered()[3:], *accel_states(), *imu(), *estimated())
 )
-"""States of filters and estimators, which a model has where they are on."""
+"""States of filters and estimators, which a model has only if they are on."""
 
 
 def sampled_model(
@@ -103,28 +103,28 @@ def sampled_model(
 ) -> LinearModel:
     """Return the linear model of a control period.
 
-    States are those at an update, before it: the motion, the acceleration in the middle of the
-    step before, rotor speeds, those of the filters of gyro and accelerometer, what the IMU gives,
-    what the estimator remembers, commands that act or are still to act, what the stages before the
-    law remember, the motions that a delayed controller is still to see, and what the law remembers.
-    Outputs are those at the update. Filters that are off have states,
-    too; `LinearModel.lean` leaves them out.
+    States are those just before an update: the motion, the acceleration in the middle of the
+    previous step, rotor speeds, the filters of gyro and accelerometer, the reading of the IMU, the
+    memory of the estimator, commands that act or are still to act, the stages before the law, the
+    motions that a delayed controller has not yet seen, and the memory of the law. Outputs are those
+    at the update. Filters that are off have states, too; `LinearModel.lean` removes them.
 
     Between updates the vehicle takes physics steps under held commands; the first still has the old
-    ones, as the steps of an instant are simultaneous. The period's matrix is the product of the
-    exact derivatives of the update and of each step along the trimmed flight.
+    ones, as updates and steps at one instant are simultaneous. The matrix of the period is the
+    product of the exact derivatives of the update and of each step along the trimmed flight.
 
     Args:
-        derivatives: of what flies.
+        derivatives: of vehicle and law.
         trim: where.
         rates: of physics and control.
         rate: of the acceleration estimate [1/s].
         delays: of sensing and commands.
-        estimator: at the trim, where the law does not know the true motion.
-        samples: of the IMU in a period, the noise of each an input; 0 leaves sensors' noise out.
+        estimator: at the trim, if the law does not use the true motion.
+        samples: number of IMU samples in a period, with the noise of each as an input; 0 leaves out
+            the noise of sensors.
 
     Raises:
-        WorkbenchError: for a turn with a delay of sensing, which has no such model.
+        WorkbenchError: for a turn with a sensing delay, which has no such model.
     """
     late, look = delays.seen
     age, since = delays.acting
@@ -203,7 +203,7 @@ def sampled_model(
         A[each], B[each] = by_state, by_input
     for each, newer in zip(older[1:], older, strict=False):
         A[each] = whole[newer]
-    if late and estimator:  # between updates the estimate stays
+    if late and estimator:  # between updates the estimate is constant
         A[older[0]], B[older[0]] = now_seen, seen_in
     elif late:
         A[older[0]], B[older[0]] = readings[look]
@@ -247,14 +247,14 @@ def plant_input_model(
     delays: Delays,
     estimator: EstimatorModel | None = None,
 ) -> LinearModel:
-    """Return a sampled model's closed loop with the plant's input as its inputs and outputs.
+    """Return the closed loop of a sampled model, from the plant input to the plant input.
 
-    That is the wrench which an update commands: force along z and moment in T. It comes out, and
-    what is injected is added on its way to the rotors, where the law does not know of it: so every
-    law is judged at the same place, those that look at their own commands, too.
+    The plant input is the wrench that an update commands: force along z and moment in T. The wrench
+    is the output, and an injection is added on its way to the rotors, unknown to the law. So every
+    law is judged at the same point, even one that uses its own commands.
 
     Args:
-        derivatives: of what flies.
+        derivatives: of vehicle and law.
         model: from `sampled_model`, with the arguments that follow.
         rates: of physics and control.
         rate: of the acceleration estimate [1/s].
@@ -271,7 +271,7 @@ def plant_input_model(
     wrench_by, commands_by = derivatives.allocation_at(trim.commands)
     columns, inputs = moving + axes * waiting, np.zeros((n, axes))
     acting = [(np.zeros((n, columns)), commands_by)]
-    for before in range(waiting):  # what was injected at updates before is a state
+    for before in range(waiting):  # injections at earlier updates are states
         by_state = np.zeros((n, columns))
         by_state[:, moving + axes * before : moving + axes * (before + 1)] = commands_by
         acting.append((by_state, inputs))
@@ -280,7 +280,7 @@ def plant_input_model(
     after, sampled, readings = _states_of_period(derivatives, trim, update, rates, held)
 
     def injections(rows: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-        """Return rows by what is injected now, and by what was before."""
+        """Return rows by present and by earlier injections."""
         return np.hstack([rows[1], rows[0][:, moving:]])
 
     injected = np.zeros((size, axes * (waiting + 1)))
@@ -331,20 +331,20 @@ def _states_of_period(
     held: list[Rows],
     sampling: slice | None = None,
 ) -> tuple[Rows, Rows, list[Rows]]:
-    """Return what a control period makes of motion, acceleration, speeds and the IMU's filters.
+    """Return motion, acceleration, speeds and filters of the IMU after a control period.
 
     Args:
-        derivatives: of what flies.
+        derivatives: of vehicle and law.
         trim: where.
         update: at its beginning.
         rates: of physics and control.
         held: rows of the commands that act in each step.
-        sampling: which inputs are the noise of the IMU's samples, if any are.
+        sampling: indices of inputs with the noise of IMU samples, if any.
 
     Returns:
-        Rows of all that after the period; those of what the IMU then gives (6), see
-        `vehicle_dynamics.read_imu`; and those of the motion (12), as a controller on the truth
-        would see it, before each physics step.
+        Rows of all these after the period; rows of the reading of the IMU then (6), see
+        `vehicle_dynamics.read_imu`; and rows of the motion (12) before each physics step, as seen
+        by a controller that uses the true motion.
     """
     at, speeds = trim.state, trim.speeds
     since = heading_turn(0.5 * trim.point.yaw_rate * rates.physics_step, 2)
@@ -375,7 +375,8 @@ def _states_of_period(
             noise = np.zeros((IMU, columns + inputs))
             first = columns + sampling.start + IMU * (number // every)
             noise[:, first : first + IMU] = np.eye(IMU)
-            # a sample counts by halves in two periods, here by the whole in the one that it begins
+            # a sample counts by halves in two periods; here it fully counts in the one that it
+            # begins
             sums += every * np.vstack([noise[:3], gyro.through @ noise[3:]])
             w_B, force = w_B + noise[:3], force + noise[3:]
         if number % every == 0:
@@ -397,7 +398,7 @@ def _states_of_period(
 
 
 def _parted(both: np.ndarray, columns: int) -> Rows:
-    """Return rows by states, which stand in the first columns, and by inputs."""
+    """Return rows by states, in the first columns, and by inputs."""
     return both[:, :columns], both[:, columns:]
 
 
@@ -431,11 +432,11 @@ def _states(
 
 
 class VehicleDerivatives:
-    """An AutoDiff copy of a vehicle core, kept, whose Context is filled anew each time.
+    """An AutoDiff copy of a vehicle core, with a reused Context.
 
     Args:
         core: from `make_vehicle_core`.
-        vehicle: as its law knows it.
+        vehicle: as known to its law.
     """
 
     def __init__(self, core: Diagram, vehicle: Vehicle) -> None:
@@ -448,7 +449,7 @@ class VehicleDerivatives:
 
         Args:
             trim: where.
-            gains: parameter values by name; those of the air are used.
+            gains: parameter values by name, of which those of the air are used.
         """
         n = trim.speeds.size
         seeds = np.eye(STATE + 2 * n)
@@ -471,24 +472,24 @@ class VehicleDerivatives:
         )
 
     def _set_air(self, gains: Mapping[str, float]) -> None:
-        """Give the vehicle its live numbers."""
+        """Set the live parameters of the vehicle."""
         air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
         live = live_numbers(self._vehicle, gains).values()
         air.get_mutable_numeric_parameter(0).SetFromVector(constants(live))
 
     def _set_state(self, values: Sequence[np.ndarray], trim: Trim, seeds: np.ndarray) -> None:
-        """Give the state its values, the body's (13) first, and derivatives of the reduced one."""
+        """Set the state, the body's (13) first, with derivatives by the reduced state."""
         rows = np.vstack([state_seeds(trim.q_WB) @ seeds[:STATE], seeds[STATE:]])
         self._root.SetContinuousState(InitializeAutoDiff(np.concatenate(values), rows))
 
     def _fix(self, port: str, values: np.ndarray, start: int, seeds: np.ndarray) -> None:
-        """Give an input port values, of which some have derivatives."""
+        """Fix an input port to values, of which some have derivatives."""
         rows = np.zeros((values.size, seeds.shape[1]))
         rows[start : start + seeds.shape[0]] = seeds
         self._diagram.GetInputPort(port).FixValue(self._root, InitializeAutoDiff(values, rows))
 
     def _slopes(self, trim: Trim, columns: int) -> np.ndarray:
-        """Return the derivatives of the reduced state's slopes."""
+        """Return the derivatives of the time derivatives of the reduced state."""
         slopes = self._diagram.EvalTimeDerivatives(self._root).CopyToVector()
         found = gradient(slopes, columns)
         return np.vstack([reduced(trim.q_WB) @ found[:13], found[13:]])
@@ -500,12 +501,12 @@ class VehicleDerivatives:
 
 
 class FlightDerivatives(VehicleDerivatives):
-    """The same of a flight core: vehicle and law.
+    """The same for a flight core: vehicle and law.
 
     Args:
         core: from `make_flight_core`.
-        controller: whose law flies.
-        vehicle: as its law knows it.
+        controller: with the law that flies.
+        vehicle: as known to its law.
     """
 
     def __init__(self, core: Diagram, controller: Controller, vehicle: Vehicle) -> None:
@@ -523,7 +524,7 @@ class FlightDerivatives(VehicleDerivatives):
         """
         n, k = trim.speeds.size, trim.memory.size
         count, closed = len(self._law.points), np.array(self._law.closed)
-        # the law remembers a yaw moment only where rotors have an inertia
+        # the law remembers a yaw moment only if rotors have an inertia
         moments = self._controller.num_continuous_states() - k
         states, inputs = STATE + n + 3 + moments + k, REFERENCE + HELD + count
         seeds = np.eye(states + inputs)
@@ -574,12 +575,12 @@ class FlightDerivatives(VehicleDerivatives):
 
 
 class LinearStudy:
-    """Reads a scenario's vehicle and gives its linear models in milliseconds.
+    """Reads the vehicle of a scenario, and computes its linear models in milliseconds.
 
     Args:
         scenario: its vehicle, variation, gains and rates are used; the air is calm.
-        description: of its vehicle, if that has been read already.
-        vehicle: of that description, if that has been made already.
+        description: of its vehicle, if already read.
+        vehicle: of that description, if already made.
 
     Raises:
         WorkbenchError: if the vehicle cannot be read.
@@ -630,7 +631,7 @@ class LinearStudy:
     def like(self, scenario: Scenario) -> "LinearStudy":
         """Return a study of the same description with another variation, gains or rates.
 
-        Reading a description takes most of the time that a study does.
+        Most of the time of a study is for reading the description.
         """
         return LinearStudy(scenario, self._description, self.vehicle)
 
@@ -638,11 +639,11 @@ class LinearStudy:
         """Return the trim of an operating point.
 
         Args:
-            point: to be reached.
+            point: the operating point.
             gains: parameter values by name that differ from the scenario's.
 
         Raises:
-            WorkbenchError: if it does not fly like that.
+            WorkbenchError: if the vehicle cannot fly like that.
         """
         values = self._values(gains)
         self._derivatives.set_gains(values)
@@ -652,7 +653,7 @@ class LinearStudy:
     def sampled(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
     ) -> LinearModel:
-        """Return the exact model of what flies, from one control update to the next.
+        """Return the exact model of the flight, from one control update to the next.
 
         Arguments and exceptions are those of `trim`.
         """
@@ -661,7 +662,7 @@ class LinearStudy:
     def noisy(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
     ) -> LinearModel:
-        """Return the sampled model with the noise of every sample of every sensor as inputs.
+        """Return the sampled model, with the noise of every sample of every sensor as inputs.
 
         Arguments and exceptions are those of `trim`.
         """
@@ -685,10 +686,10 @@ class LinearStudy:
     def wrench_by(
         self, points: Sequence[str], gains: Mapping[str, float] | None = None
     ) -> np.ndarray:
-        """Return the wrench that an update in hover commands per injection at loop points (4, P).
+        """Return the wrench commanded by an update in hover per injection at loop points (4, P).
 
         Args:
-            points: names of them.
+            points: their names.
             gains: parameter values by name that differ from the scenario's.
         """
         model, _ = self._sampled(HOVER, gains)
@@ -742,10 +743,10 @@ class LinearStudy:
         return found, estimator
 
     def _estimator_at(self, trim: Trim, values: Mapping[str, float]) -> EstimatorModel | None:
-        """Return the estimator's model at a trim; the last one is kept.
+        """Return the model of the estimator at a trim; the last one is cached.
 
         Raises:
-            WorkbenchError: in a turn, which has none.
+            WorkbenchError: in a turn, which has no such model.
         """
         estimator = self._estimator
         if not estimator:

@@ -17,15 +17,15 @@ from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 
 HEIGHT = 10.0
-"""Where it is done: far from the ground, and from any ceiling but a low one [m]."""
+"""Height of the trim: far from the ground, and from any ceiling but a low one [m]."""
 BELOW_CEILING = 2.0
-"""Or this far under the largest height, at which climbs are slowed [m]."""
+"""Smallest distance of the trim below the largest height, where climbs are slowed [m]."""
 TOLERANCE = 1e-9
-"""Of accelerations [m/s², rad/s²], of commands as shares of their speeds, and of the memory as a
-share of its numbers where these are above 1."""
+"""Tolerance of accelerations [m/s², rad/s²], of commands as shares of their speeds, and of the
+memory, relative for numbers above 1."""
 ROUNDS = 40
 LARGEST_TURN = 0.3
-"""Of the attitude in a round [rad]."""
+"""Largest rotation of the attitude in an iteration [rad]."""
 
 
 def find_trim(
@@ -37,19 +37,19 @@ def find_trim(
 ) -> Trim:
     """Return the trim of an operating point, by Newton's method.
 
-    Unknown are the tilt, the rotors' speeds, velocity and yaw rate asked for, and what the law
-    remembers; they make the accelerations those of the point, the commands the speeds, and the
-    memory stay as it is.
+    Unknowns are the tilt, the rotor speeds, the commanded velocity and yaw rate, and the memory of
+    the law. The equations are that accelerations are those of the point, commands equal the speeds,
+    and the memory is constant.
 
     Args:
         derivatives: of what flies, with these gains set.
-        vehicle: about what flies, without its payload; where the search begins.
+        vehicle: about the flying one, without its payload, as the start of the search.
         gains: parameter values by name.
         point: to be reached.
         rate: of the acceleration estimate, see `systems.acceleration_estimate` [1/s].
 
     Raises:
-        WorkbenchError: if it does not fly like that, whatever is asked for.
+        WorkbenchError: if no command makes it fly like that.
     """
     n = len(vehicle.rotors)
     if point.yaw_rate and derivatives.controller.memory:
@@ -74,7 +74,7 @@ def find_trim(
         if worst < TOLERANCE:
             return trim
         free = np.ones(jacobian.shape[1], dtype=bool)
-        if point.hold and trim.memory.size:  # a pilot who asks for anything ends the hold
+        if point.hold and trim.memory.size:  # any command of a pilot ends the hold
             free[2 + n : 2 + n + REFERENCE] = False
         change = np.zeros(jacobian.shape[1])
         change[free] = np.linalg.lstsq(jacobian[:, free], -residual, rcond=1e-12)[0]
@@ -89,7 +89,7 @@ def find_trim(
 
 
 def guidance_of(trim: Trim) -> np.ndarray:
-    """Return the guidance (22) of a trim: motors on, and the place held where it says so."""
+    """Return the guidance (22) of a trim: motors on, and the position held if required."""
     hold = float(trim.point.hold)
     x, y, z = trim.p_WB.tolist()
     return np.array(Guidance(1.0, 1.0, 1.0, 0.0, hold, hold, x, y, z), dtype=float)
@@ -101,13 +101,13 @@ def reference_of(trim: Trim) -> np.ndarray:
 
 
 def filtered_of(trim: Trim, rate: float) -> np.ndarray:
-    """Return what the stages before the law remember in a trimmed flight, see `FILTERED` (10)."""
+    """Return the states of the stages before the law in a trimmed flight, see `FILTERED` (10)."""
     velocity = trim.v_WB - trim.vdot_WB / rate
     return np.concatenate([velocity, trim.vdot_WB, trim.reference])
 
 
 def update_inputs(trim: Trim, rate: float) -> tuple[np.ndarray, ...]:
-    """Return what `Derivatives.update` takes in a trimmed flight; `rate` as in `find_trim`."""
+    """Return the inputs of `Derivatives.update` in a trimmed flight; `rate` as in `find_trim`."""
     return (
         trim.state,
         filtered_of(trim, rate),
@@ -140,7 +140,7 @@ def _first_guess(
 
 
 def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is left of the equations (6 + n + k), and its derivatives by the unknowns."""
+    """Return the residual of the equations (6 + n + k), and its derivatives by the unknowns."""
     n, k = trim.speeds.size, trim.memory.size
     update = derivatives.settled_update(*update_inputs(trim, rate))
     _, by_speeds = derivatives.steady_commands(trim.speeds)
@@ -157,7 +157,7 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
 
     before = slice(STATE + FILTERED, STATE + FILTERED + n)
     tilt, asked = slice(0, 2), slice(before.stop, before.stop + REFERENCE)
-    lowpass = slice(before.start - REFERENCE, before.start)  # which has settled to what is asked
+    lowpass = slice(before.start - REFERENCE, before.start)  # which has settled to the command
     jacobian = np.zeros((6 + n + k, 2 + n + REFERENCE + k))
     last = update.commands_by.shape[1] - k
     jacobian[:6, tilt] = by[:, tilt]
