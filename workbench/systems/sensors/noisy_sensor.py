@@ -17,7 +17,6 @@ from pydrake.geometry import QueryObject
 from pydrake.math import RotationMatrix
 from pydrake.systems.framework import Context
 
-from workbench.plant.geodesy import geodetic
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.home import Home
 from workbench.plant.magnetic_field import magnetic_field
@@ -341,6 +340,8 @@ class Gps(NoisySensor):
         return np.concatenate([moves.p_WS, moves.v_WS])
 
     def shown(self, values: np.ndarray) -> np.ndarray:
+        from workbench.plant.geodesy import geodetic  # pymap3d, which only GPS needs
+
         east, north, up = values[:3].tolist()
         return np.concatenate([geodetic((east, north, up), self._home), values[3:]])
 
