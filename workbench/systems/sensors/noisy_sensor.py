@@ -19,7 +19,6 @@ from pydrake.systems.framework import Context
 
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.home import Home
-from workbench.plant.magnetic_field import magnetic_field
 from workbench.plant.sensors import Gps as GpsRecord
 from workbench.plant.sensors import Imu as ImuRecord
 from workbench.plant.sensors import Magnetometer as MagnetometerRecord
@@ -340,7 +339,7 @@ class Gps(NoisySensor):
         return np.concatenate([moves.p_WS, moves.v_WS])
 
     def shown(self, values: np.ndarray) -> np.ndarray:
-        from workbench.plant.geodesy import geodetic  # pymap3d, which only GPS needs
+        from workbench.plant.geodesy import geodetic  # imports pymap3d
 
         east, north, up = values[:3].tolist()
         return np.concatenate([geodetic((east, north, up), self._home), values[3:]])
@@ -379,6 +378,8 @@ class Magnetometer(NoisySensor):
     def __init__(
         self, *, sensor: MagnetometerRecord, home: Home, period: float, latency: float = 0.0
     ) -> None:
+        from workbench.plant.magnetic_field import magnetic_field  # imports pymap3d
+
         super().__init__(
             noises=sensor.noises,
             period=period,
