@@ -1,1 +1,1 @@
-"""Step-response regressions: what a spec demands of flights, and whether it holds."""
+"""Regression tests of flights: specs of limits, and whether flights meet them."""

@@ -1,4 +1,4 @@
-"""Recorded curves and what they were flown with: CSV files in a folder beside the spec."""
+"""Recorded curves and their conditions: CSV files in a folder next to the spec."""
 
 import csv
 import dataclasses
@@ -46,20 +46,20 @@ def baseline_folder(spec: Path) -> Path:
 
 
 def curves_file(spec: Path, case: str) -> Path:
-    """Return where the curves of a case are kept."""
+    """Return the file of the curves of a case."""
     return baseline_folder(spec) / f"{slug(case)}.csv"
 
 
 def conditions_file(spec: Path) -> Path:
-    """Return where is kept what a spec's baselines were flown with."""
+    """Return the file of the conditions of a spec's baselines."""
     return baseline_folder(spec) / "flown-with.csv"
 
 
 def read_curves(path: Path) -> dict[str, Curve]:
-    """Return recorded curves by signal; none if there is no such file.
+    """Return recorded curves by signal; empty without a file.
 
     Raises:
-        WorkbenchError: if the file is not such a table.
+        WorkbenchError: if the file is invalid.
     """
     if not path.is_file():
         return {}
@@ -84,7 +84,7 @@ def read_curves(path: Path) -> dict[str, Curve]:
 
 
 def curves_text(curves: Sequence[Comparison]) -> str:
-    """Return the table of the curves of one flight, a row each time."""
+    """Return the table of the curves of one flight, with a row for each time."""
     names = [_TIME, *(f"{curve.signal} [{curve.unit}]" for curve in curves)]
     columns = [curves[0].flown.time, *(curve.flown.values for curve in curves)]
     rows = [",".join(f"{value:.7g}" for value in row) for row in zip(*columns, strict=True)]
@@ -92,10 +92,10 @@ def curves_text(curves: Sequence[Comparison]) -> str:
 
 
 def read_conditions(path: Path) -> dict[str, float]:
-    """Return what baselines were flown with, by name; none if there is no such file.
+    """Return the conditions of baselines by name; empty without a file.
 
     Raises:
-        WorkbenchError: if the file is not such a table.
+        WorkbenchError: if the file is invalid.
     """
     if not path.is_file():
         return {}
@@ -107,17 +107,17 @@ def read_conditions(path: Path) -> dict[str, float]:
 
 
 def conditions_text(values: Mapping[str, float]) -> str:
-    """Return the table of what baselines were flown with."""
+    """Return the table of the conditions of baselines."""
     lines = [f"{name},{value:.9g}" for name, value in values.items()]
     return "\n".join(["name,value", *lines]) + "\n"
 
 
 def conditions(scenario: Scenario, settings: Mapping[str, float]) -> dict[str, float]:
-    """Return all numbers that a spec's flights have in common, by name.
+    """Return all numbers common to the flights of a spec, by name.
 
     Args:
-        scenario: what flies, with which gain file, rates and variation of the plant.
-        settings: parameter values over those of the vehicle.
+        scenario: with vehicle, gain file, rates and variation of the plant.
+        settings: parameter values that replace those of the vehicle.
     """
     vehicle = make_vehicle(read_configured(scenario.vehicle))
     controller = load_controller(scenario.controller)
@@ -149,9 +149,9 @@ def conditions(scenario: Scenario, settings: Mapping[str, float]) -> dict[str, f
 
 
 def differences(baseline: Mapping[str, float], now: Mapping[str, float]) -> tuple[Difference, ...]:
-    """Return the values that differ: those of now in their order, then those that no longer exist.
+    """Return the values that differ: present ones in order, then those that no longer exist.
 
-    A live parameter that the baseline is too old to have was at its default.
+    A live parameter that is newer than the baseline had its default.
     """
     known = {**parameter_table().defaults(), **baseline}
     names = [*now, *(name for name in baseline if name not in now)]

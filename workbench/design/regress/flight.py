@@ -1,7 +1,7 @@
-"""The flight of a case: flown as its scenario says, or out of a log and judged as if flown.
+"""The flight of a case, simulated from its scenario or read from a log.
 
-A log lacks arrays, has them at rates of their own, and has gaps. So each metric says what it reads,
-and `knowing` returns the flight where that is known, or says why the log cannot tell.
+A log lacks arrays, has them at different rates, and has gaps. So each metric states its inputs, and
+`knowing` returns the flight where these are known, or raises the reason why they are not.
 """
 
 import copy
@@ -50,10 +50,10 @@ from workbench.session.session import Session
 from workbench.systems.sensors.samples import Samples
 
 LONGEST_LAG = 0.75
-"""Of a velocity behind its command [s]; the hover before a step is longer."""
+"""Longest lag of a velocity behind its command [s]; the hover before a step is longer."""
 LEAST_KNOWN, WHOLE = 0.8, 0.99
-"""Shares of the judged time, of which a metric's signals must be known, and from which on nothing
-is said of the rest."""
+"""Smallest known share of the judged time for a metric, and the share from which on gaps are not
+mentioned."""
 WORDS = {
     "p_WB": "the position",
     "q_WB": "the attitude",
@@ -65,26 +65,26 @@ WORDS = {
     "commanded_speeds": "the motors' commands",
     USE: "the rotors' use",
 }
-"""What arrays of a recording are called."""
+"""Names of arrays of a recording in messages."""
 SMALLEST = 0.1
-"""Steps of the set-point that are smaller than this share of the largest one are none."""
+"""Steps of the setpoint smaller than this share of the largest one are ignored."""
 BEFORE = 1.0
-"""The set-point must stand still for this long before the edge [s]."""
+"""Time before the edge in which the setpoint must be constant [s]."""
 SLACK = 5e-3
-"""By which a step may be logged before the span that begins with it [s]."""
+"""Tolerance for a step logged before the span that begins with it [s]."""
 
 
 @dataclass(frozen=True)
 class Changes:
-    """How a run differs from its spec.
+    """The changes of a run from its spec.
 
     Attributes:
-        settings: parameter values, over those of the spec and its cases.
+        settings: parameter values that replace those of the spec and its cases.
         args: xacro arguments.
         variation: fields of the plant's variation, by name.
-        seed: of noise and turbulence; None leaves the spec's.
-        physics_step: of the integration [s]; None leaves the spec's.
-        controller: a shipped one's name or a file's path; "" leaves the spec's.
+        seed: of noise and turbulence; None for that of the spec.
+        physics_step: of the integration [s]; None for that of the spec.
+        controller: name of a shipped one or path of a file; "" for that of the spec.
     """
 
     settings: Mapping[str, float] = field(default_factory=dict)
@@ -96,12 +96,12 @@ class Changes:
 
     @property
     def any(self) -> bool:
-        """Whether there is one."""
+        """Whether there are any changes."""
         return self != Changes()
 
     @property
     def of_flights(self) -> list[str]:
-        """The options among them that change a flight, and cannot change a log."""
+        """The changes that apply to a flight but not to a log."""
         given = {
             "--set": bool(self.settings),
             "--vary": bool(self.variation),
@@ -112,17 +112,17 @@ class Changes:
 
 
 class UnknownError(WorkbenchError):
-    """A log does not have what a metric needs."""
+    """A log lacks an input of a metric."""
 
 
 class Followed(NamedTuple):
-    """A set-point and its response.
+    """A setpoint and its response.
 
     Attributes:
         time: (N), from before the edge on [s].
         setpoint: (N).
         response: (N).
-        longest: lag that is looked for [s].
+        longest: longest lag in the search [s].
     """
 
     time: np.ndarray
@@ -137,14 +137,14 @@ class Flight:
 
     Attributes:
         recording: all of it.
-        edge: when the judged part begins [s].
+        edge: begin of the judged part [s].
         axis: of a step, else "".
         load: of a step of a load, else "".
-        signal: that is judged.
-        command: how far it should go; None where nothing is said of that.
+        signal: the judged one.
+        command: target change of the signal; None if not specified.
         trouble: why the flight was lost or broke off, else "".
         changed: whether the script changes parameters from the edge on.
-        samples: what sensors delivered, if a signal of the case is theirs.
+        samples: of the sensors, if a signal of the case needs them.
     """
 
     recording: Recording
@@ -159,7 +159,7 @@ class Flight:
 
     @property
     def parts(self) -> "Mapping[float, Flight]":
-        """The steps that are judged, by when they begin [s]: this one."""
+        """The judged steps by begin [s]: this one."""
         return {self.edge: self}
 
     @cached_property
@@ -183,24 +183,24 @@ class Flight:
 
     @cached_property
     def followed(self) -> Followed:
-        """Set-point and response of the step's axis, from so much before it as a lag may be."""
+        """Setpoint and response along the axis of the step, from the longest lag before it on."""
         whole = self.recording.between(self.edge - LONGEST_LAG, np.inf)
-        until = axis_command(whole, self.axis)  # a sample has what was asked for until then
+        until = axis_command(whole, self.axis)  # a sample has the command up to its time
         setpoint = np.append(until[1:], until[-1:])
         return Followed(whole.time, setpoint, axis_velocity(whole, self.axis), LONGEST_LAG)
 
     def knowing(self, names: Sequence[str]) -> "Flight":
-        """Return the flight where arrays of its recording, or signals, are known: all of it.
+        """Return the part of the flight where arrays or signals are known: all of it.
 
         Raises:
-            UnknownError: where too little of them is known.
+            UnknownError: if too little of them is known.
         """
         del names
         return self
 
     @cached_property
     def response(self) -> np.ndarray:
-        """The judged signal; under a load and in a script, from where it was at the edge."""
+        """The judged signal; for a load or a script, relative to its value at the edge."""
         values = self.find_signal(self.signal).of(self.judged)
         return values if self.axis else values - values[0]
 
@@ -214,7 +214,7 @@ class Flight:
 
     @cached_property
     def step(self) -> ResponseMetrics:
-        """The metrics of the response to the command, also of one that has not settled."""
+        """The metrics of the response to the command, even if it has not settled."""
         assert self.command is not None
         return response_metrics(self.time, self.response[None, :], self.command)
 
@@ -225,14 +225,14 @@ class Flight:
 
     @property
     def known(self) -> str:
-        """Why what is judged is not all of the time, else ""."""
+        """Why only a part of the time is judged, else ""."""
         return ""
 
     @cached_property
     def doubt(self) -> str:
-        """Why some of them mean little, as a sentence; "" if they do not.
+        """Why some metrics mean little, as a sentence, else "".
 
-        They are marked and not withheld: a limit on such a number still tells that it has changed.
+        They are marked, not withheld: a limit on such a number still detects a change.
         """
         if self.load:
             return self.loaded.withheld
@@ -242,7 +242,7 @@ class Flight:
 
 
 def changed(spec: Spec, changes: Changes) -> Scenario:
-    """Return what all flights of a spec have in common, with the changes of a run."""
+    """Return the common part of all flights of a spec, with the changes of a run."""
     content = spec.content
     scenario = Scenario(
         vehicle=copy.deepcopy(content.vehicle),
@@ -262,7 +262,7 @@ def changed(spec: Spec, changes: Changes) -> Scenario:
         scenario.sensors.seed = changes.seed
     if changes.physics_step is not None:
         scenario.rates.physics_step = changes.physics_step
-        check_scenario(scenario)  # once, and not for each case
+        check_scenario(scenario)  # once instead of for each case
     return at_own_period(scenario)
 
 
@@ -288,9 +288,9 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     """Fly a case.
 
     Args:
-        case: what to fly.
+        case: the case to fly.
         common: vehicle, world, sensors and rates.
-        settings: parameter values, over those of the case.
+        settings: parameter values that replace those of the case.
 
     Raises:
         WorkbenchError: if it cannot be built.
@@ -299,7 +299,7 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     of_sensors = [name for name in case.signals if POINT in name]
     scenario.sensors.keep |= bool(of_sensors)
     session = Session(scenario, {**case.set, **settings})
-    for name in of_sensors:  # before the flight, which may be long
+    for name in of_sensors:  # before a possibly long flight
         sensor_signal(name, session.samples())
     broke_off = ""
     try:
@@ -323,13 +323,13 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
 
 @dataclass(frozen=True)
 class Trace:
-    """A signal of a log, at its own times.
+    """A signal of a log at its own times.
 
     Attributes:
         unit: SI.
         time: rising (N) [s].
         values: (N).
-        gaps: where nothing was measured, from and to [s].
+        gaps: begin and end of times without measurements [s].
     """
 
     unit: str
@@ -338,12 +338,12 @@ class Trace:
     gaps: tuple[tuple[float, float], ...] = ()
 
     def between(self, begin: float, end: float) -> Curve:
-        """Return the samples of a part of the time [s], from its begin on."""
+        """Return the samples in a time span [s], relative to its begin."""
         part = (self.time >= begin - 1e-9) & (self.time <= end + 1e-9)
         return Curve(self.time[part] - begin, self.values[part])
 
     def known(self, begin: float, end: float) -> float:
-        """Return the share of a part of the time that no gap is in [s]."""
+        """Return the share of a time span [s] outside of gaps."""
         if not len(self.time) or not end > begin:
             return 0.0
         outside = ((begin, float(self.time[0])), (float(self.time[-1]), end))
@@ -353,22 +353,22 @@ class Trace:
 
 @dataclass(frozen=True)
 class JudgedLog(Flight):
-    """A flight out of a log.
+    """A flight from a log.
 
-    Its recording has NaN where the log does not tell; `Flight.signal` is the response of the loop,
-    or another signal of the log.
+    Its recording has NaN for unknown values; `Flight.signal` is the response of the loop, or
+    another signal of the log.
 
     Attributes:
         end: of the judged part [s].
-        traces: the signals of the log that the case names, and those of its loop.
-        loop: names of set-point and response; empty where none is judged.
-        longest: lag that is looked for [s].
-        missing: why the log has not what metrics read, by array of the recording or signal.
-        measured: numbers of the loop's step response out of all of the flight, by metric.
-        level: set-point before the step that is judged.
-        known: why what is judged is not all of the time, else "".
-        skip: whether a limit is skipped whose metric the log cannot give.
-        absent: why there is no log at all, else "".
+        traces: signals of the log named in the case, and those of its loop.
+        loop: names of setpoint and response; empty if no loop is judged.
+        longest: longest lag in the search [s].
+        missing: why inputs of metrics are missing, by array of the recording or signal.
+        measured: numbers from the step response of the loop over the whole flight, by metric.
+        level: setpoint before the judged step.
+        known: why only a part of the time is judged, else "".
+        skip: whether to skip limits on metrics that the log cannot provide.
+        absent: why there is no log, else "".
     """
 
     end: float = 0.0
@@ -384,7 +384,7 @@ class JudgedLog(Flight):
 
     @cached_property
     def parts(self) -> Mapping[float, Flight]:
-        """The steps of the set-point that are judged, by when they begin [s]."""
+        """The judged steps of the setpoint, by begin [s]."""
         setpoint, response = (self.traces[name] for name in self.loop)
         early = self.edge - BEFORE
         asked, flown = setpoint.between(early, self.end), response.between(early, self.end)

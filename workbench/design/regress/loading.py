@@ -1,4 +1,4 @@
-"""Read a spec, and refuse what cannot be judged, with file and line."""
+"""Read and check a spec."""
 
 import copy
 import dataclasses
@@ -43,16 +43,16 @@ from workbench.scenario.scenario import (
 
 
 def load_spec(path: Path | str, controller: str = "", trusted: Path | None = None) -> Spec:
-    """Read and check a spec; what it names is looked for beside it first.
+    """Read and check a spec; files named in it are first searched next to it.
 
     Args:
         path: the file.
-        controller: that flies in place of the one that the spec names: a shipped one's name, or a
-            file's path. A file of Python that only the spec names does not run.
-        trusted: a folder whose files of Python run nevertheless; None for none.
+        controller: replaces the one that the spec names: the name of a shipped one, or the path of
+            a file. A Python file that only the spec names is not executed.
+        trusted: a folder of Python files that may be executed; None for none.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: with file and line of the error.
     """
     path = Path(path)
     file = with_numbers(_with_plain_limits(read_yaml(path)), SpecFile)
@@ -94,10 +94,10 @@ def load_spec(path: Path | str, controller: str = "", trusted: Path | None = Non
 
 
 def check_named(path: Path, controller: str) -> None:
-    """Refuse a controller that is not the one a spec names; "" is none.
+    """Check that a controller is the one that a spec names; "" is none.
 
     Raises:
-        WorkbenchError: if a baseline would be of another one.
+        WorkbenchError: if a baseline would be for another one.
     """
     file = read_yaml(path)
     named = str(file.data.get("controller") or DEFAULT)
@@ -110,9 +110,9 @@ def check_named(path: Path, controller: str) -> None:
 
 
 def _find_log(case: Case, index: int, file: YamlFile) -> None:
-    """Let a case's log, and its mapping, be found beside the spec; refuse what is not there.
+    """Resolve the log and mapping of a case relative to the spec, and reject missing files.
 
-    A log that may be missing is looked for when the case is judged.
+    A log that may be missing is searched when the case is judged.
     """
     if case.log is None:
         return
@@ -130,7 +130,7 @@ def _find_log(case: Case, index: int, file: YamlFile) -> None:
 
 
 def _with_plain_limits(file: YamlFile) -> YamlFile:
-    """Return a file with limits that are written as [least, most], and logs as FILE, spelt out."""
+    """Return a file with the short forms of limits [least, most] and logs FILE expanded."""
     data = copy.deepcopy(file.data)
     cases, margins = data.get("cases"), data.get("margins")
     for case in cases if isinstance(cases, list) else []:
@@ -161,12 +161,12 @@ FLOWN = (
     "command",
     "set",
 )
-"""Keys of a flight that a log has not."""
+"""Keys of a flight that do not apply to a log."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.+-]*")
 
 
 def _check_case(case: Case, index: int, file: YamlFile, controller: str) -> None:
-    """Refuse a case of a spec's list.
+    """Check a case in the list of a spec.
 
     Raises:
         WorkbenchError: naming file and line of the first thing that is wrong.
@@ -284,7 +284,7 @@ def _check_script(case: Case, file: YamlFile, keys: Keys, controller: str) -> No
 
 
 def _check_metric(case: Case, file: YamlFile, keys: Keys, name: str) -> None:
-    """Refuse a metric that is unknown, or that a case has not enough for."""
+    """Check that a metric is known, and that a case has its inputs."""
     try:
         measure = find_measure(name)
     except WorkbenchError as error:
@@ -306,7 +306,7 @@ def _check_metric(case: Case, file: YamlFile, keys: Keys, name: str) -> None:
 
 
 def _check_signal(name: str, file: YamlFile, keys: Keys) -> None:
-    """Refuse an unknown signal; which ones a sensor has, its flight knows."""
+    """Check that a signal is known; those of a sensor are checked in flight."""
     if POINT in name:
         return
     try:
@@ -324,12 +324,12 @@ def _check_tolerance(tolerance: Tolerance, file: YamlFile, keys: Keys) -> None:
 
 
 def _refuse(file: YamlFile, keys: Keys, reason: str) -> WorkbenchError:
-    """Return the error of a key, whose name begins the sentence."""
+    """Return the error for a key, with its name at the begin of the sentence."""
     return WorkbenchError(f"{file.where(*keys)}{keys[-1]} {reason}")
 
 
 def _check_margins(content: SpecFile, file: YamlFile) -> None:
-    """Refuse margins that do not exist.
+    """Check that margins exist.
 
     Raises:
         WorkbenchError: naming file and line of the first thing that is wrong.

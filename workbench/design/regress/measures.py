@@ -1,4 +1,4 @@
-"""How each metric that a spec can limit is measured of a flight."""
+"""The measurement of each metric that a spec can limit."""
 
 import math
 from collections.abc import Callable
@@ -28,15 +28,15 @@ from workbench.scenario.axes import AXES, find_axis
 from workbench.session.recording import Recording
 
 HOVER = 0.5
-"""What is measured before the edge is a mean over so long [s]."""
+"""Time before the edge for means [s]."""
 FULL = 0.995
 """Share of a rotor's speed limit from which on a command counts as saturated."""
 LAG_SAMPLES, LAG_STEPS = 8, 300
-"""Least samples of a response, and most lags that are tried."""
+"""Smallest number of samples of a response, and largest number of lags tried."""
 TWICE = NOISE_FROM / 0.45
-"""Rate that noise needs [Hz]."""
+"""Smallest sampling rate to measure noise [Hz]."""
 MEASURED = ("measured_rise_time", "measured_overshoot", "measured_final")
-"""Metrics of a loop's step response out of all of a log."""
+"""Metrics from the step response of a loop over a whole log."""
 _WHY_NAN = (
     "the set-point does not move, or the response follows it later than is looked for, or not at "
     "all"
@@ -44,7 +44,7 @@ _WHY_NAN = (
 
 
 class Need(Enum):
-    """What a case must have for a metric to mean something."""
+    """The requirements of a metric on a case."""
 
     NOTHING = ""
     SIGNAL = "a signal"
@@ -56,14 +56,14 @@ class Need(Enum):
 
 
 class Measure(NamedTuple):
-    """How to measure one metric.
+    """The measurement of one metric.
 
     Attributes:
         name: of the metric.
-        need: of the case.
-        of: its value in a flight.
-        reads: arrays of the recording that it takes, which a log may lack.
-        signal: that it is of; "" for the judged one.
+        need: requirements on the case.
+        of: returns its value in a flight.
+        reads: arrays of the recording used, which a log may lack.
+        signal: the one measured; "" for the judged one.
     """
 
     name: str
@@ -73,10 +73,10 @@ class Measure(NamedTuple):
     signal: str = ""
 
     def measured(self, flight: Flight) -> tuple[float, str]:
-        """Return its value in a flight, and why that means little, "" if it does not.
+        """Return its value in a flight, and why that means little, else "".
 
         Raises:
-            UnknownError: if the flight is a log's, which does not tell.
+            UnknownError: if the flight is from a log without the inputs.
         """
         reads = self.reads
         if self.need in (Need.SIGNAL, Need.COMMAND) or self.signal:
@@ -99,10 +99,10 @@ class Measure(NamedTuple):
 
 
 def find_measure(name: str) -> Measure:
-    """Return how the metric of a name is measured; `mean of imu.f_z` is of any signal.
+    """Return the measurement of a named metric; `mean of imu.f_z` works for any signal.
 
     Raises:
-        WorkbenchError: if a spec knows none of that name.
+        WorkbenchError: if the name is unknown.
     """
     statistic, of, signal = name.partition(OF)
     if not of:
@@ -137,7 +137,7 @@ def _step(flight: Flight, name: str) -> float:
 
 def _of_signal(flight: Flight, of: Callable[[np.ndarray], float], signal: str = "") -> float:
     values = flight.curve(signal or flight.signal).values
-    with np.errstate(invalid="ignore"):  # a range may be infinite; then some of it is no number
+    with np.errstate(invalid="ignore"):  # a range may be infinite: some become NaN
         return float(of(values))
 
 
@@ -158,7 +158,7 @@ def _tracking_error(flight: Flight) -> float:
 
 
 def _lag(flight: Flight) -> float:
-    """Return the lag, at the smallest error of a grid and its neighbours' parabola."""
+    """Return the lag with the smallest error on a grid, with parabolic interpolation."""
     time, setpoint, response, longest = flight.followed
     if len(time) < LAG_SAMPLES or np.ptp(setpoint) < 1e-9:
         return math.nan
@@ -179,7 +179,7 @@ def _saturation(flight: Flight) -> float:
 
 
 def _uses(flight: Flight) -> np.ndarray:
-    """Return the mean share of its speed limit that each rotor runs at, (n)."""
+    """Return the mean share of the speed limit of each rotor, (n)."""
     limits = np.array([rotor.max_rot_velocity for rotor in flight.recording.vehicle.rotors])
     return np.asarray(flight.judged.rotor_speeds.mean(axis=0) / limits)
 

@@ -1,4 +1,4 @@
-"""Results as files: one HTML page that needs nothing from elsewhere, and JUnit XML for CI."""
+"""Results as files: a self-contained HTML page, and JUnit XML for CI."""
 
 import re
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
 
     Args:
         results: in any order; those that failed are shown first.
-        title: what was run.
+        title: of the page.
     """
     numbered = list(enumerate(results))
     numbered.sort(key=lambda pair: pair[1].passed)
@@ -67,7 +67,7 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
 
 
 def _changes(results: Sequence[CaseResult]) -> str:
-    """Return what differs from the baselines."""
+    """Return the differences from the baselines."""
     return "".join(f"<p>{escape(changed)}</p>\n" for changed in since_baseline(results))
 
 
@@ -82,7 +82,7 @@ def _summary_row(number: int, result: CaseResult) -> str:
 
 
 def _case(number: int, result: CaseResult) -> str:
-    """Return the section of a case; one that passed is folded up."""
+    """Return the section of a case, collapsed if it passed."""
     parts = [f'<p class="failed">{escape(result.trouble)}</p>'] if result.trouble else []
     parts += [f'<p class="note">{escape(result.absent)}</p>'] if result.absent else []
     if result.checks:
@@ -114,7 +114,7 @@ def _check_row(check: Check) -> str:
 
 
 def _curve(curve: Comparison) -> str:
-    """Return a curve's picture with a sentence."""
+    """Return the figure of a curve with a sentence."""
     if not curve.met:
         said = f'<p class="failed">{escape(curve.sentence)}</p>'
     elif curve.band is None:
@@ -135,7 +135,7 @@ def _word(good: bool) -> str:
 
 
 def junit_xml(results: Sequence[CaseResult]) -> str:
-    """Return a test suite a spec and a test case a case, as XML text."""
+    """Return XML text with a test suite for each spec and a test case for each case."""
     top = ElementTree.Element("testsuites", {"name": "workbench regress"} | _counts(results))
     for spec, group in groupby(results, key=lambda result: result.spec):
         cases = list(group)
@@ -172,19 +172,19 @@ def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
 
 
 def _clean(text: str) -> str:
-    """Return text without what XML cannot hold."""
+    """Return text without characters that are invalid in XML."""
     return _NOT_XML.sub("?", text)
 
 
 LEAST_SPAN = 1e-3
-"""Numerical noise does not fill a picture."""
+"""Smallest span of an axis, so that numerical noise does not fill a figure."""
 
 
 @styled
 def plot_curve(curve: Comparison) -> Figure:
-    """Return a curve's figure: what was flown, the baseline, the band, and where it is left.
+    """Return the figure of a curve: the flown one, the baseline, the band, and violations of it.
 
-    A second panel shows all of it as differences from the baseline, where a narrow band is seen.
+    A second panel shows differences from the baseline, which makes a narrow band visible.
     """
     beside = curve.baseline is not None
     figure = Figure(figsize=(10.0 if beside else 6.2, 2.5), layout="constrained")
@@ -200,7 +200,7 @@ def plot_curve(curve: Comparison) -> Figure:
 
 
 def _draw(axes: Axes, curve: Comparison, less: np.ndarray) -> None:
-    """Draw everything, less some values at the flown times."""
+    """Draw all curves, minus some values at the flown times."""
     time, values = curve.flown.time, curve.flown.values - less
     shown = [values]
     if curve.band is not None and curve.baseline is not None:

@@ -46,7 +46,7 @@ ReadLog = Callable[[Spec, Case], JudgedLog]
 
 
 class Recorded(NamedTuple):
-    """Results without bands, and the text of each file of the baselines."""
+    """Results without bands, and the text of each baseline file."""
 
     results: list[CaseResult]
     files: dict[Path, str]
@@ -57,10 +57,10 @@ class Job:
     """One part of a spec to judge; see `executor.Task`.
 
     Attributes:
-        spec: that it is of.
-        part: the name of a case, or `MARGINS`.
-        changes: how the run differs from the spec.
-        logged: the flight of a case that has a log, see `with_log`.
+        spec: the one it belongs to.
+        part: name of a case, or `MARGINS`.
+        changes: of the run from the spec.
+        logged: flight of a case with a log, see `with_log`.
     """
 
     spec: Spec
@@ -70,10 +70,10 @@ class Job:
 
     @property
     def case(self) -> Case | None:
-        """The case; None of margins.
+        """The case; None for margins.
 
         Raises:
-            WorkbenchError: if the spec has none of that name.
+            WorkbenchError: if the spec has no case with that name.
         """
         if self.part == MARGINS:
             return None
@@ -84,11 +84,11 @@ class Job:
 
     @property
     def scenario(self) -> Scenario:
-        """What names the files that are read for it."""
+        """The scenario with the files to read for it."""
         return changed(self.spec, self.changes)
 
     def with_scenario(self, scenario: Scenario) -> Self:
-        """Return the same job with the files of that scenario."""
+        """Return the same job, with the files of a scenario."""
         content = dataclasses.replace(
             self.spec.content,
             vehicle=scenario.vehicle,
@@ -101,11 +101,11 @@ class Job:
         """Return the job with the flight of its log, if its case has one.
 
         Args:
-            read: makes that flight, `workbench.logs.judged_log.read_case`.
+            read: reads that flight, such as `workbench.logs.judged_log.read_case`.
 
         Raises:
-            WorkbenchError: if the log cannot be read, or lacks a signal that the case names, or if
-                the run has a change that only a new flight can have.
+            WorkbenchError: if the log cannot be read or lacks a signal named in the case, or if the
+                run has a change that does not apply to logs.
         """
         case = self.case
         if case is None or case.log is None:
@@ -121,7 +121,7 @@ class Job:
             raise WorkbenchError(f"{self.spec.path}: {case.name}: {error}") from None
 
     def run(self) -> CaseResult:
-        """Fly the case, or work out the margins; nothing is read from the baseline.
+        """Fly the case, or compute the margins; the baseline is not read.
 
         Raises:
             WorkbenchError: if the vehicle cannot be built.
@@ -144,7 +144,7 @@ class Job:
         )
 
     def _flight(self, case: Case, common: Scenario) -> Flight:
-        """Return the case's flight: flown now, or of its log."""
+        """Return the flight of the case, simulated now or from its log."""
         if case.log is None:
             return fly_case(case, common, self.changes.settings)
         if self.logged is None:
@@ -168,18 +168,18 @@ def regress(
 
     Args:
         specs: their files.
-        changes: how the run differs from the specs.
-        processes: that fly; 1 flies in this one.
-        executor: where cases fly instead, as on a cluster.
-        progress: called with the share that is done, 0 .. 1.
-        read_log: makes the flight of a case that has a log,
+        changes: of the run from the specs.
+        processes: number of processes; 1 for the present one.
+        executor: runs the flights instead, such as on a cluster.
+        progress: called with the share done, 0 .. 1.
+        read_log: reads the flight of a case with a log, such as
             `workbench.logs.judged_log.read_case`.
 
     Returns:
-        A result for each case, and one for a spec's margins, in the order of the specs.
+        A result for each case, and one for the margins of each spec, in the order of the specs.
 
     Raises:
-        WorkbenchError: if a spec is wrong or its vehicle cannot be built.
+        WorkbenchError: if a spec is invalid or its vehicle cannot be built.
     """
     jobs = _jobs(specs, changes or Changes(), read_log)
     results = _run(jobs, executor or local(processes), progress)
@@ -199,14 +199,14 @@ def record(
 
     Args:
         specs: their files.
-        controller: that they name; a file of Python that only they name does not run.
-        processes: that fly; 1 flies in this one.
-        executor: where cases fly instead, as on a cluster.
-        progress: called with the share that is done, 0 .. 1.
+        controller: the one that they name; a Python file that only they name is not executed.
+        processes: number of processes; 1 for the present one.
+        executor: runs the flights instead, such as on a cluster.
+        progress: called with the share done, 0 .. 1.
         read_log: as for `regress`.
 
     Raises:
-        WorkbenchError: if a spec is wrong or its vehicle cannot be built.
+        WorkbenchError: if a spec is invalid or its vehicle cannot be built.
     """
     for path in specs:
         check_named(Path(path), controller)
@@ -234,7 +234,7 @@ def _jobs(specs: Sequence[Path | str], changes: Changes, read_log: ReadLog | Non
 
 
 def _run(jobs: Sequence[Job], executor: Executor, progress: Progress | None) -> list[CaseResult]:
-    """Return what each job came to, in the order of the jobs."""
+    """Return the results of jobs, in their order."""
     found: dict[int, CaseResult] = {}
     for index, result in executor.run(jobs):
         found[index] = result
@@ -244,10 +244,10 @@ def _run(jobs: Sequence[Job], executor: Executor, progress: Progress | None) -> 
 
 
 def compare(job: Job, result: CaseResult) -> CaseResult:
-    """Return a job's result with curves beside their baselines, and with what has changed.
+    """Return the result of a job with baselines of curves, and with changed conditions.
 
     Raises:
-        WorkbenchError: if a baseline's file cannot be read.
+        WorkbenchError: if a baseline file cannot be read.
     """
     path, case = job.spec.path, job.case
     recorded = read_conditions(conditions_file(path))
@@ -260,10 +260,10 @@ def compare(job: Job, result: CaseResult) -> CaseResult:
 
 
 def baseline_files(job: Job, result: CaseResult) -> dict[Path, str]:
-    """Return the text of each file that makes up a job's baseline; a lost flight makes none.
+    """Return the text of each baseline file of a job; there is none for a lost flight.
 
     Raises:
-        WorkbenchError: if a curve is infinite somewhere, as a range where nothing is seen.
+        WorkbenchError: if a curve is infinite somewhere, such as a range without a return.
     """
     if result.trouble or result.absent:
         return {}
@@ -284,7 +284,7 @@ def baseline_files(job: Job, result: CaseResult) -> dict[Path, str]:
 
 
 def _judged(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
-    """Return a result with a flight's checks and curves, or with why there are none."""
+    """Return a result with the checks and curves of a flight, or the reason for none."""
     if isinstance(flight, JudgedLog) and flight.absent:
         return dataclasses.replace(result, absent=flight.absent)
     names = dict.fromkeys([*case.baseline, *filter(None, [flight.signal])])
@@ -296,7 +296,7 @@ def _judged(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
 
 
 def _curve(name: str, flight: Flight) -> Comparison:
-    """Return a flown curve; an empty one where the log lacks its signals."""
+    """Return a flown curve; an empty one if the log lacks its signals."""
     unit = flight.find_signal(name).unit
     try:
         return Comparison(name, unit, flight.curve(name))
@@ -305,7 +305,7 @@ def _curve(name: str, flight: Flight) -> Comparison:
 
 
 def _checks(name: str, limit: Limit, flight: Flight) -> list[Check]:
-    """Return a limit's check; of a log with several steps, one for each."""
+    """Return the check of a limit; for a log with several steps, one for each."""
     measure = find_measure(name)
     parts = flight.parts if measure.need is Need.COMMAND else {flight.edge: flight}
     many = len(parts) > 1
@@ -327,15 +327,16 @@ def _checks(name: str, limit: Limit, flight: Flight) -> list[Check]:
 
 
 def _check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) -> tuple[Check, ...]:
-    """Return the margins of a spec's loops, cut at their actuators, beside their limits.
+    """Return the checks of the margins of a spec's loops, cut at their actuators.
 
     Args:
         spec: with its loops.
-        common: vehicle and rates, with a run's changes.
-        settings: parameter values over those of the vehicle.
+        common: vehicle and rates, with the changes of a run.
+        settings: parameter values that replace those of the vehicle.
 
     Raises:
-        WorkbenchError: if the vehicle cannot be built, or does not fly at the spec's point.
+        WorkbenchError: if the vehicle cannot be built, or cannot fly at the operating point of the
+            spec.
     """
     # slow to load, and most specs have no margins
     from workbench.design.judge.margins import loop_margins
@@ -346,7 +347,7 @@ def _check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) ->
     values = flight_gains(study.vehicle, common.vehicle.gains, settings, study.controller)
     loops = [study.controller.loop(name) for name in spec.content.margins]
     point = parse_point(spec.content.at)
-    # a loop that is closed only while a place is held is judged there
+    # a loop that is closed only while a position is held is judged in that state
     points = [dataclasses.replace(point, hold=point.hold or loop.hold) for loop in loops]
     try:
         models = {at: study.sampled(at, values) for at in {point, *points}}
@@ -364,7 +365,7 @@ def _check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) ->
 def _beside(
     curve: Comparison, case: Case, baselines: Mapping[str, Curve], path: Path
 ) -> Comparison:
-    """Return a flown curve with its baseline and its band, if one is demanded."""
+    """Return a flown curve with its baseline and its band, if required."""
     if curve.missing or curve.signal not in case.baseline:
         return curve
     baseline = baselines.get(curve.signal)

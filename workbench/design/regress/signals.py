@@ -1,7 +1,7 @@
 """Signals of a flight that a spec can name.
 
-Those of the recording are in `SIGNALS`. A name with a point is a sensor's: `imu.f_z` is what the
-sensor `imu` delivered last, at each time of the recording.
+Those of the recording are in `SIGNALS`. A name with a dot is that of a sensor: `imu.f_z` is the
+last sample of the sensor `imu` at each time of the recording.
 """
 
 from collections.abc import Callable, Iterable
@@ -18,11 +18,11 @@ from workbench.session.recording import Recording
 from workbench.systems.sensors.samples import Samples
 
 USE = "use"
-"""In `Signal.reads`: speeds of the rotors, or commanded shares of them in a log."""
+"""Name in `Signal.reads` for the speeds of rotors, or commanded shares of them in a log."""
 POINT = "."
-"""Between a sensor's name and the channel of its samples."""
+"""Separator between the name of a sensor and the channel of its samples."""
 LATE = 1e-9
-"""What is delivered this much too late is on time: sums of periods are not exact [s]."""
+"""Tolerance of delivery times, as sums of periods have rounding errors [s]."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Signal:
     Attributes:
         name: its own.
         unit: SI.
-        of: how it is read off a recording, as (N).
-        reads: arrays of the recording that it takes, which a log may lack.
+        of: returns its values (N) from a recording.
+        reads: arrays of the recording used, which a log may lack.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Signal:
 
 
 def find_signal(name: str) -> Signal:
-    """Return the signal of a name.
+    """Return the signal with a name.
 
     Raises:
         WorkbenchError: if there is none.
@@ -55,12 +55,12 @@ def sensor_signal(name: str, samples: Iterable[Samples]) -> Signal:
     """Return the signal of a sensor's name and a channel of its samples.
 
     Args:
-        name: as `imu.f_z`.
-        samples: what the sensors delivered in the flight.
+        name: such as `imu.f_z`.
+        samples: of the sensors in the flight.
 
     Raises:
-        WorkbenchError: if no such sensor measures, or it has no such channel; and from the signal
-            where the sensor has delivered nothing by the time that is asked for.
+        WorkbenchError: if there is no such sensor or channel; the signal raises it, too, if the
+            sensor has not delivered anything by the requested time.
     """
     sensor, _, channel_name = name.partition(POINT)
     found = {each.sensor: each for each in samples}
@@ -139,10 +139,11 @@ SIGNALS: tuple[Signal, ...] = (
     *_rotors("speed", "rad/s", "rotor_speeds"),
     *_rotors("thrust", "N", "thrusts"),
 )
-"""v, p, w, a and force in W: velocity, position, angular velocity, acceleration, force of all
-rotors; a thrust is the mean over the control period that ends."""
+"""v, p, w, a and force in W: velocity, position, angular velocity, acceleration, total force of
+rotors; a thrust is the mean over the past control period.
+"""
 _MOVED = dict(zip(MOTIONS, ("p_x", "p_y", "p_z", "roll", "pitch", "yaw_rate"), strict=True))
 AXIS_SIGNALS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "yaw_rate"} | {
     row.name: _MOVED[row.response] for row in LOAD_ROWS
 }
-"""What a step along or about an axis commands, and what a load moves."""
+"""The signals of steps along each axis, and of responses to loads."""

@@ -1,4 +1,4 @@
-"""What a spec file says, as typed dataclasses that are its schema."""
+"""The content of a spec file, as typed dataclasses that define its schema."""
 
 import math
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from workbench.scenario.scenario import Action, Rates, Start, VehicleConfig
 from workbench.scenario.sensors_config import SensorsConfig
 
 OF = " of "
-"""In a metric's name, between a statistic and the signal that it is of: `mean of imu.f_z`."""
+"""Separator in the name of a metric between statistic and signal: `mean of imu.f_z`."""
 
 
 @dataclass
@@ -23,13 +23,13 @@ class Limit:
 
 @dataclass
 class Tolerance:
-    """How far a curve may be from its baseline.
+    """The tolerance of a curve around its baseline.
 
     Attributes:
-        absolute: in the signal's unit.
-        relative: share of the baseline's amplitude, its largest distance from where it begins; the
-            larger of the two counts.
-        time_shift: so much earlier or later the curve may be [s].
+        absolute: in the unit of the signal.
+        relative: as a share of the amplitude of the baseline, the largest distance from its first
+            value; the larger of the two counts.
+        time_shift: largest shift of the curve to earlier or later times [s].
     """
 
     absolute: float = 0.0
@@ -38,20 +38,19 @@ class Tolerance:
 
 
 FAIL, SKIP = MISSING = ("fail", "skip")
-"""What a limit does whose metric a log cannot give, and a case whose log is not there."""
+"""Handling of limits on metrics that a log cannot provide, and of cases with a missing log."""
 
 
 @dataclass
 class LogConfig:
-    """A log that stands for a case's flight.
+    """A log that replaces the flight of a case.
 
     Attributes:
-        file: of any format that `workbench import` reads.
-        mapping: file that names the columns of a CSV; "" where it lies beside it, or none is
-            needed.
+        file: in any format that `workbench import` reads.
+        mapping: file that names the columns of a CSV; "" if it is next to it, or not needed.
         order: for each rotor of the description the number of its motor in the log, from 1; empty
-            for the log's own order.
-        span: from and to [s]; empty for all of it.
+            for the order of the log.
+        span: begin and end [s]; empty for the whole log.
         missing: `FAIL` or `SKIP`.
     """
 
@@ -64,26 +63,25 @@ class LogConfig:
 
 @dataclass
 class Case:
-    """A flight and what is demanded of it.
+    """A flight and the demands on it.
 
     Attributes:
         name: unique in its spec.
-        log: that is judged in place of a flight; None where one is flown.
-        loop: of a log: the set-point and the response that are judged, see `LOOPS` of
+        log: judged instead of a flight; None to fly.
+        loop: for a log: the judged setpoint and response, see `LOOPS` of
             `workbench/logs/step_response.py`, or SETPOINT:RESPONSE of any two signals.
-        axis: of a step from hover: x, y, z or yaw; "" where a script is flown.
-        load: of a step of a load in hover: force_x, torque_roll, gust_z …; "" where there is none.
-        acts: for how long the load acts [s]; None to the end, a gust for 1 s.
-        amplitude: of that step [m/s or rad/s], of a load [N, N·m, m/s].
+        axis: of a step from hover: x, y, z or yaw; "" for a script.
+        load: of a step of a load in hover: force_x, torque_roll, gust_z …; "" for none.
+        acts: duration of the load [s]; None for the rest of the flight, or for 1 s if it is a gust.
+        amplitude: of that step [m/s or rad/s], or of the load [N, N·m, m/s].
         duration: flown after the edge [s].
-        start: of a script's flight; without one it hovers as high as steps do.
-        script: what the pilot does, in the time of the flight.
-        edge: time from which a script's flight is judged [s].
-        signal: that is judged by metrics; a step's is the velocity that it commands, or what the
-            load moves.
-        command: how far a script's signal should come from where it is at the edge.
+        start: of the flight of a script; None for hover at the height used for steps.
+        script: actions of the pilot, in flight time.
+        edge: time from which on the flight of a script is judged [s].
+        signal: judged by metrics; for a step the commanded velocity, or the response to the load.
+        command: target change of the signal of a script, from its value at the edge.
         set: parameter values for this flight.
-        limits: of metrics, by name, and of statistics of signals, as `mean of imu.f_z`.
+        limits: on metrics, by name, and on statistics of signals, such as `mean of imu.f_z`.
         baseline: tolerances of recorded curves, by signal.
     """
 
@@ -106,20 +104,20 @@ class Case:
 
     @property
     def signals(self) -> list[str]:
-        """The signals that it names, each once."""
+        """The signals named in it, without duplicates."""
         of_limits = [name.partition(OF)[2] for name in self.limits]
         return list(dict.fromkeys(filter(None, [self.signal, *self.baseline, *of_limits])))
 
 
 @dataclass
 class SpecFile:
-    """A spec's keys.
+    """The keys of a spec.
 
     Attributes:
-        title: what it is about.
-        vehicle: as in a scenario; so controller, estimator, world, sensors and rates.
+        title: of the spec.
+        vehicle: as in a scenario, like controller, estimator, world, sensors and rates.
         cases: flights.
-        at: operating point of the margins, as `workbench linearize` takes it.
+        at: operating point of the margins, as for `workbench linearize`.
         margins: limits by loop and by the name of a margin.
     """
 
@@ -137,7 +135,7 @@ class SpecFile:
 
 @dataclass(frozen=True)
 class Spec:
-    """A spec that was read and checked, with the file that it came from."""
+    """A checked spec with its file."""
 
     path: Path
     content: SpecFile

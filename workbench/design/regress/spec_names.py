@@ -1,4 +1,4 @@
-"""Names and places of a spec's parts; light enough for pytest to read while it collects."""
+"""Names and files of the parts of a spec; fast to import while pytest collects tests."""
 
 from pathlib import Path
 
@@ -7,13 +7,13 @@ from workbench.common.resources import existing, find_spec, list_specs, specs_di
 from workbench.common.yaml_files import read_yaml
 
 SUFFIX = ".spec.yaml"
-"""How the name of a spec ends."""
+"""Suffix of the name of a spec."""
 MARGINS = "margins"
-"""The name of what is judged beside the cases: the margins of the loops."""
+"""The name of the part with the margins of loops."""
 
 
 def find_specs(names: list[str]) -> list[Path]:
-    """Return the specs of files, folders and shipped names; without any, the shipped ones.
+    """Return the specs for files, folders and shipped names; without any, the shipped ones.
 
     Raises:
         WorkbenchError: for a name that is none of these, and for a folder without a spec.
@@ -32,19 +32,19 @@ def find_specs(names: list[str]) -> list[Path]:
 
 
 def spec_name(path: Path) -> str:
-    """Return a spec's name, as the command line takes it for a shipped one."""
+    """Return the name of a spec, as used on the command line for a shipped one."""
     return path.name.removesuffix(SUFFIX) if path.name.endswith(SUFFIX) else path.stem
 
 
 def spec_title(path: Path) -> str:
-    """Return a spec's name as results show it: with its file where it is not a shipped one."""
+    """Return the name of a spec for results, with its file unless it is shipped."""
     return spec_name(path) if path.parent == specs_dir() else path.name
 
 
 def part_names(path: Path) -> list[str]:
-    """Return the names of a spec's cases, and `margins` where it has limits on those.
+    """Return the names of the cases of a spec, and `margins` if it has limits on those.
 
-    Only so much is read and checked; `load_spec` does the rest.
+    Only these are read and checked; `load_spec` does the rest.
 
     Raises:
         WorkbenchError: if it cannot be read, or a case has no name.
@@ -63,5 +63,5 @@ def part_names(path: Path) -> list[str]:
 
 
 def slug(name: str) -> str:
-    """Return a case's name as a file's."""
+    """Return the name of a case in a form for file names."""
     return name.replace(" ", "-").lower()

@@ -1,4 +1,4 @@
-"""Results of judging a spec: checks of numbers, and curves beside their baselines."""
+"""Results of a spec: checks of numbers, and comparisons of curves with their baselines."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,12 +23,12 @@ Band = tuple[np.ndarray, np.ndarray]
 
 
 def band(baseline: Curve, tolerance: Tolerance, time: np.ndarray) -> Band:
-    """Return what the baseline sweeps when it is shifted both ways, widened by the tolerance.
+    """Return the band around a baseline, from its shifts in time and the tolerance.
 
     Args:
-        baseline: the recorded curve, straight between its samples.
-        tolerance: how far a curve may be from it.
-        time: (N) at which the band is wanted [s].
+        baseline: the recorded curve, interpolated linearly.
+        tolerance: of a curve around it.
+        time: (N) times of the band [s].
     """
     amplitude = float(np.abs(baseline.values - baseline.values[0]).max())
     width = max(tolerance.absolute, tolerance.relative * amplitude)
@@ -38,7 +38,7 @@ def band(baseline: Curve, tolerance: Tolerance, time: np.ndarray) -> Band:
     first = np.searchsorted(baseline.time, early)
     last = np.searchsorted(baseline.time, late, side="right")
     for index, (start, stop) in enumerate(zip(first, last, strict=True)):
-        if stop > start:  # a straight piece is extreme at its ends: look at the samples between
+        if stop > start:  # linear pieces have their extrema at samples
             inside = baseline.values[start:stop]
             low[index] = min(low[index], inside.min())
             high[index] = max(high[index], inside.max())
@@ -47,16 +47,16 @@ def band(baseline: Curve, tolerance: Tolerance, time: np.ndarray) -> Band:
 
 @dataclass(frozen=True)
 class Check:
-    """A number and what is demanded of it.
+    """A number and the demand on it.
 
     Attributes:
-        name: of the metric; of a margin, its loop's and its own.
+        name: of the metric; for a margin, names of loop and margin.
         unit: of value and limit.
-        value: the flown one.
-        limit: what it must be within.
-        doubt: why the value means little, as of a step that has not settled, or why a log does not
-            have it, else "".
-        skipped: whether nothing is demanded, as the log does not have it.
+        value: the measured one.
+        limit: the demand.
+        doubt: why the value means little, such as for a step that has not settled, or why a log
+            does not have it, else "".
+        skipped: whether the demand is skipped, as the log does not have the value.
     """
 
     name: str
@@ -68,12 +68,12 @@ class Check:
 
     @property
     def met(self) -> bool:
-        """Whether it is as demanded, or skipped; a NaN never is."""
+        """Whether the demand is met or skipped; a NaN never meets it."""
         return self.skipped or self.limit.min <= self.value <= self.limit.max
 
     @property
     def excess(self) -> float:
-        """By how much it is beyond its limit, 0 if it is not, NaN if it is no number."""
+        """Distance beyond the limit, 0 within it, NaN if the value is NaN."""
         if math.isnan(self.value):
             return math.nan
         return max(self.limit.min - self.value, self.value - self.limit.max, 0.0)
@@ -90,7 +90,7 @@ class Check:
 
     @property
     def sentence(self) -> str:
-        """How it misses the demand, as a sentence."""
+        """A sentence on how the demand is missed."""
         doubt = f" ({self.doubt})" if self.doubt else ""
         if math.isnan(self.value):
             return f"{self.name} does not exist, and should be {self.demand}{doubt}"
@@ -103,15 +103,15 @@ class Check:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A flown curve beside its baseline.
+    """A flown curve with its baseline.
 
     Attributes:
         signal: its name.
         unit: of its values.
-        flown: what was flown.
-        baseline: what was recorded once; None without one, or where none is demanded.
-        band: at the flown times, within which the curve should lie; None without a baseline.
-        missing: why there is no baseline although one is demanded, else "".
+        flown: the flown curve.
+        baseline: the recorded curve; None without one, or if not required.
+        band: limits of the curve at the flown times; None without a baseline.
+        missing: why a required baseline is missing, else "".
     """
 
     signal: str
@@ -123,7 +123,7 @@ class Comparison:
 
     @property
     def excesses(self) -> np.ndarray:
-        """By how much each sample lies beyond the band, (N); 0 inside."""
+        """Distance of each sample beyond the band, (N); 0 inside."""
         if self.band is None:
             return np.zeros(len(self.flown.time))
         low, high = self.band
@@ -132,12 +132,12 @@ class Comparison:
 
     @property
     def met(self) -> bool:
-        """Whether it is as demanded."""
+        """Whether the demand is met."""
         return not self.missing and not self.excesses.any()
 
     @property
     def use(self) -> float:
-        """Largest share of the way from the baseline to the band's edge that is used; 1 is all."""
+        """Largest distance from the baseline, as a share of that to the edge of the band."""
         if self.band is None or self.baseline is None:
             return 0.0
         low, high = self.band
@@ -146,7 +146,7 @@ class Comparison:
 
     @property
     def sentence(self) -> str:
-        """How it misses the demand, as a sentence."""
+        """A sentence on how the demand is missed."""
         if self.missing:
             return self.missing
         assert self.band is not None
@@ -162,7 +162,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Difference:
-    """A value that differs from the baseline's; NaN where it does not exist."""
+    """A value that differs from that of the baseline; NaN if it does not exist."""
 
     name: str
     baseline: float
@@ -176,19 +176,19 @@ class Difference:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """The result of one case, or of a spec's margins.
+    """The result of one case, or of the margins of a spec.
 
     Attributes:
-        spec: the spec's name.
+        spec: name of the spec.
         path: its file.
-        case: the case's name.
+        case: name of the case.
         checks: of all limits.
-        curves: all that were recorded, the judged ones with their bands.
+        curves: all recorded ones, the judged ones with their bands.
         trouble: why the flight was lost, else "".
-        conditions: what was flown with, without the case's own settings.
-        differences: of those from the baseline's.
-        seconds: that it took.
-        absent: why there is no log to judge, else ""; such a case is skipped.
+        conditions: of the flight, without the settings of the case itself.
+        differences: of the conditions from those of the baseline.
+        seconds: computing time [s].
+        absent: why there is no log to judge, else ""; the case is then skipped.
     """
 
     spec: str
@@ -204,7 +204,7 @@ class CaseResult:
 
     @property
     def skips(self) -> list[str]:
-        """A sentence for each check that was skipped, as the log lacks its signals."""
+        """A sentence for each check skipped as the log lacks its signals."""
         found = [self.absent] if self.absent else []
         return found + [f"{each.name}: {each.doubt}" for each in self.checks if each.skipped]
 
@@ -216,34 +216,34 @@ class CaseResult:
 
     @property
     def failures(self) -> list[str]:
-        """A sentence for everything that is not as demanded."""
+        """A sentence for each demand that is not met."""
         found = [self.trouble] if self.trouble else []
         found += [check.sentence for check in self.checks if not check.met]
         return found + [curve.sentence for curve in self.curves if not curve.met]
 
     @property
     def story(self) -> list[str]:
-        """The failures, and what differs from the baseline's."""
+        """The failures, and the differences from the baseline."""
         return self.failures + [f"since the baseline: {self.changed}"] * bool(self.changed)
 
     @property
     def passed(self) -> bool:
-        """Whether everything is as demanded."""
+        """Whether all demands are met."""
         return not self.failures
 
     @property
     def changed(self) -> str:
-        """Which values differ from the baseline's, "" if none does."""
+        """Sentence on values that differ from those of the baseline, or ""."""
         return ", ".join(each.sentence for each in self.differences)
 
 
 def with_unit(value: float, unit: str) -> str:
-    """Return a number with its unit, none for a bare number."""
+    """Return a number with its unit, if any."""
     return f"{value:.4g}" if unit in ("", "1") else f"{value:.4g} {unit}"
 
 
 def summary(results: Sequence[CaseResult]) -> str:
-    """Return how many passed or failed, in words; and how many were skipped."""
+    """Return the numbers of passed, failed and skipped results in words."""
     skipped = sum(result.skipped for result in results)
     beside = f", {skipped} skipped" if skipped else ""
     count, failed = len(results) - skipped, sum(not result.passed for result in results)
@@ -256,9 +256,9 @@ def summary(results: Sequence[CaseResult]) -> str:
 
 
 def since_baseline(results: Sequence[CaseResult]) -> list[str]:
-    """Return what differs from the baselines, a sentence for all specs that say the same.
+    """Return the differences from the baselines, one sentence for all specs with the same ones.
 
-    It names its specs, but where it is all of several.
+    A sentence names its specs, unless it is about all of several.
     """
     specs = {result.spec for result in results}
     saying: dict[str, dict[str, None]] = {}

@@ -1,4 +1,4 @@
-"""The best candidate of a sweep, flown on the full diagram before it is called so."""
+"""Find the best candidate of a sweep, confirmed by a flight on the full diagram."""
 
 from dataclasses import dataclass
 
@@ -11,23 +11,23 @@ from workbench.design.sweep.ranges import SEED, VARY
 from workbench.design.sweep.table import SweepTable, resolution
 
 _OF_THE_DRONE = (VARY, "payload_")
-"""What names of ranges begin with that nobody chooses."""
+"""Prefixes of names of ranges that are not design choices."""
 MOST_TRIED = 5
-"""Candidates that the full diagram is asked about."""
+"""Largest number of candidates to fly on the full diagram."""
 
 
 @dataclass(frozen=True)
 class BestCandidate:
-    """The best candidate that flies on the full diagram as well.
+    """The best candidate that also flies on the full diagram.
 
     Attributes:
         index: its row in the table.
-        metric: by which it is the best.
-        parameters: (P) its values of what was swept.
+        metric: the one used for the ranking.
+        parameters: (P) its values of the swept numbers.
         values: (K) its metrics in the table.
         flown: (9) its metrics on the full diagram, see `metrics.FLOWN`.
-        refused: rows that ranked before it, and were lost on the full diagram.
-        unmoved: names of what was swept that the metric does not depend on.
+        refused: rows ranked before it that were lost on the full diagram.
+        unmoved: names of the swept numbers that the metric does not depend on.
     """
 
     index: int
@@ -40,16 +40,15 @@ class BestCandidate:
 
     @property
     def difference(self) -> np.ndarray:
-        """Metrics on the full diagram less those in the table, (9)."""
+        """Metrics on the full diagram minus those in the table, (9)."""
         return self.flown - self.values[: len(self.flown)]
 
 
 def why_no_best(table: SweepTable, metric: str) -> str:
     """Return why a sweep has no best candidate, "" if it may have one.
 
-    A range of vary.* is what a drone may turn out to be, a payload what it may carry, and a seed
-    what the air may do: nothing to be chosen. Nor is there a best one among candidates that are
-    equal.
+    Ranges of vary.*, payload and seed describe uncertainty, not a design choice. There is also no
+    best one among equal candidates.
 
     Raises:
         WorkbenchError: if the metric is unknown or was not measured.
@@ -80,7 +79,7 @@ def why_no_best(table: SweepTable, metric: str) -> str:
 
 
 def what_does_not_move(table: SweepTable, metric: str) -> str:
-    """Return which of what was swept a metric does not depend on, as a sentence; "" if none.
+    """Return a sentence on the swept numbers that a metric does not depend on, or "".
 
     Raises:
         WorkbenchError: if the metric is unknown or was not measured.
@@ -128,14 +127,14 @@ def _why_none_counts(table: SweepTable, metric: str) -> str:
 
 
 def _different(table: SweepTable, rows: np.ndarray, unmoved: tuple[str, ...]) -> np.ndarray:
-    """Return the different values of what matters among rows."""
+    """Return the number of different values of relevant parameters among rows."""
     columns = [index for index, each in enumerate(table.ranges) if each.name not in unmoved]
     found: np.ndarray = np.unique(table.parameters[rows][:, columns], axis=0)
     return found
 
 
 def _spans(table: SweepTable, rows: np.ndarray, unmoved: tuple[str, ...]) -> str:
-    """Return from where to where rows go in each parameter that matters."""
+    """Return the range of rows in each relevant parameter."""
     spans = []
     for index, each in enumerate(table.ranges):
         values = table.parameters[rows, index]
@@ -145,7 +144,7 @@ def _spans(table: SweepTable, rows: np.ndarray, unmoved: tuple[str, ...]) -> str
 
 
 def _nearest_first(table: SweepTable, tied: np.ndarray) -> np.ndarray:
-    """Return rows that are equal, those nearest to the present values first."""
+    """Return equal rows, those nearest to the present values first."""
     widths = np.array([each.high - each.low for each in table.ranges])
     away = np.abs((table.parameters[tied] - table.present) / widths).sum(axis=1)
     ordered: np.ndarray = tied[np.argsort(away, kind="stable")]
@@ -157,10 +156,10 @@ def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
 
     Args:
         table: of a sweep.
-        metric: by which a candidate is the best; see `SweepTable.ranking`.
+        metric: the one used for the ranking, see `SweepTable.ranking`.
 
     Returns:
-        The best one, or None if none of the first five flies there, or there is none, see
+        The best one, or None if none of the first five flies there, or if there is none, see
         `why_no_best`.
 
     Raises:

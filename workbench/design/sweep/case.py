@@ -1,4 +1,4 @@
-"""The step that every candidate of a sweep flies, what a candidate is, and what flights give."""
+"""The step that every candidate of a sweep flies, the candidates, and the results of flights."""
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -31,19 +31,19 @@ _OTHERS = {
     "wind_y": "y",
     "wind_z": "z",
 }
-"""Axes whose step shows parameters that no loop names."""
+"""Axes of the step for parameters that no loop names."""
 DEFAULT_AXIS = "z"
 Progress = Callable[[float], None]
-"""Takes the share done, 0 .. 1."""
+"""Function called with the share done, 0 .. 1."""
 Stop = Callable[[], bool]
-"""Asked from time to time; True ends the work with what is done."""
+"""Function called regularly; True ends the work with the results so far."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Values of live parameters by name, and how the drone differs from what is known of it.
+    """Values of live parameters by name, and the variation of the drone.
 
-    The seed is of its turbulence; None leaves the scenario's.
+    The seed is that of its turbulence; None for that of the scenario.
     """
 
     settings: Mapping[str, float]
@@ -53,17 +53,17 @@ class Candidate:
 
 @dataclass(frozen=True)
 class SweepCase:
-    """A step that is flown with many candidates.
+    """A step flown with many candidates.
 
     Attributes:
         axis: x, y, z or yaw.
         amplitude: of the command [m/s] or [rad/s].
-        duration: flown after the command's edge [s].
+        duration: flown after the edge of the command [s].
         scenario: its vehicle, world and rates are used.
-        settings: parameter values that all candidates share, by name.
+        settings: parameter values common to all candidates, by name.
 
     Raises:
-        WorkbenchError: if that makes no step.
+        WorkbenchError: if the step is invalid.
     """
 
     axis: str
@@ -78,11 +78,11 @@ class SweepCase:
 
     @property
     def controller(self) -> Controller:
-        """What flies it."""
+        """The controller that flies it."""
         return flown_controller(self.scenario)
 
     def vehicle(self) -> Vehicle:
-        """Return what flies, as its controller knows it.
+        """Return the vehicle, as known to its controller.
 
         Raises:
             WorkbenchError: if its description cannot be read.
@@ -90,7 +90,7 @@ class SweepCase:
         return make_vehicle(read_configured(self.scenario.vehicle))
 
     def values(self, vehicle: Vehicle) -> dict[str, float]:
-        """Return all parameter values as they are without a sweep, by name.
+        """Return all parameter values without a sweep, by name.
 
         Raises:
             WorkbenchError: if a setting or gain file is wrong.
@@ -98,7 +98,7 @@ class SweepCase:
         return flight_gains(vehicle, self.scenario.vehicle.gains, self.settings, self.controller)
 
     def candidate(self, ranges: Sequence[SweepRange], row: Sequence[float]) -> Candidate:
-        """Return the candidate with these values of what is swept."""
+        """Return the candidate with these values of the swept numbers."""
         swept = {each.name: float(value) for each, value in zip(ranges, row, strict=True)}
         seed = int(swept.pop(SEED)) if SEED in swept else None
         settings, factors = dict(self.settings), dict[str, Any]()
@@ -111,7 +111,7 @@ class SweepCase:
         return Candidate(settings, variation, seed)
 
     def present(self, ranges: Sequence[SweepRange], vehicle: Vehicle) -> list[float]:
-        """Return the values that what is swept has without a sweep."""
+        """Return the values of the swept numbers without a sweep."""
         values = self.values(vehicle)
         variation = dataclasses.asdict(self.scenario.vehicle.variation)
         values |= {f"{VARY}{name}": value for name, value in variation.items()}
@@ -119,10 +119,10 @@ class SweepCase:
         return [values[each.name] for each in ranges]
 
     def check(self, ranges: Sequence[SweepRange], vehicle: Vehicle) -> None:
-        """Refuse a sweep that the vehicle cannot fly.
+        """Check that the vehicle can fly a sweep.
 
         Raises:
-            WorkbenchError: if it lacks what is swept, or a limit would cut the step.
+            WorkbenchError: if it lacks a swept parameter, or a limit would saturate the step.
         """
         table = parameter_table(self.controller)
         rows = [row.name for row in table]
@@ -146,12 +146,12 @@ class SweepCase:
 
 
 class Flown(NamedTuple):
-    """What N candidates did.
+    """The results of N candidates.
 
     Attributes:
         done: (N) whether a candidate was flown.
-        values: (N, 9) metrics, see `metrics.FLOWN`; NaN where there is none.
-        diverged_at: (N) when it was lost, from the command's edge on [s], NaN if it flew on.
+        values: (N, 9) metrics, see `metrics.FLOWN`; NaN for none.
+        diverged_at: (N) time from the edge to the loss [s], NaN without a loss.
     """
 
     done: np.ndarray
@@ -160,11 +160,11 @@ class Flown(NamedTuple):
 
 
 FlySweep = Callable[[SweepCase, Vehicle, Sequence[Candidate], Progress | None, Stop | None], Flown]
-"""Flies candidates: `fly_compiled` or `fly_full`."""
+"""Function that flies candidates: `fly_compiled` or `fly_full`."""
 
 
 def nothing_flown(count: int) -> Flown:
-    """Return places for so many candidates."""
+    """Return empty results for a number of candidates."""
     return Flown(
         np.zeros(count, dtype=bool),
         np.full((count, len(FLOWN)), np.nan),
@@ -173,11 +173,11 @@ def nothing_flown(count: int) -> Flown:
 
 
 def axis_loop(axis: str, controller: Controller | None = None) -> str:
-    """Return the name of an axis's outermost loop that steers.
+    """Return the name of the outermost steering loop of an axis.
 
     Args:
         axis: x, y, z or yaw.
-        controller: whose loops; the default one where none is given.
+        controller: with the loops; None for the default one.
 
     Raises:
         WorkbenchError: if there is no such axis, or the controller states no loop for it.
@@ -194,9 +194,9 @@ def axis_loop(axis: str, controller: Controller | None = None) -> str:
 
 
 def axis_of(parameter: str, controller: Controller | None = None) -> str:
-    """Return the axis whose step a parameter acts in, "" if it is of none or of all.
+    """Return the axis of the step that a parameter affects, "" for none or all.
 
-    Of a gain it is that of the first loop which names it.
+    For a gain it is that of the first loop that names it.
     """
     if parameter in _OTHERS:
         return _OTHERS[parameter]
@@ -205,6 +205,6 @@ def axis_of(parameter: str, controller: Controller | None = None) -> str:
 
 
 def default_axis(parameters: Iterable[str], controller: Controller | None = None) -> str:
-    """Return the axis to step along: that of the first parameter that has one, else z."""
+    """Return the axis to step along: that of the first parameter with an axis, else z."""
     axes = (axis_of(each, controller) for each in parameters)
     return next(filter(None, axes), DEFAULT_AXIS)

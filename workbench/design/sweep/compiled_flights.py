@@ -1,4 +1,4 @@
-"""Candidates flown by the compiled engine, thousands a second."""
+"""Fly candidates with the compiled engine, thousands per second."""
 
 import logging
 from collections.abc import Sequence
@@ -24,14 +24,14 @@ def fly_compiled(
     progress: Progress | None = None,
     stop: Stop | None = None,
 ) -> Flown:
-    """Fly candidates on the compiled engine.
+    """Fly candidates with the compiled engine.
 
     Args:
         case: the step.
-        vehicle: as its controller knows it.
-        candidates: (N) what is flown.
+        vehicle: as known to its controller.
+        candidates: (N) to fly.
         progress: called with the share done.
-        stop: True ends with what is done.
+        stop: True ends the work with the results so far.
     """
     seed = case.scenario.sensors.seed
     engine = RolloutEngine(
@@ -71,18 +71,18 @@ def fly_fastest(
     *,
     executor: "Executor | None" = None,
 ) -> Flown:
-    """Fly candidates on the compiled engine, or on the full diagram where that is not compiled.
+    """Fly candidates with the compiled engine, or on the full diagram if that cannot compile.
 
     Args:
         case: the step.
-        vehicle: as its controller knows it.
-        candidates: (N) what is flown.
+        vehicle: as known to its controller.
+        candidates: (N) to fly.
         progress: called with the share done.
-        stop: True ends with what is done.
-        executor: where those of the diagram fly, see `fly_full`.
+        stop: True ends the work with the results so far.
+        executor: for flights on the full diagram, see `fly_full`.
     """
     law = case.controller
-    # what is swept is compiled, see `ranges`; the settings that all share may not be
+    # swept parameters are compiled, see `ranges`; common settings may not be
     reason = why_not(vehicle, case.scenario, case.values(vehicle))
     if not law.compiles:
         reason = f"{law.name} is not compiled"

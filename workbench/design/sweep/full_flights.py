@@ -1,4 +1,4 @@
-"""Candidates flown on the full Drake diagram: in processes of this machine, or on a cluster."""
+"""Fly candidates on the full Drake diagram, in local processes or on a cluster."""
 
 import dataclasses
 import logging
@@ -33,19 +33,19 @@ def fly_full(
 ) -> Flown:
     """Fly candidates on the full diagram; about a second each.
 
-    A candidate flies the same, to the bit, wherever it flies. Local processes are spawned, so a
-    script that calls this needs `if __name__ == "__main__":`.
+    A flight is the same to the bit wherever it runs. Local processes are spawned, so a script that
+    calls this needs `if __name__ == "__main__":`.
 
     Args:
         case: the step.
-        vehicle: as its controller knows it.
-        candidates: (N) what is flown.
+        vehicle: as known to its controller.
+        candidates: (N) to fly.
         progress: called with the share done.
-        stop: True ends with what is done.
-        executor: where they fly; without one, in a process of this machine for each core.
+        stop: True ends the work with the results so far.
+        executor: runs the flights; None for a local process for each core.
 
     Raises:
-        WorkbenchError: if a candidate cannot be built, or what flies it is lost.
+        WorkbenchError: if a candidate cannot be built, or a process is lost.
     """
     flown = nothing_flown(len(candidates))
     tasks = [StepFlight(case, candidate) for candidate in candidates]
@@ -60,22 +60,22 @@ def fly_full(
 
 @dataclass(frozen=True)
 class StepFlight:
-    """One candidate's flight, to be done anywhere; see `executor.Task`."""
+    """The flight of one candidate, to run anywhere; see `executor.Task`."""
 
     case: SweepCase
     candidate: Candidate
 
     @property
     def scenario(self) -> Scenario:
-        """What names the files that are read for it."""
+        """The scenario with the files to read for it."""
         return self.case.scenario
 
     def with_scenario(self, scenario: Scenario) -> Self:
-        """Return the same flight with the files of that scenario."""
+        """Return the same flight, with the files of a scenario."""
         return dataclasses.replace(self, case=dataclasses.replace(self.case, scenario=scenario))
 
     def run(self) -> tuple[list[float], float]:
-        """Return what `fly_one` does; remarks are left to who asked, who has made them."""
+        """Return the result of `fly_one`, without remarks, as the caller has logged them."""
         with _quietly():
             return fly_one(self.case, self.candidate)
 
@@ -84,7 +84,7 @@ def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
     """Fly one candidate on the full diagram.
 
     Returns:
-        Its metrics, see `metrics.FLOWN`, and when it was lost, from the edge on [s], or NaN.
+        Its metrics, see `metrics.FLOWN`, and the time from the edge to its loss [s], or NaN.
 
     Raises:
         WorkbenchError: if it cannot be built.
@@ -110,14 +110,14 @@ def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
 
 
 def lost_at(recording: Recording) -> float:
-    """Return when a step's drone was lost, from the edge on [s]; 0 before it, NaN if never."""
+    """Return the time from the edge of a step to the loss [s]; 0 if before, NaN if never."""
     loss = find_loss(recording)
     return max(0.0, loss.time - EDGE) if loss else float("nan")
 
 
 @contextmanager
 def _quietly() -> Iterator[None]:
-    """Say nothing but errors."""
+    """Log only errors."""
     logger = logging.getLogger("workbench")
     before = logger.level
     logger.setLevel(logging.ERROR)

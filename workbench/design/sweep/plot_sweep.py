@@ -1,4 +1,4 @@
-"""The picture of a sweep: curves over one parameter, a map over two, clouds over more."""
+"""The figure of a sweep: curves over one parameter, a map over two, scatter plots over more."""
 
 import math
 from typing import Any
@@ -19,39 +19,39 @@ from workbench.design.sweep.table import SweepTable
 from workbench.scenario.axes import find_axis
 
 HATCH: Any = {"facecolor": "0.94", "edgecolor": "0.65", "hatch": "////", "lw": 0.0}
-"""How what was lost is drawn."""
+"""Style for lost candidates."""
 PRESENT: Any = {"marker": "o", "ms": 9, "mfc": "white", "mec": "black", "mew": 1.5}
 BEST: Any = {"marker": "*", "ms": 16, "mfc": PALETTE.mean, "mec": "white", "mew": 1.0}
 _MOST = 0.95
-"""Share of the candidates that the scale has room for; what is beyond has the last colour."""
+"""Share of the candidates within the colour scale; others have its last colour."""
 COLOURS = "viridis"
 _NO_VALUE = "0.8"
 _DOT = 90.0
-"""Area of a candidate off the grid [points²]."""
+"""Area of the dot of a candidate off the grid [points²]."""
 _COLUMNS = 3
 _CURVES = ("rise_time", "settling_time", "overshoot", "steady_state_error", "peak_rotor_use")
-"""Drawn besides the metric that is asked for, and margins."""
+"""Metrics drawn in addition to the requested one and margins."""
 
 
 def axis_label(span: SweepRange) -> str:
-    """Return the label of a swept number's axis, with its unit."""
+    """Return the axis label of a swept number, with its unit."""
     return f"{span.name} [{span.unit}]"
 
 
 def metric_label(table: SweepTable, metric: Metric) -> str:
-    """Return the label of a metric's axis, with its unit."""
+    """Return the axis label of a metric, with its unit."""
     _, unit = for_people(table.units[table.names.index(metric.name)])
     return f"{metric.name.replace('_', ' ')} [{unit or '1'}]"
 
 
 def shown_values(table: SweepTable, metric: Metric) -> np.ndarray:
-    """Return a metric (N) as it is drawn: angles in degrees, NaN where it is not finite."""
+    """Return the values of a metric (N) to draw: angles in degrees, NaN if not finite."""
     values = for_people(metric.unit)[0] * table.column(metric.name)
     return np.where(np.isfinite(values), values, np.nan)
 
 
 def colour_limits(values: np.ndarray) -> tuple[float, float]:
-    """Return where a scale begins and ends, so that a few wild candidates do not fill it."""
+    """Return the limits of a colour scale, without a few outliers."""
     finite = values[np.isfinite(values)]
     if not len(finite):
         return 0.0, 1.0
@@ -61,7 +61,7 @@ def colour_limits(values: np.ndarray) -> tuple[float, float]:
 
 
 def mark_points(axes: Axes, table: SweepTable, best: BestCandidate | None) -> None:
-    """Mark the present values, where they are within the ranges, and the best on a map."""
+    """Mark the present values, if within the ranges, and the best candidate on a map."""
     x, y = table.ranges
     if x.low <= table.present[0] <= x.high and y.low <= table.present[1] <= y.high:
         axes.plot(*table.present, ls="", label="present", zorder=5, **PRESENT)
@@ -70,7 +70,7 @@ def mark_points(axes: Axes, table: SweepTable, best: BestCandidate | None) -> No
 
 
 def draw_map(table: SweepTable, metric: Metric, best: BestCandidate | None) -> Figure:
-    """Return the map of a metric; cells of a grid, dots for other candidates."""
+    """Return the map of a metric, with cells for a grid and dots for other candidates."""
     figure = Figure(figsize=(8.2, 6.2), layout="constrained")
     axes = figure.subplots()
     values = shown_values(table, metric)
@@ -98,7 +98,7 @@ def draw_map(table: SweepTable, metric: Metric, best: BestCandidate | None) -> F
 
 
 def cell_edges(values: np.ndarray, span: SweepRange) -> np.ndarray:
-    """Return the borders (N + 1) between values (N) in order, half-way, logarithmic or not."""
+    """Return the borders (N + 1) halfway between ordered values (N), logarithmic or not."""
     points = np.log(values) if span.log else values
     if len(points) == 1:
         return np.array([span.low, span.high])
@@ -109,7 +109,7 @@ def cell_edges(values: np.ndarray, span: SweepRange) -> np.ndarray:
 
 
 def _draw_cells(axes: Axes, table: SweepTable, values: np.ndarray, norm: Normalize) -> list[Patch]:
-    """Draw a grid's cells; return what its legend needs besides."""
+    """Draw the cells of a grid; return additional handles for its legend."""
     x, y = table.ranges
     edges_x, edges_y = cell_edges(x.grid, x), cell_edges(y.grid, y)
     columns = np.abs(table.parameters[:, 0, None] - x.grid).argmin(axis=1)
@@ -184,7 +184,7 @@ def _draw_cloud(
     values: np.ndarray,
     best: BestCandidate | None,
 ) -> None:
-    """Draw one panel; what was lost stands at its foot."""
+    """Draw one panel, with lost candidates at its bottom."""
     span, x = table.ranges[index], table.parameters[:, index]
     if span.log:
         axes.set_xscale("log")
@@ -211,7 +211,7 @@ def _draw_cloud(
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> float:
-    """Return Spearman's rank correlation of what is finite in both, NaN if that says nothing."""
+    """Return Spearman's rank correlation of values finite in both, NaN if meaningless."""
     from scipy.stats import rankdata
 
     known = np.isfinite(x) & np.isfinite(y)
@@ -222,12 +222,12 @@ def rank_correlation(x: np.ndarray, y: np.ndarray) -> float:
 
 @styled
 def plot_sweep(table: SweepTable, metric: str, best: BestCandidate | None = None) -> Figure:
-    """Return the picture of a sweep.
+    """Return the figure of a sweep.
 
     Args:
-        table: what was flown.
-        metric: that is drawn.
-        best: marked, where there is one.
+        table: of the sweep.
+        metric: the one to draw.
+        best: the candidate to mark, if any.
 
     Raises:
         WorkbenchError: if the metric is unknown or was not measured.
@@ -250,7 +250,7 @@ def plot_sweep(table: SweepTable, metric: str, best: BestCandidate | None = None
 
 
 def _draw_curves(table: SweepTable, shown: Metric, best: BestCandidate | None) -> Figure:
-    """Draw metrics over the one parameter that was swept."""
+    """Draw metrics over the only swept parameter."""
     names = dict.fromkeys((shown.name, *_CURVES, *(metric.name for metric in MARGINS)))
     metrics = [m for name in names for m in table.metrics if m.name == name]
     figure = Figure(figsize=(8.2, 1.5 * len(metrics) + 1.0), layout="constrained")
@@ -275,7 +275,7 @@ def _draw_curves(table: SweepTable, shown: Metric, best: BestCandidate | None) -
 
 
 def _mark(axes: Axes, table: SweepTable, order: np.ndarray, best: BestCandidate | None) -> None:
-    """Mark what is and what is best, and hatch where candidates were lost."""
+    """Mark the present and the best values, and hatch the regions of lost candidates."""
     span = table.ranges[0]
     if span.low <= table.present[0] <= span.high:
         axes.axvline(table.present[0], color=PALETTE.command, ls="--", lw=1.2, label="present")

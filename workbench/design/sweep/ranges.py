@@ -1,4 +1,4 @@
-"""What is swept: a parameter, a variation or the seed of chance, between two values."""
+"""The ranges of a sweep: of a parameter, a variation or the random seed."""
 
 import math
 from dataclasses import dataclass, field
@@ -12,39 +12,39 @@ from workbench.plant.variation import DELAYS, Variation
 from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 
 POINTS = 9
-"""Of a range that does not say how many."""
+"""Default number of points of a range."""
 MOST_POINTS = 10_000
 VARY = "vary."
-"""What the names of variations begin with; they are of the drone, not of its controller."""
+"""Prefix of the names of variations; they are of the drone, not of its controller."""
 VARIATIONS = tuple(f"{VARY}{name}" for name in ("mass", "inertia", "rotor_lag", *DELAYS))
 SEED = "seed"
 """The name of the seed of turbulence and of sensors' noise."""
 LARGEST_SEED = 2**31 - 1
 _SYSTEMS = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
-"""Whose rows act in a step flight."""
+"""Systems with parameters that act in a step flight."""
 
 
 def swept_names(controller: Controller | None = None) -> tuple[str, ...]:
-    """Return what can be swept with a controller, the default one where none is given."""
+    """Return the names that can be swept with a controller, None for the default one."""
     rows = parameter_table(controller)
     return (*(row.name for row in rows if row.system in _SYSTEMS), *VARIATIONS, SEED)
 
 
 @dataclass(frozen=True)
 class SweepRange:
-    """A number that is swept.
+    """A range of a swept number.
 
     Attributes:
-        name: a live parameter that acts in a step flight, or one of `VARIATIONS`, or seed, whose
-            values are whole.
+        name: a live parameter that acts in a step flight, or one of `VARIATIONS`, or seed, which
+            has whole values.
         low: smallest value.
         high: largest value.
-        points: how many a grid has, both ends among them.
-        log: whether points are spread evenly over the logarithm.
-        controller: whose parameters there are; the default one where none is given.
+        points: number of points in a grid, including both ends.
+        log: whether points are spaced logarithmically.
+        controller: with the parameters; None for the default one.
 
     Raises:
-        WorkbenchError: if there is no such range.
+        WorkbenchError: if the range is invalid.
     """
 
     name: str
@@ -86,7 +86,7 @@ class SweepRange:
 
     @property
     def unit(self) -> str:
-        """Of the values."""
+        """Unit of the values."""
         if self.name in VARIATIONS:
             return "s" if self.name.removeprefix(VARY) in DELAYS else "1"
         if self.name == SEED:
@@ -99,7 +99,7 @@ class SweepRange:
         return self.spread(np.linspace(0.0, 1.0, self.points))
 
     def spread(self, shares: np.ndarray) -> np.ndarray:
-        """Return the values at shares of the way from low to high, 0 .. 1, of any shape."""
+        """Return the values at shares of the range from low to high, 0 .. 1, of any shape."""
         if self.log:
             values = np.exp(math.log(self.low) + shares * math.log(self.high / self.low))
         else:
@@ -113,7 +113,7 @@ def parse_range(text: str, controller: Controller | None = None) -> SweepRange:
     """Return the range of a text NAME=LOW..HIGH, NAME=LOW..HIGH:POINTS, with :log for a logarithm.
 
     Raises:
-        WorkbenchError: if it is not of that form, or there is no such range.
+        WorkbenchError: if it is not of that form, or the range is invalid.
     """
     name, equals, rest = text.partition("=")
     span, *options = rest.split(":")
@@ -134,10 +134,10 @@ def parse_range(text: str, controller: Controller | None = None) -> SweepRange:
 
 
 def check_value(name: str, value: float, controller: Controller | None = None) -> None:
-    """Refuse a value that a swept name cannot have.
+    """Check that a value is valid for a swept name.
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is invalid.
     """
     if name == SEED:
         if not (0 <= value <= LARGEST_SEED and float(value).is_integer()):

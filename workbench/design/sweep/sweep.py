@@ -1,4 +1,4 @@
-"""Fly many candidates and measure them: a sweep, and a map over two gains, as quick as a slider."""
+"""Fly and measure many candidates: a sweep, and a map over two gains in real time."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +18,7 @@ from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
 
 FLIGHT_SHARE = 0.1
-"""Of the time, where margins are computed as well."""
+"""Share of the time for flights if margins are computed as well."""
 METHODS = ("grid", "random", "sobol")
 MOST_CANDIDATES = 100_000
 
@@ -42,24 +42,24 @@ def sweep(
     """Fly a step with every candidate of a sweep and measure it.
 
     Args:
-        ranges: what is swept, as ranges or as texts like "kp_roll=100..400:9".
+        ranges: of the sweep, as ranges or as texts such as "kp_roll=100..400:9".
         method: grid, random or sobol.
-        samples: candidates of random and sobol; a grid's follow from its ranges.
-        seed: of random and sobol.
-        axis: of the step, x, y, z or yaw; "" for the one that the first gain acts on, as x for
-            kp_pitch, and z where none does.
+        samples: number of candidates for random and sobol; that of a grid follows from its ranges.
+        seed: for random and sobol.
+        axis: of the step, x, y, z or yaw; "" for the one that the first gain acts on, such as x for
+            kp_pitch, else z.
         amplitude: of its command [m/s] or [rad/s].
-        duration: flown after the command's edge [s].
+        duration: flown after the edge of the command [s].
         scenario: its vehicle, gains, world and rates are used.
-        settings: parameter values that all candidates share.
-        loop: whose margins are computed as well, see `linear.loops`; "" for none.
-        fly: `fly_fastest` where none is given, or `fly_full` for the full diagram; in processes
-            or, with its executor bound by `functools.partial`, anywhere.
+        settings: parameter values common to all candidates.
+        loop: the one to compute margins of as well, see `linear.loops`; "" for none.
+        fly: by default `fly_fastest`, or `fly_full` for the full diagram in local processes or,
+            with its executor bound by `functools.partial`, anywhere.
         progress: called with the share done, 0 .. 1.
-        stop: asked from time to time; True ends the sweep with what is done.
+        stop: called regularly; True ends the sweep with the results so far.
 
     Raises:
-        WorkbenchError: if that is no sweep.
+        WorkbenchError: if the sweep is invalid.
     """
     scenario = at_own_period(scenario or Scenario())
     law = flown_controller(scenario)
@@ -71,7 +71,7 @@ def sweep(
     case.check(parsed, vehicle)
     cut = law.loop(loop) if loop else None
     present = np.array(case.present(parsed, vehicle))
-    # the present gains fly first, so that they are there whenever the sweep is stopped
+    # the present gains fly first, so that they are complete whenever the sweep is stopped
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
@@ -100,7 +100,7 @@ def sweep(
 
 
 def _part(progress: Progress | None, first: float, last: float) -> Callable[[float], None] | None:
-    """Return what tells progress of a part of the work."""
+    """Return a function for the progress of a part of the work."""
     if progress is None:
         return None
     tell = progress
@@ -110,18 +110,18 @@ def _part(progress: Progress | None, first: float, last: float) -> Callable[[flo
 def sample(ranges: Sequence[SweepRange], method: str, samples: int, seed: int) -> np.ndarray:
     """Return candidates, (N, len(ranges)).
 
-    A grid has all combinations of its ranges' points, the last range fastest. Sobol's sequence
-    (scrambled, scipy.stats.qmc) fills the space more evenly than chance does; best with a power of
-    two.
+    A grid has all combinations of the points of its ranges, the last range fastest. Sobol's
+    sequence (scrambled, scipy.stats.qmc) fills the space more evenly than random samples, best with
+    a power of two.
 
     Args:
-        ranges: what is swept.
+        ranges: of the sweep.
         method: one of `METHODS`.
-        samples: how many, for random and sobol.
-        seed: for random and sobol; equal seeds give equal candidates.
+        samples: their number, for random and sobol.
+        seed: for random and sobol; equal seeds yield equal candidates.
 
     Raises:
-        WorkbenchError: if that cannot be sampled.
+        WorkbenchError: if the ranges cannot be sampled.
     """
     if method not in METHODS:
         raise unknown_name("method", method, METHODS)
@@ -164,15 +164,15 @@ def _candidate_margins(
 
     Args:
         case: its scenario and settings are used.
-        candidates: (N) whose margins are computed.
-        wanted: (N) for which of them.
-        loop: whose margins.
+        candidates: (N) of the sweep.
+        wanted: (N) whether to compute the margins of each.
+        loop: the one to compute margins of.
         progress: called with the share done.
         stop: True ends with what is done.
 
     Returns:
-        (N, 4) see `metrics.MARGINS`; NaN where they are not wanted, not known yet, or where the
-        candidate cannot hover.
+        (N, 4) see `metrics.MARGINS`; NaN if not wanted or not known yet, or if the candidate cannot
+        hover.
     """
     from workbench.design.judge.margins import loop_margins
     from workbench.design.linear.operating_point import OperatingPoint
@@ -211,8 +211,8 @@ class GainMap:
     Attributes:
         x: the gain along the columns.
         y: the gain along the rows.
-        metric: what was measured.
-        values: (N_y, N_x), NaN where a flight was lost or never got there.
+        metric: the measured one.
+        values: (N_y, N_x), NaN if a flight was lost or never reached the command.
         lost: (N_y, N_x) whether the flight was lost.
     """
 
@@ -236,27 +236,27 @@ def gain_map(
     heading: float = 0.0,
     stop: Callable[[], bool] | None = None,
 ) -> GainMap | None:
-    """Fly a step at every point of a grid; some 30 ms for 32 x 32 flights of 2 s on two cores.
+    """Fly a step at every point of a grid, in about 30 ms for 32 x 32 flights of 2 s on two cores.
 
-    Nothing of it is flown on the full diagram: what is chosen from it should be.
+    None of these flights is on the full diagram; confirm a choice by one that is.
 
     Args:
         engine: of the vehicle.
-        gains: of the controller's gains and limits, those that are not the engine's own, by name.
+        gains: gains and limits of the controller that differ from those of the engine, by name.
         x: a gain or limit of the controller, and its values along the columns.
         y: another one, along the rows.
         metric: of the flight, see `metrics.FLOWN`.
         axis: of the step, x, y, z or yaw.
         amplitude: of its command [m/s] or [rad/s].
-        duration: flown after the command's edge [s].
+        duration: flown after the edge of the command [s].
         heading: yaw of the drone at the start [rad].
-        stop: asked every few milliseconds; true gives the map up.
+        stop: called every few milliseconds; True abandons the map.
 
     Returns:
-        The map, or None if it was given up.
+        The map, or None if abandoned.
 
     Raises:
-        WorkbenchError: if the two are no different gains, or that makes no step.
+        WorkbenchError: if the two gains are not different, or the step is invalid.
     """
     names = [row.name for row in engine.controller.parameters]
     for name in (x.name, y.name, *gains):

@@ -1,4 +1,4 @@
-"""The result of a sweep: a row a candidate, a column a parameter and a metric; and its file."""
+"""The result of a sweep: a table with rows of candidates, columns of parameters and metrics."""
 
 import csv
 from dataclasses import dataclass
@@ -13,17 +13,16 @@ from workbench.design.sweep.ranges import SweepRange
 from workbench.scenario.axes import find_axis
 
 ARRIVED = 5.0
-"""A step that is farther from its command in the end did not get there [%]."""
+"""Largest final error of a step that counts as having reached its command [%]."""
 SAME = 5e-4
-"""Values that differ by a smaller share read alike with the digits that are shown, and count as
-equal."""
+"""Values with a smaller relative difference look alike in the digits shown, and count as equal."""
 _LEAST = {"s": 1e-4, "%": 0.01, SIGNAL: 1e-4, "1": 1e-4, "rad": 1e-4}
-"""So do those that differ by less than this, by unit; of the command's unit as share of the
-command. An overshoot of 1e-14 % is rounding."""
+"""Values with a smaller difference also count as equal, by unit; relative to the command for its
+unit. An overshoot of 1e-14 % is a rounding error."""
 SUFFIXES = (".csv", ".parquet")
-"""Of a table's file."""
+"""Suffixes of the file of a table."""
 _THEN = ("settling_time", "overshoot", "steady_state_error")
-"""By what candidates are ranked whose metric is equal."""
+"""Metrics for the ranking of candidates with an equal metric."""
 
 
 @dataclass(frozen=True)
@@ -31,18 +30,18 @@ class SweepTable:
     """N candidates of P swept numbers with K metrics each.
 
     Attributes:
-        case: the step that they flew.
+        case: the step flown.
         vehicle: its name.
-        ranges: (P) what was swept.
-        method: how candidates were chosen.
-        seed: of chance.
-        planned: how many were to be flown; more than N where the sweep was stopped.
-        metrics: (K) what was measured.
-        parameters: (N, P) values of what was swept.
-        values: (N, K) of the metrics, NaN where there is none.
-        diverged_at: (N) when a candidate was lost, from the edge on [s], NaN if it flew on.
-        present: (P) values of what was swept, as they are without a sweep.
-        present_values: (K) metrics of the present.
+        ranges: (P) of the sweep.
+        method: used to choose candidates.
+        seed: of random numbers.
+        planned: planned number of candidates; larger than N if the sweep was stopped.
+        metrics: (K) measured.
+        parameters: (N, P) values of the swept numbers.
+        values: (N, K) of the metrics, NaN for none.
+        diverged_at: (N) time from the edge to the loss [s], NaN without a loss.
+        present: (P) values of the swept numbers without a sweep.
+        present_values: (K) metrics with the present values.
     """
 
     case: SweepCase
@@ -67,13 +66,13 @@ class SweepTable:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all columns: what was swept, the metrics, diverged_at."""
+        """Names of all columns: swept numbers, metrics, diverged_at."""
         swept = (each.name for each in self.ranges)
         return (*swept, *(metric.name for metric in self.metrics), "diverged_at")
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Of all columns."""
+        """Units of all columns."""
         command = find_axis(self.case.axis).unit
         swept = (each.unit for each in self.ranges)
         return (*swept, *(metric.unit_for(command) for metric in self.metrics), "s")
@@ -84,7 +83,7 @@ class SweepTable:
         return np.column_stack([self.parameters, self.values, self.diverged_at])
 
     def column(self, name: str) -> np.ndarray:
-        """Return a column (N) by its name.
+        """Return a column (N) by name.
 
         Raises:
             WorkbenchError: if there is none.
@@ -98,7 +97,7 @@ class SweepTable:
         """Return the metric of a column.
 
         Raises:
-            WorkbenchError: if it is no metric, or was not measured.
+            WorkbenchError: if it is not a metric, or was not measured.
         """
         found = find_metric(name, SWEPT)
         if found not in self.metrics:
@@ -116,8 +115,8 @@ class SweepTable:
     def ranking(self, metric: str) -> np.ndarray:
         """Return the rows that flew to the end and settled, as indices, the best metric first.
 
-        Those that came within 5 % of the command go first; where values are equal, see
-        `resolution`, what settles sooner, overshoots less, and ends nearer to the command.
+        Those that came within 5 % of the command are first. If values are equal, see `resolution`,
+        those that settle sooner, overshoot less, and end nearer to the command are first.
 
         Raises:
             WorkbenchError: if the metric is unknown or was not measured.
@@ -129,7 +128,7 @@ class SweepTable:
         return ranked
 
     def tied(self, metric: str) -> np.ndarray:
-        """Return the rows, as indices, that nothing tells from the first of `ranking`.
+        """Return the rows, as indices, that tie with the first of `ranking`.
 
         Raises:
             WorkbenchError: if the metric is unknown or was not measured.
@@ -140,10 +139,10 @@ class SweepTable:
         return tied
 
     def unmoved(self, metric: str) -> tuple[str, ...]:
-        """Return the names of what was swept that a metric does not depend on here.
+        """Return the names of swept numbers that a metric does not depend on in this table.
 
-        Where a row differs from another in nothing else, as on a grid, the metric is equal; or it
-        is so in all rows.
+        This means that the metric is equal between rows that differ in nothing else, as on a grid,
+        or in all rows.
 
         Raises:
             WorkbenchError: if the metric is unknown or was not measured.
@@ -165,7 +164,7 @@ class SweepTable:
         return tuple(found)
 
     def _keys(self, metric: str) -> np.ndarray:
-        """Return what rows are ranked by (4, N), most important first, in whole resolutions."""
+        """Return the ranking keys of rows (4, N), most important first, in whole resolutions."""
         command = self.case.amplitude
         missed = ~(self.column("steady_state_error") <= ARRIVED)
         keys = [2.0 * missed]
@@ -181,9 +180,9 @@ class SweepTable:
 
 
 def _widest(values: np.ndarray, groups: np.ndarray) -> float:
-    """Return how far values (N) lie apart within a group, at most; groups of one do not count.
+    """Return the largest spread of values (N) within a group; groups of one do not count.
 
-    Infinite where some of a group exist and others do not, and where there is nothing to compare.
+    It is infinite if only some values of a group exist, or if there is nothing to compare.
     """
     known = np.isfinite(values)
     size, there = np.bincount(groups), np.bincount(groups, weights=known)
@@ -196,21 +195,21 @@ def _widest(values: np.ndarray, groups: np.ndarray) -> float:
 
 
 def cost(metric: Metric, values: np.ndarray, command: float) -> np.ndarray:
-    """Return values as costs: the smaller the better, infinite where there is no value."""
+    """Return values as costs: smaller is better, infinite without a value."""
     far = np.abs(np.abs(values) - abs(command))
     costs = -metric.better * values if metric.better else far
     return np.where(np.isnan(costs), np.inf, costs)
 
 
 def resolution(metric: Metric, values: np.ndarray, command: float) -> float:
-    """Return the smallest difference between values of a metric that means something."""
+    """Return the smallest significant difference between values of a metric."""
     finite = np.abs(values[np.isfinite(values)])
     least = _LEAST[metric.unit] * (abs(command) if metric.unit == SIGNAL else 1.0)
     return max(least, SAME * float(finite.max(initial=0.0)))
 
 
 def check_table_path(path: Path) -> None:
-    """Refuse a table that could not be written, before anything is flown.
+    """Check that a table can be written, before anything is flown.
 
     Raises:
         WorkbenchError: if the suffix is unknown, or Parquet cannot be written here.
@@ -227,10 +226,10 @@ def check_table_path(path: Path) -> None:
 
 
 def write_table(table: SweepTable, path: Path) -> None:
-    """Write a sweep's table, a row a candidate; what is not known is left empty.
+    """Write the table of a sweep, with a row for each candidate; unknown values are left empty.
 
-    CSV has names with units in its first line, "kp_roll [1/s^2]"; Parquet has names, and the unit
-    in each field's metadata.
+    CSV has names with units in its first line, such as "kp_roll [1/s^2]"; Parquet has names, with
+    the unit in the metadata of each field.
 
     Raises:
         WorkbenchError: if it cannot be written.
