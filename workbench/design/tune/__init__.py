@@ -1,1 +1,1 @@
-"""From wishes to gains: what is wished, what is searched, what stands against what, the proof."""
+"""From wishes to gains: wishes, search, conflicts and proof."""

@@ -1,4 +1,4 @@
-"""The vehicles that a set of gains must fly: the one described, and its neighbours."""
+"""The vehicles that a set of gains must fly: the described one, and variations of it."""
 
 import itertools
 from dataclasses import dataclass
@@ -15,22 +15,22 @@ SHARES = {
     "inertia": ("inertia_x", "inertia_y", "inertia_z"),
     "rotor_lag": ("lag_with_delay",),
 }
-"""What was identified that says by how much each of a vehicle's numbers may differ."""
+"""The identified quantities that determine the uncertainty of each number of a vehicle."""
 LARGEST = 0.9
-"""Share by which one may differ at most."""
+"""Largest uncertainty, as a share."""
 
 
 @dataclass(frozen=True)
 class Robustness:
-    """How unsure the vehicle is, and what is still asked of the gains there.
+    """The uncertainty of the vehicle, and the demands on the gains for it.
 
     Attributes:
-        mass: may differ by this share.
-        inertia: may differ by this share.
-        rotor_lag: may differ by this share.
-        margin_share: margins keep at least this share of what is wished for.
-        overshoot_factor: overshoot and steady-state error are at most so many times what is
-            wished for; both are shares by which the response misses its command.
+        mass: its uncertainty, as a share.
+        inertia: its uncertainty, as a share.
+        rotor_lag: its uncertainty, as a share.
+        margin_share: margins keep at least this share of the wished ones.
+        overshoot_factor: limit of overshoot and steady-state error, as a factor on the wished ones;
+            both are shares of the command.
     """
 
     mass: float = 0.2
@@ -42,7 +42,7 @@ class Robustness:
 
 @dataclass(frozen=True)
 class Case:
-    """A vehicle to fly, by factors on what the controller believes: see `Variation`."""
+    """A vehicle to fly, given by factors on what the controller knows, see `Variation`."""
 
     mass: float = 1.0
     inertia: float = 1.0
@@ -50,7 +50,7 @@ class Case:
 
     @property
     def variation(self) -> Variation:
-        """For a scenario's vehicle."""
+        """The variation for the vehicle of a scenario."""
         return Variation(mass=self.mass, inertia=self.inertia, rotor_lag=self.rotor_lag)
 
     def __str__(self) -> str:
@@ -63,16 +63,16 @@ NOMINAL = Case()
 
 
 def identified_robustness(sidecar: Path) -> Robustness | None:
-    """Return the robustness that intervals of 95 % ask for; None where none were identified.
+    """Return the robustness required by 95 % confidence intervals; None if none were identified.
 
-    A log gives thrust over mass, so the mass differs as that does; of three inertias the one that
-    is known least counts. What was not identified keeps its default.
+    A log yields thrust over mass, so its uncertainty is used for the mass. Of three inertias the
+    least certain one counts. Others keep their defaults.
 
     Args:
         sidecar: rotors (YAML), as `workbench identify` writes them.
 
     Raises:
-        WorkbenchError: with file and line, for what is unknown or of another type.
+        WorkbenchError: with file and line, for an unknown key or a wrong type.
     """
     from workbench.plant.rotor_sources.sidecar import load_identified  # it loads Drake
 
@@ -86,12 +86,12 @@ def identified_robustness(sidecar: Path) -> Robustness | None:
 
 
 def _share(row: "IdentifiedRow") -> float:
-    """Return how far an interval reaches from its value, as a share of it."""
+    """Return the half width of an interval, as a share of its value."""
     return max(row.high - row.value, row.value - row.low) / row.value
 
 
 def corners(robustness: Robustness) -> list[Case]:
-    """Return all combinations of the least and the most of mass, inertia and rotor lag."""
+    """Return all combinations of the extremes of mass, inertia and rotor lag."""
     shares = (robustness.mass, robustness.inertia, robustness.rotor_lag)
     ends = [(1.0 - share, 1.0 + share) if share else (1.0,) for share in shares]
     found = [Case(*factors) for factors in itertools.product(*ends)]

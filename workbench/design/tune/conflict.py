@@ -1,9 +1,9 @@
-"""Why wishes cannot be met: which of them stand against which, and what comes nearest.
+"""Explain why wishes cannot be met: the conflicts between them, and the nearest compromise.
 
-Wishes are left out one by one, those that nobody wrote first; one without which the rest can be met
-is needed, one without which it still cannot is not. What is left cannot be met together, and can
-without any one of it. Nearest comes the candidate that meets all other wishes and misses these by
-least; a run reports that one and no other, so all that it says is about the same gains.
+Wishes are left out one by one, defaults first. A wish without which the rest can be met belongs to
+the conflict, others do not. The remaining wishes cannot be met together, but can be without any one
+of them. The nearest candidate meets all other wishes and misses these by the least. A run reports
+only that candidate, so all its results are for the same gains.
 """
 
 import dataclasses
@@ -26,26 +26,26 @@ from workbench.design.tune.wish import DEFAULT, GUARD, Wish
 
 MOST = 3
 ATTEMPTS = 5
-"""So many conflicts are told, and so often one is looked for."""
+"""Largest number of conflicts reported, and of attempts to find one."""
 ACTIVE = 0.05
-"""A wish that has more to spare at the best compromise stands against nothing."""
+"""Reserve at the best compromise above which a wish is not part of a conflict."""
 HALFWAY = 12.0
-"""After so many searches half the way is told."""
+"""Number of searches after which progress is one half."""
 EVALUATIONS = 200
 NEAREST_EVALUATIONS = 300
-"""Of each search, and of the one for the nearest."""
+"""Evaluations in each search, and in that for the nearest candidate."""
 
 
 @dataclass(frozen=True)
 class Conflict:
-    """Wishes that cannot be met together, while any one fewer can.
+    """Wishes that cannot be met together, but can be without any one of them.
 
     Attributes:
-        wish: the first that somebody wrote.
-        against: the others; without any, it cannot be met at all.
-        required: where it is missed: as wished, or what is left of it in a corner.
-        nearest: its value with the gains that are reported: those that meet all other wishes, if
-            there are any, and come nearest to it.
+        wish: the first one written by the user.
+        against: the others; if empty, the wish cannot be met at all.
+        required: the missed requirement: as wished, or relaxed for a corner.
+        nearest: its value with the reported gains, which meet all other wishes if possible, and
+            come nearest to it.
     """
 
     wish: Wish
@@ -69,11 +69,11 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Unmet:
-    """What is known of wishes that cannot be met together.
+    """The explanation of wishes that cannot be met together.
 
     Attributes:
-        conflicts: what stands against what; none where no reason was found.
-        nearest: the candidate that meets all other wishes, if one does, and comes nearest to those
+        conflicts: between wishes; empty if no reason was found.
+        nearest: the candidate that meets all other wishes, if possible, and comes nearest to those
             that cannot be met; None without conflicts.
     """
 
@@ -83,7 +83,7 @@ class Unmet:
     def measured(
         self, requirements: Sequence[Requirement], values: Sequence[float]
     ) -> tuple[Conflict, ...]:
-        """Return the conflicts with the values of the gains that are reported.
+        """Return the conflicts with the values for the reported gains.
 
         Args:
             requirements: of all cases (R).
@@ -99,17 +99,17 @@ def conflicts(
     along_x: Mapping[str, str],
     tell: Callable[[str, float], None] = lambda phase, part: None,
 ) -> Unmet:
-    """Return what stands against what, in a problem for which no solution was found.
+    """Return the conflicts in a problem without a known solution.
 
     Args:
         problem: with all its requirements.
         starts: points (n) to search from.
-        budget: that is spent; when it is told to stop, the further searches here do, too.
-        along_x: what along x does what something along y does, see `counterparts`.
-        tell: takes what is done, and the part of it that is, 0 .. 1.
+        budget: already spent; a stop of it also stops the searches here.
+        along_x: subjects along x that correspond to those along y, see `counterparts`.
+        tell: called with the present work and its share done, 0 .. 1.
 
     Raises:
-        SearchEndedError: if it was told to stop.
+        SearchEndedError: if it was stopped.
     """
     search = _Search(problem, list(starts), budget, tell)
     everything = bundled([requirement.wish for requirement in problem.requirements], along_x)
@@ -135,11 +135,11 @@ def conflicts(
 
 
 Bundle = tuple[Wish, ...]
-"""Wishes that ask the same along x and along y: they stand or fall together."""
+"""Wishes that are the same along x and along y, and are met or missed together."""
 
 
 class _Search:
-    """Searches for some of the wishes, each beginning where the others ended."""
+    """Searches for subsets of the wishes, each starting from the results of the others."""
 
     def __init__(
         self,

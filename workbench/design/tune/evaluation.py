@@ -1,4 +1,4 @@
-"""What is searched, and what a search has looked at so far: counted, remembered, and stopped."""
+"""The problem of a search, and its evaluations: counted, cached, and stopped."""
 
 import dataclasses
 import math
@@ -15,14 +15,14 @@ from workbench.design.tune.variables import Variables, loops_for
 
 @dataclass(frozen=True)
 class Problem:
-    """What is searched: gains to find, and what is required of flights and loops with them.
+    """The problem: gains to find, and requirements on flights and loops with them.
 
     Attributes:
-        instruments: what measures.
+        instruments: for the measurements.
         variables: the gains that may change.
-        base: all parameter values, for those that may not.
-        requirements: what is required (R).
-        corrections: what the full diagram had more than the instruments, by requirement.
+        base: all parameter values, for the other gains.
+        requirements: (R).
+        corrections: difference of the full diagram from the instruments, by requirement.
     """
 
     instruments: Instruments
@@ -43,7 +43,7 @@ class Problem:
 
     @property
     def matters(self) -> np.ndarray:
-        """Which coordinates (n) what is required depends on."""
+        """Which coordinates (n) affect the requirements."""
         subjects = [requirement.wish.subject for requirement in self.requirements]
         law = self.instruments.controller
         loops = [loop for subject in subjects for loop in loops_for(law, subject)]
@@ -55,11 +55,11 @@ class Problem:
         return {**self.base, **self.variables.gains(point)}
 
     def values(self, points: np.ndarray) -> np.ndarray:
-        """Return the values (N, R) of what is required, at points (N, n)."""
+        """Return the values (N, R) for the requirements at points (N, n)."""
         return self.measured([self.gains(point) for point in points])
 
     def measured(self, gains: Sequence[Mapping[str, float]]) -> np.ndarray:
-        """Return the values (N, R) of what is required, with N sets of all parameter values."""
+        """Return the values (N, R) for the requirements with N sets of all parameter values."""
         quantities = [quantity(requirement) for requirement in self.requirements]
         values = self.instruments.measure(gains, quantities)
         added = [self.corrections.get(requirement, 0.0) for requirement in self.requirements]
@@ -77,17 +77,17 @@ def quantity(requirement: Requirement) -> Quantity:
 
 
 class SearchEndedError(Exception):
-    """The search was told to stop, or may not look any further."""
+    """The search was stopped, or its budget is spent."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A point, and how well it does.
+    """A point with its results.
 
     Attributes:
         point: (n).
-        values: (R) of what is required.
-        reserves: (R) shares of the bounds to spare.
+        values: (R) for the requirements.
+        reserves: (R) distances from the bounds, as shares of them.
     """
 
     point: np.ndarray
@@ -96,25 +96,25 @@ class Candidate:
 
     @property
     def reserve(self) -> float:
-        """The smallest of them; below 0 something required is not met."""
+        """The smallest reserve; below 0 a requirement is not met."""
         return float(self.reserves.min(initial=np.inf))
 
     @property
     def met(self) -> bool:
-        """Whether all is met."""
+        """Whether all requirements are met."""
         return self.reserve >= 0.0
 
 
 @dataclass
 class Budget:
-    """How long a search may take.
+    """The budget of a search.
 
     Attributes:
-        evaluations: so many candidates.
-        seconds: so long, by the clock.
-        whole: the budget that this is a part of.
-        told: whether somebody has told it to stop.
-        spent: candidates so far.
+        evaluations: largest number of candidates.
+        seconds: longest time, by the clock.
+        whole: the budget that includes this one.
+        told: whether it was stopped.
+        spent: number of candidates so far.
     """
 
     evaluations: int
@@ -126,37 +126,37 @@ class Budget:
 
     @property
     def stopped(self) -> bool:
-        """Whether somebody has told it to stop."""
+        """Whether it was stopped."""
         return self.told or bool(self.whole and self.whole.stopped)
 
     @property
     def share(self) -> float:
-        """What is spent of it, 0 .. 1."""
+        """Share spent, 0 .. 1."""
         elapsed = (time.monotonic() - self._began) / self.seconds
         return min(1.0, max(self.spent / self.evaluations, elapsed))
 
     @property
     def ended(self) -> bool:
-        """Whether there is nothing left, or somebody said so."""
+        """Whether it is spent or stopped."""
         return self.stopped or self.share >= 1.0
 
     def part(self, evaluations: int) -> "Budget":
-        """Return the budget of a further search, which stops when this one is told to."""
+        """Return the budget of a further search, which stops with this one."""
         return Budget(evaluations, self.seconds, whole=self)
 
 
 Listener = Callable[[Candidate], None]
-"""Hears of the best so far."""
+"""Function called with the best candidate so far."""
 
 
 class Evaluation:
-    """Looks at points of a problem, each once, and keeps the best.
+    """Evaluates points of a problem, each once, and keeps the best.
 
     Args:
-        problem: what is searched.
+        problem: of the search.
         budget: of this search and of others.
-        listener: called after every look.
-        enough: with such a smallest reserve, the search ends.
+        listener: called after every evaluation.
+        enough: smallest reserve at which the search ends.
     """
 
     def __init__(
@@ -175,21 +175,22 @@ class Evaluation:
 
     @property
     def best(self) -> Candidate:
-        """The candidate with the largest smallest reserve."""
+        """The candidate with the largest value of its smallest reserve."""
         if self._best is None:
             raise ValueError("nothing was looked at yet")
         return self._best
 
     @property
     def seen(self) -> list[Candidate]:
-        """All that was looked at."""
+        """All candidates evaluated."""
         return list(self._known.values())
 
     def evaluate(self, points: np.ndarray) -> np.ndarray:
         """Return the reserves (N, R) at points (N, n).
 
         Raises:
-            SearchEndedError: if there is enough, the budget is spent, or the search was stopped.
+            SearchEndedError: if the reserve is sufficient, the budget is spent, or the search was
+                stopped.
         """
         new = [point for point in points if point.tobytes() not in self._known]
         if new:
@@ -216,7 +217,7 @@ class Evaluation:
 
 
 def _better(one: Candidate, other: Candidate) -> bool:
-    """Return whether one is better: by its worst, and among equals by all that is short."""
+    """Return whether one is better: by its smallest reserve, and if equal by all violations."""
     if abs(one.reserve - other.reserve) > 1e-9:
         return one.reserve > other.reserve
     return _short(one) < _short(other)

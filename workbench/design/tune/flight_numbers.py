@@ -1,4 +1,4 @@
-"""Metrics of many flown steps at once, by `step_metrics`' definitions, but between samples.
+"""Metrics of many flown steps at once, with the definitions of `step_metrics` but interpolated.
 
 `control.step_info` gives times as whole samples; a search needs numbers that change smoothly with
 the gains, so crossings are interpolated here. The two differ by a sample at most.
@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 SETTLED = 0.02
-"""Of the steady state, as python-control has it."""
+"""Settling band as a share of the steady state, as in python-control."""
 
 
 class FlightNumbers(NamedTuple):
-    """Metrics of N steps, each (N); what did not get there, or flew apart, is infinite."""
+    """Metrics of N steps, each (N); infinite if not reached, or if the flight diverged."""
 
     rise_time: np.ndarray
     settling_time: np.ndarray
@@ -27,15 +27,15 @@ def flight_numbers(
     """Return the metrics of steps.
 
     Args:
-        time: (M) from the command's edge on [s].
-        response: (N, M). Rise, settling and overshoot count from where it is at the edge: a drone
-            heavier than its controller knows sinks in the hover before.
-        command: what they should come to.
-        diverged: (N), those whose numbers mean nothing.
+        time: (M) from the edge of the command on [s].
+        response: (N, M). Rise, settling and overshoot are relative to its value at the edge, as a
+            drone heavier than known to its controller sinks in the hover before.
+        command: their target.
+        diverged: (N) whether a response diverged, and has no metrics.
     """
     begin = response[:, 0]
     steady = np.where(diverged, np.nan, response[:, -1])
-    with np.errstate(invalid="ignore"):  # the wrong way counts as not there
+    with np.errstate(invalid="ignore"):  # the wrong direction counts as not reached
         steady = np.where((steady - begin) * command > 0.0, steady, np.nan)
         share = (response - begin[:, None]) / (steady - begin)[:, None]
         rise = _first_above(time, share, 0.9) - _first_above(time, share, 0.1)
@@ -52,7 +52,7 @@ def _first_above(time: np.ndarray, share: np.ndarray, level: float) -> np.ndarra
 
 
 def _last_outside(time: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Return when each row comes within the settled band for good (N) [s]."""
+    """Return when each row finally enters the settling band (N) [s]."""
     outside = np.abs(share - 1.0) >= SETTLED
     at = len(time) - np.argmax(outside[:, ::-1], axis=1)  # the first sample that stays inside
     late = at >= len(time)
@@ -63,7 +63,7 @@ def _last_outside(time: np.ndarray, share: np.ndarray) -> np.ndarray:
 
 
 def _crossing(time: np.ndarray, share: np.ndarray, at: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Return when each row crosses its level, just before sample `at` (N) [s]."""
+    """Return when each row crosses its level just before sample `at` (N) [s]."""
     rows, before = np.arange(len(share)), np.maximum(at - 1, 0)
     low, high = share[rows, before], share[rows, at]
     with np.errstate(invalid="ignore", divide="ignore"):

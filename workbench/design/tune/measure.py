@@ -1,4 +1,4 @@
-"""Measure sets of gains: flown steps, margins and noise, of every vehicle that is asked about."""
+"""Measure sets of gains: flown steps, margins and noise, for several vehicles."""
 
 import copy
 import dataclasses
@@ -36,25 +36,25 @@ from workbench.scenario.scenario import Scenario
 
 Gains = Mapping[str, float]
 _FLOWN_AWAY_COMMAND = 100.0
-"""Commands that noise moves by so many times their mean are those of an unstable loop."""
+"""Effect of noise on commands, relative to their mean, that counts as unstable."""
 GROWTH_AS_MARGIN = -0.1
-"""A loop that is unstable counts as having this margin per e-fold of growth a second [s]."""
+"""Margin of an unstable loop per unit of its growth rate [s]."""
 ATTITUDE_TIME = 1.5
-"""Of a step of an attitude [s]; afterwards the drone has so much speed that drag tells."""
+"""Duration of a step of an attitude [s]; afterwards drag has an effect due to the speed."""
 FLOWN_AWAY = 100.0
-"""A step that comes to so many times its command grows without end."""
+"""Response, relative to its command, from which on a step counts as diverged."""
 NOISE = ("noise_w_x", "noise_w_y", "noise_w_z")
 _NO_PATH = 1e-10
-"""A smaller entry of the state matrix is rounding."""
+"""Smaller entries of the state matrix are rounding errors."""
 _WANDERS = 1e-9
-"""A pole this near to the unit circle lies on it."""
+"""Distance from the unit circle up to which a pole counts as on it."""
 _UNSEEN = 1e-7
-"""A mode that shows no more than this share of what is looked at shows nothing."""
+"""Share of a mode in the outputs up to which it counts as unobservable."""
 
 
 @dataclass(frozen=True)
 class DiagramStep:
-    """The flight of one set of gains; see `executor.Task`.
+    """The flight of one set of gains, see `executor.Task`.
 
     Attributes:
         scenario: its vehicle, varied, controller and rates.
@@ -73,18 +73,18 @@ class DiagramStep:
     velocity: tuple[float, float, float] = HOVER
 
     def with_scenario(self, scenario: Scenario) -> Self:
-        """Return the same flight with the files of that scenario."""
+        """Return the same flight, with the files of a scenario."""
         return dataclasses.replace(self, scenario=scenario)
 
     @property
     def samples(self) -> int:
-        """M: one each control period, the edge included."""
+        """Number of samples M: one for each control period, including the edge."""
         return round(self.duration / self.scenario.rates.control_period) + 1
 
     def run(self) -> tuple[np.ndarray, float, float]:
-        """Return the response (M) from the edge on, the largest rotor use, and when it was lost.
+        """Return the response (M) from the edge on, the largest rotor use, and the time of a loss.
 
-        A response that breaks off stays at 0.
+        A response that breaks off continues at 0.
         """
         response = np.zeros(self.samples)
         rates = dataclasses.replace(
@@ -111,7 +111,7 @@ class Quantity:
     """A number to measure.
 
     Attributes:
-        case: of which vehicle.
+        case: the vehicle.
         kind: of its metric: `STEP`, `LOOP` or `ROTORS`.
         subject: axis, loop, or "rotors".
         metric: its name.
@@ -125,19 +125,19 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Step:
-    """A step to fly: amplitude [m/s, rad/s] and how long [s]."""
+    """A step to fly: amplitude [m/s, rad/s] and duration [s]."""
 
     amplitude: float
     duration: float
 
 
 class Instruments:
-    """What measures: compiled rollouts and linear models, made once for each vehicle.
+    """The instruments: compiled rollouts and linear models, made once for each vehicle.
 
     Args:
         scenario: its vehicle, gains and rates.
         settings: parameter values that differ from them.
-        velocity: of the steady flight that is judged, and that steps begin from, in W (3) [m/s].
+        velocity: of the steady flight for the judgement and before steps, in W (3) [m/s].
 
     Raises:
         WorkbenchError: if the vehicle cannot be read.
@@ -158,7 +158,9 @@ class Instruments:
 
     @property
     def flown_set(self) -> int | None:
-        """Which set of scheduled gains flies, or weighs most; None without a schedule."""
+        """The active set of scheduled gains, or that of the largest weight; None without a
+        schedule.
+        """
         schedule = self.controller.schedule
         if schedule is None:
             return None
@@ -173,7 +175,7 @@ class Instruments:
         """Return the linear models of a case.
 
         Raises:
-            WorkbenchError: if it cannot fly so.
+            WorkbenchError: if it cannot fly like that.
         """
         if (case, point) not in self._models:
             self._models[case, point] = retuned_models(self._study(case), point, self.base)
@@ -188,7 +190,7 @@ class Instruments:
 
     @cached_property
     def compiles(self) -> bool:
-        """Whether steps fly compiled."""
+        """Whether flights of steps are compiled."""
         return self.controller.compiles and not why_not(self.vehicle, self._scenario, self.base)
 
     def _engine(self, case: Case) -> RolloutEngine:
@@ -204,7 +206,7 @@ class Instruments:
         return self._engines[case]
 
     def responses(self, gains: Sequence[Gains], axis: str, case: Case) -> "Responses":
-        """Return flown steps of an axis: compiled, or on the diagram where that cannot be."""
+        """Return flown steps of an axis, compiled if possible, else on the diagram."""
         step = self.steps[axis]
         if not self.compiles:
             return self._flown_on_the_diagram(gains, axis, step, case)
@@ -235,8 +237,8 @@ class Instruments:
 
         Sets may differ from the base in the gains of the loops.
 
-        What a diverged flight or an unstable loop has not is infinite, or a margin below 0 that
-        says how unstable it is.
+        A diverged flight or an unstable loop has infinite values, or a negative margin that
+        measures the instability.
         """
         values = np.full((len(gains), len(quantities)), math.nan)
         for case in dict.fromkeys(quantity.case for quantity in quantities):
@@ -256,14 +258,14 @@ class Instruments:
         return values
 
     def holds(self, subject: str) -> bool:
-        """Return whether a loop or loop point is there only while a place is held."""
+        """Return whether a loop or loop point exists only while a position is held."""
         loop = loop_of(self.controller, subject)
         return loop is not None and loop.hold
 
     def _step_numbers(
         self, gains: Sequence[Gains], axis: str, case: Case
     ) -> dict[Quantity, np.ndarray]:
-        """Return all the metrics of an axis' step."""
+        """Return all metrics of the step of an axis."""
         flown = self.responses(gains, axis, case)
         numbers = flight_numbers(
             flown.time, flown.response, self.steps[axis].amplitude, flown.diverged
@@ -280,7 +282,7 @@ class Instruments:
     ) -> dict[Quantity, np.ndarray]:
         """Return the metrics of a step of an attitude, by the linear model.
 
-        The velocity loops are open, so the angle is all that is asked for.
+        The velocity loops are open, so only the angle is commanded.
         """
         models = self.models(case, self.point)
         rows = [attitude_step(models(each), angle) for each in gains]
@@ -315,7 +317,7 @@ class Responses:
         time: (M) from the command's edge on [s].
         response: (N, M) [m/s, rad/s].
         peak_rotor_use: (N) largest share of its speed limit at which any rotor ran.
-        diverged_at: (N) when a flight came apart [s], NaN where it did not.
+        diverged_at: (N) time when a flight diverged [s], NaN if it did not.
     """
 
     time: np.ndarray
@@ -325,19 +327,19 @@ class Responses:
 
     @property
     def diverged(self) -> np.ndarray:
-        """Which flights came apart (N)."""
+        """Whether each flight diverged (N)."""
         return np.isfinite(self.diverged_at)
 
 
 def _judged(model: LinearModel, quantities: Sequence[Quantity]) -> list[float]:
-    """Return what is asked of one model."""
+    """Return the requested numbers of one model."""
     loops = list(dict.fromkeys(q.subject for q in quantities if q.kind == LOOP))
     points = [cut_point(model, loop) for loop in loops]
     margins = dict(zip(loops, all_margins(model, points), strict=True)) if loops else {}
     found = []
     for quantity in quantities:
         if quantity.metric == "command_noise":
-            found.append(math.nan)  # a model of the noise of each sensor says it
+            found.append(math.nan)  # computed from a model with the noise of each sensor
         elif quantity.kind == ROTORS:
             found.append(noise_amplification(model))
         elif margins[quantity.subject].stable:
@@ -353,7 +355,7 @@ def attitude_step(model: LinearModel, angle: str) -> np.ndarray:
     """Return the response (M) of an angle, roll or pitch, to a command of 1, sample by sample.
 
     Args:
-        model: sampled, of hover; the loops around those of attitude are opened here.
+        model: sampled, of hover; the loops outside of those of attitude are opened here.
         angle: roll or pitch.
     """
     outer: dict[str, Loop] = {}
@@ -364,12 +366,12 @@ def attitude_step(model: LinearModel, angle: str) -> np.ndarray:
     (error,) = [loop.error for loop in model.loops if loop.name == angle]
     samples = round(ATTITUDE_TIME / model.period) + 1
     response = linear_step(model.opened(around), error, angle, samples)
-    # an error is what is wanted less what is, or the other way round, as the law's source has it
+    # the sign of an error depends on the source of the law
     return response * math.copysign(1.0, response[np.abs(response).argmax()])
 
 
 def cut_point(model: LinearModel, subject: str) -> str:
-    """Return where a loop is cut: at its actuator side, where all of its law passes.
+    """Return the loop point of the cut: at the actuator side, which all of its law passes through.
 
     Args:
         model: that has it.
@@ -380,10 +382,9 @@ def cut_point(model: LinearModel, subject: str) -> str:
 
 
 def command_noise(study: LinearStudy, point: OperatingPoint, gains: Gains) -> float:
-    """Return the rms of the rotors' commands under the sensors' noise over their mean [1].
+    """Return the rms of rotor commands due to sensor noise, over their mean [1].
 
-    Of the rotor that is commanded most about; see `noise_effects`. An unstable loop has none:
-    infinite.
+    It is that of the most affected rotor, see `noise_effects`, and infinite for an unstable loop.
     """
     *_, every = noise_effects(study, point, gains)
     return every.worst_command if every.worst_command < _FLOWN_AWAY_COMMAND else math.inf
@@ -392,18 +393,18 @@ def command_noise(study: LinearStudy, point: OperatingPoint, gains: Gains) -> fl
 def noise_amplification(model: LinearModel) -> float:
     """Return the rms of a rotor's thrust over that of noise on the measured rates [N·s/rad].
 
-    The noise is white: independent from one control period to the next, and from axis to axis,
-    of one size on all three. The rotor is the one that follows most. With P the covariance of the
-    sampled closed loop under noise of unit size,
+    The noise is white, independent between axes, and of the same size on all three. The rotor is
+    the most affected one. With P the covariance of the sampled closed loop under noise of unit
+    size,
 
         P = A P A' + B B',   rms² = diag(C P C' + D D').
 
-    Position and heading wander off under noise without end, but no rotor answers to them while
-    the pilot steers; states that the thrusts do not depend on are left out, and so is a mode that
-    wanders without them, as of a heading together with the one that the law remembers.
+    Position and heading drift without limit under noise, but no rotor reacts to them while the
+    pilot steers. States that do not affect the thrusts are left out. So is a drifting mode without
+    effect on them, such as of a heading together with the one in the memory of the law.
 
     Args:
-        model: of the sampled closed loop; an unstable one has no rms: infinite.
+        model: of the sampled closed loop; for an unstable one the rms is infinite.
     """
     outputs = [signal.name for signal in model.outputs if signal.name.startswith("thrust_")]
     A, B, C = model.A, model.B(NOISE), model.C(outputs)
@@ -419,7 +420,7 @@ def noise_amplification(model: LinearModel) -> float:
 
 
 def _without_wandering(A: np.ndarray, C: np.ndarray) -> np.ndarray:
-    """Return A (m, m) with the modes ended that neither die out nor grow, nor show in C (l, m)."""
+    """Return A (m, m) without modes that neither decay nor grow, nor are observable in C (l, m)."""
     values, vectors = np.linalg.eig(A)
     wandering = np.flatnonzero(np.abs(np.abs(values) - 1.0) < _WANDERS)
     if not len(wandering):

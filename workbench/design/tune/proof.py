@@ -1,4 +1,4 @@
-"""The proof: the gains flown on the full diagram, and the numbers of those flights."""
+"""The proof: flights on the full diagram with the gains, and their metrics."""
 
 import copy
 import math
@@ -18,11 +18,11 @@ from workbench.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class Proof:
-    """What the full diagram says.
+    """The results on the full diagram.
 
     Attributes:
         flights: each with its case.
-        values: of the requirements that were flown.
+        values: of the requirements on these flights.
     """
 
     flights: tuple[tuple[Case, StepResponse], ...]
@@ -30,14 +30,14 @@ class Proof:
 
     @property
     def missed(self) -> list[tuple[Requirement, float]]:
-        """What is not as required, with its value."""
+        """The requirements that are not met, with their values."""
         return [(required, value) for required, value in self.values if not required.met(value)]
 
 
 def flights_to_fly(
     required: Sequence[Requirement], reserves: Mapping[Requirement, float]
 ) -> list[tuple[Case, str]]:
-    """Return every axis with a wish, and for each wish the corner with the least to spare."""
+    """Return the flights for each axis with a wish: as described, and in the worst corners."""
     steps = [each for each in required if each.wish.is_flown]
     found = [(NOMINAL, each.wish.subject) for each in steps]
     for wish in dict.fromkeys(each.wish for each in steps):
@@ -56,15 +56,15 @@ def prove(
     progress: Callable[[str, float], None],
     velocity: Sequence[float] = HOVER,
 ) -> Proof:
-    """Fly gains on the full diagram and compare with what is required of those flights.
+    """Fly gains on the full diagram, and compare with the requirements on those flights.
 
     Args:
         scenario: its vehicle and rates.
-        gains: parameter values that are not the scenario's own.
+        gains: parameter values that differ from those of the scenario.
         steps: of the axes.
-        required: what is required; those of other flights are passed over.
+        required: all requirements; those on other flights are ignored.
         flights: case and axis of each.
-        progress: called with what is flown, and the flown share of all, 0 .. 1.
+        progress: called with the present flight, and the share flown of all, 0 .. 1.
         velocity: of the steady flight before the steps, in W (3) [m/s].
     """
     flown = []
@@ -96,10 +96,10 @@ def prove(
 
 
 def _value(response: StepResponse, metric: str, case: Case) -> float:
-    """Return a metric of a flown step; NaN where it means nothing.
+    """Return a metric of a flown step; NaN where it has no meaning.
 
-    In a corner the drone moves in the hover before the edge, so numbers count from there, as they
-    do in the search.
+    In a corner the drone moves in the hover before the edge, so numbers are relative to the edge,
+    as in the search.
     """
     if metric == "peak_rotor_use":
         return response.peak_rotor_use

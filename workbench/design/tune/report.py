@@ -1,4 +1,4 @@
-"""The report: what was wished, what came of it, gains and proof; as rows, picture and page."""
+"""The report on wishes, results, gains and proof, as rows, figure and page."""
 
 import base64
 import html
@@ -22,9 +22,9 @@ from workbench.scenario.parameters import parameter_table
 Rows = list[list[str]]
 BEFORE, AFTER = 0, 1
 _CORNERS = 0.3
-"""Opacity of what flies beside the vehicle as described."""
+"""Opacity of the curves of varied vehicles."""
 _WIDEST = 1.5
-"""Of a bar: more to spare, or more missing, than this is drawn as this."""
+"""Largest reserve, positive or negative, of a bar."""
 
 _PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
@@ -40,7 +40,7 @@ img {{ max-width: 100% }}
 
 
 def wish_rows(results: Sequence[Result], *, cases: bool = False) -> Rows:
-    """Return a line for each wish: name, before, after, limit, whether met; and its corner."""
+    """Return a row for each wish: name, before, after, limit, whether met; and its corner."""
     rows = []
     for result in results:
         required = result.required
@@ -57,7 +57,7 @@ def wish_rows(results: Sequence[Result], *, cases: bool = False) -> Rows:
 
 
 def _verdict(required: Requirement, value: float) -> str:
-    """Return how a wish fares; what is met only as it was widened says what it gave way from."""
+    """Return the verdict on a wish; if met only with a widened limit, it has the original one."""
     if not required.met(value):
         return "not ok"
     if required.widened is None or required.meets_unwidened(value):
@@ -66,7 +66,7 @@ def _verdict(required: Requirement, value: float) -> str:
 
 
 def gain_rows(found: Tuning) -> Rows:
-    """Return a line for each gain that was searched: name, before, after, unit."""
+    """Return a row for each tuned gain: name, before, after, unit."""
     table = parameter_table(found.controller)
     return [
         [name, f"{found.before[name]:.4g}", f"{value:.4g}", table.find(name).unit]
@@ -75,7 +75,7 @@ def gain_rows(found: Tuning) -> Rows:
 
 
 def proof_rows(found: Tuning) -> Rows:
-    """Return a line for each number of the flights on the full diagram."""
+    """Return a row for each number of the flights on the full diagram."""
     return [
         [
             required.wish.name,
@@ -89,7 +89,7 @@ def proof_rows(found: Tuning) -> Rows:
 
 
 def report_html(found: Tuning, figure: Figure) -> str:
-    """Return the report as one page, its picture inside."""
+    """Return the report as one page, including its figure."""
     title = f"{found.vehicle}: tuned gains" if found.met else f"{found.vehicle}: wishes not met"
     parts = [f"<h1>{html.escape(title)}</h1>", _paragraphs(found), _image(figure)]
     parts += ["<h2>Wishes</h2>", _table(("", "before", "after", "wished", ""), _wished(found))]
@@ -150,7 +150,7 @@ def _image(figure: Figure) -> str:
 
 @styled
 def plot_tuning(found: Tuning) -> Figure:
-    """Return the figure of a run."""
+    """Return the figure of a tuning run."""
     axes = list(dict.fromkeys(axis for axis, _ in found.responses))
     shown = [*found.as_described, *found.in_corners]
     rows = max(1, len(axes))
@@ -205,14 +205,14 @@ def _draw_responses(panel: Axes, found: Tuning, axis: str) -> None:
 
 
 def _end(flown: Responses, command: float) -> float:
-    """Return when the response has been at rest for a while [s]."""
+    """Return the time by which the response has been at rest for a while [s]."""
     away = np.abs(flown.response[AFTER] - flown.response[AFTER][-1]) > 0.02 * abs(command)
     settled = flown.time[np.flatnonzero(away)[-1]] if away.any() else flown.time[-1]
     return float(min(flown.time[-1], max(1.0, 1.6 * settled)))
 
 
 def _draw_reserves(panel: Axes, results: list[Result]) -> None:
-    """Draw how much each wish has to spare, before and after."""
+    """Draw the reserve of each wish, before and after."""
     places = np.arange(len(results))[::-1]
     before = [r.required.reserve(r.before) for r in results]
     after = [result.reserve for result in results]

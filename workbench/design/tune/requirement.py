@@ -1,7 +1,7 @@
-"""What a wish asks of one vehicle, and how far a value is from it.
+"""The requirements of wishes on one vehicle, and the distance of values from them.
 
-Besides what somebody wrote, a run asks for what any good flight has, and keeps the margins of loops
-that nobody asked about.
+In addition to the user's wishes, a run requires properties of any good flight, and keeps the
+margins of other loops.
 """
 
 import dataclasses
@@ -19,29 +19,29 @@ from workbench.design.tune.wish import DEFAULT, GUARD, Wish
 from workbench.scenario.axes import AXES
 
 HOPELESS = -12.0
-"""The reserve of a value that is not there: the flight diverged, or the loop is unstable."""
+"""The reserve of a missing value: the flight diverged, or the loop is unstable."""
 OVERSHOOT = 5.0
 STEADY_STATE_ERROR = 5.0
 """Most [%]."""
 MARGINS = {"phase_margin": math.radians(40.0), "disk_margin": 0.6}
 """Least."""
 SLOWER = 1.3
-"""A rise may take so many times as long as with the rule's gains."""
+"""Limit of the rise time, as a factor on that with the gains of the rule."""
 ROOM = 0.9
-"""Where the rule's gains do not reach a limit, it is what they reach, and so much room."""
+"""Tolerance added to the value for the rule's gains, if these do not meet a limit."""
 DIGITS = 3
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """A wish as it counts in one case.
+    """A wish in one case.
 
     Attributes:
-        wish: whose it is.
-        case: which vehicle.
-        bound: the wish's own, or a relaxed one in a corner.
-        widened: the bound that a default had before it gave way to what the rule's gains reach;
-            None if it did not.
+        wish: the original one.
+        case: the vehicle.
+        bound: that of the wish, or a relaxed one in a corner.
+        widened: original bound of a default that was widened to what the rule's gains reach; None
+            if it was not.
     """
 
     wish: Wish
@@ -56,10 +56,10 @@ class Requirement:
         return text if self.case == NOMINAL else f"{text} with {self.case}"
 
     def reserves(self, values: np.ndarray) -> np.ndarray:
-        """Return how far values are on the right side, as shares of the bound; below 0 is short.
+        """Return the reserves of values, as shares of the bound; negative if it is violated.
 
-        Far on the wrong side the share grows as its logarithm, so that a search that starts
-        there is not ruled by it.
+        Large violations grow logarithmically, so that they do not dominate a search that starts
+        there.
         """
         sign = 1.0 if self.wish.at_least else -1.0
         scale = max(abs(self.bound), self.wish.metric.scale)
@@ -70,15 +70,15 @@ class Requirement:
         return np.asarray(np.clip(share, HOPELESS, -HOPELESS))
 
     def reserve(self, value: float) -> float:
-        """Return how far one value is on the right side, see `reserves`."""
+        """Return the reserve of one value, see `reserves`."""
         return float(self.reserves(np.array([value]))[0])
 
     def met(self, value: float) -> bool:
-        """Whether a value is as required; a NaN never is."""
+        """Whether a value meets the requirement; a NaN never does."""
         return value >= self.bound if self.wish.at_least else value <= self.bound
 
     def meets_unwidened(self, value: float) -> bool:
-        """Whether a value is as it was wished before the bound gave way."""
+        """Whether a value meets the original bound of the wish."""
         bound = self.bound if self.widened is None else self.widened
         return value >= bound if self.wish.at_least else value <= bound
 
@@ -88,16 +88,16 @@ NO_INTEGRAL = (
     "them, which higher gains make smaller and do not remove: state the mass in the description, "
     "narrow `robustness` in a wishes file, or fly a law that has it, as --controller pid"
 )
-"""Why a steady-state error stays, and what to do."""
+"""Why a steady-state error remains, and what to do."""
 
 
 def shortfall(required: Requirement, value: float, smallest: float) -> str:
-    """Return in a sentence what is kept of a default that gave way, and why.
+    """Return a sentence on a default that was widened, and why.
 
     Args:
         required: with a widened bound.
-        value: of the gains that were found.
-        smallest: the best value of a candidate that met all else.
+        value: with the gains found.
+        smallest: the best value of a candidate that met all other requirements.
     """
     metric, sign = required.wish.metric, ">=" if required.wish.at_least else "<="
     assert required.widened is not None
@@ -113,11 +113,11 @@ def shortfall(required: Requirement, value: float, smallest: float) -> str:
 def requirements(
     wishes: Sequence[Wish], cases: Sequence[Case], robustness: Robustness
 ) -> tuple[Requirement, ...]:
-    """Return what wishes ask of the vehicle as described, and of its corners.
+    """Return the requirements of wishes on the vehicle as described, and on its corners.
 
-    In a corner margins, overshoot and steady-state error count, relaxed; rise time, rotor use and
-    noise follow from the vehicle there more than from its gains. What keeps a loop that nobody
-    asked about counts for the vehicle as described.
+    In a corner margins, overshoot and steady-state error count, with relaxed bounds; rise time,
+    rotor use and noise depend more on the vehicle there than on its gains. Guards of other loops
+    count only for the vehicle as described.
     """
     found = []
     for case in cases:
@@ -129,7 +129,7 @@ def requirements(
 
 
 def _relaxed(wish: Wish, robustness: Robustness) -> float | None:
-    """Return what is asked of a corner, None if nothing."""
+    """Return the requirement on a corner, or None."""
     metric = wish.metric
     if wish.origin == GUARD:
         return None
@@ -138,18 +138,18 @@ def _relaxed(wish: Wish, robustness: Robustness) -> float | None:
     if metric.kind != LOOP or not wish.at_least or metric.name == "bandwidth":
         return None
     share = robustness.margin_share
-    if metric.name == "gain_margin":  # a factor: its logarithm is what shrinks
+    if metric.name == "gain_margin":  # a factor: its logarithm shrinks
         return math.exp(share * math.log(wish.bound))
     return share * wish.bound
 
 
 def wished_quantities(law: Controller) -> list[Wish]:
-    """Return the default wishes with the limits that any good flight keeps.
+    """Return the default wishes with the limits of any good flight.
 
     The loops are those that are closed while a pilot steers.
 
     Args:
-        law: whose loops.
+        law: with the loops.
     """
     limits = {
         "rise_time": math.inf,
@@ -190,7 +190,7 @@ def default_wishes(quantities: Sequence[Wish], reached: Sequence[float]) -> list
 
 
 def completed(wishes: Sequence[Wish], defaults: Sequence[Wish]) -> list[Wish]:
-    """Return wishes and those defaults whose number nobody has a wish about."""
+    """Return wishes, with the defaults for quantities without a wish."""
     named = {wish.name for wish in wishes}
     return [*wishes, *(wish for wish in defaults if wish.name not in named)]
 
@@ -198,15 +198,15 @@ def completed(wishes: Sequence[Wish], defaults: Sequence[Wish]) -> list[Wish]:
 def guards(
     reached: Sequence[float], present: Sequence[float], quantities: Sequence[Wish]
 ) -> list[Wish]:
-    """Return wishes that keep the margins of loops which nobody asked about.
+    """Return wishes that keep the margins of loops without a written wish.
 
-    Each keeps 90 % of the smaller of what it has now and what it has with the rule's gains: a loop
-    that is slow now has more than it needs, and must not stay slow for it. One that a wished step
-    goes through keeps no more than the usual margins.
+    Each keeps 90 % of the smaller one of its present margin and that with the rule's gains: a loop
+    that is slow at present has excessive margins, and must be allowed to become faster. A loop
+    involved in a wished step keeps no more than the usual margins.
 
     Args:
         reached: value of each quantity with the rule's gains.
-        present: and with the gains that the run starts from.
+        present: value of each with the initial gains of the run.
         quantities: see `guarded_quantities`.
     """
     found = []
@@ -218,12 +218,11 @@ def guards(
 
 
 def guarded_quantities(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
-    """Return the margins of loops that no written wish names, with the most that is kept of them.
+    """Return the margins of loops without a written wish, with their upper limits.
 
     Args:
-        law: whose loops.
-        wishes: all of them; where a default limits a loop that a wished step goes through, that
-            will do.
+        law: with the loops.
+        wishes: all of them; a default limit on a loop involved in a wished step is sufficient.
     """
     known = {wish.name for wish in wishes}
     asked = [wish.subject for wish in wishes if wish.is_written]
@@ -240,7 +239,7 @@ def guarded_quantities(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
 
 
 def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requirement]:
-    """Return requirements, those of default wishes in corners no harder than the rule manages.
+    """Return requirements; those of defaults in corners are no stricter than the rule's gains meet.
 
     Args:
         required: by all wishes in all cases (R).
@@ -259,5 +258,5 @@ def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requi
 
 
 def _with_room(wish: Wish, value: float) -> float:
-    """Return a limit that a value keeps."""
+    """Return a limit that a value meets."""
     return ROOM * value if wish.at_least else value / ROOM

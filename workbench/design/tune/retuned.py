@@ -1,16 +1,16 @@
-"""Linear models for many sets of gains from two that were linearised: exact, and fast.
+"""Linear models for many sets of gains, computed exactly from two linearisations.
 
-Steady hover does not depend on the gains, but for what the pilot asks. And there every signal of
-the law that is passed on at a loop point is linear in the gains of its own loop:
+Steady hover does not depend on the gains, except for the pilot's reference. In hover every signal
+of the law at a loop point is linear in the gains of its own loop:
 
     velocity error      = kp_position position_error - velocity
     acceleration        = kp_velocity velocity_error - kd_velocity estimate + drag
     angular acceleration = kp error + kd rate_error
 
-So other gains are an addition to that signal, which comes in as an injection at its point would:
-with M the model's matrix from states and inputs to the next states and outputs, and K the row of
-what is added, M becomes M + M[:, injection] K. From the outer loop to the inner one, as a signal
-further in depends on those before it.
+So a change of gains adds to that signal, like an injection at its point. With the model's matrix M
+from states and inputs to the next states and outputs, and the row K of the addition, M becomes M +
+M[:, injection] K. The order is from the outer loop to the inner one, as inner signals depend on
+outer ones.
 """
 
 import dataclasses
@@ -25,13 +25,14 @@ from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 
 OTHER_KD = 0.1
-"""By so much the second model's kd_velocity differ."""
+"""Difference of kd_velocity in the second model."""
 LEAST_KD = 1.0
-"""Of roll and pitch in both models, as a rate error is what kd makes of it."""
+"""Smallest kd of roll and pitch in both models, as the rate error is derived from its product with
+kd."""
 
 
 Models = Callable[[Mapping[str, float]], LinearModel]
-"""Gives the sampled model of one vehicle at one point with some gains of the loops."""
+"""Function that returns the sampled model of one vehicle at one point for gains of the loops."""
 
 
 class _Term(NamedTuple):
@@ -64,16 +65,16 @@ _ATTITUDE = tuple(
 )
 _YAW = _Term("kp_yaw_rate", "yaw_acceleration", "yaw_rate_error")
 TERMS = (*_POSITION, *_VELOCITY, *_ATTITUDE, _YAW)
-"""From the outermost loop inwards."""
+"""Terms from the outermost loop inwards."""
 
 
 class RetunedModels:
-    """Gives the sampled models of one vehicle in hover for any gains.
+    """Computes the sampled models of one vehicle in hover for any gains.
 
     Args:
         study: of the vehicle.
         point: hover, with or without the hold.
-        gains: all parameter values; models are for these but for the gains of the loops.
+        gains: all parameter values, of which only the gains of the loops may change.
 
     Raises:
         WorkbenchError: if it cannot hover.
@@ -112,7 +113,7 @@ class RetunedModels:
         )
 
     def _with_estimates(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Return a model's matrix with rows for the signals that kd multiplies."""
+        """Return the matrix of a model with rows for the signals multiplied by kd."""
         rows = [first]
         for axis in "xyz":
             row = self._rows[f"acceleration_{axis}"]
@@ -134,13 +135,13 @@ class RetunedModels:
 
 
 def retuned_models(study: LinearStudy, point: OperatingPoint, gains: Mapping[str, float]) -> Models:
-    """Return what gives models for many sets of gains; arguments are those of `RetunedModels`.
+    """Return a function of gains to models; arguments are those of `RetunedModels`.
 
-    A controller whose gains are not known to enter linearly is linearised anew for each set, in
-    some milliseconds a model.
+    A controller with gains that may not act linearly is linearised for each set, in some
+    milliseconds per model.
 
     Raises:
-        WorkbenchError: if it cannot fly so.
+        WorkbenchError: if it cannot fly like that.
     """
     if study.controller.update is load_controller().update:
         return RetunedModels(study, point, gains).model

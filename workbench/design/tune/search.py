@@ -1,13 +1,13 @@
-"""Look for coordinates that meet all requirements, with the most to spare.
+"""Search for coordinates that meet all requirements with the largest reserve.
 
-The search does not know what it tunes: a `Problem` has bounds, requirements, and their values at
-points. Reserves are shares of the bounds (see `Requirement.reserves`). What is looked for is the
-point with the largest smallest reserve t, which is a problem with constraints
+The search is generic: a `Problem` has bounds, requirements, and their values at points. Reserves
+are shares of the bounds (see `Requirement.reserves`). The goal is the point with the largest value
+t of the smallest reserve, a problem with constraints
 
     maximise t  so that  reserve_i(x) >= t  for all i,
 
-that scipy's SLSQP climbs in a few steps, along the edges where several requirements meet. Far
-from any solution least squares of the hinges max(0, r - reserve_i) leads nearer first.
+which scipy's SLSQP solves in a few steps. Far from any solution, least squares of max(0, r -
+reserve_i) come first.
 """
 
 from collections.abc import Sequence
@@ -19,37 +19,38 @@ from scipy.stats import qmc
 from workbench.design.tune.evaluation import Candidate, Evaluation, SearchEndedError
 
 ENOUGH = 0.2
-"""No larger reserve is asked for."""
+"""Reserve at which the search ends."""
 FAR = -1.0
-"""With a smaller reserve, least squares go first."""
+"""Reserve below which least squares come first."""
 TARGET = 0.02
-"""The reserve that they are after."""
+"""Target reserve of least squares."""
 PULL = 2e-3
-"""Their weight of the way from the start, per e-fold of a gain: no gain moves for nothing."""
+"""Weight in least squares of the distance from the start, per e-fold of a gain: no gain moves
+without need."""
 DIFFERENCE = 0.02
-"""Step of a derivative, in e-folds: well above a sample's share of a time."""
+"""Step for derivatives, in e-folds: well above the effect of the resolution of samples."""
 REACH = 0.7
-"""A climb takes gains no further than this from where it began, in e-folds."""
+"""Largest distance of gains from the start of a climb, in e-folds."""
 GAIN = 0.01
-"""While a climb gains so much, another follows."""
+"""Smallest gain of a climb for another to follow."""
 CLIMBS = 4
 ITERATIONS = 12
 KEPT = 0.002
-"""Reserve of what must stay met while something else is pushed."""
+"""Reserve of requirements that must stay met while others are improved."""
 SCATTERED = 16
 SCATTER_WIDTH = 1.6
-"""Of gains around the first start, in e-folds: a factor of five each way."""
+"""Spread of gains around the first start, in e-folds: a factor of five each way."""
 DESCENTS = 2
-"""So many of the scattered points are followed."""
+"""Number of scattered points to follow."""
 
 
 def find(evaluation: Evaluation, starts: Sequence[np.ndarray], seed: int) -> Candidate:
     """Return the best candidate: one that meets all requirements, if one is found.
 
     Args:
-        evaluation: of the problem; it holds the best and ends the search when told or spent.
-        starts: points (n) to begin at, the most trusted first.
-        seed: of the points that are tried where no start leads there.
+        evaluation: of the problem; it keeps the best and ends the search when stopped or spent.
+        starts: initial points (n), the most promising first.
+        seed: of random points, for the case that no start leads to a solution.
     """
     best = find_from(evaluation, starts)
     if not best.met and not evaluation.budget.ended:
@@ -58,7 +59,7 @@ def find(evaluation: Evaluation, starts: Sequence[np.ndarray], seed: int) -> Can
 
 
 def find_from(evaluation: Evaluation, starts: Sequence[np.ndarray]) -> Candidate:
-    """Return the best candidate on the ways up from points (n), the most promising first."""
+    """Return the best candidate of climbs from points (n), the most promising first."""
     try:
         for start in _by_promise(evaluation, starts):
             _follow(evaluation, start)
@@ -70,7 +71,7 @@ def find_from(evaluation: Evaluation, starts: Sequence[np.ndarray]) -> Candidate
 
 
 def find_around(evaluation: Evaluation, middle: np.ndarray, seed: int) -> Candidate:
-    """Return the best candidate on the ways up from points scattered around one (n)."""
+    """Return the best candidate of climbs from points scattered around one (n)."""
     sampler = qmc.Sobol(len(middle), seed=seed)
     around = middle + SCATTER_WIDTH * (2.0 * sampler.random(SCATTERED) - 1.0)
     points = np.clip(around, evaluation.problem.low, evaluation.problem.high)
@@ -82,15 +83,15 @@ def find_around(evaluation: Evaluation, middle: np.ndarray, seed: int) -> Candid
 
 
 def climb(evaluation: Evaluation, start: np.ndarray, pushed: np.ndarray) -> np.ndarray:
-    """Return the point (n) near a start at which the smallest of some reserves is largest.
+    """Return the point (n) near a start with the largest value of the smallest of some reserves.
 
     Args:
         evaluation: of the problem.
-        start: point (n).
-        pushed: which requirements (R); the others must stay met, or come to be.
+        start: initial point (n).
+        pushed: mask of requirements (R) to improve; the others must be or become met.
 
     Raises:
-        SearchEndedError: when the search was told to stop, or its budget is spent.
+        SearchEndedError: if the search was stopped, or its budget is spent.
     """
     problem, n = evaluation.problem, len(start)
     low, high = np.maximum(problem.low, start - REACH), np.minimum(problem.high, start + REACH)
@@ -116,7 +117,7 @@ def climb(evaluation: Evaluation, start: np.ndarray, pushed: np.ndarray) -> np.n
 
 
 def _follow(evaluation: Evaluation, start: np.ndarray) -> None:
-    """Go up from a point as long as it is worth it."""
+    """Climb from a point as long as it improves enough."""
     everything = np.ones(len(evaluation.problem.requirements), dtype=bool)
     point = start
     if float(evaluation.evaluate(point[None]).min()) < FAR:
@@ -130,7 +131,7 @@ def _follow(evaluation: Evaluation, start: np.ndarray) -> None:
 
 
 def _descend(evaluation: Evaluation, start: np.ndarray) -> np.ndarray:
-    """Return a point (n) from which what is missed of all reserves is least."""
+    """Return a point (n) with the least violation of all reserves."""
     low, high = evaluation.problem.low, evaluation.problem.high
 
     def residuals(point: np.ndarray) -> np.ndarray:
@@ -155,7 +156,7 @@ def _descend(evaluation: Evaluation, start: np.ndarray) -> np.ndarray:
 
 
 def _slopes(evaluation: Evaluation, point: np.ndarray) -> np.ndarray:
-    """Return the derivatives of the reserves (R, n); 0 for coordinates that do not matter."""
+    """Return the derivatives of the reserves (R, n); 0 for coordinates without effect."""
     problem = evaluation.problem
     moving = np.flatnonzero(problem.matters)
     steps = np.where(point + DIFFERENCE > problem.high, -DIFFERENCE, DIFFERENCE)

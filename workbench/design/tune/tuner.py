@@ -1,4 +1,4 @@
-"""From wishes to gains: a plan, the search, the proof, and what is said in the end."""
+"""From wishes to gains: the plan, the search, the proof, and the result."""
 
 import dataclasses
 import math
@@ -56,29 +56,29 @@ from workbench.scenario.configured import read_configured
 from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
 
 ROUNDS = 6
-"""So often the search goes back: to a corner that it left out, or to what the proof has shown."""
+"""Number of repeated searches, with an omitted corner or with the results of the proof."""
 EVALUATIONS = 600
-"""Candidates that a run may look at, if not told otherwise."""
+"""Default number of candidates of a run."""
 SHORTEST, LONGEST = 3.0, 20.0
 RULE_SETTLINGS = 3.0
-"""A step is flown so many times as long as it takes to settle with the rule's gains, within these
+"""Duration of a step, as a multiple of the settling time with the rule's gains, within these limits
 [s]."""
 RISES, SETTLINGS = 4.0, 2.0
-"""And so many times what is wished of its rise and settling."""
+"""Duration of a step, as multiples of the wished rise time and settling time."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A run, before it begins.
+    """The plan of a run.
 
     Attributes:
         scenario: its vehicle and rates.
-        settings: parameter values that were given.
+        settings: given parameter values.
         wishes: all of them.
         problem: with all its requirements, in all cases.
-        starts: points (n) to begin at: the rule's gains, then the given ones.
+        starts: initial points (n): the rule's gains, then the given ones.
         at_rule: values of all requirements (R) with the rule's gains.
-        remarks: what the run leaves out.
+        remarks: on omissions of the run.
     """
 
     scenario: Scenario
@@ -99,15 +99,15 @@ def make_plan(
     velocity: Triple = HOVER,
     telling: Telling | None = None,
 ) -> Plan:
-    """Return what a run is to do.
+    """Return the plan of a run.
 
     Args:
         scenario: its vehicle and rates.
-        wishes: what is wished for.
-        settings: parameter values that the run starts from.
-        separate: whether x and y, roll and pitch may differ on a symmetric vehicle.
-        velocity: of the steady flight that is tuned for, in W (3) [m/s].
-        telling: tells of progress.
+        wishes: to meet.
+        settings: initial parameter values.
+        separate: whether gains of x and y, roll and pitch may differ on a symmetric vehicle.
+        velocity: of the steady flight to tune for, in W (3) [m/s].
+        telling: reports progress.
 
     Raises:
         WorkbenchError: if the wishes contradict each other, or the vehicle cannot be flown.
@@ -157,9 +157,9 @@ def make_plan(
 
 
 def _steps(instruments: Instruments, wishes: Wishes, rule: Mapping[str, float]) -> dict[str, Step]:
-    """Return the steps to fly, long enough for the vehicle and for what is wished."""
+    """Return the steps to fly, long enough for the vehicle and the wishes."""
     asked = {wish.subject for wish in wishes.wishes}
-    asked |= {"x", "y"} if asked & {"x", "y"} else set()  # one stands for both, see `mirrored`
+    asked |= {"x", "y"} if asked & {"x", "y"} else set()  # one represents both, see `mirrored`
     steps = {}
     for axis, amplitude in wishes.steps:
         if axis not in asked and not wishes.defaults:
@@ -190,7 +190,7 @@ def _guards(
     rule: Mapping[str, float],
     base: Mapping[str, float],
 ) -> list[Wish]:
-    """Return what keeps the loops that nobody asked about and that the search may change."""
+    """Return the guards of loops without a written wish that the search may change."""
     searched = {name for group in variables.groups for name in group}
     quantities = [
         wish
@@ -212,7 +212,7 @@ def _guards(
 def _flyable(
     instruments: Instruments, cases: list[Case], tell: Callable[[str, float], None]
 ) -> tuple[list[Case], list[str]]:
-    """Return the cases that can hover at all, and a remark on each other."""
+    """Return the cases that can hover, and a remark on each of the others."""
     found, remarks = [], []
     for index, case in enumerate(cases):
         tell(f"linear model of vehicle {index + 1} of {len(cases)}", 0.2 + 0.4 * index / len(cases))
@@ -227,16 +227,15 @@ def _flyable(
 
 @dataclass(frozen=True)
 class Solution:
-    """Where a search has ended.
+    """The result of a search.
 
     Attributes:
-        gains: those that were searched.
+        gains: the tuned ones.
         values: of all requirements of the plan (R).
         proof: None if the wishes are not met, or the full diagram does not agree.
-        problem: the last that was searched.
+        problem: of the last search.
         best: its best candidate.
-        smallest: of each requirement that gave way, the best value of a candidate that met all
-            others.
+        smallest: for each widened requirement, the best value of a candidate that met all others.
     """
 
     gains: Mapping[str, float]
@@ -251,10 +250,10 @@ class Solver:
     """Solves one plan.
 
     Args:
-        plan: what to do.
+        plan: of the run.
         budget: of all its searches.
-        seed: of what is tried where no start leads to a solution.
-        telling: tells of progress.
+        seed: of random points, for the case that no start leads to a solution.
+        telling: reports progress.
     """
 
     def __init__(
@@ -267,7 +266,7 @@ class Solver:
         self._smallest: dict[Requirement, float] = {}
 
     def solve(self) -> Solution:
-        """Return gains that meet all requirements, or the best that there are."""
+        """Return gains that meet all requirements, or the best ones found."""
         whole = self._plan.problem
         cases = self._first_cases()
         starts = list(self._plan.starts)
@@ -317,7 +316,7 @@ class Solver:
         return best
 
     def _note_smallest(self, problem: Problem, seen: list[Candidate]) -> None:
-        """Note how far each requirement that gave way was met by who met all others."""
+        """Note the best value of each widened requirement among candidates that met all others."""
         reserves = np.array([candidate.reserves for candidate in seen])
         for index, required in enumerate(problem.requirements):
             if required.widened is None:
@@ -329,7 +328,7 @@ class Solver:
                 self._smallest[required] = float(best.values[index])
 
     def _tidy(self, problem: Problem, best: Candidate) -> dict[str, float]:
-        """Return the gains of a candidate with few digits, or with all where those are needed."""
+        """Return the gains of a candidate with few digits, or with all if needed."""
         rounded = problem.variables.rounded(best.point)
         values = problem.measured([{**problem.base, **rounded}])[0]
         pairs = zip(problem.requirements, values, strict=True)
@@ -338,7 +337,7 @@ class Solver:
         return rounded
 
     def _proof(self, whole: Problem, gains: Mapping[str, float], values: np.ndarray) -> Proof:
-        """Return what the full diagram says of gains."""
+        """Return the proof of gains on the full diagram."""
         reserves = {
             required: required.reserve(value)
             for required, value in zip(whole.requirements, values, strict=True)
@@ -355,7 +354,7 @@ class Solver:
 
 
 def _corrected(whole: Problem, proof: Proof, values: np.ndarray) -> Problem:
-    """Return the problem with what the full diagram had more than the instruments added."""
+    """Return the problem, corrected by the differences between full diagram and instruments."""
     measured = dict(zip(whole.requirements, values, strict=True))
     corrections = dict(whole.corrections)
     for required, value in proof.values:
@@ -369,18 +368,19 @@ class Tuner:
 
     Args:
         scenario: its vehicle and rates.
-        wishes: what is wished for; without, what follows from the vehicle.
-        settings: parameter values that the run starts from.
-        separate: whether x and y, roll and pitch may differ on a symmetric vehicle.
-        evaluations: candidates that it may look at.
-        seconds: that it may search.
-        seed: of what is tried where no start leads there; equal seeds give equal runs.
-        velocity: of the steady flight that is tuned for, in W (3) [m/s]: loops are judged there,
-            and steps begin from it. Of scheduled gains, those of the set that flies there change.
+        wishes: to meet; None for those that follow from the vehicle.
+        settings: initial parameter values.
+        separate: whether gains of x and y, roll and pitch may differ on a symmetric vehicle.
+        evaluations: largest number of candidates.
+        seconds: longest time of the search [s].
+        seed: of random points, for the case that no start leads to a solution; equal seeds yield
+            equal runs.
+        velocity: of the steady flight to tune for, in W (3) [m/s]: loops are judged there, and
+            steps begin from it. Of scheduled gains, only the set active there changes.
 
     Raises:
-        WorkbenchError: if the scenario varies the vehicle, which the search does on its own, or a
-            wish is about what its controller has not.
+        WorkbenchError: if the scenario varies the vehicle, which the search does by itself, or a
+            wish is about something that its controller does not have.
     """
 
     def __init__(
@@ -416,7 +416,7 @@ class Tuner:
         self._budget = Budget(evaluations, seconds)
 
     def _refuse_hold(self) -> None:
-        """Refuse wishes about a held place, of which a flight on the way has none."""
+        """Reject wishes about a held position, as a flight at a velocity has none."""
         for wish in self._wishes.wishes:
             loop = loop_of(self._controller, wish.subject)
             if loop is not None and loop.hold:
@@ -434,14 +434,14 @@ class Tuner:
         return make_vehicle(read_configured(self._scenario.vehicle)).name
 
     def stop(self) -> None:
-        """End the search soon; the best that was found so far is kept, checked and flown."""
+        """End the search soon; the best candidate so far is kept, checked and flown."""
         self._budget.told = True
 
     def run(self, listener: Listener | None = None) -> Tuning:
-        """Return what is found.
+        """Return the result.
 
         Args:
-            listener: hears of progress and of the best so far.
+            listener: called with progress and the best candidate so far.
 
         Raises:
             WorkbenchError: if the wishes contradict each other, or the vehicle cannot be flown.
@@ -463,9 +463,9 @@ class Tuner:
         return self._tuning(plan, found, unmet)
 
     def _unmet(self, plan: Plan, found: Solution, telling: Telling) -> Unmet:
-        """Return what stands against what; nothing if the run was stopped.
+        """Return the conflicts; none if the run was stopped.
 
-        It takes thousands of flights, so nobody would wait for it where each flies on the diagram.
+        It takes thousands of flights, too long if each is on the full diagram.
         """
         if not plan.problem.instruments.compiles:
             return Unmet()
@@ -477,7 +477,7 @@ class Tuner:
             return Unmet()
 
     def _tuning(self, plan: Plan, found: Solution, unmet: Unmet) -> Tuning:
-        """Return all that is known at the end."""
+        """Return the result of the run."""
         problem = plan.problem
         gains = {**problem.base, **found.gains}
         before = problem.measured([problem.base])[0]
@@ -512,7 +512,7 @@ class Tuner:
 
 
 def _nearest_reported(plan: Plan, found: Solution, nearest: Candidate) -> Solution:
-    """Return a solution whose gains and values are those that a conflict tells of."""
+    """Return the solution with the gains and values reported in conflicts."""
     whole = plan.problem
     gains = whole.variables.rounded(nearest.point)
     values = whole.measured([{**whole.base, **gains}])[0]
@@ -528,7 +528,7 @@ def _results(
     """Return all requirements before and after, without the numbers of steps that did not settle.
 
     Returns:
-        They, and why numbers are withheld, a sentence each.
+        These, and why numbers are withheld, a sentence each.
     """
     steps = plan.problem.instruments.steps
     settled: dict[tuple[str, Case], list[bool]] = {}
@@ -560,7 +560,7 @@ def _results(
 def _shortfalls(
     results: Sequence[Result], smallest: Mapping[Requirement, float]
 ) -> tuple[str, ...]:
-    """Return what is kept of defaults that gave way: a sentence for the worst case of each wish."""
+    """Return a sentence for the worst case of each default that was widened."""
     gave_way = [
         each
         for each in results
@@ -573,7 +573,7 @@ def _shortfalls(
 
 
 def _best_of(result: Result, smallest: Mapping[Requirement, float]) -> float:
-    """Return the best value that was reached: by the gains found, or by another candidate."""
+    """Return the best value reached, with the gains found or by another candidate."""
     known = smallest.get(result.required, result.after)
     better = max if result.required.wish.at_least else min
     return better(known, result.after)
@@ -589,16 +589,16 @@ def tune(
     velocity: Triple = HOVER,
     listener: Listener | None = None,
 ) -> Tuning:
-    """Return gains that meet wishes, or which wish stands against which.
+    """Return gains that meet wishes, or the conflicts between wishes.
 
     Args:
-        wishes: as `wishes_for` makes them of texts; without, what follows from the vehicle.
+        wishes: to meet, see `wishes_for`; None for those that follow from the vehicle.
         scenario: its vehicle and rates.
-        settings: parameter values that the run starts from.
-        evaluations: candidates that it may look at.
-        seed: equal seeds give equal runs.
-        velocity: of the steady flight that is tuned for, in W (3) [m/s].
-        listener: hears of progress and of the best so far.
+        settings: initial parameter values.
+        evaluations: largest number of candidates.
+        seed: equal seeds yield equal runs.
+        velocity: of the steady flight to tune for, in W (3) [m/s].
+        listener: called with progress and the best candidate so far.
 
     Raises:
         WorkbenchError: if the wishes contradict each other, or the vehicle cannot be flown.
@@ -615,7 +615,7 @@ def tune(
 
 
 def _origin(plan: Plan) -> str:
-    """Return where tuned gains come from, for their file."""
+    """Return the origin of tuned gains, for their file."""
     wished = [str(wish) for wish in plan.wishes if wish.is_written]
     for_what = "; ".join(wished) if wished else "the wishes that follow from the vehicle"
     point = plan.problem.instruments.point

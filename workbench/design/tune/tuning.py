@@ -1,6 +1,6 @@
-"""How a tuning run goes, and what it found.
+"""The progress of a tuning run, and its result.
 
-Progress has stages, and one share of the run that never goes back.
+Progress has stages, and one share of the run that never decreases.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -19,20 +19,20 @@ from workbench.design.tune.wish import GUARD, Wish
 from workbench.gains.gains import GainFile
 
 PREPARED, SEARCHED, PROVED, EXPLAINED = 0.1, 0.6, 0.75, 0.97
-"""Shares of a run at which its stages end; why wishes cannot be met takes the place of a proof."""
+"""Shares of a run at which its stages end; an explanation of unmet wishes replaces a proof."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How a run goes.
+    """The progress of a run.
 
     Attributes:
-        phase: what it does, in words.
-        share: of the run, 0 .. 1; it never goes back.
+        phase: the present work, in words.
+        share: of the run, 0 .. 1; it never decreases.
         best: the best candidate so far; None before the first.
-        worst: the requirement of which it has least to spare; None before the first.
-        value: of it.
-        gains: of the best candidate, those that are searched.
+        worst: the requirement with its smallest reserve; None before the first.
+        value: for that requirement.
+        gains: the tuned ones, of the best candidate.
     """
 
     phase: str
@@ -53,17 +53,17 @@ class Result:
 
     @property
     def met(self) -> bool:
-        """Whether it is, after."""
+        """Whether it is met, after."""
         return self.required.met(self.after)
 
     @property
     def reserve(self) -> float:
-        """Share of the bound that is left, after."""
+        """Reserve as a share of the bound, after."""
         return self.required.reserve(self.after)
 
 
 def worst_of_each(results: Iterable[Result]) -> list[Result]:
-    """Return for each wish the result with least to spare."""
+    """Return for each wish the result with the smallest reserve."""
     worst: dict[Wish, Result] = {}
     for result in results:
         known = worst.get(result.required.wish)
@@ -74,25 +74,24 @@ def worst_of_each(results: Iterable[Result]) -> list[Result]:
 
 @dataclass(frozen=True)
 class Tuning:
-    """What a run found.
+    """The result of a run.
 
     Attributes:
         vehicle: its name.
-        controller: whose gains they are.
+        controller: of the gains.
         wishes: all of them, defaults included.
-        steps: that were flown, by axis.
+        steps: the flown ones, by axis.
         results: of every requirement, in every case.
-        before: values of the gains that were searched, as given.
-        gains: and as found.
-        profile: the gain file of all values with those.
-        proof: of the full diagram; None if nothing was found that needs one.
+        before: initial values of the tuned gains.
+        gains: their values found.
+        profile: the gain file of all values with these.
+        proof: on the full diagram; None if there is nothing to prove.
         conflicts: why the wishes are not met.
-        shortfalls: what is kept of defaults that gave way to what the rule's gains reach, and why,
-            a sentence each.
-        remarks: what else should be known.
+        shortfalls: a sentence on each default that was widened to what the rule's gains reach.
+        remarks: further remarks.
         responses: flown steps (2, M), before and after, by axis and case.
-        evaluations: candidates that were looked at.
-        stopped: whether somebody ended it early.
+        evaluations: number of candidates.
+        stopped: whether it was ended early.
     """
 
     vehicle: str
@@ -122,7 +121,7 @@ class Tuning:
 
     @property
     def as_described(self) -> list[Result]:
-        """The wishes on the vehicle as described."""
+        """The results on the vehicle as described."""
         return [
             result
             for result in self.results
@@ -131,17 +130,17 @@ class Tuning:
 
     @property
     def guarded(self) -> list[Result]:
-        """What was kept of loops that no written wish is about."""
+        """The results of guards of loops without a written wish."""
         return [result for result in self.results if result.required.wish.origin == GUARD]
 
     @property
     def in_corners(self) -> list[Result]:
-        """What is left of each wish in corners: the one with least to spare of each."""
+        """The results in corners: for each wish the one with the smallest reserve."""
         return worst_of_each(each for each in self.results if each.required.case != NOMINAL)
 
     @property
     def worst_corner(self) -> Result | None:
-        """The result in corners with least to spare."""
+        """The result in corners with the smallest reserve."""
         return min(self.in_corners, key=lambda result: result.reserve, default=None)
 
 
@@ -149,10 +148,10 @@ Listener = Callable[[Progress], None]
 
 
 class Telling:
-    """Tells a listener how a run goes.
+    """Reports the progress of a run to a listener.
 
     Args:
-        listener: hears of it; None for nobody.
+        listener: called with the progress; None for none.
     """
 
     def __init__(self, listener: Listener | None = None) -> None:
@@ -160,11 +159,11 @@ class Telling:
         self._last = Progress("", 0.0)
 
     def prepare(self, phase: str, part: float) -> None:
-        """Tell what is made ready, and which part of that is done, 0 .. 1."""
+        """Report a preparation, and its share done, 0 .. 1."""
         self._tell(phase, PREPARED * part)
 
     def search(self, problem: Problem, best: Candidate, budget: Budget) -> None:
-        """Tell of the best of a search so far."""
+        """Report the best candidate of a search so far."""
         worst = int(np.argmin(best.reserves)) if len(best.reserves) else -1
         doing = "improving" if best.met else "searching"
         self._last = Progress(
@@ -179,15 +178,15 @@ class Telling:
         self._tell(phase, PREPARED + (SEARCHED - PREPARED) * budget.share)
 
     def prove(self, phase: str, part: float) -> None:
-        """Tell which flight of the proof is flown, and which part of all is done, 0 .. 1."""
+        """Report the present flight of the proof, and the share done of all, 0 .. 1."""
         self._tell(phase, SEARCHED + (PROVED - SEARCHED) * part)
 
     def explain(self, phase: str, part: float) -> None:
-        """Tell how far it is with why wishes cannot be met, 0 .. 1."""
+        """Report the progress of explaining unmet wishes, 0 .. 1."""
         self._tell(phase, SEARCHED + (EXPLAINED - SEARCHED) * part)
 
     def finish(self, phase: str) -> None:
-        """Tell what is done last."""
+        """Report the last stage."""
         self._tell(phase, EXPLAINED)
 
     def _tell(self, phase: str, share: float) -> None:

@@ -1,6 +1,6 @@
-"""What a search may change: logarithms of gains, some of them tied together.
+"""The variables of a search: logarithms of gains, some of them kept equal.
 
-On a vehicle that is alike along x and y, gains and wishes may treat both as one.
+On a vehicle that is symmetric in x and y, gains and wishes may treat both as one.
 """
 
 import dataclasses
@@ -16,15 +16,15 @@ from workbench.scenario.axes import AXES
 from workbench.scenario.parameters import ParameterTable, parameter_table
 
 LEAST = 1e-3
-"""A gain that may be 0 goes down to this share of its largest value, as 0 has no logarithm."""
+"""Lower limit of a gain that may be 0, as a share of its largest value, as 0 has no logarithm."""
 ALIKE = 0.1
-"""A vehicle is symmetric if the rule's gains for roll and pitch differ by no larger share."""
+"""Largest relative difference of the rule's gains for roll and pitch of a symmetric vehicle."""
 DIGITS = 4
-"""Of a gain that is found; more would be noise."""
+"""Number of significant digits of a gain found; more would be noise."""
 
 
 def loop_of(law: Controller, subject: str) -> Loop | None:
-    """Return the loop of a name or of a loop point; None for an axis, and for other points."""
+    """Return the loop with a name or a loop point; None for an axis, and for other points."""
     for loop in law.loops:
         if subject == loop.name:
             return loop
@@ -32,9 +32,9 @@ def loop_of(law: Controller, subject: str) -> Loop | None:
 
 
 def loops_for(law: Controller, subject: str) -> tuple[Loop, ...]:
-    """Return the loops whose gains an axis, a loop or a loop point depends on.
+    """Return the loops with gains that affect an axis, a loop or a loop point.
 
-    An axis answers through all its loops, and a loop that holds a place stands around them.
+    An axis depends on all its loops, and a loop that holds a position is the outermost one.
     """
     loop = loop_of(law, subject)
     what = (loop.axis or loop.name) if loop else subject
@@ -49,7 +49,7 @@ def loops_for(law: Controller, subject: str) -> tuple[Loop, ...]:
 
 
 def twins(law: Controller) -> dict[str, str]:
-    """Return the gains along x, and those along y that a symmetric vehicle has equal."""
+    """Return the gains along x, with those along y that are equal on a symmetric vehicle."""
     return {
         one: other
         for along_x, along_y in loop_pairs(law)
@@ -59,14 +59,14 @@ def twins(law: Controller) -> dict[str, str]:
 
 
 def loop_pairs(law: Controller) -> list[tuple[Loop, Loop]]:
-    """Return each loop along x with the one that does the same along y."""
+    """Return each loop along x, with its counterpart along y."""
     along_x, along_y = ([loop for loop in law.loops if loop.axis == axis] for axis in "xy")
     return list(zip(along_x, along_y, strict=False))
 
 
 @dataclass(frozen=True)
 class Variables:
-    """The coordinates of a search: ln of a gain, or of several that are kept equal.
+    """The coordinates of a search: ln of a gain, or of several kept equal.
 
     Attributes:
         table: the rows of the gains.
@@ -88,7 +88,7 @@ class Variables:
         return np.log([self.table.find(group[0]).maximum for group in self.groups])
 
     def point(self, gains: Mapping[str, float]) -> np.ndarray:
-        """Return the coordinates (n) nearest to gains; tied ones take their mean."""
+        """Return the coordinates (n) nearest to gains; the mean for tied ones."""
         tiny = math.exp(-30.0)
         means = [
             np.mean([math.log(max(tiny, gains[name])) for name in group]) for group in self.groups
@@ -115,13 +115,13 @@ class Variables:
 def variables_for(
     law: Controller, subjects: Iterable[str], *, tied: bool, flown_set: int | None = None
 ) -> Variables:
-    """Return the gains that matter for axes and loops.
+    """Return the gains that affect axes and loops.
 
     Args:
-        law: whose gains.
-        subjects: axes and loops with wishes; "rotors" stands for all axes.
+        law: with the gains.
+        subjects: axes and loops with wishes; "rotors" means all axes.
         tied: whether roll and pitch, and x and y, have equal gains.
-        flown_set: of scheduled gains, the set that is searched.
+        flown_set: the set of scheduled gains to tune.
     """
     loops = [loop for subject in subjects for loop in loops_for(law, subject)]
     names = dict.fromkeys(name for loop in loops for name in loop.gains)
@@ -139,7 +139,7 @@ def variables_for(
 
 
 def counterparts(law: Controller) -> dict[str, str]:
-    """Return the subjects along x of those along y: axes, loops and loop points."""
+    """Return the counterparts along x of subjects along y: axes, loops and loop points."""
     found = {"y": "x"}
     for one, other in loop_pairs(law):
         found |= {other.name: one.name, other.error: one.error}
@@ -152,9 +152,9 @@ def symmetric(law: Controller, rule: Mapping[str, float], wishes: Sequence[Wish]
     """Return whether x and y, roll and pitch should have equal gains.
 
     Args:
-        law: whose gains.
+        law: with the gains.
         rule: the rule's gains for the vehicle.
-        wishes: by somebody; where they ask different things of x and of y, they want two gains.
+        wishes: written ones; different ones for x and y need separate gains.
     """
     alike = all(
         abs(rule[one] - rule[other]) <= ALIKE * max(rule[one], rule[other])
@@ -173,7 +173,7 @@ def mirrored(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
 
 
 def _swapped(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
-    """Return the wishes along x and y, each for the other."""
+    """Return the wishes with x and y exchanged."""
     along_x = counterparts(law)
     other = along_x | {one: another for another, one in along_x.items()}
     return [

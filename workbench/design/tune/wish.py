@@ -1,6 +1,6 @@
 """A wish: a metric of an axis, of a loop or of the rotors, and its bound.
 
-A file of wishes (YAML) has wishes, the steps that they are about, and how unsure the vehicle is.
+A wish file (YAML) has wishes, their steps, and the uncertainty of the vehicle.
 """
 
 import dataclasses
@@ -29,15 +29,15 @@ from workbench.design.tune.case import Robustness
 from workbench.scenario.axes import AXES
 
 DEFAULT = "default"
-"""The origin of a wish that nobody wrote."""
+"""The origin of a default wish."""
 GUARD = "guard"
-"""The origin of a wish that keeps a loop which no written wish is about."""
+"""The origin of a wish that guards a loop without a written wish."""
 ATTITUDES = ("roll", "pitch")
-"""Angles that can be stepped, besides the axes."""
+"""Angles that can have steps, in addition to the axes."""
 ATTITUDE_METRICS = ("rise_time", "settling_time", "overshoot")
-"""Of such a step; it has no command that is flown, and so no rotor use."""
+"""Metrics of such a step; it is not flown, and so has no rotor use."""
 _NO_LOOPS = {"roll_rate": "roll", "pitch_rate": "pitch"}
-"""What some laws have a loop for, and the loop in which others damp it."""
+"""Loops that only some laws have, and the loops that provide the damping in others."""
 GROUPS = {"level": ("x", "y"), "tilt": ("roll", "pitch")}
 """Names for several subjects at once."""
 
@@ -53,10 +53,10 @@ class Wish:
 
     Attributes:
         subject: an axis, a loop, or "rotors".
-        metric: of it.
-        at_least: whether the bound is the smallest value that will do, else the largest.
-        bound: in the metric's unit.
-        origin: where it was written, or `DEFAULT`.
+        metric: its name.
+        at_least: whether the bound is the smallest value allowed, else the largest.
+        bound: in the unit of the metric.
+        origin: its source, or `DEFAULT`.
     """
 
     subject: str
@@ -67,22 +67,22 @@ class Wish:
 
     @property
     def name(self) -> str:
-        """Of the number that is bounded, as x.rise_time."""
+        """Name of the bounded number, such as x.rise_time."""
         return f"{self.subject}.{self.metric.name}"
 
     @property
     def is_flown(self) -> bool:
-        """Whether it is about a step that is flown; that of an attitude is the linear model's."""
+        """Whether it is about a flown step; that of an attitude is by the linear model."""
         return self.metric.kind == STEP and self.subject in AXES
 
     @property
     def is_written(self) -> bool:
-        """Whether somebody wrote it."""
+        """Whether it was written by the user."""
         return self.origin not in (DEFAULT, GUARD)
 
     @property
     def key(self) -> tuple[str, bool]:
-        """What no two wishes may bound differently."""
+        """The key of the number bounded, on which two wishes must not contradict."""
         return self.name, self.at_least
 
     def __str__(self) -> str:
@@ -90,15 +90,15 @@ class Wish:
 
 
 def parse_wish(text: str, origin: str = "--wish", law: Controller | None = None) -> list[Wish]:
-    """Return the wishes that a text as `x.rise_time <= 0.4 s` stands for, one for each subject.
+    """Return the wishes for a text such as `x.rise_time <= 0.4 s`, one for each subject.
 
     Args:
         text: of the form above.
-        origin: where it was written.
-        law: whose loops; the default one's where none is given.
+        origin: its source.
+        law: with the loops; None for the default one.
 
     Raises:
-        WorkbenchError: if it is not of that form, or asks for what there is not.
+        WorkbenchError: if it is not of that form, or names something unknown.
     """
     form = _FORM.fullmatch(text.strip())
     if not form:
@@ -118,7 +118,7 @@ def parse_wish(text: str, origin: str = "--wish", law: Controller | None = None)
 
 
 def merged(wishes: Sequence[Wish]) -> list[Wish]:
-    """Return wishes with each bound once; where two say it the later counts.
+    """Return wishes with each bound once; the last one counts.
 
     Raises:
         WorkbenchError: if two contradict each other.
@@ -132,9 +132,9 @@ def merged(wishes: Sequence[Wish]) -> list[Wish]:
 
 
 def subjects_of(metric: Metric, law: Controller) -> tuple[str, ...]:
-    """Return the axes, angles, loops, loop points or rotors that have a metric.
+    """Return the axes, angles, loops, loop points or rotors with a metric.
 
-    A loop is cut at its actuator, or at the loop point that is named.
+    A loop is cut at its actuator, or at the named loop point.
     """
     if metric.kind == ROTORS:
         return ("rotors",)
@@ -146,16 +146,16 @@ def subjects_of(metric: Metric, law: Controller) -> tuple[str, ...]:
 
 
 def groups_of(metric: Metric, law: Controller) -> tuple[str, ...]:
-    """Return the names that stand for several subjects which have a metric."""
+    """Return the names of groups of subjects with a metric."""
     known = subjects_of(metric, law)
     return tuple(group for group, each in GROUPS.items() if set(each) <= set(known))
 
 
 def members(name: str, metric: Metric, law: Controller) -> tuple[str, ...]:
-    """Return the subjects of a name that have a metric.
+    """Return the subjects for a name that have a metric.
 
     Raises:
-        WorkbenchError: if there are none, with those that have it.
+        WorkbenchError: if there are none; it lists those that have it.
     """
     known, groups = subjects_of(metric, law), groups_of(metric, law)
     if name in known:
@@ -178,13 +178,13 @@ def members(name: str, metric: Metric, law: Controller) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Wishes:
-    """What is wished for.
+    """Wishes, with steps and robustness.
 
     Attributes:
-        wishes: a bound each; what else a good flight needs is added, if `defaults`.
+        wishes: a bound each; `defaults` adds those of any good flight.
         steps: amplitude of the step that each axis flies [m/s, rad/s].
-        robustness: the vehicles that it is asked of.
-        defaults: whether the wishes that follow from the vehicle are added.
+        robustness: the variations of the vehicle to meet them.
+        defaults: whether to add the wishes that follow from the vehicle.
     """
 
     wishes: tuple[Wish, ...] = ()
@@ -194,15 +194,15 @@ class Wishes:
 
 
 def wishes_for(*texts: str, defaults: bool = True, controller: str | Path = DEFAULT_LAW) -> Wishes:
-    """Return wishes as texts, `x.rise_time <= 0.4 s`.
+    """Return wishes from texts such as `x.rise_time <= 0.4 s`.
 
     Args:
-        texts: a wish each.
-        defaults: whether the wishes that follow from the vehicle are added.
-        controller: whose loops, see `load_controller`.
+        texts: with a wish each.
+        defaults: whether to add the wishes that follow from the vehicle.
+        controller: with the loops, see `load_controller`.
 
     Raises:
-        WorkbenchError: if one is none, or two contradict each other.
+        WorkbenchError: if one is invalid, or two contradict each other.
     """
     law = load_controller(controller)
     wishes = [wish for text in texts for wish in parse_wish(text, "asked", law)]
@@ -211,7 +211,7 @@ def wishes_for(*texts: str, defaults: bool = True, controller: str | Path = DEFA
 
 @dataclass
 class _File:
-    """The schema of a file of wishes."""
+    """The schema of a wish file."""
 
     wishes: list[str] = field(default_factory=list)
     steps: dict[str, float] = field(default_factory=dict)
@@ -220,14 +220,14 @@ class _File:
 
 
 def load_wishes(path: Path, law: Controller | None = None) -> Wishes:
-    """Read and check a file of wishes.
+    """Read and check a wish file.
 
     Args:
         path: of the file.
-        law: whose loops; the default one's where none is given.
+        law: with the loops; None for the default one.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: with file and line of the error.
     """
     file = read_yaml(path)
     check_schema(file, _File)
@@ -251,7 +251,7 @@ def load_wishes(path: Path, law: Controller | None = None) -> Wishes:
 
 
 def _steps(file: YamlFile) -> tuple[tuple[str, float], ...]:
-    """Return the amplitudes with those of the file."""
+    """Return the amplitudes, replaced by those of the file."""
     steps = dict(STEPS)
     for axis, amplitude in (file.data.get("steps") or {}).items():
         if axis not in AXES:
@@ -266,7 +266,7 @@ def _steps(file: YamlFile) -> tuple[tuple[str, float], ...]:
 
 
 def _robustness(file: YamlFile) -> Robustness:
-    """Return what the file says of the vehicle's uncertainty."""
+    """Return the uncertainty of the vehicle from the file."""
     values = file.data.get("robustness") or {}
     limits = {"margin_share": (0.0, 1.0), "overshoot_factor": (1.0, 100.0)}
     for name, value in values.items():
