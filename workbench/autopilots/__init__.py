@@ -1,1 +1,1 @@
-"""Autopilots that run as programs of their own: how they are built, owned and talked to."""
+"""Autopilots that run as separate programs: how to build, own and talk to them."""

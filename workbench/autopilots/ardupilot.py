@@ -1,8 +1,8 @@
-"""ArduPilot at the other end of its JSON interface, in lockstep: it asks, by UDP, and we answer.
+"""ArduPilot over its JSON interface, in lockstep: it sends requests by UDP, and we answer.
 
-A packet of servo outputs is answered with one line of JSON. Its frame count is the clock: the next
-count is one step, an equal one asks for the same answer again, one that begins anew is a new start.
-Source: ArduPilot, libraries/SITL/SIM_JSON.cpp and examples/JSON/readme.md.
+The answer to a packet of servo outputs is one line of JSON. Its frame count is the clock: the next
+count is one step, an equal one repeats the request, and a restarted count means a restart. Source:
+ArduPilot, libraries/SITL/SIM_JSON.cpp and examples/JSON/readme.md.
 """
 
 import json
@@ -16,23 +16,23 @@ from workbench.autopilots.motion import Motion, RestartedError
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 
 PORT = 9002
-"""Where it sends its outputs (UDP)."""
+"""UDP port to which it sends its outputs."""
 PACKETS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}
-"""By the magic number: that, frame rate, frame count, and pulses [us]."""
+"""Formats of packets by magic number: that number, frame rate, frame count, and pulses [us]."""
 MOST = 4096
-"""Bytes read of a packet."""
+"""Largest number of bytes read of a packet."""
 FIRST_ARMED = 1
-"""Outputs more than so many us above the least pulse turn their motor."""
+"""Pulse above the smallest one from which on a motor turns [us]."""
 
 
 class ArduPilot:
-    """The workbench's end of the wire to ArduPilot, see `motion.Autopilot`.
+    """The workbench side of the connection to ArduPilot, see `motion.Autopilot`.
 
     Args:
-        host: where to listen.
-        port: likewise.
-        patience: after so long without a packet, the flight ends [s].
-        pulses: of a motor that stands, and of a full one [us].
+        host: to listen at.
+        port: to listen at.
+        patience: time without a packet after which the flight ends [s].
+        pulses: of a motor at rest, and at full speed [us].
 
     Raises:
         WorkbenchError: if the port is taken.
@@ -60,21 +60,21 @@ class ArduPilot:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """The address that it listens at."""
         host, port = self._socket.getsockname()[:2]
         return host, port
 
     def connect(self) -> None:
-        """Wait until it is there."""
+        """Wait for the autopilot."""
         while self._asked is None:
             if select.select([self._socket], [], [], 0.1)[0]:
                 self._read()
 
     def exchange(self, motion: Motion) -> tuple[float, ...]:
-        """Answer the packet that waits; return the outputs of the next one, 0 .. 1.
+        """Answer the waiting packet; return the outputs of the next one, 0 .. 1.
 
         Raises:
-            RestartedError: if that begins to count anew; it is answered by the next call.
+            RestartedError: if its count has restarted; the next call answers it.
         """
         if self._asked is None:
             raise WorkbenchError("ArduPilot is not connected yet")
@@ -84,7 +84,7 @@ class ArduPilot:
         self._asked = None
         end = time.monotonic() + self._patience
         while self._asked is None:
-            left = end - time.monotonic()  # it may go on asking for the same frame
+            left = end - time.monotonic()  # it may continue to request the same frame
             if left < 0.0 or not select.select([self._socket], [], [], left)[0]:
                 raise FlightBrokenError(
                     f"ArduPilot has sent no new packet for {self._patience:g} s at "
@@ -106,7 +106,7 @@ class ArduPilot:
         return tuple(min(max((pulse - least) / (most - least), 0.0), 1.0) for pulse in pulses)
 
     def report(self) -> dict[str, float]:
-        """Return packets answered, and those that were answered again."""
+        """Return the numbers of packets answered, and of those answered again."""
         return {"packets": self._count, "resent": self._resent}
 
     def close(self) -> None:
@@ -114,7 +114,7 @@ class ArduPilot:
         self._socket.close()
 
     def _read(self) -> None:
-        """Take a packet: an equal count has the same answer again, what is no packet is refused."""
+        """Process a packet: repeat the answer for an equal count, and reject invalid packets."""
         data, peer = self._socket.recvfrom(MOST)
         magic = struct.unpack_from("<H", data)[0] if len(data) >= 2 else 0
         layout = PACKETS.get(magic)
@@ -138,10 +138,10 @@ class ArduPilot:
 
 
 def answer(motion: Motion) -> bytes:
-    """Return the line of JSON that tells ArduPilot of a motion.
+    """Return the line of JSON with a motion for ArduPilot.
 
-    It is searched for the first text that matches a key, so there are no spaces behind colons, and
-    no key is part of one before it.
+    ArduPilot searches it for the first text that matches a key. So there are no spaces after
+    colons, and no key is part of an earlier one.
     """
     said = {
         "timestamp": motion.time,

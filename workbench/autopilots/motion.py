@@ -1,6 +1,6 @@
-"""What an autopilot's simulator interface is told of a drone's motion, in its own frames.
+"""The motion of a drone for the simulator interfaces of autopilots, in their frames.
 
-The workbench has east, north, up (ENU) and forward, left, up (FLU); PX4 and ArduPilot have north,
+The workbench uses east, north, up (ENU) and forward, left, up (FLU); PX4 and ArduPilot use north,
 east, down (NED) and forward, right, down (FRD).
 """
 
@@ -12,7 +12,7 @@ from typing import Protocol
 
 @dataclass(frozen=True)
 class Motion:
-    """A drone at a time, in NED and FRD, as sensors at its base link see it.
+    """The motion of a drone at one time, in NED and FRD, for sensors at its base link.
 
     Attributes:
         time: since the start [s].
@@ -23,7 +23,8 @@ class Motion:
         position: in NED, from home (3) [m].
         field: of the earth, in FRD (3) [T].
         pressure: of the air [Pa].
-        pressure_altitude: at which the standard atmosphere has that, above the sea [m].
+        pressure_altitude: altitude of that pressure in the standard atmosphere, above sea level
+            [m].
         place: latitude, longitude [rad], and altitude [m] (3).
     """
 
@@ -44,11 +45,11 @@ class RestartedError(Exception):
 
 
 class Autopilot(Protocol):
-    """The workbench's end of the wire to an autopilot.
+    """The workbench side of the connection to an autopilot.
 
     Attributes:
-        name: of the autopilot, for people.
-        armed: whether it says that its motors may turn.
+        name: of the autopilot.
+        armed: whether it reports that its motors may turn.
     """
 
     name: str
@@ -56,21 +57,21 @@ class Autopilot(Protocol):
 
     @property
     def locked(self) -> bool:
-        """Whether it is in lockstep, so that its answers are all the clock that there is."""
+        """Whether it is in lockstep, with its answers as the only clock."""
 
     def connect(self) -> None:
-        """Wait until it is there."""
+        """Wait for the autopilot."""
 
     def exchange(self, motion: Motion) -> tuple[float, ...]:
-        """Tell it of the motion; return what it asks of its outputs, 0 .. 1.
+        """Send the motion; return its outputs, 0 .. 1.
 
         Raises:
             RestartedError: if it has restarted; the next call answers it.
-            FlightBrokenError: if it is gone, silent, or says what cannot be.
+            FlightBrokenError: if it has ended, is silent, or sends invalid data.
         """
 
     def report(self) -> dict[str, float]:
-        """Return numbers that say how the exchange went, by name."""
+        """Return statistics of the exchange, by name."""
 
     def close(self) -> None:
         """Close the sockets."""
@@ -89,8 +90,8 @@ def to_frd(vector: Sequence[float]) -> tuple[float, float, float]:
 def attitude_ned(q: Sequence[float]) -> tuple[float, float, float, float]:
     """Return the attitude of FRD in NED for that of FLU in ENU, both w, x, y, z (4).
 
-    It is q_NED_ENU q q_FLU_FRD, with (0, 1, 1, 0)/√2 before and (0, 1, 0, 0) behind, and the sign
-    that makes a drone that looks north the identity.
+    It is q_NED_ENU q q_FLU_FRD, with (0, 1, 1, 0)/√2 before and (0, 1, 0, 0) after, and the sign
+    for which a drone that points north has the identity.
     """
     w, x, y, z = q
     half = math.sqrt(0.5)

@@ -1,7 +1,7 @@
-"""PX4 at the other end of its MAVLink simulator API, in lockstep: we are the TCP server.
+"""PX4 over its MAVLink simulator API, in lockstep, with the workbench as the TCP server.
 
-HIL_SENSOR with id 0 is PX4's clock; HIL_ACTUATOR_CONTROLS is its answer. Until the first one,
-sensors run freely, by the machine's clock; from then on each waits for exactly one. Source:
+HIL_SENSOR with id 0 is PX4's clock; HIL_ACTUATOR_CONTROLS is its answer. Until the first answer,
+sensors run freely by the clock of the machine; from then on each waits for exactly one. Source:
 PX4-Autopilot, src/modules/simulation/simulator_mavlink.
 """
 
@@ -17,26 +17,26 @@ from workbench.autopilots.motion import Motion
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 
 PORT = 4560
-"""Of instance 0 (TCP)."""
+"""TCP port of instance 0."""
 REPLY = 0.2
-"""Time in which a sensor is answered; else outputs are held, and the answer counts as lost [s]."""
+"""Time limit for the answer to a sensor; then outputs are held, and the answer is lost [s]."""
 BOOT = 60.0
-"""Time until its first answer [s]."""
+"""Time limit for its first answer [s]."""
 ARMED, LOCKSTEP = 128, 1
 """Bits of mode and of flags."""
 INERTIAL, MAGNETIC, PRESSURE = 0x3F, 0x1C0, 0x1A00
 """Fields of HIL_SENSOR: accelerometer and gyro, magnetometer, barometer with temperature."""
 SLOW, SATELLITES = 5, 32
-"""Sensors to one with magnetometer and barometer, and to one position by satellites."""
+"""Number of sensor messages per one with magnetometer and barometer, and per satellite position."""
 
 
 class Px4:
-    """The workbench's end of the wire to PX4, see `motion.Autopilot`.
+    """The workbench side of the connection to PX4, see `motion.Autopilot`.
 
     Args:
-        host: where to listen.
-        port: likewise.
-        patience: after so long without an answer in time, the flight ends [s].
+        host: to listen at.
+        port: to listen at.
+        patience: time without a timely answer after which the flight ends [s].
 
     Raises:
         WorkbenchError: if pymavlink is missing, or the port is taken.
@@ -71,17 +71,17 @@ class Px4:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """The address that it listens at."""
         host, port = self._server.getsockname()[:2]
         return host, port
 
     @property
     def locked(self) -> bool:
-        """Whether it has answered, so that each sensor waits for its answer."""
+        """Whether it has answered, so that each sensor message waits for its answer."""
         return self._locked
 
     def connect(self) -> None:
-        """Wait until it is there."""
+        """Wait for the autopilot."""
         while self._peer is None:
             if select.select([self._server], [], [], 0.1)[0]:
                 self._peer = self._server.accept()[0]
@@ -90,7 +90,7 @@ class Px4:
         self._heard = time.monotonic()
 
     def exchange(self, motion: Motion) -> tuple[float, ...]:
-        """Send the sensors of a time, and return the controls (16) that answer them, 0 .. 1."""
+        """Send the sensors at a time, and return the controls (16) in the answer, 0 .. 1."""
         now = int(1e6 * motion.time)
         data = b"".join(message.pack(self._codec) for message in self._messages(motion, now))
         try:
@@ -112,7 +112,7 @@ class Px4:
         return self._controls if self.armed else (0.0,) * 16
 
     def report(self) -> dict[str, float]:
-        """Return sensors sent, those before the lockstep, those without an answer in time."""
+        """Return the numbers of sensor messages: sent, before lockstep, and without an answer."""
         return {"packets": self._count, "free": self._free, "lost": self._lost}
 
     def close(self) -> None:
@@ -127,7 +127,7 @@ class Px4:
         self._peer.sendall(data)
 
     def _messages(self, motion: Motion, now: int) -> list[Any]:
-        """Return what is said of a time; HIL_SENSOR is the last, as it moves PX4's clock."""
+        """Return the messages for a time; HIL_SENSOR is the last, as it advances PX4's clock."""
         m, made = self._mavlink, []
         latitude, longitude, altitude = motion.place
         place = (round(1e7 * math.degrees(latitude)), round(1e7 * math.degrees(longitude)))
@@ -183,7 +183,7 @@ class Px4:
         return made
 
     def _take(self, limit: float, now: int) -> bool:
-        """Read until the sensors of a time are answered, or a limit [s]; return whether it is."""
+        """Read until the answer to the sensors at a time or a time limit [s]; return if it came."""
         end, peer = time.monotonic() + limit, self._peer
         while peer and select.select([peer], [], [], max(0.0, end - time.monotonic()))[0]:
             try:
@@ -196,12 +196,12 @@ class Px4:
                 self._note(message, now)
             if self._heard_us == now:
                 return True
-            if time.monotonic() > end:  # it may go on talking of other things
+            if time.monotonic() > end:  # it may continue to send other messages
                 break
         return False
 
     def _note(self, message: Any, now: int) -> None:
-        """Note the controls of a message, and refuse what cannot be."""
+        """Note the controls of a message, and reject invalid ones."""
         if message.get_type() != "HIL_ACTUATOR_CONTROLS":
             return
         said = int(message.time_usec)
@@ -223,7 +223,7 @@ class Px4:
         self._controls = tuple(min(max(u, 0.0), 1.0) for u in message.controls)
         self.armed = bool(message.mode & ARMED)
         self._heard_us = said
-        if said == now or not self._locked:  # one that only ever answers late is not in lockstep
+        if said == now or not self._locked:  # one that always answers late is not in lockstep
             self._heard = time.monotonic()
         self._locked = True
 

@@ -1,1 +1,1 @@
-"""Gateways: programs that pass on what a drone's server tells, as ordinary clients of the link."""
+"""Gateways: programs that pass on the data of a drone's server, as ordinary clients of the link."""

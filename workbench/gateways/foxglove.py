@@ -1,6 +1,6 @@
-"""Foxglove: a live WebSocket server of its own kind, which only shows.
+"""Foxglove: a live WebSocket server for the Foxglove app, for display only.
 
-It checks neither Origin nor Host and knows no login, so whoever reaches it sees the flight.
+It checks neither Origin nor Host and has no login, so anybody who can reach it sees the flight.
 """
 
 import importlib
@@ -21,23 +21,22 @@ if TYPE_CHECKING:
     import foxglove
 
 PORT = 8765
-"""Where Foxglove looks for a server, if it is not told otherwise."""
+"""Default port of Foxglove."""
 
 
 class Foxglove:
-    """An outlet that offers topics as messages of ROS 2 to the Foxglove app.
+    """An outlet that offers topics as ROS 2 messages to the Foxglove app.
 
     Args:
         name: of the vehicle.
-        address: where it listens; port 0 for one that is free.
-        anybody: whether it may listen where others than this computer's users come.
+        address: that it listens at; port 0 for a free one.
+        anybody: whether it may accept connections from other computers.
 
     Attributes:
-        address: where it listens.
+        address: that it listens at.
 
     Raises:
-        WorkbenchError: if the extra is not installed, the address is not this computer's own, or
-            it is in use.
+        WorkbenchError: if the extra is not installed, or the address is not local or is in use.
     """
 
     def __init__(self, name: str, address: Address, anybody: bool) -> None:
@@ -60,12 +59,12 @@ class Foxglove:
         self._ways: dict[int, _Way] = {}
 
     def announce(self, topics: Sequence[Topic]) -> None:
-        """Offer topics before their first message is there."""
+        """Offer topics before their first message."""
         for topic in topics:
             self._way(topic)
 
     def deliver(self, sample: Sample) -> None:
-        """Show a sample to whoever looks at it."""
+        """Send a sample to all viewers."""
         if sample.definition.id == TIME:
             self._server.broadcast_time(sample.t_ns)
         way = self._way(sample.definition)
@@ -82,7 +81,7 @@ class Foxglove:
         self._server.stop()
 
     def _way(self, topic: Topic) -> "_Way":
-        """Return what becomes of a topic; a server that came back may have others."""
+        """Return the channels of a topic; a server that was restarted may have other topics."""
         way = self._ways.get(topic.id)
         if way is not None and way.conversion.topic is topic:
             return way
@@ -107,7 +106,7 @@ class Foxglove:
 
 
 class _Way(NamedTuple):
-    """What a topic becomes, and the channels on which that is shown."""
+    """The conversion of a topic, and its channels."""
 
     conversion: Conversion
     channels: tuple["foxglove.Channel", ...]
@@ -119,10 +118,10 @@ class _Way(NamedTuple):
 
 
 def check_reach(address: Address, anybody: bool) -> None:
-    """See that only whoever may watch can.
+    """Check that only permitted viewers can connect.
 
     Raises:
-        WorkbenchError: if others than this computer's users may come, and nobody said they may.
+        WorkbenchError: if other computers could connect without permission.
     """
     if not (anybody or is_loopback(address.host)):
         raise WorkbenchError(

@@ -1,4 +1,4 @@
-"""The gateway to MAVLink: a client of the link that a ground station sees as a vehicle."""
+"""The gateway to MAVLink: a client of the link that appears as a vehicle to a ground station."""
 
 import asyncio
 import contextlib
@@ -22,29 +22,29 @@ if TYPE_CHECKING:
 
 NAME = "mavlink"
 PORT = 14550
-"""Where ground stations listen."""
+"""Port at which ground stations listen."""
 RATE = 20.0
-"""Samples a second of each topic, unless the user says otherwise."""
+"""Default rate of samples of each topic [1/s]."""
 BEAT = 1.0
-"""Between two heartbeats [s]."""
+"""Period of heartbeats [s]."""
 GONE = 5.0
-"""A station that is silent for longer is gone [s]."""
+"""Silence after which a station counts as gone [s]."""
 IN_A_ROW = 20
-"""Parameters after which others get a turn."""
+"""Number of parameters sent before other work gets a turn."""
 FORCED = 21196.0
-"""What a station says to stop rotors in flight (MAV_CMD_COMPONENT_ARM_DISARM)."""
+"""The code to stop rotors in flight (MAV_CMD_COMPONENT_ARM_DISARM)."""
 
 
 @dataclass(frozen=True)
 class MavlinkOptions:
-    """How to speak MAVLink.
+    """The options of the MAVLink gateway.
 
     Attributes:
-        to: where the ground station listens.
-        allow_commands: whether it may set parameters and fly.
-        token: for the link's server, "" where it wants none.
+        to: address of the ground station.
+        allow_commands: whether the station may set parameters and fly.
+        token: for the server of the link, "" if it needs none.
         tls: as for `workbench.link.Client`.
-        rate: largest number of samples a second of each topic; None for 20.
+        rate: largest number of samples per second for each topic [1/s]; None for 20.
     """
 
     to: Address
@@ -54,10 +54,10 @@ class MavlinkOptions:
     rate: float | None = None
 
     def check(self) -> None:
-        """Refuse what would let anybody in the network fly.
+        """Check that not anybody in the network can fly.
 
         Raises:
-            WorkbenchError: if commands are to be taken from another computer.
+            WorkbenchError: if commands would be accepted from another computer.
         """
         if self.allow_commands and not is_loopback(self.to.host):
             raise WorkbenchError(
@@ -73,17 +73,17 @@ def run_mavlink(
     say: Callable[[str], None] = print,
     ready: Callable[[str, dict[str, str]], None] | None = None,
 ) -> None:
-    """Show a served flight to a ground station, and let it set gains and fly, until Ctrl-C.
+    """Pass a served flight to a ground station, and let it set gains and fly, until Ctrl-C.
 
     Args:
-        address: of the link's server, HOST:PORT.
-        options: how.
-        say: tells the user a sentence.
-        ready: hears the vehicle's name, and the MAVLink id of each parameter by its name.
+        address: of the server of the link, HOST:PORT.
+        options: of the gateway.
+        say: shows the user a sentence.
+        ready: called with the name of the vehicle, and the MAVLink id of each parameter by name.
 
     Raises:
-        WorkbenchError: if the extra is not installed, an option is wrong, or the server refuses or
-            is gone for good.
+        WorkbenchError: if the extra is not installed, an option is invalid, or the server rejects
+            the client or is gone.
     """
     options.check()
     if find_spec("pymavlink") is None:
@@ -135,15 +135,15 @@ class Station(asyncio.DatagramProtocol):
     """The ground station: messages to it and from it, by UDP.
 
     Args:
-        say: tells the user a sentence.
+        say: shows the user a sentence.
 
     Attributes:
-        heard: messages from it that nobody has read yet.
-        heard_at: when it was last heard, by the loop's clock [s].
+        heard: messages from it that are not read yet.
+        heard_at: time of its last message, by the clock of the loop [s].
     """
 
     MOST_WAITING = 1000
-    """Messages that may wait; more are dropped."""
+    """Largest number of waiting messages; more are dropped."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         from pymavlink.dialects.v20 import common as mavlink
@@ -157,18 +157,18 @@ class Station(asyncio.DatagramProtocol):
         self._transport: asyncio.DatagramTransport | None = None
 
     def connection_made(self, transport: Any) -> None:
-        """Keep what sends."""
+        """Keep the transport."""
         self._transport = transport
 
     def send(self, *messages: Any) -> None:
-        """Send messages; what nobody listens to is lost."""
+        """Send messages; they are lost if nobody listens."""
         if self._transport is not None:
             for message in messages:
                 self._transport.sendto(message.pack(self._mav))
                 self._mav.seq = (self._mav.seq + 1) % 256
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
-        """Keep what is meant for this vehicle; a datagram has whole messages."""
+        """Keep messages for this vehicle; a datagram has complete messages."""
         from pymavlink.dialects.v20 import common as mavlink
 
         from workbench.gateways.mavlink_messages import SYSTEM
@@ -183,19 +183,19 @@ class Station(asyncio.DatagramProtocol):
                     self.heard.put_nowait(message)
 
     def error_received(self, exc: Exception) -> None:
-        """Say that nobody listens."""
+        """Report that nobody listens."""
         self._say(f"no ground station listens yet ({exc}): start it, or name another --to")
 
 
 class MavlinkVehicle:
-    """What a ground station sees: it is told of the flight, and what it asks for is done.
+    """The vehicle seen by a ground station: reports the flight, and handles requests.
 
     Args:
         client: of the link, open.
         station: the ground station.
         ids: MAVLink id of each parameter, by its name.
         allow_commands: whether the station may set parameters and fly.
-        say: tells the user a sentence.
+        say: shows the user a sentence.
     """
 
     def __init__(
@@ -234,7 +234,7 @@ class MavlinkVehicle:
                     self._send_value(name, sample["value"])
 
     async def beat(self) -> None:
-        """Say once a second that the vehicle is there, and how it is."""
+        """Send the heartbeat and the status of the vehicle once a second."""
         while True:
             state, switch = self._client.latest("drone_state"), self._client.latest("on_off_state")
             on = switch is not None and bool(switch["on"])
@@ -243,7 +243,7 @@ class MavlinkVehicle:
             await asyncio.sleep(BEAT)
 
     async def obey(self) -> None:
-        """Answer what the station asks for, in its order."""
+        """Handle requests of the station, in order."""
         try:
             while True:
                 message = await self._station.heard.get()
@@ -282,7 +282,7 @@ class MavlinkVehicle:
                 )
 
     def _asked(self, message: Any) -> str:
-        """Return the name of the parameter that is to be read."""
+        """Return the name of the requested parameter."""
         if message.param_index < 0:
             return self._named_by(message.param_id)
         if message.param_index >= len(self._names):
@@ -298,12 +298,12 @@ class MavlinkVehicle:
         return name
 
     async def _set(self, name: str, value: float) -> None:
-        """Set a parameter, and say what it is now, whether or not that worked."""
+        """Set a parameter, and report its present value, even if that failed."""
         try:
             self._check_allowed()
             if not math.isfinite(value):
                 raise WorkbenchError(f"{name} = {value} is no number: nothing was set")
-            # a station sends 32 bits: 0.8 shall not become 0.800000011920929
+            # a station sends 32 bits: 0.8 must not become 0.800000011920929
             wanted = {name: float(str(np.float32(value)))}
             if self._control is not None:
                 await self._control.set(**wanted)
@@ -327,7 +327,7 @@ class MavlinkVehicle:
         )
 
     async def _command(self, message: Any) -> None:
-        """Do what a command asks for, and acknowledge it."""
+        """Execute a command, and acknowledge it."""
         from pymavlink.dialects.v20 import common as mavlink
 
         try:
@@ -346,7 +346,7 @@ class MavlinkVehicle:
         )
 
     async def _obey(self, message: Any) -> bool:
-        """Return whether a command is known, after it was done."""
+        """Execute a command, and return whether it is known."""
         from pymavlink.dialects.v20 import common as mavlink
 
         match message.command:
@@ -391,7 +391,7 @@ class MavlinkVehicle:
             raise WorkbenchError("this gateway only watches: start it with --allow-commands")
 
     async def _controls(self) -> AsyncControl:
-        """Return the controls; they are kept until the drone is landed or the station is gone."""
+        """Return the controls; they are kept until the drone has landed or the station is gone."""
         self._check_allowed()
         if self._control is not None and self._control.lost:
             await self._release()
@@ -403,7 +403,7 @@ class MavlinkVehicle:
         return self._control
 
     async def _look(self, on: bool) -> None:
-        """Give control back once nobody needs it."""
+        """Release control when it is no longer needed."""
         control = self._control
         if control is None:
             return
@@ -423,7 +423,7 @@ class MavlinkVehicle:
             await control.__aexit__()
 
     def _tell(self, sentence: str, severity: int | None = None) -> None:
-        """Say a sentence to the station, and to the user unless it came from the drone."""
+        """Send a sentence to the station, and to the user unless it came from the drone."""
         self._texts += 1
         if severity is None:
             self._say(sentence)

@@ -11,13 +11,13 @@ from pymavlink.dialects.v20 import common as mavlink
 
 SYSTEM, COMPONENT = 1, mavlink.MAV_COMP_ID_AUTOPILOT1
 LONGEST_ID = 16
-"""Characters of a parameter's name in MAVLink."""
+"""Largest number of characters of a parameter name in MAVLink."""
 LONGEST_LINE = 50
-"""Characters of a STATUSTEXT; longer sentences go in several."""
+"""Largest number of characters of a STATUSTEXT; longer sentences are split."""
 VOWELS = "aeiou"
 UNKNOWN_16, UNKNOWN_32 = 0xFFFF, 0xFFFFFFFF
 OFF, ARMED, TAKING_OFF, LANDING = 0, 1, 2, 7
-"""Modes of the topic drone_state, see docs/protocol.md; those between are flown."""
+"""Modes of the topic drone_state, see docs/protocol.md; those between are in flight."""
 ON_THE_GROUND = (OFF, ARMED)
 LANDED = {
     OFF: mavlink.MAV_LANDED_STATE_ON_GROUND,
@@ -30,11 +30,11 @@ SEVERITIES = (
     mavlink.MAV_SEVERITY_WARNING,
     mavlink.MAV_SEVERITY_ERROR,
 )
-"""Of our events: information, warning, failure."""
+"""MAVLink severities of our events: information, warning, failure."""
 
 Fields = Mapping[str, Any]
 Message = Any
-"""One of pymavlink's."""
+"""A message of pymavlink."""
 
 
 def motion_messages(t_ns: int, position: Fields, velocity: Fields) -> list[Message]:
@@ -117,7 +117,7 @@ def place_messages(t_ns: int, gps: Fields, position: Fields) -> list[Message]:
 
 
 def status_messages(state: Fields | None, on: bool) -> list[Message]:
-    """Return HEARTBEAT, and SYS_STATUS, BATTERY_STATUS and EXTENDED_SYS_STATE once they are known.
+    """Return HEARTBEAT, and once known SYS_STATUS, BATTERY_STATUS and EXTENDED_SYS_STATE.
 
     Args:
         state: fields of the topic drone_state; None before the first.
@@ -168,18 +168,18 @@ def event_text(event: Fields) -> tuple[str, int]:
 
 
 def text_messages(number: int, severity: int, sentence: str) -> list[Message]:
-    """Return a sentence as STATUSTEXT, in as many pieces as it needs.
+    """Return a sentence as one or more STATUSTEXT messages.
 
     Args:
-        number: of the sentence, by which a station joins the pieces.
+        number: of the sentence, used by a station to join the pieces.
         severity: MAVLink's.
-        sentence: what is said.
+        sentence: the text.
     """
     text = sentence.encode("ascii", "replace")
     pieces = [text[at : at + LONGEST_LINE] for at in range(0, len(text), LONGEST_LINE)]
     if len(pieces) <= 1:
         return [mavlink.MAVLink_statustext_message(severity, text)]
-    if len(pieces[-1]) == LONGEST_LINE:  # a full piece says that another one follows
+    if len(pieces[-1]) == LONGEST_LINE:  # a full piece means that another one follows
         pieces.append(b"")
     number = number % UNKNOWN_16 + 1
     return [
@@ -191,8 +191,8 @@ def text_messages(number: int, severity: int, sentence: str) -> list[Message]:
 def parameter_ids(names: Iterable[str]) -> dict[str, str]:
     """Return the MAVLink id of each parameter, by its name.
 
-    A name of more than 16 characters loses vowels of its longest words, then letters; where two
-    would be one, the last character counts.
+    A name of more than 16 characters loses vowels of its longest words, then letters; the last
+    character of duplicates becomes a number.
     """
     found: dict[str, str] = {}
     taken: set[str] = set()

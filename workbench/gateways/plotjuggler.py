@@ -1,4 +1,4 @@
-"""PlotJuggler: samples as datagrams of JSON, as its UDP server with the JSON parser takes them."""
+"""PlotJuggler: samples as JSON datagrams, for its UDP server with the JSON parser."""
 
 import json
 import math
@@ -12,17 +12,17 @@ from workbench.link.sample import Sample
 from workbench.link.topics import Topic, Value
 
 PORT = 9870
-"""Where PlotJuggler's UDP server listens, if it is not told otherwise."""
+"""Default port of PlotJuggler's UDP server."""
 LARGEST = 65_507
-"""Bytes that a datagram over IPv4 can carry."""
+"""Largest datagram over IPv4 [bytes]."""
 
 
 class PlotJuggler:
-    """An outlet that sends each sample as a datagram, whether somebody listens or not.
+    """An outlet that sends each sample as a datagram, even if nobody listens.
 
     Args:
         address: of PlotJuggler's UDP server.
-        say: tells the user a sentence.
+        say: shows the user a sentence.
 
     Raises:
         WorkbenchError: if the host is unknown.
@@ -54,7 +54,7 @@ class PlotJuggler:
         try:
             self._socket.sendto(data, self._to)
         except BlockingIOError:
-            return  # the buffer is full: a datagram may get lost
+            return  # the buffer is full: losing a datagram is acceptable
         except OSError as error:
             raise WorkbenchError(f"PlotJuggler cannot be reached: {error.strerror}") from None
 
@@ -73,7 +73,7 @@ def datagram(sample: Sample) -> bytes:
 
 
 def _plain(value: Value) -> object:
-    """Return a value as strict JSON has it; what is not finite is null, which is not drawn."""
+    """Return a value in strict JSON types; non-finite numbers become null, which is not drawn."""
     if isinstance(value, tuple):
         return [_plain(each) for each in value]
     if isinstance(value, float) and not math.isfinite(value):

@@ -1,4 +1,4 @@
-"""The gateway to ROS 2: a client of the link that speaks DDS, with no ROS installed."""
+"""The gateway to ROS 2: a client of the link that uses DDS, without ROS installed."""
 
 import asyncio
 import contextlib
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
 
 NAME = "ros2"
 POLL = 0.01
-"""Orders are looked for so often [s]."""
+"""Period between checks for orders [s]."""
 IN_A_ROW = 16
-"""Samples after which others get a turn."""
+"""Number of samples sent before other work gets a turn."""
 
 
 def run_ros2(address: str, options: Ros2Options, say: Callable[[str], None] = print) -> None:
-    """Publish what a server tells to ROS 2, and let ROS 2 fly where that is allowed, until Ctrl-C.
+    """Publish the data of a server to ROS 2, and let ROS 2 fly if allowed, until Ctrl-C.
 
     Args:
-        address: of the link's server, HOST:PORT.
-        options: how.
-        say: tells the user a sentence.
+        address: of the server of the link, HOST:PORT.
+        options: of the gateway.
+        say: shows the user a sentence.
 
     Raises:
-        WorkbenchError: if the extra is not installed, an option is wrong, the server refuses or is
-            gone for good, or DDS cannot be used.
+        WorkbenchError: if the extra is not installed, an option is invalid, the server rejects the
+            client or is gone, or DDS cannot be used.
     """
     options.check()
     need_cyclone()
@@ -43,7 +43,7 @@ def run_ros2(address: str, options: Ros2Options, say: Callable[[str], None] = pr
 
 
 def need_cyclone() -> None:
-    """See whether the extra is installed.
+    """Check that the extra is installed.
 
     Raises:
         WorkbenchError: if it is not.
@@ -116,7 +116,7 @@ async def _take_orders(
     try:
         while True:
             since, looked = looked, now()
-            for order in list(orders.take()):  # all that came since the last look
+            for order in list(orders.take()):  # all orders since the last check
                 await commanding.obey(order, since)
             await commanding.look()
             await asyncio.sleep(POLL)
@@ -127,7 +127,7 @@ async def _take_orders(
 async def _refuse_orders(
     client: "AsyncClient", participant: "DomainParticipant", say: Callable[[str], None]
 ) -> None:
-    """Say that orders are not taken."""
+    """Report that orders are not accepted."""
     from workbench.gateways.ros2_orders import Orders
 
     orders = Orders(participant)
@@ -141,7 +141,7 @@ async def _refuse_orders(
 
 
 def _greeting(client: "AsyncClient", options: Ros2Options, number: int, topics: int) -> str:
-    """Return what is said when it works."""
+    """Return the message for a successful start."""
     where = f"the network of {options.interface}"
     if options.configuration:
         where = "where its configuration says"

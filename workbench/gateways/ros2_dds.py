@@ -1,8 +1,8 @@
-"""DDS as ROS 2 speaks it: a domain on this computer alone, types of messages, and topics.
+"""DDS for ROS 2: a domain limited to this computer, message types, and topics.
 
-DDS has no login, and by default it is heard in the whole network. So the gateway's domain uses
-the loopback interface, and the kernel drops what comes to its sockets by any other: Cyclone sends
-by the interface that it is told, but receives by all of them.
+DDS has no login, and by default the whole network can receive it. So the domain of the gateway uses
+the loopback interface, and the kernel drops packets to its sockets from any other: Cyclone sends on
+the given interface, but receives on all of them.
 """
 
 import ctypes
@@ -54,14 +54,14 @@ _PLAIN = {
 
 
 class MessageType:
-    """A type of message, as DDS and as ROS 2 know it.
+    """A message type in DDS and in ROS 2.
 
     Args:
-        definitions: of the type and of all that it includes, the type's own first.
+        definitions: of the type, first, and of all types included in it.
 
     Attributes:
-        name: as ROS 2 has it: std_msgs/msg/Header.
-        idl: as Cyclone DDS has it; readers return instances of it.
+        name: in ROS 2, such as std_msgs/msg/Header.
+        idl: the type in Cyclone DDS; readers return instances of it.
     """
 
     def __init__(self, definitions: Sequence[Definition]) -> None:
@@ -70,7 +70,7 @@ class MessageType:
         self._codec = Codec(definitions)
 
         class Encoded(self.idl):  # type: ignore[name-defined]
-            """A message that is bytes already: Cyclone's own encoder is slow."""
+            """A message already encoded as bytes, as Cyclone's own encoder is slow."""
 
             def __init__(self, data: bytes) -> None:
                 self.data = data
@@ -81,20 +81,20 @@ class MessageType:
         self._encoded = Encoded
 
     def sample(self, values: Mapping[str, Any]) -> IdlStruct:
-        """Return a message as a writer takes it.
+        """Return a message for a writer.
 
         Args:
-            values: by field; messages within are mappings themselves.
+            values: by field; nested messages are mappings.
         """
         return self._encoded(self._codec.encode(values))
 
 
 @cache
 def message_type(name: str) -> MessageType:
-    """Return a type by its name, as std_msgs/msg/Header.
+    """Return a type by its name, such as std_msgs/msg/Header.
 
     Raises:
-        WorkbenchError: if it is not known.
+        WorkbenchError: if it is unknown.
     """
     own = _OURS.get(name)
     if own is None or name in type_names():
@@ -105,13 +105,13 @@ def message_type(name: str) -> MessageType:
 
 
 def dds_name(name: str) -> str:
-    """Return what DDS calls a type of ROS 2: std_msgs::msg::dds_::Header_."""
+    """Return the DDS name of a ROS 2 type, such as std_msgs::msg::dds_::Header_."""
     package, _, plain = name.split("/")
     return f"{package}::msg::dds_::{plain}_"
 
 
 _OURS = {CLOCK: "builtin_interfaces/Time clock\n", STRING: "string data\n"}
-"""Definitions of types that only this gateway uses."""
+"""Definitions of types used only by this gateway."""
 
 
 def _idl(definitions: Mapping[str, Definition], name: str) -> type[IdlStruct]:
@@ -137,9 +137,9 @@ def _several(field: MessageField, one: Any) -> Any:
 
 
 _ATTACH_FILTER = 26
-"""SO_ATTACH_FILTER of Linux, which `socket` does not name."""
+"""SO_ATTACH_FILTER of Linux, which is missing in `socket`."""
 _INTERFACE_INDEX = 0xFFFFF000 + 8
-"""Where a filter finds the number of the interface by which a packet came."""
+"""Offset at which a filter finds the number of the interface of a packet."""
 
 
 class DdsDomain:
@@ -148,11 +148,10 @@ class DdsDomain:
     Args:
         number: of the domain, 0 to 232.
         interface: name or address of the network interface; "lo" for this computer alone.
-        configuration: of Cyclone DDS, as its CYCLONEDDS_URI would be; replaces the interface.
+        configuration: of Cyclone DDS, in the form of CYCLONEDDS_URI; replaces the interface.
 
     Raises:
-        WorkbenchError: on entering, if there can be no such domain.
-
+        WorkbenchError: on entering, if the domain cannot be created.
     """
 
     def __init__(self, number: int, interface: str = LOOPBACK, configuration: str = "") -> None:
@@ -167,7 +166,7 @@ class DdsDomain:
         try:
             self._domain = Domain(self._number, self._configuration)
             if self._closed_in:
-                # Before there is a participant, nothing that arrives finds anybody.
+                # Before there is a participant, incoming packets have no receiver.
                 for descriptor in _sockets() - before:
                     hear_only(descriptor, socket.if_nametoindex(LOOPBACK))
             self._participant = DomainParticipant(self._number)
@@ -196,7 +195,7 @@ class DdsDomain:
 
     @property
     def participant(self) -> DomainParticipant:
-        """What writers and readers belong to."""
+        """The participant for writers and readers."""
         assert self._participant is not None, "the domain is not open"
         return self._participant
 
@@ -204,8 +203,8 @@ class DdsDomain:
 def configuration_of(interface: str) -> str:
     """Return a configuration of Cyclone DDS for one network interface.
 
-    On the loopback, programs find each other without multicast, by trying the first ports: so do
-    those of ROS 2 that are told to stay on their computer.
+    On the loopback interface, programs find each other without multicast, by trying the first
+    ports, like ROS 2 programs limited to their computer.
     """
     if interface != LOOPBACK:
         names = [name for _, name in socket.if_nameindex()]
@@ -226,12 +225,12 @@ def configuration_of(interface: str) -> str:
 
 
 def hear_only(descriptor: int, interface: int) -> None:
-    """Let a socket receive by one interface only, given by its number.
+    """Restrict a socket to packets from one interface, given by its number.
 
     Raises:
-        OSError: if the system knows no such filters.
+        OSError: if the system has no such filters.
     """
-    # Load the interface's number; if it is the one, accept the packet, else drop it.
+    # Load the number of the interface; accept the packet if it matches, else drop it.
     program = b"".join(
         struct.pack("=HBBI", *step)
         for step in (
@@ -248,7 +247,7 @@ def hear_only(descriptor: int, interface: int) -> None:
 
 
 def _sockets() -> set[int]:
-    """Return the descriptors of this process that are sockets for datagrams."""
+    """Return the file descriptors of the datagram sockets of this process."""
     found = set()
     for number in [int(path.name) for path in Path("/proc/self/fd").iterdir()]:
         try:
@@ -257,6 +256,6 @@ def _sockets() -> set[int]:
             with socket.socket(fileno=os.dup(number)) as each:
                 if each.type == socket.SOCK_DGRAM:
                     found.add(number)
-        except OSError:  # that of the listing itself, which is closed by now
+        except OSError:  # the descriptor of the listing itself, closed by now
             continue
     return found

@@ -1,4 +1,4 @@
-"""What the gateway to ROS 2 is told: options of the command line, checked before it starts."""
+"""Options of the gateway to ROS 2 from the command line, checked before it starts."""
 
 import argparse
 import os
@@ -9,21 +9,21 @@ from workbench.common.errors import WorkbenchError
 
 LOOPBACK = "lo"
 LARGEST_DOMAIN = 232
-"""The ports of higher ones do not exist."""
+"""Largest DDS domain; higher ones have no valid ports."""
 
 
 @dataclass(frozen=True)
 class Ros2Options:
-    """How to publish to ROS 2.
+    """The options of the ROS 2 gateway.
 
     Attributes:
-        domain: number of the DDS domain; None for what ROS_DOMAIN_ID says, or 0.
+        domain: number of the DDS domain; None for ROS_DOMAIN_ID, or 0.
         interface: name or address of the network interface; "lo" for this computer alone.
         configuration: of Cyclone DDS, text or file:// address; replaces the interface.
-        allow_commands: whether programs of ROS 2 may fly.
-        token: for the link's server, "" where it wants none.
+        allow_commands: whether ROS 2 programs may fly.
+        token: for the server of the link, "" if it needs none.
         tls: as for `workbench.link.Client`.
-        rate: largest frames a second of each topic, None for all there are [1/s].
+        rate: largest number of frames per second for each topic [1/s], None for all.
     """
 
     domain: int | None = None
@@ -35,10 +35,10 @@ class Ros2Options:
     rate: float | None = None
 
     def check(self) -> None:
-        """Refuse what cannot be, or what would let anybody in the network fly.
+        """Check that options are valid, and that not anybody in the network can fly.
 
         Raises:
-            WorkbenchError: if something is wrong.
+            WorkbenchError: if an option is invalid.
         """
         domain_number(self.domain)
         if self.allow_commands and (self.interface != LOOPBACK or self.configuration):
@@ -50,10 +50,10 @@ class Ros2Options:
 
 
 def domain_number(asked: int | None) -> int:
-    """Return the number of the domain: what was asked for, else ROS_DOMAIN_ID, else 0.
+    """Return the number of the domain: the requested one, else ROS_DOMAIN_ID, else 0.
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is invalid.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "").strip() or "0" if asked is None else str(asked)
     where = "ROS_DOMAIN_ID" if asked is None else "--domain"
@@ -65,7 +65,7 @@ def domain_number(asked: int | None) -> int:
 
 
 def add_ros2_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that only this gateway has."""
+    """Add the options of only this gateway."""
     parser.add_argument(
         "--domain",
         type=int,
@@ -100,15 +100,15 @@ def add_ros2_options(parser: argparse.ArgumentParser) -> None:
 def ros2_options(
     args: argparse.Namespace, token: str = "", tls: str | bool | None = None
 ) -> Ros2Options:
-    """Return the options that a command line means.
+    """Return the options for a command line.
 
     Args:
         args: with what `add_ros2_options` adds.
-        token: for the link's server.
+        token: for the server of the link.
         tls: as for `workbench.link.Client`.
 
     Raises:
-        WorkbenchError: if something is wrong.
+        WorkbenchError: if an option is invalid.
     """
     options = Ros2Options(
         domain=args.domain,
@@ -124,7 +124,7 @@ def ros2_options(
 
 
 def _configuration(said: str) -> str:
-    """Return what Cyclone takes: XML as it is, a file by its address."""
+    """Return the configuration for Cyclone: XML unchanged, a file as its address."""
     if not said or said.lstrip().startswith("<") or said.startswith("file://"):
         return said
     path = Path(said)

@@ -1,4 +1,4 @@
-"""Orders of programs of ROS 2: read from DDS, and carried out under the link's lease.
+"""Orders of ROS 2 programs: read from DDS, and executed under the lease of the link.
 
 Orders are velocities and flight operations. One program flies at a time.
 """
@@ -33,13 +33,13 @@ _HEIGHT = re.compile(r"[0-9]{1,3}(\.[0-9]{0,9})?")
 
 @dataclass(frozen=True)
 class Velocity:
-    """A velocity that is asked for.
+    """A velocity order.
 
     Attributes:
-        publisher: number of the program; one that is started anew has another.
+        publisher: number of the program; a restarted one has a different number.
         parts: x, y, z [m/s].
         yaw_rate: about the vertical [rad/s].
-        levelled: whether x is forward and y left, as seen from above; else they are those of W.
+        levelled: whether x is forward and y left, seen from above; else they are those of W.
     """
 
     publisher: int
@@ -49,7 +49,7 @@ class Velocity:
 
     @property
     def neutral(self) -> bool:
-        """Whether nothing is to move."""
+        """Whether all axes are zero."""
         return not any((*self.parts, self.yaw_rate))
 
     def in_world(self, yaw: float) -> tuple[float, float, float]:
@@ -63,7 +63,7 @@ class Velocity:
 
 @dataclass(frozen=True)
 class Operation:
-    """Something else that is to be done: arm, take_off (to a height [m]), land or stop."""
+    """A flight operation: arm, take_off (to a height [m]), land or stop."""
 
     publisher: int
     what: str
@@ -72,7 +72,7 @@ class Operation:
 
 @dataclass(frozen=True)
 class Unclear:
-    """A message that is no order; a sentence."""
+    """A message that is not a valid order, with a sentence."""
 
     said: str
 
@@ -81,7 +81,7 @@ Order = Velocity | Operation | Unclear
 
 
 class Orders:
-    """Reads the topics on which programs of ROS 2 order; what the gateway writes is not among it.
+    """Reads the topics for orders of ROS 2 programs; the gateway does not write to these.
 
     Args:
         participant: of the domain.
@@ -107,34 +107,34 @@ class Orders:
         ]
 
     def take(self) -> Iterator[Order]:
-        """Yield what has arrived; of each topic at most as much as is kept."""
+        """Yield orders that have arrived; for each topic at most as many as are kept."""
         for name, reader in self._readers:
             for _ in range(DEPTH):
                 try:
-                    taken = reader.take(1)  # one by one: what cannot be read takes none with it
+                    taken = reader.take(1)  # one by one, as one may be unreadable
                 except (DDSException, UnicodeDecodeError, ValueError) as error:
                     yield Unclear(f"{name}: a message cannot be read ({error})")
                     continue
                 if not taken:
                     break
-                # That a program has gone is a message too; its silence says the same.
+                # A program that ends also sends a message; its silence means the same.
                 if not isinstance(taken[0], InvalidSample):
                     yield order_of(name, taken[0], _program(reader, taken[0].sample_info))
 
 
 def _program(reader: DataReader, info: SampleInfo) -> int:
-    """Return a number of the program that wrote a message: it may write to several topics."""
+    """Return a number for the program that wrote a message; it may write to several topics."""
     writer = reader.get_matched_publication_data(info.publication_handle)
     return info.publication_handle if writer is None else writer.participant_key.int
 
 
 def order_of(name: str, message: IdlStruct, publisher: int) -> Order:
-    """Return what a message orders.
+    """Return the order in a message.
 
     Args:
         name: of the topic.
-        message: as DDS has it.
-        publisher: whose it is.
+        message: from DDS.
+        publisher: number of its program.
     """
     if name == CMD_VEL:
         linear, turn = message.linear, message.angular.z
@@ -172,23 +172,24 @@ def _operation(text: str, publisher: int) -> Order:
 
 
 ASK_AGAIN = 1.0
-"""After a refusal, a velocity does not ask for control sooner [s]."""
+"""Time after a rejection before a velocity requests control again [s]."""
 OLDEST = 0.5
-"""What may have waited longer is not begun any more [s]."""
+"""Largest age of an order to be executed [s]."""
 ENDING = ("land", "stop")
-"""Operations that end a flight: late is better than never."""
+"""Operations that end a flight, which are executed even if late."""
 
 
 class Commanding:
-    """Asks for control when an order comes, passes orders on, and says what is refused.
+    """Requests control when an order comes, passes on orders, and reports rejections.
 
-    The first program that sends a velocity of zero has the drone until it is silent and control
-    is lost with that: nobody takes over with a stick pushed, and nothing resumes by itself.
-    Flight operations are taken from any, so that one may land what another flies.
+    The first program that sends a velocity of zero controls the drone until it falls silent, which
+    ends its control. So no program takes over with a velocity that is not zero, and nothing resumes
+    automatically. Flight operations are accepted from any program, so that one may land a drone
+    that another flies.
 
     Args:
         client: of the link, open.
-        say: tells the user a sentence.
+        say: shows the user a sentence.
     """
 
     def __init__(self, client: AsyncClient, say: Callable[[str], None]) -> None:
@@ -199,11 +200,11 @@ class Commanding:
         self._refused = -math.inf
 
     async def obey(self, order: Order, since: float) -> None:
-        """Carry an order out, or say why not.
+        """Execute an order, or report why not.
 
         Args:
-            order: what is to be done.
-            since: it has come after this time of the loop's clock [s].
+            order: the order.
+            since: earliest arrival time of the order, by the clock of the loop [s].
         """
         if isinstance(order, Unclear):
             self._say(order.said)
@@ -213,7 +214,7 @@ class Commanding:
             if self._is_late(order, since) or not self._may(order):
                 return
             control = self._control or await self._ask()
-            if self._is_late(order, since):  # asking took its time
+            if self._is_late(order, since):  # the request took time
                 return
             if isinstance(order, Velocity):
                 self._holder = order.publisher
@@ -228,13 +229,13 @@ class Commanding:
             await self.release()
 
     async def release(self) -> None:
-        """Give control back, if the drone is still ours."""
+        """Release control, if this client still has it."""
         control, self._control, self._holder = self._control, None, None
         if control is not None:
             await control.__aexit__(None, None, None)
 
     def _is_late(self, order: Velocity | Operation, since: float) -> bool:
-        """Return whether an order waited behind others until it was an old one."""
+        """Return whether an order has become too old."""
         if isinstance(order, Operation) and order.what in ENDING:
             return False
         waited = asyncio.get_running_loop().time() - since
@@ -243,7 +244,7 @@ class Commanding:
         return waited > OLDEST
 
     def _may(self, order: Velocity | Operation) -> bool:
-        """Return whether an order's program may give it."""
+        """Return whether the program of an order may give it."""
         if isinstance(order, Operation) or order.publisher == self._holder:
             return True
         if self._holder is not None:
@@ -257,7 +258,7 @@ class Commanding:
         return False
 
     async def _ask(self) -> AsyncControl:
-        """Ask for control.
+        """Request control.
 
         Raises:
             WorkbenchError: if it is refused.
@@ -274,7 +275,7 @@ class Commanding:
 
     async def _carry_out(self, order: Velocity | Operation, control: AsyncControl) -> None:
         if isinstance(order, Velocity):
-            if control.scaled:  # of the order before: a refusal takes its time
+            if control.scaled:  # from the order before, as a rejection takes time
                 self._say(f"flown slower than asked: {control.scaled}")
             control.velocity(*order.in_world(self._yaw()), order.yaw_rate)
             return

@@ -1,4 +1,4 @@
-"""The drone's topics as topics of ROS 2: which there are, and how they are written."""
+"""Publish the topics of the drone as ROS 2 topics."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -23,34 +23,34 @@ CLOCK_CHANNEL = Channel("/clock", CLOCK)
 
 
 def writer_qos() -> Qos:
-    """Return how topics are written: as ROS 2 does by default, so that every reader matches.
+    """Return the quality of service of writers: the default of ROS 2, so that every reader matches.
 
-    Readers who want best effort match a reliable writer, but not the other way round. A writer
-    whose readers do not follow waits for nobody: what does not fit is not written.
+    Best-effort readers match a reliable writer, but not vice versa. A writer does not wait for slow
+    readers: samples that do not fit are dropped.
     """
     return Qos(
         Policy.Reliability.Reliable(0),
         Policy.Durability.Volatile,
         Policy.History.KeepLast(DEPTH),
-        # ROS 2 writes and reads XCDR1, and readers of XCDR1 get nothing of XCDR2, without a word.
+        # ROS 2 uses XCDR1, and readers of XCDR1 get no XCDR2 data, without any error.
         Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
     )
 
 
 def dds_topic(participant: DomainParticipant, name: str, kind: MessageType) -> DdsTopic:
-    """Return a topic of ROS 2 as DDS has it."""
+    """Return the DDS topic of a ROS 2 topic."""
     return DdsTopic(participant, f"rt{name}", kind.idl)
 
 
 class Publishing:
-    """Writes samples of the link as messages of ROS 2.
+    """Writes samples of the link as ROS 2 messages.
 
     Args:
         participant: of the domain.
 
     Attributes:
-        written: messages so far.
-        dropped: messages that a reader was too slow for.
+        written: number of messages so far.
+        dropped: number of messages dropped as a reader was too slow.
     """
 
     def __init__(self, participant: DomainParticipant) -> None:
@@ -64,11 +64,11 @@ class Publishing:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """The topics that there are by now."""
+        """The present topics."""
         return tuple(self._writers)
 
     def announce(self, topics: Iterable[Topic]) -> None:
-        """Make all topics at once, so that they are listed before the first message."""
+        """Create all topics at once, so that they are listed before the first message."""
         for topic in topics:
             if topic.direction is not Direction.IN:
                 self._learn(topic)
@@ -76,7 +76,7 @@ class Publishing:
         self._writer(ODOMETRY)
 
     def write(self, sample: Sample) -> None:
-        """Write all that a sample becomes."""
+        """Write all messages for a sample."""
         number = sample.definition.id
         found = self._conversions.get(number)
         if found is None or found.topic is not sample.definition:
@@ -91,7 +91,7 @@ class Publishing:
             self._write_odometry(sample.t_ns)
 
     def _write_odometry(self, t_ns: int) -> None:
-        """Write place and velocity as one, as soon as both of a time are there."""
+        """Write position and velocity in one message, as soon as both are known for a time."""
         position, velocity = self._last.get(POSITION), self._last.get(VELOCITY)
         if position and velocity and position.t_ns == velocity.t_ns:
             values = odometry(t_ns, position.values, velocity.values, self._body)

@@ -1,4 +1,4 @@
-"""What gateways with asyncio share: works that end together, and sentences for the user."""
+"""The common parts of gateways with asyncio: tasks that end together, and messages to the user."""
 
 import asyncio
 from collections.abc import Callable
@@ -7,16 +7,16 @@ from time import monotonic
 from workbench.link import AsyncClient
 
 LOOK = 0.2
-"""What is only told to the user is looked for so often [s]."""
+"""Period between checks for messages to the user [s]."""
 SAY_AGAIN = 5.0
-"""What was said is not said again sooner [s]."""
+"""Time before a message is repeated [s]."""
 
 
 async def all_of(works: list["asyncio.Task[None]"]) -> None:
-    """Wait until one of several works ends, and end the others with it.
+    """Wait until one of several tasks ends, and end the others with it.
 
     Raises:
-        WorkbenchError: what it ended with.
+        WorkbenchError: the error of that task.
     """
     try:
         await asyncio.wait(works, return_when=asyncio.FIRST_COMPLETED)
@@ -30,7 +30,7 @@ async def all_of(works: list["asyncio.Task[None]"]) -> None:
 
 
 async def tell_trouble(client: AsyncClient, say: Callable[[str], None]) -> None:
-    """Say when the connection to the drone is lost, and when it is back."""
+    """Report when the connection to the drone is lost, and when it is restored."""
     lost = False
     while True:
         if client.trouble:
@@ -42,10 +42,10 @@ async def tell_trouble(client: AsyncClient, say: Callable[[str], None]) -> None:
 
 
 class Sayings:
-    """Says sentences, but none again and again.
+    """Shows sentences, without frequent repetition.
 
     Args:
-        say: tells the user a sentence.
+        say: shows the user a sentence.
         clock: time now [s].
     """
 
