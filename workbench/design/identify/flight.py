@@ -1,4 +1,4 @@
-"""The flight of an identification: its samples from a log, and the plan that identifies best.
+"""The flight of an identification: samples from a log, and the plan of a flight with excitation.
 
 Samples are on one even grid, in SI units and in B. The plan has doublets and chirps on throttle,
 roll, pitch and yaw.
@@ -17,50 +17,49 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Action, Rates, Scenario, Start, VehicleConfig
 
 FLYING = 0.5
-"""Share of the usual mean command above which a drone flies, over `STEADY`."""
+"""Share of the usual mean command above which a drone flies, averaged over `STEADY`."""
 STEADY = 1.0
 """[s]."""
 HARD = 30.0
-"""Specific force that is a blow, not flying [m/s²]."""
+"""Specific force from which on a sample counts as an impact [m/s²]."""
 FAST = 17.0
-"""Angular velocity that is a crash [rad/s]."""
+"""Angular velocity from which on a sample counts as a crash [rad/s]."""
 AWAY = 1.0
-"""Before and after ground, blows and crashes that is left out [s]."""
+"""Time left out before and after ground contact, impacts and crashes [s]."""
 LEAST_RATE = 180.0
-"""Of gyro and commands, below which a rate loop's commands are aliased [1/s]."""
+"""Rate of gyro and commands below which the commands of a rate loop are aliased [1/s]."""
 SPEED, SHARE = "speed", "share"
-"""What commands are: speeds of rotors [rad/s], or shares of what motors can (0 .. 1)."""
+"""Kinds of commands: rotor speeds [rad/s], or shares of the full command (0 .. 1)."""
 LEAST, MOST = 20.0, 600.0
 """Limits of the duration of a plan [s]."""
 REST = 2.0
 """Hover before and after a planned flight [s]."""
 SLOWEST, FASTEST = 2.0, 0.125
-"""Halves of doublets, from the first to the last of a sweep [s]."""
+"""Half periods of the first and the last doublet in a sweep [s]."""
 LOG_RATE = 512
-"""Of the states that `workbench fly --csv` writes [1/s]."""
+"""Rate of the states written by `workbench fly --csv` [1/s]."""
 HEIGHT = 10.0
 """Height of a planned flight [m]."""
 TICK = 1.0 / 64.0
-"""Actions of a plan fall on multiples of it [s]."""
+"""Time step of the actions of a plan [s]."""
 
 
 @dataclass(frozen=True)
 class Flight:
-    """A flight, or the parts of it that can be used; N samples at an even period, n rotors.
+    """A flight, or the usable parts of it; N samples at an even period, n rotors.
 
     Attributes:
         time: (N) [s].
-        commands: (N, n) of the motors, each from its sample on until the next.
+        commands: (N, n) of the motors, each held until the next sample.
         gyro: (N, 3) angular velocity in B [rad/s].
         force: (N, 3) specific force of the accelerometer in B [m/s²].
-        velocity: (N, 3) in B, through the air where that is still [m/s]; None where it is not
-            known.
-        voltage: (N) of the battery under load [V]; None where it is not known.
+        velocity: (N, 3) in B, relative to still air [m/s]; None if unknown.
+        voltage: (N) of the battery under load [V]; None if unknown.
         kind: of the commands, `SPEED` or `SHARE`.
-        good: (N) whether a sample is one of free flight; all are where it is left out.
-        command_rate: at which commands were logged, 0 for that of the samples [1/s].
+        good: (N) whether a sample is in free flight; by default all are.
+        command_rate: rate of logged commands, 0 for that of the samples [1/s].
         force_lowpass: cut-off of the accelerometer's second-order filter, 0 if unknown [Hz].
-        gyro_lowpass: the same of the gyro.
+        gyro_lowpass: the same for the gyro.
         name: of the log.
     """
 
@@ -83,7 +82,7 @@ class Flight:
 
     @property
     def period(self) -> float:
-        """Between samples [s]."""
+        """Period of samples [s]."""
         return float(np.median(np.diff(self.time)))
 
     @property
@@ -92,13 +91,13 @@ class Flight:
         return 1.0 / self.period
 
     def cut(self, keep: slice) -> "Flight":
-        """Return a part of it."""
+        """Return a part of the flight."""
         names = ("time", "commands", "gyro", "force", "velocity", "voltage", "good")
         known = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         return replace(self, **{name: values[keep] for name, values in known.items()})
 
     def pieces(self, shortest: float) -> list["Flight"]:
-        """Return the runs of good samples that last at least so long [s]."""
+        """Return the runs of good samples of a minimum duration [s]."""
         edges = np.flatnonzero(np.diff(np.concatenate(([0], self.good.astype(int), [0]))))
         runs = zip(edges[::2], edges[1::2], strict=True)
         least = shortest * self.rate
@@ -106,25 +105,25 @@ class Flight:
 
 
 def on_even_grid(times: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Return samples (M, ...) at the times of a grid (N), on straight lines between them."""
+    """Return samples (M, ...), interpolated linearly at the times of a grid (N)."""
     flat = values.reshape(len(values), -1)
     columns = [np.interp(grid, times, column) for column in flat.T]
     return np.stack(columns, axis=1).reshape(len(grid), *values.shape[1:])
 
 
 def held_on_grid(times: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Return the sample (M, ...) that was the last one at each time of a grid (N)."""
+    """Return the last sample (M, ...) at each time of a grid (N)."""
     place = np.searchsorted(times, grid + 1e-9, side="right") - 1
     return values[np.clip(place, 0, len(values) - 1)]
 
 
 def free_flight(flight: Flight) -> Flight:
-    """Return a flight whose good samples are those of free flight.
+    """Return a flight with the samples of free flight marked as good.
 
-    Motors run, in the mean over a second, and nothing hits hard or tumbles.
+    Motors run, averaged over a second, and there is no impact or tumbling.
 
     Raises:
-        WorkbenchError: where the motors never run.
+        WorkbenchError: if the motors never run.
     """
     mean = flight.commands.mean(axis=1)
     running = mean[mean > 0.05 * max(mean.max(), 1e-12)]
@@ -140,10 +139,10 @@ def free_flight(flight: Flight) -> Flight:
 
 
 def check_finite(flight: Flight) -> None:
-    """Refuse a flight with numbers that are none where it is good.
+    """Check that all good samples of a flight are finite.
 
     Raises:
-        WorkbenchError: naming what and when.
+        WorkbenchError: with the quantity and the time.
     """
     named = (("commands", flight.commands), ("gyro", flight.gyro), ("force", flight.force))
     for what, values in named:
@@ -155,7 +154,7 @@ def check_finite(flight: Flight) -> None:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a plan may ask for.
+    """The limits of a plan.
 
     Attributes:
         speed: level [m/s].
@@ -168,7 +167,7 @@ class Limits:
     yaw_rate: float
 
     def check(self) -> None:
-        """Refuse what cannot be flown.
+        """Check that the limits are valid.
 
         Raises:
             WorkbenchError: for the first number that is not positive and finite.
@@ -186,7 +185,7 @@ class Limits:
 
 
 def usual_limits(vehicle: Vehicle) -> Limits:
-    """Return limits that a vehicle holds: a climb that takes a third of its spare thrust."""
+    """Return limits suitable for a vehicle: a climb uses a third of its thrust reserve."""
     spare = GRAVITY * (vehicle.thrust_to_weight - 1.0)
     return Limits(2.5, min(1.5, 0.15 * spare), 0.4)
 
@@ -194,20 +193,21 @@ def usual_limits(vehicle: Vehicle) -> Limits:
 def excitation(
     vehicle: Vehicle, model: str, limits: Limits, duration: float, controller: str = ""
 ) -> Scenario:
-    """Return the flight: axes in turn with sweeps of doublets, then all of them at once.
+    """Return a flight with excitation: sweeps of doublets on each axis, then on all at once.
 
-    A sweep's doublets become shorter, each half by a tenth, so that it has the spectrum of a chirp
-    of square waves; between sweeps the drone flies to and fro at full speed, which tells of drag.
+    The doublets of a sweep become shorter, each half by a tenth, which yields the spectrum of a
+    square-wave chirp. Between sweeps the drone flies back and forth at full speed, to identify
+    drag.
 
     Args:
-        vehicle: that flies.
+        vehicle: the one to fly.
         model: its name or path, for the scenario.
-        limits: of what is asked for.
-        duration: of all of it [s].
-        controller: that flies it; the usual one without.
+        limits: of commands.
+        duration: of the flight [s].
+        controller: the one to fly it; by default the usual one.
 
     Raises:
-        WorkbenchError: for a duration or limits that cannot be.
+        WorkbenchError: for an invalid duration or limits.
     """
     limits.check()
     if not LEAST <= duration <= MOST:
@@ -239,16 +239,16 @@ def excitation(
 
 
 def _sweeps(axis: int, amplitude: float, end: float) -> list[tuple[float, int, float]]:
-    """Return times and values of an axis: doublets over and over, each a tenth shorter.
+    """Return times and values of an axis: repeated doublets, each a tenth shorter.
 
-    Axes begin at different places of the sweep, so that they do not go together.
+    Axes start at different positions in the sweep, so that they are not correlated.
     """
     edges = []
     time = REST + 0.4 * axis
     half = SLOWEST * (FASTEST / SLOWEST) ** (0.25 * axis)
     sign = 1.0
     while time + 2.0 * half < end:
-        # what is as short as the drone is slow shows little: it may be asked for in full
+        # short doublets have little effect on a slow drone, and may use the full amplitude
         for value in (sign, -sign):
             edges.append((_tick(time), axis, value * amplitude))
             time += half

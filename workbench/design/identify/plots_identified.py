@@ -1,4 +1,4 @@
-"""The picture of an identification: intervals, a stretch of flight, what errors hang together."""
+"""The figure of an identification: intervals, a part of the flight, and correlations of errors."""
 
 import math
 from pathlib import Path
@@ -11,13 +11,13 @@ from workbench.design.identify.report import Report
 from workbench.design.identify.search import SHORTEST
 
 TINY = 1e-7
-"""What is described and smaller is nothing to compare with."""
+"""Smallest described value for a comparison."""
 STRETCH = 6.0
-"""That is drawn of the liveliest run [s]."""
+"""Time drawn of the run with the most motion [s]."""
 
 
 def draw_identified(report: Report, path: Path) -> None:
-    """Draw it into a file."""
+    """Draw the figure to a file."""
     plot_identified(report).savefig(path, dpi=120)
 
 

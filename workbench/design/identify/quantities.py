@@ -1,4 +1,4 @@
-"""What is looked for, and the vehicle that has it."""
+"""The quantities to identify, and a vehicle with their values."""
 
 import dataclasses
 import math
@@ -10,19 +10,19 @@ from workbench.design.identify.flight import SHARE, Flight
 from workbench.plant.vehicle import Vehicle
 
 DRAG_STEP = 0.01
-"""By which drag is moved for a derivative [1/s]."""
+"""Step of drag for a derivative [1/s]."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number that is looked for.
+    """A quantity to identify.
 
     Attributes:
         name: its own.
-        start: where the search begins.
-        step: by which it is moved for a derivative.
-        prior: standard deviation of what is known of it before, infinite for nothing.
-        needs: channels that tell of it: "force" (along z), "level" (force across), "turn".
+        start: initial value of the search.
+        step: for a derivative.
+        prior: standard deviation of prior knowledge, infinite for none.
+        needs: channels that depend on it: "force" (along z), "level" (force across), "turn".
     """
 
     name: str
@@ -33,10 +33,10 @@ class Quantity:
 
 
 def looked_for(flight: Flight, vehicle: Vehicle) -> list[Quantity]:
-    """Return what a log can be asked for.
+    """Return the quantities that a log can identify.
 
-    Factors are logarithms, so that they stay positive. The bias of the accelerometer along z is
-    known to 0.1 m/s², as it hardly differs from thrust in a hover.
+    Factors are logarithms, so that they stay positive. The bias of the accelerometer along z has a
+    prior of 0.1 m/s², as in hover it is hardly distinguishable from thrust.
     """
     free = math.inf
     gyro = Quantity("gyro_delay", 0.003, 0.0005, 0.01, "turn")
@@ -76,10 +76,10 @@ def looked_for(flight: Flight, vehicle: Vehicle) -> list[Quantity]:
 
 
 def with_quantities(vehicle: Vehicle, values: dict[str, float]) -> Vehicle:
-    """Return the vehicle that has what was found; what is not named stays as it is.
+    """Return the vehicle with the given values; other numbers stay the same.
 
     Args:
-        vehicle: as it is described.
+        vehicle: the described one.
         values: by name, see `looked_for`.
     """
     get = values.get

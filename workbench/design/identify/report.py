@@ -1,4 +1,4 @@
-"""All that is said of an identification: numbers, how far to trust them, and the sidecar.
+"""The report on an identification: numbers, their confidence, and the sidecar.
 
 The sidecar is the file of rotors and body that any `--model` takes.
 """
@@ -22,24 +22,24 @@ from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
 
 WELL, ROUGHLY, NOT = "well", "roughly", "not determined"
-"""Verdicts on excitation."""
+"""Verdicts on the excitation of a quantity."""
 THREEFOLD = 3.0
-"""So many times what is well known is still roughly known."""
+"""Factor on the uncertainty of a well known quantity up to which it is roughly known."""
 TOLD_APART = 0.3
-"""Share of the lag that its interval may have to either side to be told from the delay."""
+"""Largest relative half width of the interval of the lag, to separate it from the delay."""
 WHITE_SPAN = 1.0
-"""Up to which errors of prediction are looked at for what hangs together [s]."""
+"""Longest lag of the autocorrelation of prediction errors [s]."""
 AHEAD = 0.2
-"""How far angular velocity is predicted [s]."""
+"""Horizon of predictions of the angular velocity [s]."""
 HELD_BACK = 0.2
-"""Last share of a flight that a second search does not see."""
+"""Last share of a flight, held back from a second search."""
 ABOUT_Z = ("inertia_z", "rotor_inertia")
-"""Rows of what turns about z."""
+"""Rows of quantities about z."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A number that was identified.
+    """An identified number.
 
     Attributes:
         name: its own.
@@ -47,9 +47,9 @@ class Row:
         value: of it.
         low: lower end of its 95 % interval.
         high: its upper end.
-        described: what the description says; None where it says nothing.
+        described: its value in the description, or None.
         verdict: `WELL`, `ROUGHLY` or `NOT`.
-        flight: that would narrow it.
+        flight: one that would narrow the interval.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Prediction:
-    """How well a model that has not seen them predicts the last fifth of the flights.
+    """The errors of a model that predicts the last fifth of the flights, held back from its search.
 
     Attributes:
         force: RMS error of specific force along z [m/s²].
@@ -88,7 +88,7 @@ _FAST = "level flight to and fro at 2 m/s and more, with velocity measured"
 
 
 def rows_of(found: Found) -> list[Row]:
-    """Return what was found, in the order in which it is read."""
+    """Return the results in the order of the table."""
     fit, vehicle = found.fit, found.vehicle
     half = 0.5 * vehicle.span
     names = set(fit.names)
@@ -191,7 +191,8 @@ def thrust_at(found: Found, command: float) -> tuple[float, float, float]:
 def hover_command(found: Found) -> tuple[float, float, float]:
     """Return the command at which thrust is the weight, and its interval.
 
-    Where the curve comes to the weight for good; that of thrust over its slope is the interval.
+    This is where the curve finally crosses the weight. The interval is that of thrust over the
+    slope of the curve.
     """
     grid = np.linspace(0.02, 1.0, 491)
     thrust = np.array([thrust_at(found, command)[0] for command in grid])
@@ -205,7 +206,7 @@ def hover_command(found: Found) -> tuple[float, float, float]:
 
 
 def told_apart(found: Found) -> str:
-    """Return whether lag and delay can be told apart, and whether the lag is one number."""
+    """Return whether lag and delay are separable, and whether the lag is one number."""
     if not found.fast:
         return "nothing is said of lag and delay"
     lag, low, high = _factor(found, "lag", found.vehicle.rotor_lag)
@@ -237,7 +238,7 @@ def whiteness(fit: Fit, period: float) -> np.ndarray:
 def noise_densities(found: Found) -> tuple[float, float]:
     """Return the noise of gyro [rad/s/√Hz] and accelerometer [m/s²/√Hz] at the fastest half.
 
-    It is the spread of second differences, which leave of a flight's motion next to nothing.
+    It is the spread of second differences, which remove almost all of the motion in a flight.
     """
     gyro, force = [], []
     for flight in found.flights:
@@ -252,10 +253,10 @@ def noise_densities(found: Found) -> tuple[float, float]:
 
 
 def predicted(found: Found) -> Prediction:
-    """Return how well what was found predicts flights, from each instant onwards.
+    """Return the errors of predictions of flights by a result, from each instant onwards.
 
     Args:
-        found: from other flights, or another part of them.
+        found: result from other flights, or another part of them.
     """
     force, mean, turn, held = [], [], [], []
     for flight in found.flights:
@@ -279,10 +280,10 @@ def predicted(found: Found) -> Prediction:
 
 
 def identified_vehicle(found: Found) -> Vehicle:
-    """Return the vehicle that was found; a log of shares knows no speed of a rotor.
+    """Return the identified vehicle; a log of shares has no rotor speeds.
 
-    There the described largest speed stays, and the motor constant is such that thrust at it is
-    that of the full command.
+    In that case the described largest speed stays, and the motor constant is chosen for the thrust
+    of the full command at it.
     """
     values = found.fit.named
     if not found.fast:
@@ -300,12 +301,12 @@ def identified_vehicle(found: Found) -> Vehicle:
 
 
 def sidecar_text(vehicle: Vehicle, rows: Sequence[Row], logs: Sequence[Path]) -> str:
-    """Return the sidecar's YAML.
+    """Return the YAML of the sidecar.
 
     Args:
-        vehicle: that was identified.
+        vehicle: the identified one.
         rows: with the intervals.
-        logs: that it comes from, for its head.
+        logs: used, for its head.
     """
     inertia = vehicle.inertia
     products = (inertia[0, 1], inertia[0, 2], inertia[1, 2])
@@ -346,10 +347,10 @@ def sidecar_text(vehicle: Vehicle, rows: Sequence[Row], logs: Sequence[Path]) ->
 
 
 def yaw_scale(vehicle: Vehicle) -> float:
-    """Return what the inertia about z is to be taken times, with all that turns about z.
+    """Return the factor on the inertia about z, and on all other quantities about z.
 
-    A log has the inertia about z over the moment constant alone. Where the described constant makes
-    it more than those about x and y together, which no body's is, both are smaller.
+    A log only yields the inertia about z over the moment constant. If with the described constant
+    it exceeds those about x and y together, which is impossible, both are reduced.
     """
     inertia = vehicle.inertia
     return float(min(1.0, (inertia[0, 0] + inertia[1, 1]) / inertia[2, 2]))
@@ -385,15 +386,15 @@ def _short(value: float, digits: int = 6) -> float:
 
 @dataclass(frozen=True)
 class Report:
-    """What is said of an identification.
+    """The report on an identification.
 
     Attributes:
-        found: what was found.
-        rows: in numbers that people know.
+        found: the result.
+        rows: of the table.
         correlations: autocorrelations of the errors of prediction, see `whiteness`.
         noise: densities of gyro [rad/s/√Hz] and accelerometer [m/s²/√Hz].
-        held_back: what a search without the last fifth predicts of it; None without one.
-        sidecar: the file's text.
+        held_back: prediction of the last fifth by a search without it; None without one.
+        sidecar: text of the file.
     """
 
     found: Found
@@ -405,12 +406,12 @@ class Report:
 
     @property
     def vehicle(self) -> Vehicle:
-        """As it is described."""
+        """The described vehicle."""
         return self.found.vehicle
 
     @property
     def seconds(self) -> float:
-        """Of free flight."""
+        """Duration of free flight [s]."""
         return self.found.seconds
 
     @property
@@ -421,7 +422,7 @@ class Report:
 
     @property
     def sentences(self) -> list[str]:
-        """What is to be known beside the table."""
+        """Remarks in addition to the table."""
         said = [told_apart(self.found)] if self.found.fast else []
         said += [f"no {what}: {why}" for what, why in self.found.refused.items()]
         if any(row.name.startswith("inertia") for row in self.rows):
@@ -458,7 +459,7 @@ class Report:
         return said
 
     def as_dictionary(self) -> dict[str, Any]:
-        """Return it for JSON."""
+        """Return the report for JSON."""
         return {
             "vehicle": self.vehicle.name,
             "seconds": self.seconds,
@@ -479,9 +480,9 @@ def make_report(
     tell: Callable[[float], None] = lambda share: None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Report:
-    """Identify, and say how far to trust it.
+    """Identify a vehicle, and return the report.
 
-    Arguments and errors are those of `identify`; `logs` are where the flights come from.
+    Arguments and errors are those of `identify`; `logs` are the sources of the flights.
     """
     found = identify(vehicle, flights, lambda share: tell(0.6 * share), stopped)
     rows = rows_of(found)

@@ -1,1 +1,1 @@
-"""How well a model predicts a flown flight, and how that would have gone with other gains."""
+"""Predictions of flown flights by a model, and of the same flights with other gains."""

@@ -1,4 +1,4 @@
-"""A flown flight as arrays on one grid, which predictions start from and are compared with."""
+"""A flown flight as arrays on one grid, the start and reference of predictions."""
 
 from typing import NamedTuple
 
@@ -6,35 +6,35 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 AIRBORNE = 0.3
-"""Above its height at the start a drone flies [m]."""
+"""Height above the start from which on a drone counts as flying [m]."""
 TURNING = 0.05
-"""Mean command above which the rotors turn."""
+"""Mean command above which rotors turn."""
 MARGIN = 0.2
-"""Not counted after the take-off, and before the landing [s]."""
+"""Time after take-off and before landing that is left out [s]."""
 
 
 class Motion(NamedTuple):
-    """A flight of m samples, and n rotors. W is east, north, up; B forward, left, up.
+    """A flight of m samples and n rotors. W is east, north, up; B is forward, left, up.
 
     Attributes:
         name: of the flight.
-        period: between two samples [s].
+        period: between samples [s].
         q: attitude, w, x, y, z, without jumps (m, 4).
         p: position in W (m, 3) [m].
         v: velocity in W (m, 3) [m/s].
-        w: angular velocity in B, of the gyro where there is one (m, 3) [rad/s].
-        q_known: as the flight computer knew it, and so the next two; the truth where the log has
-            no estimate (m, 4).
-        p_known: (m, 3).
-        v_known: (m, 3).
-        setpoint: position that is gone to, in W (m, 3) [m].
-        attitude_setpoint: roll, pitch, yaw that the law asked for (m, 3) [rad]; NaN where unknown.
+        w: angular velocity in B, from the gyro if there is one (m, 3) [rad/s].
+        q_known: attitude known to the flight computer (m, 4); like the next two, the true one if
+            the log has no estimate.
+        p_known: position (m, 3).
+        v_known: velocity (m, 3).
+        setpoint: position setpoint in W (m, 3) [m].
+        attitude_setpoint: roll, pitch, yaw commanded by the law (m, 3) [rad]; NaN where unknown.
         thrust_setpoint: as a share of the full one (m); NaN where unknown.
         commands: share of the full command of each rotor, or of its full speed (m, n).
         voltage: of the battery (m) [V]; NaN where unknown.
-        measured: whether all that a prediction starts from was measured then (m); in gaps it is
+        measured: whether all inputs of a prediction were measured at a sample (m); in gaps they are
             interpolated.
-        lag_shown: whether `commands` are speeds that the rotors had, behind their lag.
+        lag_shown: whether `commands` are actual rotor speeds, after their lag.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Motion(NamedTuple):
 
     @property
     def airborne(self) -> tuple[int, int]:
-        """From which sample to before which one it flies; none where it never does."""
+        """Slice of the samples in flight; empty if it never flies."""
         if self.commands[0].mean() > TURNING:  # the log begins in flight
             return 0, len(self.p) - 1
         high = np.nonzero(self.p[:, 2] > self.p[0, 2] + AIRBORNE)[0]
@@ -72,7 +72,7 @@ class Motion(NamedTuple):
 
     @property
     def longest_gap(self) -> tuple[float, float]:
-        """When the longest time in the air begins of which nothing was measured, and ends [s]."""
+        """Begin and end of the longest time in the air without measurements [s]."""
         first, last = self.airborne
         known = np.flatnonzero(self.measured[first:last])
         edges = np.concatenate([[-1], known, [last - first]])
@@ -82,11 +82,11 @@ class Motion(NamedTuple):
 
 
 def rotation(q: np.ndarray) -> Rotation:
-    """Return rotations of quaternions w, x, y, z (m, 4)."""
+    """Return the rotations of quaternions w, x, y, z (m, 4)."""
     return Rotation.from_quat(q[:, [1, 2, 3, 0]])
 
 
 def resampled(values: np.ndarray, period: float, time: np.ndarray) -> np.ndarray:
-    """Return samples (m, k), which are `period` [s] apart, at other times, between linearly."""
+    """Return samples (m, k), at intervals of `period` [s], interpolated linearly at other times."""
     grid = period * np.arange(len(values))
     return np.column_stack([np.interp(time, grid, column) for column in values.T])

@@ -1,14 +1,15 @@
-"""Predictions from many instants of a log on, how far they are off, and what they must beat.
+"""Predictions from many instants of a log, their errors, and simple methods for comparison.
 
 Methods, each from the same instants:
 
-- `closed loop`: the law flies the vehicle from setpoints, see `flown`; it knows nothing of what was
-  commanded to the motors later.
-- `rates fade`: under the logged motor commands, with the attitude of rates that fade within 0.1 s.
-- `attitude given`: likewise, with the logged attitude, see `BLEND`: the translation alone is
-  predicted.
-- `nothing changes`: velocity and attitude stay as they are.
-- `setpoint, late`: the position moves as the setpoint did a lag earlier.
+- `closed loop`: the law flies the vehicle from setpoints, see `flown`, without later motor
+  commands.
+- `rates fade`: from the logged motor commands, with the attitude from rates that decay within 0.1
+  s.
+- `attitude given`: from the logged motor commands and the logged attitude, see `BLEND`: only the
+  translation is predicted.
+- `nothing changes`: velocity and attitude stay constant.
+- `setpoint, late`: the position follows the setpoint with a delay.
 """
 
 import math
@@ -39,36 +40,37 @@ CLOSED, FADING, GIVEN, NOTHING, LATE = METHODS = (
     "setpoint, late",
 )
 LAG = 0.53
-"""By which a setpoint is late: the median of NanoBench's PID flights [s]."""
+"""Delay of a setpoint, the median of NanoBench's PID flights [s]."""
 FADES = 0.1
-"""Time constant of a body rate that fades [s]."""
+"""Time constant of decaying body rates [s]."""
 BLEND = 0.3
-"""Of the way from the measured attitude to the flight computer's lies the one that is given: the
-errors of the two are of about one size, and independent."""
+"""Weight of the attitude of the flight computer, relative to the measured one, in the given
+attitude: the errors of both are independent and of similar size."""
 EVERY = 0.1
-"""Between two starts [s]."""
+"""Period between starts [s]."""
 HORIZON = 0.5
-"""How far ahead [s]."""
+"""Horizon of predictions [s]."""
 SETTLED = 1.0
-"""In the air before the first start: the past that a prediction goes by [s]."""
+"""Time in the air before the first start, as predictions need a past [s]."""
 MOVES = 0.3
-"""An axis whose setpoint moves less than this tells of no lag [m]."""
+"""Smallest motion of the setpoint along an axis to measure a lag [m]."""
 TRUE = Observer(drag=0.0)
-"""Of a flight computer that knows its motion."""
+"""Observer of a flight computer that knows its true motion."""
 PHYSICS = 1 / 500
-"""No longer is a step of physics [s]."""
+"""Longest physics step [s]."""
 
 
 @dataclass(frozen=True)
 class Errors:
-    """How far a method was off, over the horizon.
+    """The errors of a method over the horizon.
 
     Attributes:
         method: see above.
         ahead: times from the start on (h) [s].
         position: distance of each of N predictions (N, h) [m].
-        velocity: likewise (N, h) [m/s].
-        attitude: angle of the rotation between the two (N, h) [rad]; NaN where not predicted.
+        velocity: size of the error (N, h) [m/s].
+        attitude: angle of the rotation between predicted and true attitude (N, h) [rad]; NaN if not
+            predicted.
     """
 
     method: str
@@ -80,17 +82,17 @@ class Errors:
 
 @dataclass(frozen=True)
 class WholeFlight:
-    """A flight from its first instant in the air on, closed loop from setpoints.
+    """A whole flight from its first instant in the air on, closed loop from setpoints.
 
     Attributes:
         flight: its name.
         time: from the start of the log on (k) [s].
-        real: position (k, 3) [m].
-        flown: that of the model (k, 3) [m].
+        real: true position (k, 3) [m].
+        flown: position of the model (k, 3) [m].
         rmse: of the position [m].
-        late_rmse: of the setpoint, late [m].
-        lags: from setpoint to position of the level axes that move, of the model [s].
-        real_lags: likewise, of the flight [s].
+        late_rmse: of the delayed setpoint [m].
+        lags: of the model's position behind the setpoint, along moving level axes [s].
+        real_lags: the same for the flight [s].
     """
 
     flight: str
@@ -105,13 +107,13 @@ class WholeFlight:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a model predicts of one flight.
+    """The predictions of a model for one flight.
 
     Attributes:
         flight: its name.
-        starts: instants that were predicted from (N) [s].
+        starts: instants of the starts (N) [s].
         errors: of each method.
-        whole: of the closed loop over all of the flight.
+        whole: of the closed loop over the whole flight.
     """
 
     flight: str
@@ -121,15 +123,15 @@ class Prediction:
 
 
 class Predictor:
-    """A vehicle and a law that flights are predicted with.
+    """A vehicle and a law, to predict flights.
 
     Args:
-        vehicle: as the law knows it, and as it flies.
+        vehicle: as known to the law, and as it flies.
         controller: the law.
         gains: of all its parameters, by name.
         period: between its updates [s].
-        observer: how the estimate's error goes on.
-        effects: what of the past is used.
+        observer: dynamics of the error of the estimate.
+        effects: of the past to include.
     """
 
     def __init__(
@@ -150,12 +152,12 @@ class Predictor:
     def predict(
         self, motion: Motion, horizon: float = HORIZON, every: float = EVERY
     ) -> Prediction | None:
-        """Return predictions of a flight, None where it is in the air for less than one.
+        """Return predictions of a flight, None if it is in the air for less than the horizon.
 
         Args:
             motion: the flight.
-            horizon: how far ahead [s].
-            every: between two starts [s].
+            horizon: of predictions [s].
+            every: period between starts [s].
         """
         first, last = motion.airborne
         ahead = round(horizon / motion.period)
@@ -186,7 +188,7 @@ class Predictor:
         return Past(motion, self.vehicle, self.controller, self.gains, self.craft, listen)
 
     def _fly(self, past: Past, samples: np.ndarray, duration: float, keep: float) -> np.ndarray:
-        """Return states (N, h, 13) of closed loops from samples on, `keep` [s] apart or less."""
+        """Return states (N, h, 13) of closed loops from samples on, at most `keep` [s] apart."""
         start, craft = past.start(samples, self.effects), self.craft
         references = past.references(samples, duration)
         return np.asarray(
@@ -247,7 +249,7 @@ def predict_flights(
     every: float = EVERY,
     progress: Callable[[float], None] | None = None,
 ) -> list[Prediction]:
-    """Return predictions of flights, each by the predictor of its name."""
+    """Return predictions of flights, each by the predictor for its name."""
     found = []
     for number, (name, motion) in enumerate(motions):
         prediction = predictors[name].predict(motion, horizon, every)
@@ -259,7 +261,7 @@ def predict_flights(
 
 
 def blend(motion: Motion) -> np.ndarray:
-    """Return attitudes (m, 4) between the measured ones and the flight computer's, see `BLEND`."""
+    """Return attitudes (m, 4) between the measured and the flight computer's ones, see `BLEND`."""
     attitude = rotation(motion.q)
     between = (attitude.inv() * rotation(motion.q_known)).as_rotvec()
     q = (attitude * Rotation.from_rotvec(BLEND * between)).as_quat()[:, [3, 0, 1, 2]]
@@ -267,7 +269,7 @@ def blend(motion: Motion) -> np.ndarray:
 
 
 def _rmse(errors: np.ndarray) -> float:
-    """Return the root of the mean squared length of errors (k, 3)."""
+    """Return the root mean square of the lengths of errors (k, 3)."""
     return float(np.sqrt(np.mean(np.sum(errors**2, axis=1))))
 
 
@@ -318,7 +320,7 @@ def _given(motion: Motion, samples: np.ndarray, ahead: int) -> np.ndarray:
 
 
 def _fading(motion: Motion, samples: np.ndarray, ahead: int) -> np.ndarray:
-    """Return attitudes (N, h, 4) whose rates fade from those at the start."""
+    """Return attitudes (N, h, 4) from rates that decay from those at the start."""
     times = motion.period * np.arange(ahead + 1)
     angles = FADES * (1.0 - np.exp(-times / FADES))[:, None]
     turned = motion.w[samples][:, None] * angles
@@ -330,9 +332,10 @@ def _fading(motion: Motion, samples: np.ndarray, ahead: int) -> np.ndarray:
 def _driven(
     motion: Motion, past: Past, vehicle: Vehicle, samples: np.ndarray, attitude: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return positions, velocities and attitudes under the logged commands and some attitudes.
+    """Return positions, velocities and attitudes for the logged commands and given attitudes.
 
-    The translation alone: thrust behind the rotors' lag, rotors' drag, and level force of before.
+    Only the translation is predicted, from thrust with rotor lag, rotor drag, and the earlier level
+    force.
     """
     period = motion.period
     thrust = lagged(driven_thrust(motion, vehicle)[:, None], motion, vehicle)[:, 0]
@@ -361,13 +364,13 @@ def _driven(
 
 @dataclass(frozen=True)
 class MethodSummary:
-    """A method's errors at the end of the horizon: RMS over all windows.
+    """The errors of a method at the end of the horizon, as RMS over all windows.
 
     Attributes:
         method: see above.
         position: [m].
         velocity: [m/s].
-        attitude: [rad]; NaN where it predicts none.
+        attitude: [rad]; NaN if not predicted.
     """
 
     method: str
@@ -378,16 +381,16 @@ class MethodSummary:
 
 @dataclass(frozen=True)
 class Summary:
-    """How well flights were predicted.
+    """A summary of the predictions of flights.
 
     Attributes:
-        flights: how many.
-        windows: starts of all of them.
-        horizon: how far ahead the errors are [s].
-        methods: a row each.
-        whole: median over flights of the closed loop's RMSE over all of a flight [m].
-        whole_late: likewise, of the setpoint, late [m].
-        lag_difference: median over level axes of the model's lag less that of the flight [s].
+        flights: their number.
+        windows: number of starts in all of them.
+        horizon: of the errors [s].
+        methods: a row for each.
+        whole: median over flights of the RMSE of the closed loop over a whole flight [m].
+        whole_late: the same for the delayed setpoint [m].
+        lag_difference: median over level axes of the lag of the model minus that of the flight [s].
     """
 
     flights: int
@@ -400,7 +403,7 @@ class Summary:
 
 
 def summarized(predictions: Sequence[Prediction]) -> Summary:
-    """Return how well flights, of which there is one at least, were predicted."""
+    """Return the summary of the predictions of at least one flight."""
     rows = []
     for errors in zip(*(each.errors for each in predictions), strict=True):
         last = [
@@ -423,6 +426,6 @@ def summarized(predictions: Sequence[Prediction]) -> Summary:
 
 
 def rms(values: np.ndarray) -> float:
-    """Return the root of the mean square of what is a number; NaN where nothing is."""
+    """Return the root mean square of the finite values; NaN if there are none."""
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(known**2))) if len(known) else math.nan

@@ -1,9 +1,9 @@
-"""A logged flight, flown again with other gains or another law, and how sure that is.
+"""Predict a logged flight with other gains or another law, with uncertainty.
 
-What the model cannot explain of the log is kept as a disturbance over time, see `flown`, and
-acts again. Every vehicle of a sample of uncertain ones explains the log with a disturbance of its
-own; the band is what they make of the other law. So it is wide where the answer depends on what is
-not known, and has no width where it does not: with its own law each of them flies the log.
+The part of the log that the model does not explain is kept as a disturbance over time, see `flown`,
+and acts again. Each vehicle in a sample of uncertain ones has its own disturbance for the log; the
+band covers their flights with the other law. So it is wide where the result depends on unknowns,
+and has no width where it does not: with the original law each of them flies the log.
 """
 
 import dataclasses
@@ -32,15 +32,15 @@ from workbench.plant.drag import AIR_DENSITY, drag_area
 from workbench.plant.vehicle import Vehicle
 
 COVERED = 0.95
-"""Share of the sampled vehicles whose flights lie in the band."""
+"""Share of the flights of sampled vehicles within the band."""
 FLOOR = 1e-3
-"""Least half width of the band of a position [m]: of the log's own rounding."""
+"""Smallest half width of the band of a position [m], from rounding in the log."""
 LONG = 1.0
-"""From which on a gap of the log is told of [s]."""
+"""Length of a gap in the log from which on it is reported [s]."""
 DRAWS = 40
-"""Vehicles that are sampled for the band."""
+"""Number of vehicles sampled for the band."""
 STEP = 1 / 1000
-"""About as long is a step of physics, of which an even number makes an update [s]."""
+"""Approximate physics step; an even number of steps makes an update [s]."""
 
 
 @dataclass(frozen=True)
@@ -57,20 +57,20 @@ class Law:
 
     @property
     def period(self) -> float:
-        """Between two updates [s]."""
+        """Period of updates [s]."""
         return self.controller.period or PERIOD
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Standard deviations of factors on what flies, whose logarithms are normal, and of the wind.
+    """Standard deviations of log-normal factors on the vehicle, and of the wind.
 
     Attributes:
-        mass: of the factor.
-        inertia: likewise.
-        rotor_lag: likewise.
-        thrust: of rotors at their speed.
-        drag: of the rotors, and what inflow takes from their thrust.
+        mass: of its factor.
+        inertia: of its factor.
+        rotor_lag: of its factor.
+        thrust: of the factor on rotor thrust at a given speed.
+        drag: of the factor on rotor drag and on the loss of thrust by inflow.
         wind: of each level component of a steady wind [m/s].
     """
 
@@ -84,21 +84,22 @@ class Uncertainty:
 
 @dataclass(frozen=True)
 class WhatIf:
-    """A flight that was, and the one that would have been.
+    """A logged flight, and its prediction with another law.
 
     Attributes:
         flight: its name.
         time: from the start of the log on (k) [s].
-        setpoint: position that was asked for, in W (k, 3) [m].
+        setpoint: commanded position in W (k, 3) [m].
         logged: states (k, 13), see `rigid_body.State`.
-        again: with its own law, which shows how exactly the disturbance explains it (k, 13).
-        other: with the other law (k, 13).
+        again: states with its own law, which show how well the disturbance explains the log (k,
+            13).
+        other: states with the other law (k, 13).
         low: lower edges of the band of position and velocity (k, 6) [m, m/s].
         high: upper edges.
         disturbance: force in W [N] and moment in B [N·m] (k, 6).
-        stays: how many samples the nominal vehicle is not lost for: all of them, if it never is.
-        lost: vehicles whose flight with the other law does not stay in the air.
-        drawn: vehicles that were flown.
+        stays: number of samples before the nominal vehicle is lost; all of them if it never is.
+        lost: number of vehicles that do not stay in the air with the other law.
+        drawn: number of vehicles flown.
     """
 
     flight: str
@@ -116,35 +117,35 @@ class WhatIf:
 
     @property
     def difference(self) -> np.ndarray:
-        """Other flight less the log, position and velocity (k, 6)."""
+        """Other flight minus the log, position and velocity (k, 6)."""
         places = [4, 5, 6, 10, 11, 12]
         return np.asarray(self.other[:, places] - self.logged[:, places])
 
     @property
     def off_setpoint(self) -> np.ndarray:
-        """RMS over time of how far log and other flight are off the setpoint (2, 3) [m]."""
+        """RMS over time of the deviations of log and other flight from the setpoint (2, 3) [m]."""
         off = np.array([each[:, 4:7] - self.setpoint for each in (self.logged, self.other)])
         return np.asarray(np.sqrt(np.mean(off**2, axis=1)))
 
 
 class Explained:
-    """A logged flight as what a vehicle and its law do, and what they cannot explain of it.
+    """A logged flight, explained by a vehicle, its law and a disturbance.
 
-    What each sampled vehicle cannot explain is found when it is first flown, and kept: another law
-    costs one flight a vehicle from then on. The flights of the last law are kept, too.
+    The disturbance for each sampled vehicle is computed on its first flight and cached: from then
+    on another law costs one flight for each vehicle. The flights of the last law are cached, too.
 
     Args:
         motion: the flight.
-        vehicle: as its law knows it.
+        vehicle: as known to its law.
         flown: the law that flew.
         uncertainty: of the vehicle.
-        draws: how many vehicles are sampled, the nominal one besides.
+        draws: number of sampled vehicles, in addition to the nominal one.
         seed: of the sample.
 
     Attributes:
         vehicle: as its law knows it.
         flown: the law that flew.
-        doubt: why an answer may be wrong: by the vehicle, or a gap of the log; "" for nothing.
+        doubt: why a result may be wrong, due to the vehicle or a gap in the log; else "".
 
     Raises:
         WorkbenchError: if it is never in the air.
@@ -180,14 +181,14 @@ class Explained:
 
     @property
     def drawn(self) -> int:
-        """How many vehicles there are: the nominal one, and those that are sampled."""
+        """Number of vehicles: the nominal one, and the sampled ones."""
         return len(self._drawn)
 
     def flights(self, other: Law) -> Iterator[np.ndarray]:
         """Yield states (k, 13) of the flight with another law, of one vehicle after the other.
 
-        The nominal one is the first. A law of another period meets the same disturbance: of each of
-        its own periods the mean, so that no impulse is lost.
+        The nominal one is the first. A law with another period gets the same disturbance, averaged
+        over each of its own periods, so that the impulse is preserved.
         """
         if other != self._other.law:
             craft = self._craft(other, self.vehicle)
@@ -200,7 +201,7 @@ class Explained:
             yield flights[number]
 
     def compare(self, flights: Sequence[np.ndarray]) -> WhatIf:
-        """Return what flights of vehicles, the nominal one first, make of the log."""
+        """Return the comparison of flights of vehicles, the nominal one first, with the log."""
         own, pushes = self._own, self._explain(0)
         whole = len(own.time)
         staying = [each for each in flights if stays(each, own.targets) == whole]
@@ -221,7 +222,7 @@ class Explained:
         )
 
     def _explain(self, number: int) -> np.ndarray:
-        """Return what a sampled vehicle cannot explain of the log (K, 9)."""
+        """Return the disturbance of a sampled vehicle for the log (K, 9)."""
         if number == len(self._pushes):
             pushes = np.zeros((len(self._own.errors), PUSH))
             states = self._fly(self._own, self._drawn[number], pushes, TRIALS)
@@ -246,7 +247,7 @@ class Explained:
     def _fly(
         self, begun: "_Begun", real: "_Real", pushes: np.ndarray, trials: int = 1
     ) -> np.ndarray:
-        """Return states (K+1, 13), see `flown.make_refly`; several trials write the pushes."""
+        """Return states (K+1, 13), see `flown.make_refly`; several trials also write the pushes."""
         vehicle, wind = real
         craft = self._craft(begun.law, vehicle)._replace(wind=wind)
         return np.asarray(
@@ -269,19 +270,19 @@ class Explained:
 
 
 _Real = tuple[Vehicle, tuple[float, float, float]]
-"""What may have flown: a vehicle, and the wind [m/s]."""
+"""A vehicle that may have flown, and the wind [m/s]."""
 
 
 class _Begun(NamedTuple):
-    """A law where the flight begins, and the log at its updates.
+    """A law at the begin of the flight, and the log at its updates.
 
     Attributes:
-        law: which one.
+        law: the law.
         time: (K+1) [s].
         targets: states of the log (K+1, 13).
         errors: of the estimate (K, 11).
         memory: (k).
-        updates: done before.
+        updates: number of updates before.
         speeds: of the rotors (n).
         references: (K, 8).
         voltages: (K).
@@ -334,7 +335,7 @@ def _begun(motion: Motion, vehicle: Vehicle, law: Law, craft: Craft) -> _Begun:
 
 
 def _averaged(pushes: np.ndarray, period: float, begun: _Begun) -> np.ndarray:
-    """Return pushes (K, 9) of periods [s] in those of another law, with the same impulse."""
+    """Return pushes (K, 9) resampled to the periods of another law [s], with the same impulse."""
     if begun.law.period == period:
         return pushes
     impulse = period * np.vstack([np.zeros(PUSH), np.cumsum(pushes, axis=0)])
@@ -343,7 +344,7 @@ def _averaged(pushes: np.ndarray, period: float, begun: _Begun) -> np.ndarray:
 
 
 def _drawn(vehicle: Vehicle, uncertainty: Uncertainty, random: np.random.Generator) -> _Real:
-    """Return a vehicle out of the uncertain ones, and a wind [m/s]."""
+    """Return a random vehicle within the uncertainty, and a wind [m/s]."""
     drawn = random.standard_normal(7)
     deviations = np.array(dataclasses.astuple(uncertainty)[:5])
     factors = Uncertainty(*np.exp(drawn[:5] * deviations).tolist())
@@ -367,7 +368,7 @@ def _drawn(vehicle: Vehicle, uncertainty: Uncertainty, random: np.random.Generat
 
 
 def stays(states: np.ndarray, logged: np.ndarray) -> int:
-    """Return for how many samples a flight is not lost: it stays finite, and not far off."""
+    """Return the number of samples for which a flight stays finite and close to the log."""
     size = 5.0 + 5.0 * float(np.ptp(logged[:, 4:7], axis=0).max())
     off = np.abs(states[:, 4:7] - logged[:, 4:7]).max(axis=1)
     lost = ~(np.isfinite(states).all(axis=1) & (off < size))  # NaN is not below

@@ -1,4 +1,4 @@
-"""Gains out of an autopilot's file, and into it."""
+"""Import gains from the file of an autopilot, and export them to it."""
 
 import math
 from collections.abc import Mapping
@@ -21,20 +21,20 @@ from workbench.scenario.parameters import parameter_table
 
 _SELECTED = "stabilizer.controller"
 _LAW_OF = {1.0: "crazyflie", 2.0: "mellinger"}
-"""What the Crazyflie's choice of a controller means."""
+"""The laws by the Crazyflie's controller parameter."""
 
 
 @dataclass(frozen=True)
 class Imported:
-    """What an autopilot's file says of a law's gains.
+    """Gains of a law from the file of an autopilot.
 
     Attributes:
         file: as it was read.
-        firmware: whose.
-        version: of the firmware, as it was taken.
-        law: whose gains they are.
-        values: that can fly, by the law's names, in its units.
-        unsafe: why a value cannot, by its name in the law, a clause.
+        firmware: of the file.
+        version: of the firmware, as assumed.
+        law: with these gains.
+        values: flyable ones, by the names and in the units of the law.
+        unsafe: why a value must not fly, a clause by its name in the law.
         not_flown: names of flight control in the file that the law does not have.
         remarks: sentences.
     """
@@ -51,12 +51,12 @@ class Imported:
 
 @dataclass(frozen=True)
 class Exported:
-    """A file of parameters as it is to be written.
+    """A parameter file to be written.
 
     Attributes:
         text: of the file.
-        written: values by the firmware's names, of those whose text changed.
-        absent: the law's gains that the file lacks, by the firmware's names.
+        written: changed values, by the names of the firmware.
+        absent: gains of the law that the file lacks, by the names of the firmware.
         remarks: sentences.
     """
 
@@ -73,17 +73,17 @@ def import_gains(
     profile: int | None = None,
     law: Controller | None = None,
 ) -> Imported:
-    """Read the gains of a firmware's law from its file.
+    """Read the gains of the law of a firmware from its parameter file.
 
     Args:
         path: the file.
-        firmware: its name; without it the text tells.
-        version: of the firmware; without it what the file says, else the law's own.
-        profile: of Betaflight's file, which one counts.
-        law: whose gains are wanted; without one the firmware's.
+        firmware: its name; by default detected from the text.
+        version: of the firmware; by default that in the file, else that of the law.
+        profile: the one to use in a Betaflight file.
+        law: with the requested gains; by default that of the firmware.
 
     Raises:
-        WorkbenchError: if it is no such file, or has no gain of the law.
+        WorkbenchError: if it is not such a file, or has no gain of the law.
     """
     found, file = read_parameter_file(path, firmware, profile)
     law = law or load_controller(_law_in(found, file))
@@ -137,17 +137,17 @@ def export_gains(
     version: str = "",
     present: Imported | None = None,
 ) -> Exported:
-    """Return a firmware's file with a law's gains.
+    """Return a parameter file of a firmware with the gains of a law.
 
     Args:
-        values: by the law's names, at least all that the firmware has.
-        law: whose.
-        firmware: that is to fly them.
-        version: of it; without one that of the file that is there, else the law's own.
-        present: the file that is there, in which nothing but gains changes; None for a new one.
+        values: by the names of the law, at least all that the firmware has.
+        law: with the gains.
+        firmware: the one to fly them.
+        version: of the firmware; by default that of the existing file, else that of the law.
+        present: an existing file, in which only gains change; None for a new one.
 
     Raises:
-        WorkbenchError: if the law is none of the firmware's, or a value must not fly.
+        WorkbenchError: if the law is not one of the firmware, or a value must not fly.
     """
     if law.unscheduled not in firmware.laws:
         raise WorkbenchError(
@@ -190,7 +190,7 @@ def export_gains(
 
 
 def _law_in(firmware: Firmware, file: ParameterFile) -> str:
-    """Return the law that a file is for."""
+    """Return the law of a file."""
     entries = file.counted
     if firmware is CRAZYFLIE:
         chosen = entries.get(_SELECTED)
@@ -202,7 +202,7 @@ def _law_in(firmware: Firmware, file: ParameterFile) -> str:
 
 
 def _renamed(firmware: Firmware, values: Mapping[str, float], version: str) -> tuple[str, ...]:
-    """Return what to say of names of former versions."""
+    """Return remarks on names of earlier versions."""
     known = {firmware.law_name(name): value for name, value in values.items()}
     renamed = versions.with_new_names(known, firmware.renames)[1]
     scaled = [
@@ -222,14 +222,14 @@ def _renamed(firmware: Firmware, values: Mapping[str, float], version: str) -> t
 
 
 def _beyond(firmware: Firmware, law: Controller, gains: Mapping[str, float]) -> tuple[str, ...]:
-    """Return what to say of gains beyond the ranges that a firmware states itself."""
+    """Return remarks on gains beyond the ranges stated by a firmware."""
     found = beyond(firmware.advised, firmware.rows(law), gains)
     said = f"beyond the range that {firmware.name} states itself, which is advice: {joined(found)}"
     return (said,) if found else ()
 
 
 def _rounded(firmware: Firmware, gains: Mapping[str, float]) -> tuple[str, ...]:
-    """Return what to say of gains that a firmware keeps as whole numbers."""
+    """Return remarks on gains that a firmware stores as whole numbers."""
     if not firmware.steps:
         return ()
     lost = [

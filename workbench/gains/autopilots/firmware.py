@@ -1,7 +1,7 @@
-"""Firmwares whose files of parameters are read and written, and how their names meet a law's.
+"""Firmwares with supported parameter files, and the mapping of their names to those of laws.
 
-A law's parameters are the firmware's own, with _ for the Crazyflie's dot. What the laws have beside
-them, the limits of every law and the motors of the bench, stands in no file.
+Names of parameters of a law are those of the firmware, with _ for the Crazyflie's dot. Other
+parameters of laws, such as limits and motors of the workbench, are in no file.
 """
 
 import math
@@ -34,15 +34,15 @@ class Firmware:
     """A firmware, and its files.
 
     Attributes:
-        name: as --for has it.
-        version: that the laws here are of.
-        laws: controllers that are its laws, the usual one first.
+        name: for the option --for.
+        version: of the laws here.
+        laws: controllers of this firmware, the usual one first.
         suffix: of a new file.
-        written: makes the text of a value from an entry and a number.
-        new: makes the text of a new file from values and version.
-        renames: names and scales of former versions.
+        written: returns the text of a value from an entry and a number.
+        new: returns the text of a new file from values and version.
+        renames: names and scales of earlier versions.
         families: matches names that belong to its flight control, flown here or not.
-        advised: ranges that it states itself, where they are narrower than the law's.
+        advised: ranges stated by the firmware, if narrower than those of the law.
         steps: whether all its gains are whole numbers.
     """
 
@@ -58,30 +58,30 @@ class Firmware:
     steps: bool = False
 
     def law_name(self, name: str) -> str:
-        """Return the law's name of a parameter."""
+        """Return the name of a parameter in the law."""
         return name.replace(".", "_", 1) if self.name == "crazyflie" else name
 
     def file_name(self, name: str) -> str:
-        """Return the firmware's name of a law's parameter."""
+        """Return the name of a parameter of the law in the firmware."""
         if self.name != "crazyflie":
             return name
         match = _GROUP.match(name)
         return f"{match[1]}.{match[2]}" if match else name
 
     def rows(self, law: Controller) -> tuple[Parameter, ...]:
-        """Return those of a law's parameters that the firmware has."""
+        """Return the parameters of a law that the firmware has."""
         return tuple(row for row in law.parameters if self.has(row.name))
 
     def has(self, name: str) -> bool:
-        """Return whether the firmware has a law's parameter, and not the bench alone."""
+        """Return whether the firmware has a parameter of a law, not only the workbench."""
         return name not in _COMMON and not _BENCH.fullmatch(name)
 
     def to_law(self, values: Mapping[str, float], version: str) -> dict[str, float]:
-        """Return a file's values by the law's names, in its scales.
+        """Return the values of a file by the names and in the scales of the law.
 
         Args:
             values: by the names of the file.
-            version: of the file; "" for the law's own.
+            version: of the file; "" for that of the law.
         """
         known = {self.law_name(name): value for name, value in values.items()}
         if self.name == "betaflight" and versions.numbers_of(version) < versions.PEAK_BEFORE:
@@ -89,7 +89,7 @@ class Firmware:
         return versions.with_new_names(known, self.renames)[0]
 
     def to_file(self, values: Mapping[str, float], version: str) -> dict[str, float]:
-        """Return a law's values by the names, and in the scales, of a version."""
+        """Return the values of a law by the names and in the scales of a version."""
         numbers = versions.numbers_of(version)
         found = dict(values)
         if self.name == "betaflight" and numbers < versions.PEAK_BEFORE:
@@ -147,7 +147,7 @@ CRAZYFLIE = Firmware(
 FIRMWARES = (PX4, ARDUPILOT, BETAFLIGHT, CRAZYFLIE)
 _CRAZYFLIE_LINE = re.compile(r"[ \t{,]*[\"']?[A-Za-z]\w*\.\w+[\"']?[ \t]*:.*")
 _MOST_LINES = 5000
-"""So many lines tell a file's format."""
+"""Largest number of lines used to detect the format of a file."""
 
 
 def find_firmware(name: str) -> Firmware:
@@ -160,14 +160,14 @@ def find_firmware(name: str) -> Firmware:
 
 
 def firmware_of(law: Controller) -> Firmware | None:
-    """Return the firmware whose law a controller is; None where it is of none."""
+    """Return the firmware of a controller, or None."""
     return next((each for each in FIRMWARES if law.unscheduled in each.laws), None)
 
 
 def read_parameter_file(
     path: Path, firmware: str = "", profile: int | None = None
 ) -> tuple[Firmware, ParameterFile]:
-    """Read an autopilot's file of parameters.
+    """Read the parameter file of an autopilot.
 
     Args:
         path: the file.
@@ -175,7 +175,7 @@ def read_parameter_file(
         profile: of Betaflight's file, which one counts.
 
     Raises:
-        WorkbenchError: if it is none, naming the line.
+        WorkbenchError: if it is invalid, with the line.
     """
     text = read_text(path)
     counts = _matching_lines(text)
@@ -200,7 +200,7 @@ def read_parameter_file(
 
 
 def _matching_lines(text: str) -> dict[str, int]:
-    """Return how many lines of a text look like each firmware's."""
+    """Return the number of lines of a text that match each firmware."""
     counts = dict.fromkeys([*(each.name for each in FIRMWARES), "script", "params"], 0)
     for number, _, line in lines_of(text):
         if number > _MOST_LINES:
@@ -215,7 +215,7 @@ def _matching_lines(text: str) -> dict[str, int]:
 
 
 def unsafe(row: Parameter, value: float | None) -> str:
-    """Return why a value must not fly, as a clause; "" where it may."""
+    """Return why a value must not fly, as a clause, else ""."""
     if value is None or math.isnan(value):
         return "is no number"
     if math.isinf(value):
@@ -231,5 +231,5 @@ def unsafe(row: Parameter, value: float | None) -> str:
 
 
 def same(a: float, b: float) -> bool:
-    """Return whether a firmware, which keeps single precision, takes two numbers for one."""
+    """Return whether two numbers are equal in the single precision of a firmware."""
     return a == b or single(a) == single(b)
