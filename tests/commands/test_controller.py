@@ -14,9 +14,9 @@ PAGE = Path(__file__).parents[2] / "docs" / "controllers.md"
 
 @pytest.fixture
 def mine(write):
-    """Return the controller that docs/controllers.md shows."""
-    found = re.search(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    return write("mine.py", found[1])
+    """Return the complete controller that docs/controllers.md shows."""
+    _, complete = PAGE.read_text(encoding="utf-8").split("## A complete example")
+    return write("mine.py", re.search(r"```python\n(.*?)```", complete, re.DOTALL)[1])
 
 
 def test_its_module_is_found_by_name_as_machine_code_that_is_loaded_again_needs_it(mine):
