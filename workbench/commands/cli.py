@@ -1,7 +1,6 @@
-"""The console command `workbench`: read the command line, run one command, say what failed.
+"""The console command `workbench`: parse the command line, run one command, report errors.
 
-Nothing heavy is imported here, as `--help` shows how fast the program is; a command imports what it
-needs when it runs.
+Imports here are light, so that `--help` is fast; a command imports its dependencies when it runs.
 """
 
 import argparse
@@ -23,15 +22,15 @@ if TYPE_CHECKING:
 
 BAD_INPUT = 2
 INTERRUPTED = 130
-"""What a shell reports of a program ended by Ctrl-C (128 + SIGINT)."""
+"""Exit code of a program ended by Ctrl-C (128 + SIGINT)."""
 READER_GONE = 141
-"""The same for SIGPIPE, as in `workbench params | head -1`."""
+"""Exit code for SIGPIPE, such as in `workbench params | head -1`."""
 MAY_BE_EMPTY = ("--sensors",)
 """Options whose empty value means none."""
 COMPLETION = "completion"
-"""The command that looks at others."""
+"""The command that examines others."""
 AGAIN = 2.0
-"""How far something is, is said anew after this long, though it stands still [s]."""
+"""Time after which unchanged progress is reported again [s]."""
 COMMANDS = {
     "new": "new",
     "inspect": "inspect",
@@ -71,14 +70,14 @@ COMMANDS = {
     "gui": "gui",
     COMPLETION: COMPLETION,
 }
-"""Where each command is, in the order of the help: a module, and its function that adds the
-command where that is not `add_parser`."""
+"""Location of each command, in the order of the help: its module, and the function that adds it
+unless that is `add_parser`."""
 ENDING = (signal.SIGTERM, signal.SIGHUP)
-"""What else asks a program to end: a system that shuts down, a terminal that is closed."""
+"""Other signals to end a program: a system shutdown, a closed terminal."""
 
 
 class Terminated(KeyboardInterrupt):
-    """A signal of `ENDING`: the command ends as with Ctrl-C, and leaves no half-written file."""
+    """A signal in `ENDING`: the command ends as with Ctrl-C, without incomplete files."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -86,7 +85,7 @@ class Terminated(KeyboardInterrupt):
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaint is one sentence, as every other bad input's is."""
+    """An argument parser with errors of one sentence, like those for all other bad input."""
 
     def error(self, message: str) -> NoReturn:
         raise WorkbenchError(f"{message} (see `{self.prog} --help`)")
@@ -96,15 +95,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Args:
-        argv: the command line without the program's name; None takes the process's own.
+        argv: the command line without the program name; None for that of the process.
 
     Returns:
-        0 done, 1 the result is not as demanded, 2 bad input, 130 interrupted, 143 terminated (128
-        and the signal's number).
+        0 done, 1 demands not met, 2 bad input, 130 interrupted, 143 terminated (128 plus the number
+        of the signal).
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # m/s² on a terminal that knows only ASCII
+            stream.reconfigure(errors="replace")  # m/s² on a terminal limited to ASCII
     try:
         with _endings_as_exceptions():
             return _run(argv)
@@ -117,7 +116,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         return end_interrupted(interrupt)
     except BrokenPipeError:
-        # The interpreter flushes stdout once more at its end; let that go nowhere.
+        # The interpreter flushes stdout again at its end; discard that.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return READER_GONE
 
@@ -125,7 +124,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(argv: Sequence[str] | None) -> int:
     """Run one command and return its exit code."""
     words = sys.argv[1:] if argv is None else argv
-    if list(words[:2]) == [COMPLETION, "words"]:  # a shell asks; the last word is yet to be typed
+    if list(words[:2]) == [COMPLETION, "words"]:  # from a shell; the last word is incomplete
         parser = _parser(*[COMPLETION, *words[2:3]] if len(words) > 3 else [])
     else:
         _refuse_empty(words)
@@ -139,12 +138,12 @@ def _run(argv: Sequence[str] | None) -> int:
         return BAD_INPUT
     with _remarks_as_sentences():
         code = int(args.run(args))
-    sys.stdout.flush()  # so that a reader who has gone is noticed here
+    sys.stdout.flush()  # so that a closed reader is noticed here
     return code
 
 
 def _refuse_empty(argv: Sequence[str]) -> None:
-    """Refuse what an unset variable of a shell leaves behind, as in `inspect "$MODEL"`.
+    """Reject empty words from unset shell variables, such as in `inspect "$MODEL"`.
 
     Raises:
         WorkbenchError: if a word is empty; as a path it would be the current folder.
@@ -159,15 +158,15 @@ def _refuse_empty(argv: Sequence[str]) -> None:
 
 
 def end_interrupted(interrupt: KeyboardInterrupt) -> int:
-    """Say that the command was ended, and return its exit code."""
+    """Report that the command was ended, and return its exit code."""
     what = "terminated" if isinstance(interrupt, Terminated) else "interrupted"
-    with contextlib.suppress(OSError):  # a terminal that was closed
+    with contextlib.suppress(OSError):  # a closed terminal
         print(f"workbench: {what}; nothing was written", file=sys.stderr)
     return 128 + interrupt.number if isinstance(interrupt, Terminated) else INTERRUPTED
 
 
 def _interrupt(error: BaseException | None) -> KeyboardInterrupt | None:
-    """Return the signal behind an error: a compiled module that loads makes its own of it."""
+    """Return the signal behind an error, as the import of a compiled module may wrap it."""
     if error is None or isinstance(error, KeyboardInterrupt):
         return error
     return _interrupt(error.__cause__ or error.__context__)
@@ -175,9 +174,9 @@ def _interrupt(error: BaseException | None) -> KeyboardInterrupt | None:
 
 @contextlib.contextmanager
 def _endings_as_exceptions() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP unwind the command, as Ctrl-C does, unless `nohup` has them ignored.
+    """Turn SIGTERM and SIGHUP into exceptions, as for Ctrl-C, unless `nohup` ignores them.
 
-    Only the main thread hears signals.
+    Only the main thread receives signals.
     """
     import threading
 
@@ -199,9 +198,9 @@ def _terminate(number: int, frame: FrameType | None) -> NoReturn:
 
 
 def _parser(*only: str) -> argparse.ArgumentParser:
-    """Return the parser of all commands, or of those that are named, where there are such.
+    """Return the parser of all commands, or only of named ones if they exist.
 
-    To load and describe all takes longer than most commands' own options.
+    Loading all takes longer than the options of most single commands.
     """
     parser = Parser(
         prog="workbench",
@@ -224,7 +223,7 @@ def _parser(*only: str) -> argparse.ArgumentParser:
 
 @contextlib.contextmanager
 def _remarks_as_sentences() -> Iterator[None]:
-    """Print what the workbench logs as it prints everything else on stderr."""
+    """Print log messages of the workbench in the same form as other output on stderr."""
     import logging
 
     from workbench.commands.progress import above_bars
@@ -254,15 +253,15 @@ def _remarks_as_sentences() -> Iterator[None]:
 
 
 def _is_new(record: "logging.LogRecord", said: dict[str, float], progress: bool) -> bool:
-    """Return whether to say a message: a remark once, as a command may fly several times.
+    """Return whether to print a message: a remark only once, as a command may fly several times.
 
-    How far something is, is said anew though it stands still, as silence looks like a program that
-    hangs; but once for all processes that wait at a time.
+    Progress is reported again even if unchanged, as silence looks like a program that hangs, but
+    only once for all processes that wait at a time.
 
     Args:
         record: of the message.
-        said: when each message was said last [s].
-        progress: whether it tells how far something is.
+        said: last time of each message [s].
+        progress: whether it reports progress.
     """
     message, now = record.getMessage(), record.created
     last = said.get(message)
@@ -273,7 +272,7 @@ def _is_new(record: "logging.LogRecord", said: dict[str, float], progress: bool)
 
 
 def _version() -> str:
-    """Return the version; where it is kept takes a while to load."""
+    """Return the version; the module with it is slow to load."""
     from importlib import metadata
 
     try:

@@ -1,4 +1,4 @@
-"""`workbench compare`: controllers beside each other, in the same flights."""
+"""`workbench compare`: compare controllers in the same flights."""
 
 import argparse
 import math
@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _scenario(args: argparse.Namespace) -> "Scenario":
-    """Return the scenario whose vehicle is flown; what is wrong is refused before Drake loads."""
+    """Return the scenario with the vehicle; errors are reported before Drake loads."""
     from workbench.common.resources import find_file, find_model, find_scenario
     from workbench.scenario.scenario import Scenario, VehicleConfig, load_scenario
 
@@ -129,7 +129,7 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
 
 
 def _result(found: "Comparison") -> dict[str, Any]:
-    """Return a comparison as JSON has it."""
+    """Return a comparison for JSON."""
     return {
         "vehicle": found.vehicle,
         "rows": found.rows,
@@ -146,7 +146,7 @@ def _result(found: "Comparison") -> dict[str, Any]:
 
 
 def _texts(found: "Comparison") -> list[list[str]]:
-    """Return the table: a row each number, a column each controller."""
+    """Return the table, with a row for each number and a column for each controller."""
     rows = [["", "unit", *(each.name for each in found.controllers), ""]]
     for row in found.rows:
         values = [each.numbers.get(row.name, math.nan) for each in found.controllers]
@@ -156,14 +156,14 @@ def _texts(found: "Comparison") -> list[list[str]]:
 
 
 def _text(value: float) -> str:
-    """Return a number, a dash where there is none; below a millionth it is rounding."""
+    """Return a number as text, or a dash; below a millionth it is a rounding error."""
     if not math.isfinite(value):
         return "-"
     return f"{value:.3g}" if abs(value) >= 1e-6 else "0"
 
 
 def _remarks(found: "Comparison") -> list[str]:
-    """Return what belongs to single numbers, one sentence for all that it belongs to."""
+    """Return remarks on single numbers, each as one sentence for all numbers concerned."""
     names: dict[tuple[str, str], list[str]] = {}
     for row in found.rows:
         for each in found.controllers:
@@ -173,7 +173,7 @@ def _remarks(found: "Comparison") -> list[str]:
 
 
 def _print(found: "Comparison") -> None:
-    """Print the table, and what belongs to single numbers."""
+    """Print the table, and remarks on single numbers."""
     tuned = any(each.gains for each in found.controllers)
     whose = "the gains found for the wishes" if tuned else "its gains for it"
     print(f"{found.vehicle}, each controller with {whose}\n")

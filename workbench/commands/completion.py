@@ -1,8 +1,7 @@
-"""`workbench completion`: the Tab key completes commands, options and names in a shell.
+"""`workbench completion`: completion of commands, options and names with the Tab key in a shell.
 
-A shell's script is a few lines: it asks `workbench completion words` for what may stand at the
-cursor, so it needs no renewal when a command changes. Where nothing is offered, the shell offers
-files.
+The script for a shell is short: it calls `workbench completion words` for the candidates at the
+cursor, so it need not change when a command changes. Without candidates the shell offers files.
 """
 
 import argparse
@@ -69,7 +68,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a script, or what may stand at the cursor."""
+    """Print a script, or the candidates at the cursor."""
     if args.shell in _SCRIPTS:
         print(_SCRIPTS[args.shell].strip())
         return ExitCode.DONE
@@ -79,11 +78,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def offered(commands: Any, words: Sequence[str]) -> list[str]:
-    """Return what may stand in the place of the last word.
+    """Return the candidates for the last word.
 
     Args:
         commands: argparse's action that has all commands as its choices.
-        words: the command line up to the cursor, without the program; the last one is begun, or "".
+        words: the command line up to the cursor, without the program; the last one is incomplete,
+            or "".
     """
     *before, begun = words
     actions: Sequence[argparse.Action] = [commands]
@@ -127,7 +127,7 @@ def _awaiting(actions: Iterable[argparse.Action], option: str) -> argparse.Actio
 
 
 def _values(action: argparse.Action, begun: str) -> Iterable[str]:
-    """Return what an action takes, as far as it has names."""
+    """Return the values of an action, if they are names."""
     if action.choices is not None:
         return [str(choice) for choice in action.choices if choice != _WORDS]
     names = _NAMES.get(action.dest)
@@ -218,4 +218,4 @@ _NAMES: dict[str, Callable[[], list[str]]] = {
     "vary": _variations,
     "world": _worlds,
 }
-"""Names that an argument takes, by argparse's name of it."""
+"""Names for the values of an argument, by its name in argparse."""

@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _own(law: "Controller") -> int:
-    """Return how many parameters are its own."""
+    """Return the number of its own parameters."""
     from workbench.control.controller import COMMON
 
     return len(law.parameters) - len(COMMON)
@@ -76,7 +76,7 @@ def _sentence(law: "Controller") -> str:
 
 
 def _stated(law: "Controller") -> dict[str, Any]:
-    """Return what it states as JSON has it."""
+    """Return its statements for JSON."""
     return {
         "name": law.name,
         "file": law.file,
@@ -105,7 +105,7 @@ def _stated(law: "Controller") -> dict[str, Any]:
 
 
 def _show(law: "Controller") -> None:
-    """Print all that it states."""
+    """Print all its statements."""
     print(f"{law.name}: {_sentence(law) or '(no docstring)'}\n{law.file}\n")
     rows = [("parameter", "unit", "min", "max", "default", "help")]
     rows += [
@@ -148,7 +148,7 @@ def _show(law: "Controller") -> None:
 
 
 def _table(what: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
-    """Print a table below an empty line, or that there is nothing to print."""
+    """Print a table after an empty line, or that it is empty."""
     print()
     if not rows:
         print(f"no {what}")

@@ -1,4 +1,4 @@
-"""Pictures drawn by a process of their own: `python -m workbench.commands.drawer FD`."""
+"""A process that draws figures: `python -m workbench.commands.drawer FD`."""
 
 import gc
 import importlib
@@ -17,17 +17,16 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.child_process import ChildProcess
 
 PERIOD = 3.0
-"""Between two messages about a picture that is waited for [s]."""
+"""Period between messages while waiting for a figure [s]."""
 
 
 class Drawer:
-    """Loads matplotlib in another process while the flight is computed, and draws there.
+    """Loads matplotlib in another process during a flight, and draws there.
 
-    That is a second or so less to wait for, where there is a second core. What was begun is to be
-    waited for by `finish`.
+    This saves about a second if there is a second core. Call `finish` to wait for the figures.
 
     Args:
-        modules: that have the functions which draw.
+        modules: with the functions that draw.
     """
 
     def __init__(self, *modules: str) -> None:
@@ -36,17 +35,17 @@ class Drawer:
         self._begun: list[Path] = []
 
     def begin(self, to: Path, module: str, function: str, *args: Any, **options: Any) -> None:
-        """Begin to draw a picture and to write it.
+        """Begin to draw a figure, and to write it.
 
         Args:
-            to: its file.
-            module: that has the function.
+            to: file of the figure.
+            module: of the function.
             function: its name; it returns a matplotlib figure.
             args: of the function.
             options: of the function.
 
         Raises:
-            WorkbenchError: if the process was ended from outside.
+            WorkbenchError: if the process was killed.
         """
         try:
             self._process.connection.send((to, module, function, args, options))
@@ -55,10 +54,10 @@ class Drawer:
         self._begun.append(to)
 
     def finish(self) -> None:
-        """Wait until all that was begun is written.
+        """Wait until all figures are written.
 
         Raises:
-            WorkbenchError: if it cannot be written, or the process was ended from outside.
+            WorkbenchError: if a figure cannot be written, or the process was killed.
         """
         while self._begun:
             picture = self._begun.pop(0)
@@ -86,19 +85,19 @@ class Drawer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """End it; whatever was drawn is written."""
+        """End the process; all finished figures are written."""
         self._process.end(0.0)
         self._process.release()
 
 
 def main(connection: Connection) -> int:
-    """Load the modules that draw, then draw each request until the connection closes.
+    """Load the modules that draw, then handle requests until the connection closes.
 
-    The first message is the names of modules, later ones what `Drawer.begin` takes; each of those
-    is answered by None, or by the exception. They are read while modules load, so that the other
-    side waits for nothing.
+    The first message has the names of modules, later ones the arguments of `Drawer.begin`, with the
+    answer None or an exception. A thread reads them while modules load, so that the other side does
+    not block.
     """
-    gc.disable()  # what is loaded and drawn here lives as long as the process
+    gc.disable()  # all objects here live as long as the process
     read: SimpleQueue[bytes | None] = SimpleQueue()
     threading.Thread(target=_read, args=(connection, read), daemon=True).start()
     first = read.get()
@@ -129,10 +128,10 @@ def _read(connection: Connection, read: "SimpleQueue[bytes | None]") -> None:
 
 
 def _fit_to_send(error: Exception) -> Exception:
-    """Return it, or its words where the other side could not read it."""
+    """Return the exception, or one with its text if it cannot be unpickled."""
     try:
         pickle.loads(pickle.dumps(error))
-    except Exception:  # a stranger's may refuse in any way
+    except Exception:  # foreign exceptions may fail in any way
         return RuntimeError(repr(error))
     return error
 

@@ -1,4 +1,4 @@
-"""`workbench estimate`: an estimator run over a logged flight, and how far it was off."""
+"""`workbench estimate`: run an estimator over a logged flight, and report its errors."""
 
 import argparse
 import math
@@ -32,7 +32,7 @@ _SHOWN = {
     "rad/s": ("deg/s", math.degrees(1.0)),
     "1": ("%", 100.0),
 }
-"""Unit on screens of a unit, and what its numbers are multiplied with."""
+"""Displayed unit for a unit, and the factor on its numbers."""
 
 
 def add_parser(commands: Any) -> None:
@@ -135,10 +135,10 @@ def run(args: argparse.Namespace) -> int:
 def _settings(
     estimator: "Estimator", record: "LogRecord", given: dict[str, float]
 ) -> dict[str, float]:
-    """Return the estimator's settings in their order: its own, those of the flight, those given.
+    """Return the settings of the estimator in order: its own, of the flight, and given ones.
 
     Raises:
-        WorkbenchError: if one that is given is none of the estimator's, or beyond its limits.
+        WorkbenchError: if a given one is unknown to the estimator, or out of its limits.
     """
     from workbench.control.controller import load_controller, with_estimator
     from workbench.scenario.parameters import parameter_table
@@ -162,12 +162,12 @@ def _settings(
 
 
 def _missing(samples: "SensorSamples") -> list[str]:
-    """Return the kinds of sensors that an estimator could hear, and the log does not have."""
+    """Return the kinds of sensors that the estimator could use and the log does not have."""
     return [kind for kind in HEARD if getattr(samples, kind) is None]
 
 
 def _tell(log: Path, missing: list[str], silent: "tuple[Gap, ...]") -> None:
-    """Say what the estimator does without."""
+    """Print the sensors that are missing."""
     if missing:
         *others, last = (kind.replace("_", " ") for kind in missing)
         kinds = f"{', '.join(others)} and {last}" if others else last
@@ -182,7 +182,7 @@ def _tell(log: Path, missing: list[str], silent: "tuple[Gap, ...]") -> None:
 
 
 def _write(found: "EstimateOverTruth", path: Path) -> None:
-    """Write truth, estimate and deviations, a row an update."""
+    """Write truth, estimate and standard deviations, with a row for each update."""
     import numpy as np
 
     from workbench.logs.flight_record import Signal
@@ -211,7 +211,7 @@ def _write(found: "EstimateOverTruth", path: Path) -> None:
 
 
 def print_estimate(report: "EstimateReport") -> None:
-    """Print RMS and worst of every state, NEES, and what each channel told."""
+    """Print RMS and worst error of every state, NEES, and the innovations of each channel."""
     rows = [("estimate", "RMS error", "worst", "")]
     for state in report.states:
         unit, factor = _SHOWN.get(state.unit, (state.unit, 1.0))

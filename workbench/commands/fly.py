@@ -1,4 +1,4 @@
-"""`workbench fly`: a scenario from its file, or a table of rotor commands from its start."""
+"""`workbench fly`: fly a scenario, or a table of rotor commands from its start."""
 
 import argparse
 import math
@@ -32,7 +32,7 @@ from workbench.commands.stopping import told_to_stop
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 
 LOOK = 0.1
-"""Between two looks at a watched flight [s]."""
+"""Period between checks of a watched flight [s]."""
 
 if TYPE_CHECKING:
     from workbench.design.flight_summary import FlightSummary
@@ -189,17 +189,17 @@ def run(args: argparse.Namespace) -> int:
     if flown.ended:
         say(flown.ended)
         return ExitCode.NOT_AS_DEMANDED
-    if flown.log_said:  # it was said when the log was lost
+    if flown.log_said:  # reported when the log was lost
         return ExitCode.NOT_AS_DEMANDED
     return ExitCode.DONE
 
 
 @dataclass(frozen=True)
 class _Flown:
-    """A flight, where it was flown, what its sensors did, and why it or its log broke off.
+    """A flight with its world and sensors, and why it or its log broke off.
 
-    And how the exchange with a program that ran the law went, why that ended in flight, and what it
-    recorded.
+    It also has the statistics of the exchange with a program that ran the law, why that ended in
+    flight, and its recording.
     """
 
     recording: "Recording"
@@ -214,7 +214,7 @@ class _Flown:
 
 
 def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None) -> _Flown:
-    """Fly closed loop, or open loop where a table is given; `page` is the 3-D one to write."""
+    """Fly closed loop, or open loop for a table; `page` is the 3-D page to write."""
     with progress_bar(f"flying {name}") as progress:
         if args.rotor_commands is not None:
             from workbench.scenario.configured import read_configured_world
@@ -261,7 +261,7 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
 
 
 def _watched(scenario: "Scenario", args: argparse.Namespace) -> _Flown:
-    """Fly in real time, and say what becomes of each edit of the law's file."""
+    """Fly in real time, and report the result of each edit of the file of the law."""
     from workbench.live.flight import LiveFlight
     from workbench.live.messages import Phase
     from workbench.scenario.configured import read_configured_world
@@ -329,13 +329,13 @@ def _flown_session(
     with session.programs():
         try:
             (logged or session).run(progress)
-        except FlightBrokenError as error:  # what led to it is in the log
+        except FlightBrokenError as error:  # the log shows the cause
             broken = str(error)
     return session, broken, logged.said if logged else ""
 
 
 def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> None:
-    """Print the summary, and what the sensors did."""
+    """Print the summary, and the table of sensors."""
     import dataclasses
 
     from workbench.control.mode import Reason
@@ -343,14 +343,14 @@ def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> Non
 
     summary = summarise(flight.recording)
     estimate = None
-    if flight.recording.estimated:  # what judges it loads scipy
+    if flight.recording.estimated:  # its judgement loads scipy
         from workbench.design.estimation_errors import judge_estimate
 
         estimate = judge_estimate(flight.recording)
     if summary.turned_over is not None:
         say(f"the drone turned over at {summary.turned_over:.1f} s")
     for failsafe in summary.failsafes:
-        if failsafe.reason != Reason.AUTOPILOT_ENDED.label:  # which is said with its cause
+        if failsafe.reason != Reason.AUTOPILOT_ENDED.label:  # which is reported with its cause
             say(failsafe.said)
     if as_json:
         flown = {"title": title, **dataclasses.asdict(summary)}

@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     for name in args.frames:
         tree.check(name)
     X_WB, time = RigidTransform([0.0, 0.0, vehicle.ground_clearance]), 0.0
-    if flown:  # which tells of the world itself
+    if flown:  # which reports the world itself
         X_WB, time = _flown_to(args.at, scenario, args)
     else:
         tell_world(world)

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 
 
 _MOST_CHANGES = 3
-"""Of a state, so many are printed; --json has all."""
+"""Largest number of changes printed for a state; --json has all."""
 
 _SUFFIXES = (".yaml", ".yml")
-"""What a gain file's name ends in; so it is told from a description's."""
+"""Endings of gain files, which distinguish them from descriptions."""
 _RULE, _DEFAULT = "rule", "default"
 FIRMWARES = ("px4", "ardupilot", "betaflight", "crazyflie")
 
@@ -109,7 +109,7 @@ def add_parser(commands: Any) -> None:
 
 
 def _ask(args: argparse.Namespace) -> int:
-    """Say what there is, as no command was given."""
+    """Print the available commands, as none was given."""
     raise WorkbenchError(
         "say what to do: workbench gains show, diff, save, history or restore, and with "
         "autopilots import, export or translate"
@@ -117,7 +117,7 @@ def _ask(args: argparse.Namespace) -> int:
 
 
 def _show(args: argparse.Namespace) -> int:
-    """Print a file, or what a model flies with."""
+    """Print a file, or the gains that a model flies with."""
     from workbench.gains.gains import choose_gains, load_gains, make_profile
 
     law = _law(args, args.file)
@@ -151,7 +151,7 @@ def _diff(args: argparse.Namespace) -> int:
 
 
 def _save(args: argparse.Namespace) -> int:
-    """Write what a model flies with."""
+    """Write the gains that a model flies with."""
     from workbench.gains.gains import flight_gains, make_profile, save_gains
 
     if args.file.suffix not in _SUFFIXES:
@@ -203,7 +203,7 @@ def _restore(args: argparse.Namespace) -> int:
 
 
 def _add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Add what names a model, and no values of its parameters."""
+    """Add options for a model, without values of its parameters."""
     group = parser.add_argument_group("vehicle")
     add_model_options(group, "shipped model or description (default: dh_drone)")
     add_controller_option(group, "gain file")
@@ -211,10 +211,11 @@ def _add_model_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _law(args: argparse.Namespace, *files: Path | None) -> "Controller":
-    """Return the controller that --controller names, else the one that the first gain file is for.
+    """Return the controller named by --controller, else that of the first gain file.
 
     Raises:
-        WorkbenchError: if that is no shipped one: a gain file does not say where its file is.
+        WorkbenchError: if that is not a shipped one, as a gain file does not state the path of its
+            file.
     """
     from workbench.control.controller import DEFAULT, load_controller
     from workbench.gains.gains import load_gains
@@ -233,7 +234,7 @@ def _read_vehicle(args: argparse.Namespace) -> "Vehicle":
 
 
 def _read_vehicle_of_sides(args: argparse.Namespace, law: "Controller") -> "Vehicle":
-    """Return whose rule counts in a comparison: --model's, else that of a side."""
+    """Return the vehicle for the rule in a comparison: that of --model, else that of a side."""
     from workbench.common.resources import find_file, list_models
     from workbench.gains.gains import load_gains
 
@@ -282,10 +283,10 @@ def print_values(
     """Print gains with their units.
 
     Args:
-        about: what stands above them, by what it is.
+        about: heading lines by their labels.
         values: by name.
-        origins: where each comes from, by name.
-        controller: whose they are.
+        origins: of each value, by name.
+        controller: of the gains.
         as_json: print JSON instead of a table.
     """
     rows = [
@@ -305,13 +306,13 @@ def print_values(
 def print_changes(
     a: str, b: str, vehicle: str, changes: "Sequence[GainChange]", *, as_json: bool
 ) -> None:
-    """Print what differs between two sets.
+    """Print the differences between two sets.
 
     Args:
-        a: what the first is called.
-        b: what the second is called.
-        vehicle: whose rule gave what one of them lacked.
-        changes: all rows, equal ones too.
+        a: name of the first.
+        b: name of the second.
+        vehicle: the one with the rule for gains that one of them lacks.
+        changes: all rows, including equal ones.
         as_json: print JSON, with the equal ones, instead of a table.
     """
     if as_json:
@@ -355,7 +356,7 @@ def print_history(gains: "GainFile", *, as_json: bool) -> None:
 
 
 def _changes(save: "Save") -> str:
-    """Return what a save changed, in short."""
+    """Return the changes of a save, in short."""
     parts = [
         f"{name} {_value(before)} to {_value(after)}"
         for name, (before, after) in save.changed.items()
@@ -392,7 +393,7 @@ def add_translate(actions: Any) -> None:
 
 
 def _translate(args: argparse.Namespace) -> int:
-    """Translate, compare the loops, and keep the gains if that is asked for."""
+    """Translate, compare the loops, and save the gains if requested."""
     from workbench.control.controller import load_controller
     from workbench.design.linear.study import LinearStudy
     from workbench.design.translate.forms import form_of
@@ -449,7 +450,7 @@ def _translate(args: argparse.Namespace) -> int:
 def _print_translation(
     found: "Translation", flown: "tuple[Difference, ...]", alone: "tuple[Difference, ...]"
 ) -> None:
-    """Print the gains, the loops and what is not exact."""
+    """Print the gains, the loops and inexact parts."""
     rows = [(each.name, f"{each.value:.5g}", each.unit, each.said) for each in found.gains]
     print_table([("gain", "value", "", ""), *rows], left=(0, 2, 3))
     print("\nloops at the plant's input, difference up to the crossover:")
@@ -524,7 +525,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 
 
 def _import(args: argparse.Namespace) -> int:
-    """Compare the file with what flies, and keep its gains if that is asked for."""
+    """Compare the file with the present gains, and save its gains if requested."""
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.exchange import import_gains
     from workbench.gains.autopilots.parameter_file import joined
@@ -562,7 +563,7 @@ def _import(args: argparse.Namespace) -> int:
 
 
 def _export(args: argparse.Namespace) -> int:
-    """Compare with the file that is there, or the firmware's defaults, and write."""
+    """Compare with the existing file, or the defaults of the firmware, and write."""
     from workbench.common.plain_files import write_atomically
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.exchange import export_gains, import_gains
@@ -616,7 +617,7 @@ def _flown(
 
 
 def _hover_remarks(found: "Imported", vehicle: "Vehicle") -> list[str]:
-    """Return what to say of a thrust in hover that is not the vehicle's."""
+    """Return remarks on a hover thrust that differs from that of the vehicle."""
     from workbench.gains.gains import rule_gains
 
     said = []
@@ -664,7 +665,7 @@ def _print_exchange(
     found: "Imported | None",
     written: list[Path] | None,
 ) -> None:
-    """Print what differs, the margins and the remarks."""
+    """Print differences, margins and remarks."""
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.firmware import find_firmware
     from workbench.gains.autopilots.parameter_file import joined

@@ -23,10 +23,10 @@ FOR_FOXGLOVE = "127.0.0.1:8765"
 FOR_STATION = "127.0.0.1:14550"
 SYSTEM = "system"
 PERIOD = 0.5
-"""Between two lines, where the output is no terminal [s]."""
+"""Period between lines if the output is not a terminal [s]."""
 PATIENCE = 5.0
 SELDOM = 1.0
-"""How long a first state is waited for, and what comes more seldom [s]."""
+"""Time limits for a first state, and for less frequent topics [s]."""
 
 
 def add_parser(commands: Any) -> None:
@@ -145,7 +145,7 @@ def _run_foxglove(args: argparse.Namespace) -> int:
     from workbench.link.address import parse_address
 
     listen = parse_address(args.listen, port=PORT)
-    check_reach(listen, args.anybody)  # before anything is waited for
+    check_reach(listen, args.anybody)  # before any wait
     with _client(args, "foxglove") as client:
         outlet = Foxglove(client.hello.vehicle, listen, args.anybody)
         say(
@@ -253,11 +253,11 @@ def _client(args: argparse.Namespace, name: str) -> "Client":
 
 
 class LinkOptions(NamedTuple):
-    """How to connect.
+    """The options of a connection.
 
     Attributes:
         address: HOST:PORT.
-        token: of the role; "" where none is needed.
+        token: of the role; "" if none is needed.
         tls: as for `workbench.link.Client`.
     """
 
@@ -267,7 +267,7 @@ class LinkOptions(NamedTuple):
 
 
 def add_link_options(parser: argparse.ArgumentParser) -> None:
-    """Add the server's address and how it is trusted."""
+    """Add options for the address of the server and its trust."""
     parser.add_argument(
         "address",
         nargs="?",
@@ -291,14 +291,14 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
 
 
 def link_options(args: argparse.Namespace, flies: bool) -> LinkOptions:
-    """Return how to connect.
+    """Return the options of a connection.
 
     Args:
         args: with what `add_link_options` adds.
-        flies: whether the token to command is wanted, or that to view.
+        flies: whether to return the token to command, or that to view.
 
     Raises:
-        WorkbenchError: if the token file is no good, or the address is none.
+        WorkbenchError: if the token file or the address is invalid.
     """
     from workbench.link.address import parse_address
     from workbench.link.authentication import read_token
@@ -311,10 +311,10 @@ def link_options(args: argparse.Namespace, flies: bool) -> LinkOptions:
 
 
 def parse_rate(text: str) -> float:
-    """Return a number of samples a second.
+    """Return a rate of samples [1/s].
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is invalid.
     """
     try:
         return float(text)
@@ -374,13 +374,13 @@ def run_monitor(args: argparse.Namespace) -> int:
                 _print(camera, args.json, once=True)
             else:
                 _print_on(client, camera, args.json)
-        except KeyboardInterrupt:  # a usual end, beside Q
+        except KeyboardInterrupt:  # a usual end, like Q
             pass
     return ExitCode.DONE
 
 
 def _is_full(args: argparse.Namespace) -> bool:
-    """Return whether there is a terminal that can show a full screen, and one is wanted."""
+    """Return whether a full screen is requested and the terminal supports it."""
     if args.json or args.once or not (sys.stdin.isatty() and sys.stdout.isatty()):
         return False
     try:
@@ -423,7 +423,7 @@ def _print(camera: "Camera", as_json: bool, once: bool) -> None:
 
 
 def _await_state(client: "Client") -> None:
-    """Wait until a first state is there, and a while for what comes more seldom."""
+    """Wait for a first state, and for a while for less frequent topics."""
     regular = [topic.name for topic in client.hello.topics if topic.rate > 0.0]
     begin = time.monotonic()
     while True:

@@ -24,9 +24,9 @@ REMEDY = (
     "run it on a desktop, log in with `ssh -X`, or set QT_QPA_PLATFORM=offscreen to run it unseen"
 )
 PATIENCE = 2.0
-"""Time that a display has to answer [s]."""
+"""Time limit for the answer of a display [s]."""
 FIRST_PORT = 6000
-"""Of an X server that listens on the network."""
+"""First port of X servers on the network."""
 
 
 def add_parser(commands: Any) -> None:
@@ -85,7 +85,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Refuse what is wrong, then open the window."""
+    """Check the arguments, then open the window."""
     from workbench.commands.gui import check_display, check_libraries
     from workbench.gui.screen_table import find_screen
 
@@ -117,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _choice(args: argparse.Namespace) -> "Choice":
-    """Return what is flown first."""
+    """Return the first scenario."""
     from workbench.live.choice import Choice
 
     if args.demo and args.scenario:
@@ -143,10 +143,10 @@ def _choice(args: argparse.Namespace) -> "Choice":
 
 
 def check_display(environment: Mapping[str, str]) -> None:
-    """Refuse to go on where no window can be shown.
+    """Check that a window can be shown.
 
     Raises:
-        WorkbenchError: saying what to set.
+        WorkbenchError: that says what to set.
     """
     if environment.get("QT_QPA_PLATFORM"):
         return
@@ -161,10 +161,10 @@ def check_display(environment: Mapping[str, str]) -> None:
 
 
 def check_libraries(environment: Mapping[str, str]) -> None:
-    """Refuse to go on where Qt would end the process for want of a library of the system.
+    """Check the system libraries without which Qt would end the process.
 
     Raises:
-        WorkbenchError: naming the libraries and their packages.
+        WorkbenchError: with the missing libraries and their packages.
     """
     missing = missing_libraries(platform_plugins(environment))
     if missing:
@@ -175,8 +175,8 @@ def check_libraries(environment: Mapping[str, str]) -> None:
 
 
 def answers(display: str) -> bool:
-    """Return whether an X server listens at a display, as :0 or localhost:10.0."""
-    import socket  # other commands do without it
+    """Return whether an X server listens at a display such as :0 or localhost:10.0."""
+    import socket  # other commands do not need it
 
     host, colon, rest = display.rpartition(":")
     number = rest.split(".")[0]

@@ -1,4 +1,4 @@
-"""From logs to the vehicle that flew them: `workbench identify`, and `excite`, which plans it."""
+"""Identify a vehicle from its logs: `workbench identify`, and `excite` to plan flights for it."""
 
 import argparse
 from pathlib import Path
@@ -139,7 +139,7 @@ def _identified(
 def _trims(
     vehicle: "Vehicle", records: "list[FlightRecord]", order: list[int]
 ) -> "list[RotorTrim]":
-    """Return what rotors do in the hover of the first log, nothing where it cannot be told."""
+    """Return the state of rotors in the hover of the first log, or nothing if unknown."""
     from workbench.design.identify.flight import SPEED
     from workbench.design.identify.trim import EXPONENT, trim
     from workbench.logs.measured_flight import motor_commands
@@ -153,7 +153,7 @@ def _trims(
 
 
 def _tell_trims(args: argparse.Namespace, vehicle: "Vehicle", records: "list[FlightRecord]") -> int:
-    """Tell of rotors alone, where the logs have no IMU."""
+    """Report only on rotors, for logs without an IMU."""
     from workbench.design.identify.flight import SPEED
     from workbench.design.identify.trim import EXPONENT, trim
     from workbench.logs.measured_flight import motor_commands
@@ -211,7 +211,7 @@ def _print_findings(rows: "list[RotorTrim]") -> None:
 
 
 def _print(report: "Report", trims: "list[RotorTrim]") -> None:
-    """Print the table, and what is to be known of it."""
+    """Print the table, and remarks on it."""
     print(f"{report.vehicle.name}, {report.seconds:.0f} s of free flight, intervals of 95 %")
     print_table(
         [

@@ -1,4 +1,4 @@
-"""`workbench inspect`: what is understood of a drone description."""
+"""`workbench inspect`: show the interpretation of a drone description."""
 
 import argparse
 from collections.abc import Iterable, Iterator, Sequence
@@ -43,7 +43,7 @@ def print_description(
 
 
 def print_parts(description: "Description") -> None:
-    """Print what is there of a description that does not fly: links, their masses, remarks."""
+    """Print the parts of a description that cannot fly: links, their masses, remarks."""
     print(f"{description.name}, from {description.source}")
     masses = [link.inertial.mass for link in description.model.links if link.inertial]
     print_table([("mass", f"{sum(masses):.5g} kg"), ("rotors", str(len(description.rotors)))])
@@ -95,7 +95,7 @@ def _body(vehicle: "Vehicle") -> list[tuple[str, str]]:
 
 
 def _rotor_drag(vehicle: "Vehicle") -> str:
-    """Return the coefficients of drag across the axes, of each rotor where they differ."""
+    """Return the drag coefficients perpendicular to the axes, of each rotor if they differ."""
     found = [
         f"{rotor.rotor_drag_coefficient:.4g} N, {rotor.rolling_moment_coefficient:.4g} N m"
         for rotor in vehicle.rotors
@@ -109,7 +109,7 @@ def _rotor_drag(vehicle: "Vehicle") -> str:
 
 
 def _stated(vehicle: "Vehicle") -> Iterator[tuple[str, str]]:
-    """Yield rows about what few descriptions state; of rotors the first one's constants."""
+    """Yield rows about rarely stated numbers; for rotors, the constants of the first one."""
     rotor = vehicle.rotors[0]
     if rotor.linear_motor_constant:
         yield "linear thrust", f"{rotor.linear_motor_constant:.4g} N s, besides that over ω²"
@@ -192,7 +192,7 @@ def _tree(description: "Description", name: str, first: str, rest: str) -> Itera
 
 
 def _said(remark: Remark, description: "Description") -> str:
-    """Return a remark, without the name of the file that the title has."""
+    """Return a remark, without the name of the file in the title."""
     if remark.file == description.source:
         return f"{remark.element}: {remark.text}"
     return str(remark)
@@ -233,7 +233,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print what was understood; write the resolved model where that is asked for."""
+    """Print the interpretation, and write the resolved model if requested."""
     from workbench.plant.loading import make_vehicle
     from workbench.plant.plausible import doubts
     from workbench.scenario.configured import read_configured
@@ -244,7 +244,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         vehicle = make_vehicle(description)
     except WorkbenchError:
-        if not args.json:  # show the parts, as they tell why it cannot fly
+        if not args.json:  # show the parts, as they explain why it cannot fly
             print_parts(description)
         raise
     files = _write(description, args.write) if args.write else []
@@ -262,7 +262,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(description: "Description", folder: Path) -> list[Path]:
-    """Store the model, all of it or nothing."""
+    """Write the model completely or not at all."""
     from workbench.plant.formats.urdf_writer import stored_files
 
     with Outputs() as outputs:
@@ -277,7 +277,7 @@ def _write(description: "Description", folder: Path) -> list[Path]:
 
 
 def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -> dict[str, Any]:
-    """Return the vehicle in the field's plain words: all that its plant flies with, and more."""
+    """Return the vehicle in standard terms: all numbers of its plant, and more."""
     from workbench.plant.drag import AIR_DENSITY, drag_area
     from workbench.plant.gravity import GRAVITY
     from workbench.scenario.parameters import parameter_table
@@ -321,7 +321,7 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
         ],
         "battery": vehicle.battery,
         "battery_duration": parameter_table().find("battery_duration").default,
-        "not_flown": [],  # all that is read flies; programs may look the key up
+        "not_flown": [],  # everything read is used; programs may expect the key
         "sensors": [
             {
                 "type": sensor.type,

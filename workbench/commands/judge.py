@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 _PICTURES = "workbench.design.judge.plots"
-"""What draws the pictures."""
+"""The module that draws the figures."""
 DESCRIPTION_OF_MAP = "speed, tilt, climb, yaw_rate, payload"
 _HEAD = (
     "loop",
@@ -51,7 +51,7 @@ _UNITS = ("", "[factor]", "[factor]", "[deg]", "[ms]", "[1]", "[1]", "[rad/s]", 
 _FAINT = 0.005
 """Gains that change no metric by this much are left out [% per %]."""
 _NOTHING = 1e-6
-"""A metric that is smaller, in its unit or percent, is rounding."""
+"""Smaller values of a metric, in its unit or percent, are rounding errors."""
 
 
 def add_parser(commands: Any) -> None:
@@ -140,7 +140,7 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
             drawer = stack.enter_context(Drawer(_PICTURES))
 
         def draw_loops(steering: "LinearModel", holding: "LinearModel | None") -> None:
-            if drawer and not args.loop:  # while the rest is judged
+            if drawer and not args.loop:  # during the rest of the judgement
                 drawer.begin(plot, _PICTURES, "plot_loops", steering, holding, cut=args.cut)
 
         with progress_bar("judging the loops") as progress:
@@ -176,7 +176,7 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
 
 
 def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
-    """Say what the gains do to a step."""
+    """Print the sensitivities of a step to the gains."""
     from workbench.design.judge.sensitivity import step_sensitivity
     from workbench.design.judge.step_pair import STEPS
     from workbench.scenario.axes import find_axis
@@ -243,7 +243,7 @@ def _map(args: argparse.Namespace, scenario: "Scenario") -> int:
 
 
 def judgement_result(found: "Judgement") -> dict[str, Any]:
-    """Return a judgement as JSON has it; angles in rad."""
+    """Return a judgement for JSON; angles in rad."""
     return {
         "vehicle": found.vehicle,
         "point": found.point.label,
@@ -273,7 +273,7 @@ def judgement_result(found: "Judgement") -> dict[str, Any]:
 
 
 def print_judgement(found: "Judgement", cut: str) -> None:
-    """Print the loops, a row each, then modes, steps and rates."""
+    """Print the loops, with a row for each, then modes, steps and rates."""
     law = found.steering.controller
     how = "" if law is None or law.derivatives == "AutoDiff" else f", by {law.derivatives}"
     print(f"{found.vehicle} at {found.point.label}, law at {1.0 / found.period:g} Hz{how}")
@@ -295,7 +295,7 @@ def print_judgement(found: "Judgement", cut: str) -> None:
 
 
 def _print_phase(found: "Judgement") -> None:
-    """Print what turned the phase of each loop at its crossover."""
+    """Print the phase budget of each loop at its crossover."""
     from workbench.design.judge.phase_budget import PARTS  # it loads Drake
 
     if not found.phase:
@@ -313,7 +313,7 @@ def _print_phase(found: "Judgement") -> None:
 
 
 def _print_noise(found: "Judgement") -> None:
-    """Print what the noise of each sensor does to attitude and commands."""
+    """Print the effect of the noise of each sensor on attitude and commands."""
     if not found.noise:
         return
     print("\nwhat the noise of sensors does while the place is held, rms:")
@@ -327,7 +327,7 @@ def _print_noise(found: "Judgement") -> None:
 
 
 def _print_plant_input(found: "Judgement") -> None:
-    """Print what force and moments bear all at once."""
+    """Print the margin of force and moments all at once."""
     print("\nat the plant's input, force and moments all at once:")
     rows = [("", "disk", "gains within", "at [rad/s]", "alone:", *found.plant_input.alone)]
     for what, each in (
@@ -344,7 +344,7 @@ def _print_plant_input(found: "Judgement") -> None:
 
 
 def print_sensitivities(title: str, found: "tuple[Sensitivity, ...]") -> None:
-    """Print what every gain does to every metric."""
+    """Print the sensitivity of every metric to every gain."""
     print(f"{title}: percent that a number changes per percent of a gain\n")
     names = [
         name
@@ -364,12 +364,12 @@ def print_sensitivities(title: str, found: "tuple[Sensitivity, ...]") -> None:
 def sensitivity_result(
     axis: str, amplitude: float, found: "tuple[Sensitivity, ...]"
 ) -> dict[str, Any]:
-    """Return sensitivities as JSON has them."""
+    """Return sensitivities for JSON."""
     return {"axis": axis, "amplitude": amplitude, "sensitivities": found}
 
 
 def print_map(found: "OperatingMap") -> None:
-    """Print the weakest place of a map, and the smallest disk margin at every point."""
+    """Print the weakest point of a map, and the smallest disk margin at every point."""
     first, second = found.first, found.second
     print(f"{found.vehicle}: smallest disk margin, {first.name} across, {second.name} down\n")
     rows = [[f"{second.name} [{second.unit}]", *(f"{x:.3g}" for x in found.first_values)]]
@@ -397,7 +397,7 @@ def print_map(found: "OperatingMap") -> None:
 
 
 def map_result(found: "OperatingMap") -> dict[str, Any]:
-    """Return a map as JSON has it; angles in rad."""
+    """Return a map for JSON; angles in rad."""
     return {
         "vehicle": found.vehicle,
         "first": {"name": found.first.name, "unit": found.first.unit},
@@ -412,7 +412,7 @@ def map_result(found: "OperatingMap") -> dict[str, Any]:
 
 
 def _cells(margins: "LoopMargins") -> tuple[str, ...]:
-    """Return a loop's numbers as texts."""
+    """Return the numbers of a loop as texts."""
     if not margins.stable:
         return ("unstable", *["-"] * 7)
     return (
@@ -428,7 +428,7 @@ def _cells(margins: "LoopMargins") -> tuple[str, ...]:
 
 
 def _print_modes(title: str, found: "tuple[Mode, ...]", period: float) -> None:
-    """Print poles in the words of python-control's `damp`, without those faster than sampling."""
+    """Print poles in the terms of python-control's `damp`, without those faster than sampling."""
     print(f"\n{title}:")
     shown = [mode for mode in found if not mode.gone_after(period)]
     print_modes(shown)
@@ -437,7 +437,7 @@ def _print_modes(title: str, found: "tuple[Mode, ...]", period: float) -> None:
 
 
 def print_modes(shown: "Sequence[Mode]") -> None:
-    """Print a table of modes in the words of python-control's `damp`."""
+    """Print a table of modes in the terms of python-control's `damp`."""
     rows = [("pole [1/s]", "damping", "frequency [rad/s]", "time constant [s]")]
     rows += [
         (
@@ -474,7 +474,7 @@ def _print_steps(found: "Judgement") -> None:
 
 
 def _metric(metrics: "StepMetrics | None", name: str) -> str:
-    """Return a metric as text; rounding counts as 0."""
+    """Return a metric as text; rounding errors count as 0."""
     value = math.nan if metrics is None else getattr(metrics, name)
     return _number(0.0 if abs(value) < _NOTHING else value, ".4g")
 
@@ -489,7 +489,7 @@ def _place(direction: "Direction", value: float) -> str:
 
 
 def _rates(slowest: "SlowestRate") -> str:
-    """Say down to which rates the law may run."""
+    """Print the slowest rates of the law."""
     if not math.isfinite(slowest.stable_period):
         fastest = 1.0 / slowest.samples[0].period
         return f"with these gains a mode grows even at {fastest:g} Hz, at every physics step"

@@ -1,4 +1,4 @@
-"""`workbench linearize`, and `frequency-response`, which measures in flight what it gives."""
+"""`workbench linearize`, and `frequency-response`, which measures the same in flight."""
 
 import argparse
 import math
@@ -107,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print(system: "Matrices", args: argparse.Namespace) -> None:
-    """Print order and poles, fast ones last, in the words of `control.damp`."""
+    """Print order and poles, fast ones last, in the terms of `control.damp`."""
     from workbench.design.judge.loop_response import INTEGRATOR
     from workbench.design.judge.modes import modes_of, natural_poles
 
@@ -129,7 +129,7 @@ def _print(system: "Matrices", args: argparse.Namespace) -> None:
 
 
 def _half_rate(period: float) -> float:
-    """Return the highest frequency that samples show [rad/s], less rounding."""
+    """Return the Nyquist frequency [rad/s], minus rounding errors."""
     return 0.999999 * math.pi / period if period else math.inf
 
 
@@ -225,7 +225,7 @@ def run_frequency_response(args: argparse.Namespace) -> int:
 
 
 def _measurement_result(found: "Measurement") -> dict[str, Any]:
-    """Return what JSON has; angles in rad."""
+    """Return the result for JSON; angles in rad."""
     return {
         "vehicle": found.vehicle,
         "loop": found.loop,

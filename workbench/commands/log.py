@@ -1,4 +1,4 @@
-"""Logs, whoever wrote them: `workbench log`, `import`, `export`, `replay` and `plot`."""
+"""Logs of any source: `workbench log`, `import`, `export`, `replay` and `plot`."""
 
 import argparse
 from dataclasses import asdict
@@ -63,7 +63,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Say what is in the log."""
+    """Print the contents of the log."""
     from workbench.logs.flight_contents import contents_of
     from workbench.logs.flight_reader import read_flight
 
@@ -279,7 +279,7 @@ def add_replay(commands: Any) -> None:
 
 
 def run_replay(args: argparse.Namespace) -> int:
-    """Fly the log again and compare; 1 if a state differs."""
+    """Replay the log and compare; return 1 if a state differs."""
     from workbench.logs.record import read_log
     from workbench.logs.replay import replay
 
@@ -430,7 +430,7 @@ def run_plot(args: argparse.Namespace) -> int:
 
 
 def _step_response(args: argparse.Namespace, output: Path) -> int:
-    """Draw a loop's step response, and say how far it is to be trusted; 1 if it is not."""
+    """Draw the step response of a loop, and report doubts; return 1 if there are any."""
     from workbench.design.plots import write_png
     from workbench.logs.flight_reader import read_flight
     from workbench.logs.plots import plot_step_response

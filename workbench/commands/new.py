@@ -1,4 +1,4 @@
-"""`workbench new`: from a data sheet, with its units, to a description that flies."""
+"""`workbench new`: from a data sheet, with its units, to a flyable description."""
 
 import argparse
 import re
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _INCH = 0.0254
 _GRAVITY = 9.80665
-"""By definition, of a kilogram-force [m/s²]."""
+"""Standard gravity, which defines the kilogram-force [m/s²]."""
 _POUND = 0.45359237
 _CELL = 3.7
 """Nominal voltage of a lithium-polymer cell [V]."""
@@ -32,19 +32,19 @@ Value = TypeVar("Value")
 _SUFFIX = ".urdf.xacro"
 _LAYOUTS = ("x", "plus", "coaxial")
 _WEAK = 1.5
-"""Thrust-to-weight under which little is left for a climb or a gust."""
+"""Thrust-to-weight below which there is little reserve for a climb or a gust."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A kind of number that is written with a unit.
+    """A quantity with a unit.
 
     Attributes:
-        name: what it is, the beginning of a sentence.
-        units: factor to the SI unit by unit; the first is the SI unit, which may be left out.
-        minimum: smallest that is believed, in the SI unit.
-        maximum: largest that is believed.
-        example: how it is written.
+        name: its name, at the begin of a sentence.
+        units: factors to the SI unit by unit; the first is the SI unit, which is optional.
+        minimum: smallest plausible value, in the SI unit.
+        maximum: largest plausible value.
+        example: of the text.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Quantity:
         """Return a value in the SI unit.
 
         Raises:
-            WorkbenchError: if it is no such quantity, or not believed.
+            WorkbenchError: if it is not such a quantity, or not plausible.
         """
         found = re.fullmatch(rf"{_NUMBER}\s*([a-z/\"]*)", text.strip(), re.IGNORECASE)
         if found is None:
@@ -109,7 +109,7 @@ _CAPACITY = Quantity(
 
 
 def read_propeller(text: str) -> tuple[float, float | None, int]:
-    """Return diameter [m], pitch [m] where it is given, and the number of blades.
+    """Return diameter [m], pitch [m] if given, and the number of blades.
 
     `10x4.5` is in inches, as on every propeller; a third number counts blades. A diameter alone
     has a unit.
@@ -131,7 +131,7 @@ def read_propeller(text: str) -> tuple[float, float | None, int]:
 
 
 def read_battery(text: str) -> tuple[float, float | None]:
-    """Return nominal voltage [V] and, where it is given, capacity [A·h] of `4S` or `4S 5000mAh`.
+    """Return nominal voltage [V] and, if given, capacity [A·h] from `4S` or `4S 5000mAh`.
 
     Raises:
         WorkbenchError: if it is none.
@@ -214,7 +214,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Ask for what is missing, write the description, and say what was estimated."""
+    """Ask for missing numbers, write the description, and report estimates."""
     target = _target(args.file, replace=args.force)
     asks = sys.stdin.isatty() and not args.json
     _complete(args, _ask if asks else _missing)
@@ -228,7 +228,7 @@ def run(args: argparse.Namespace) -> int:
     with Outputs() as outputs:
         draft = outputs.add(target)
         draft.write_text(write_xacro(sheet, found), encoding="utf-8")
-        vehicle = load_vehicle(draft)  # what is written is what flies
+        vehicle = load_vehicle(draft)  # verify that the written description flies
     print_result(
         args,
         _result(target, sheet, found, vehicle),
@@ -248,10 +248,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _target(file: str, *, replace: bool) -> Path:
-    """Return what to write.
+    """Return the path to write.
 
     Raises:
-        WorkbenchError: if its name will not do, or something stands there.
+        WorkbenchError: if its name is invalid, or the path exists.
     """
     target = Path(file)
     if not target.suffix:
@@ -267,7 +267,7 @@ def _target(file: str, *, replace: bool) -> Path:
 
 
 def _complete(args: argparse.Namespace, ask: Callable[[str, Callable[[str], Any]], Any]) -> None:
-    """Fill in what a description cannot do without, and what makes it better."""
+    """Ask for required numbers of a description, and for useful ones."""
     asked = ask is _ask
     if args.mass is None:
         args.mass = ask("--mass: all-up mass with battery, as 1.4kg", MASS.read)
@@ -294,7 +294,7 @@ def _complete(args: argparse.Namespace, ask: Callable[[str, Callable[[str], Any]
 
 
 def _ask(what: str, read: Callable[[str], Value]) -> Value:
-    """Ask on the terminal until the answer is one."""
+    """Ask on the terminal until the answer is valid."""
     option, _, question = what.partition(": ")
     while True:
         print(f"{option.removeprefix('--')}, {question}: ", end="", file=sys.stderr, flush=True)
@@ -308,18 +308,18 @@ def _ask(what: str, read: Callable[[str], Value]) -> Value:
 
 
 def _missing(what: str, read: Callable[[str], Value]) -> Value:
-    """Refuse: there is no terminal to ask on."""
+    """Raise an error, as there is no terminal to ask on."""
     option, _, example = what.partition(": ")
     raise WorkbenchError(f"{option} is missing: give the {example}")
 
 
 def _or_none(read: Callable[[str], Value]) -> Callable[[str], Value | None]:
-    """Return a reader to which an empty answer is none."""
+    """Return a reader that accepts an empty answer as None."""
     return lambda text: read(text) if text else None
 
 
 def _sheet(args: argparse.Namespace, target: Path) -> "DataSheet":
-    """Return the data sheet that the command line and the answers make."""
+    """Return the data sheet from the command line and the answers."""
     from workbench.plant.data_sheet import DataSheet, Propeller, read_thrust_curve
 
     voltage, capacity = args.battery or (None, None)
@@ -342,7 +342,7 @@ def _sheet(args: argparse.Namespace, target: Path) -> "DataSheet":
 
 
 def _hover(vehicle: "Vehicle") -> tuple[float, float, float]:
-    """Return shares of speed and thrust that a hover takes, and the power of all rotors [W]."""
+    """Return shares of speed and thrust in hover, and the power of all rotors [W]."""
     rotors = list(zip(vehicle.rotors, vehicle.hover_speeds.tolist(), strict=True))
     speed = max(speed / rotor.max_rot_velocity for rotor, speed in rotors)
     power = sum(rotor.moment_constant * rotor.motor_constant * speed**3 for rotor, speed in rotors)
@@ -356,7 +356,7 @@ def _next(target: Path) -> str:
 def _result(
     target: Path, sheet: "DataSheet", found: "list[Figure]", vehicle: "Vehicle"
 ) -> dict[str, Any]:
-    """Return what is written, as JSON has it; SI units."""
+    """Return the result for JSON, in SI units."""
     from workbench.plant.data_sheet import hover_time
 
     speed, thrust, power = _hover(vehicle)
@@ -374,7 +374,7 @@ def _result(
 
 
 def _print(target: Path, sheet: "DataSheet", found: "list[Figure]", vehicle: "Vehicle") -> None:
-    """Print the estimates with their sources, and what follows for the hover."""
+    """Print the estimates with their sources, and the numbers of hover."""
     from workbench.plant.data_sheet import GIVEN, HOVER_TIME_SOURCE, hover_time
 
     print(
