@@ -1,4 +1,4 @@
-"""Options that several commands share, and what they make of a scenario."""
+"""Options common to several commands, and their effects on a scenario."""
 
 import argparse
 import dataclasses
@@ -26,7 +26,7 @@ LOG_HELP = (
     "log, NanoBench's .csv, or a .csv with a mapping"
 )
 NO_SENSORS = "none"
-"""What to name for none."""
+"""The name for no sensors."""
 
 
 def add_command(
@@ -51,17 +51,17 @@ def add_repeated(
     parse: Callable[[str], Any],
     help: str,
 ) -> None:
-    """Add an option that may be given several times, whose values are a list."""
+    """Add an option that may be repeated, with a list of values."""
     parser.add_argument(option, action="append", type=parse, default=[], metavar=metavar, help=help)
 
 
 def add_model_options(parser: "argparse._ActionsContainer", help: str = "", **more: Any) -> None:
-    """Add what chooses a model, and what its description needs to be read.
+    """Add options for a model, and to read its description.
 
     Args:
         parser: or a group of it.
         help: of --model.
-        more: of --model, as argparse takes it.
+        more: arguments of argparse for --model.
     """
     help = help or f"{MODEL_HELP} (default: dh_drone)"
     parser.add_argument("--model", metavar="NAME|PATH", help=help, **more)
@@ -70,7 +70,7 @@ def add_model_options(parser: "argparse._ActionsContainer", help: str = "", **mo
 
 
 def add_vehicle_options(parser: argparse.ArgumentParser) -> None:
-    """Add what chooses a vehicle, its world, and the values of its live parameters."""
+    """Add options for a vehicle, its world, and the values of its live parameters."""
     group = parser.add_argument_group("vehicle")
     add_model_options(group)
     group.add_argument(
@@ -106,7 +106,7 @@ def add_controller_option(parser: "argparse._ActionsContainer", instead: str = "
 
     Args:
         parser: or a group of it.
-        instead: what kind of file may name another.
+        instead: the kind of file that may name another one.
     """
     parser.add_argument(
         "--controller",
@@ -130,7 +130,7 @@ def add_estimator_option(parser: "argparse._ActionsContainer", instead: str = "s
 
 
 def add_description_options(parser: "argparse._ActionsContainer") -> None:
-    """Add what a description needs to be read."""
+    """Add options to read a description."""
     add_repeated(
         parser,
         "--arg",
@@ -160,7 +160,7 @@ def add_rotors_option(parser: "argparse._ActionsContainer") -> None:
 
 
 def add_sensor_options(parser: argparse.ArgumentParser) -> None:
-    """Add what chooses the sensors that measure."""
+    """Add options for the sensors in use."""
     group = parser.add_argument_group("sensors")
     group.add_argument(
         "--sensors",
@@ -202,7 +202,7 @@ def add_order_option(parser: Any) -> None:
 
 
 def _numbers(text: str) -> list[int]:
-    """Return whole numbers of a text `1,2,3`."""
+    """Return integers from a text such as `1,2,3`."""
     try:
         return [int(each) for each in text.split(",")]
     except ValueError:
@@ -235,7 +235,7 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
 
 
 def flown_with(args: argparse.Namespace) -> str:
-    """Return what values a flight was flown with, for its title."""
+    """Return the values of a flight, for its title."""
     parts = [args.gains] if args.gains else []
     parts += [f"{name}={value:g}" for name, value in args.set]
     parts += [f"--vary {name}={value:g}" for name, value in args.vary]
@@ -289,9 +289,9 @@ def parse_variation(text: str) -> tuple[str, float]:
 
 
 def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Give a scenario the vehicle and the world that the command line names, and return it.
+    """Set the vehicle and the world from the command line in a scenario, and return it.
 
-    Another model comes without the scenario's arguments and gains, which were for its own.
+    A different model drops the arguments and gains of the scenario, which were for its own model.
     """
     from workbench.common.resources import find_file, find_model, find_world
     from workbench.gains.gains import flown_by
@@ -312,7 +312,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     scenario.controller = flown_by(args.controller or scenario.controller, scenario.vehicle.gains)
     scenario.estimator = args.estimator or scenario.estimator
     parameter_table(flown_controller(scenario)).checked(dict(args.set))
-    # a name that is wrong is refused here, before a second is spent on loading Drake
+    # check names here, before the second spent on loading Drake
     find_model(scenario.vehicle.model)
     for name in filter(None, (scenario.vehicle.rotors, scenario.vehicle.gains)):
         find_file(name)
@@ -322,7 +322,7 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
 
 
 def _say_unused(estimator: str, names: list[str]) -> None:
-    """Say which of the numbers that are set belong to estimators that do not fly."""
+    """Report values set for estimators that are not in use."""
     from workbench.scenario.parameters import parameter_table
 
     for other in ESTIMATORS:
@@ -337,10 +337,10 @@ def _say_unused(estimator: str, names: list[str]) -> None:
 
 
 def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Give a scenario the sensors that the command line names, and return it.
+    """Set the sensors from the command line in a scenario, and return it.
 
-    A log of a flight on an estimate also has the IMU, so that `workbench estimate` can run on it:
-    an estimator reads its own within the vehicle's update, and hears the others as they measure.
+    A log of a flight with an estimator also has the IMU, so that `workbench estimate` can use it:
+    the estimator reads the IMU within the update of the vehicle, and other sensors as they measure.
     """
     if args.sensors is not None:
         names = [name.strip() for name in args.sensors.split(",")]
@@ -357,11 +357,11 @@ def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
 
 @contextmanager
 def chosen_executor(scheduler: str, here: "Executor") -> Iterator["Executor"]:
-    """Yield what flies: the cluster of a scheduler, whose size is said, or else what flies here.
+    """Yield the executor: the cluster of a scheduler, with a message on its size, or the local one.
 
     Raises:
-        WorkbenchError: if the scheduler cannot be reached, or its workers cannot fly as is flown
-            here.
+        WorkbenchError: if the scheduler cannot be reached, or flights by its workers would differ
+            from local ones.
     """
     if not scheduler:
         yield here

@@ -1,4 +1,4 @@
-"""Files that a command writes: all of them at its end, or none."""
+"""Output files of a command: all are written at its end, or none."""
 
 import argparse
 import os
@@ -13,19 +13,19 @@ from workbench.common.errors import WorkbenchError
 class Outputs:
     """A set of files that appear together when its `with` block ends without an exception.
 
-    A file is asked for before the work begins, so that a place where nothing can be written is
-    refused before minutes are spent; until the end its content stands beside it under another
-    name. If the block fails, that and every folder made for it go away again.
+    A file is added before the work begins, so that an unwritable path is rejected early. Until the
+    end its content is in a temporary file next to it. If the block fails, that file and all new
+    folders are removed.
     """
 
     _partial: dict[Path, Path] = field(default_factory=dict)
     _folders: list[Path] = field(default_factory=list)
 
     def add(self, target: Path) -> Path:
-        """Return where to write what shall become `target`; the suffix is the same.
+        """Return the temporary path for `target`, with the same suffix.
 
         Raises:
-            WorkbenchError: if nothing can be written there.
+            WorkbenchError: if the path is not writable.
         """
         import tempfile
 
@@ -52,16 +52,16 @@ class Outputs:
         return self._partial[target]
 
     def picture(self, args: argparse.Namespace, name: str) -> Path | None:
-        """Return where to write a picture in the folder of --output; None with --no-plots.
+        """Return the temporary path of a figure in the folder of --output; None with --no-plots.
 
         Raises:
-            WorkbenchError: if nothing can be written there.
+            WorkbenchError: if the path is not writable.
         """
         return None if args.no_plots else self.add(args.output / name)
 
     @property
     def files(self) -> list[Path]:
-        """What there will be."""
+        """The final paths."""
         return list(self._partial)
 
     def __enter__(self) -> "Outputs":
@@ -87,7 +87,7 @@ class Outputs:
             self.discard()
 
     def discard(self) -> None:
-        """Take away what did not become a file, and every folder made for it."""
+        """Remove temporary files, and all folders made for them."""
         for partial in self._partial.values():
             partial.unlink(missing_ok=True)
         for folder in reversed(self._folders):
@@ -95,7 +95,7 @@ class Outputs:
                 folder.rmdir()
 
     def _make_folder(self, folder: Path) -> None:
-        """Make a folder and those above it, and remember which were not there."""
+        """Make a folder and its parents, and note which are new."""
         missing = [each for each in (folder, *folder.parents) if not each.exists()]
         for each in reversed(missing):
             each.mkdir()
@@ -103,17 +103,17 @@ class Outputs:
 
 
 def _umask() -> int:
-    """Return the process's file mode mask, which can be read only by setting it."""
+    """Return the umask of the process, which can only be read by setting it."""
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
 def check_writable(target: Path) -> None:
-    """Refuse a file that is written otherwise than by `Outputs`, before the work begins.
+    """Check that a file written without `Outputs` is writable, before the work begins.
 
     Raises:
-        WorkbenchError: if nothing can be written there.
+        WorkbenchError: if the path is not writable.
     """
     probe = Outputs()
     try:
@@ -123,10 +123,10 @@ def check_writable(target: Path) -> None:
 
 
 def make_folder_of(path: Path) -> None:
-    """Make the folder of a file that is written while the work goes on, as a log is.
+    """Make the folder of a file written during the work, such as a log.
 
     Raises:
-        WorkbenchError: if it cannot be made.
+        WorkbenchError: if this fails.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

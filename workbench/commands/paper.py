@@ -1,4 +1,4 @@
-"""What the paper flew: `workbench reproduce` its four steps, `lidar-trial` its lidar."""
+"""Flights of the paper: `workbench reproduce` for its four steps, `lidar-trial` for its lidar."""
 
 import argparse
 import dataclasses
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _FIGURES = (8, 9, 10, 11)
 _SCALES = {"m": (1000.0, "mm"), "s": (1000.0, "ms"), "": (1.0, "")}
-"""How demands are printed: factor and unit, by the unit that they have."""
+"""Factor and unit to print demands, by their unit."""
 SCENARIO = "lidar-trial"
 
 
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(rows: "list[Row]", logs: list[Path], plots: list[Path]) -> None:
-    """Write a log and, where plots are wanted, a figure for each step."""
+    """Write a log and, unless disabled, a figure for each step."""
     for row, log in zip(rows, logs, strict=True):
         row.flight.recording.write_csv(log)
     if plots:
@@ -84,7 +84,7 @@ def _write(rows: "list[Row]", logs: list[Path], plots: list[Path]) -> None:
 
 
 def _result(rows: "list[Row]", files: list[Path]) -> dict[str, Any]:
-    """Return everything as JSON has it."""
+    """Return the results for JSON."""
     from workbench.design.reproduce import WINDOW, checks, implied_t90, violations
 
     return {
@@ -144,7 +144,7 @@ def _line(check: "Check") -> list[str]:
 
 
 def print_trial(report: "TrialReport") -> None:
-    """Print the lidar, a table for each criterion, and what is demanded."""
+    """Print the lidar, a table for each criterion, and the demands."""
     flight = report.flight
     lidar, vehicle = flight.lidar, flight.recording.vehicle
     print(
@@ -162,7 +162,7 @@ def print_trial(report: "TrialReport") -> None:
 
 
 def _print_accuracy(report: "TrialReport") -> None:
-    """Print what errors come to, by obstacle and over all."""
+    """Print the statistics of errors, by obstacle and over all."""
     names = [each.name for each in report.flight.obstacles]
     print("\naccuracy: measured less closed form [mm]; `exact` is flown without noise")
     heads = ["", "returns", "bias", "rmse", "95 %", "largest", "exact: largest", "missed"]
@@ -192,7 +192,7 @@ def _print_accuracy(report: "TrialReport") -> None:
 
 
 def _print_detection(report: "TrialReport") -> None:
-    """Print how soon each obstacle was found."""
+    """Print the detection of each obstacle."""
     from workbench.design.lidar_trial import slowest_detection
 
     print("\nspeed of detection: from coming into view to the first return delivered")
@@ -218,7 +218,7 @@ def _detection_line(found: "Detection") -> list[str]:
 
 
 def _print_response(report: "TrialReport") -> None:
-    """Print how promptly scans came."""
+    """Print the punctuality of scans."""
     response, flight = report.response, report.flight
     print("\nresponsiveness: age of a scan at the control update that can read it first")
     print(
@@ -241,7 +241,7 @@ def _print_response(report: "TrialReport") -> None:
 
 
 def trial_result(report: "TrialReport", scenario: "Scenario", files: list[Path]) -> dict[str, Any]:
-    """Return everything as JSON has it, in SI units."""
+    """Return the results for JSON, in SI units."""
     flight, lidar = report.flight, report.flight.lidar
     return {
         "vehicle": flight.recording.vehicle.name,
@@ -293,7 +293,7 @@ def trial_result(report: "TrialReport", scenario: "Scenario", files: list[Path])
 
 
 def missed_demands(report: "TrialReport") -> list[str]:
-    """Return what is wrong with each demand that is not met."""
+    """Return a sentence for each demand that is not met."""
     return [_sentence(demand) for demand in report.demands if not demand.met]
 
 
@@ -327,7 +327,7 @@ def _errors(name: str, errors: "Errors") -> list[str]:
 
 
 def _mm(length: float) -> str:
-    """Return a length in mm, nothing for what is unknown."""
+    """Return a length in mm, nothing if unknown."""
     return "" if math.isnan(length) else f"{1000.0 * length:z.3f}"
 
 
@@ -387,7 +387,7 @@ def run_trial(args: argparse.Namespace) -> int:
 
 
 def _scenario(args: argparse.Namespace) -> "Scenario":
-    """Return what the command line asks to be flown."""
+    """Return the scenario from the command line."""
     from workbench.common.resources import find_scenario
     from workbench.scenario.scenario import load_scenario
 
@@ -403,7 +403,7 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
 def _fly(
     scenario: "Scenario", args: argparse.Namespace, page: Path | None, progress: "Any"
 ) -> "TrialReport":
-    """Fly the trial; `page` is the 3-D one to write."""
+    """Fly the trial; `page` is the 3-D page to write."""
     from workbench.design.lidar_trial import fly_trial
 
     if page is None:

@@ -1,4 +1,4 @@
-"""Flights that were flown, predicted and flown again: `workbench predict` and `what-if`."""
+"""Predictions of logged flights: `workbench predict` and `what-if`."""
 
 import argparse
 import math
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 DEFAULT = "crazyflie"
-"""Law that flew, where a log does not say it."""
+"""Default law for logs that do not state it."""
 EFFECTS = ("thrust", "memory", "moment", "estimate", "tilt")
 MOST_DRAWS = 1000
 
@@ -130,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def found_logs(paths: Sequence[Path]) -> list[Path]:
-    """Return logs, and those in folders.
+    """Return logs, including those in folders.
 
     Raises:
         WorkbenchError: if a folder has none.
@@ -151,7 +151,7 @@ def found_logs(paths: Sequence[Path]) -> list[Path]:
 
 
 def read_vehicle(args: argparse.Namespace) -> "Vehicle":
-    """Return the vehicle that the command line names."""
+    """Return the vehicle from the command line."""
     from workbench.plant.loading import make_vehicle
     from workbench.scenario.configured import read_configured, tell_remarks
     from workbench.scenario.scenario import VehicleConfig
@@ -166,10 +166,10 @@ def read_vehicle(args: argparse.Namespace) -> "Vehicle":
 
 
 def check_gains(names: Iterable[str], law: "Controller") -> None:
-    """Refuse to set what is no gain of a law.
+    """Check that names are gains of a law.
 
     Raises:
-        WorkbenchError: if a name is none of its gains; it says which one is near.
+        WorkbenchError: if a name is unknown; it suggests a similar one.
     """
     from workbench.scenario.parameters import parameter_table
 
@@ -180,7 +180,7 @@ def check_gains(names: Iterable[str], law: "Controller") -> None:
 
 
 def predictor(vehicle: "Vehicle", law: str, args: argparse.Namespace) -> "Predictor":
-    """Return what predicts with a law."""
+    """Return the predictor for a law."""
     from workbench.control.controller import load_controller
     from workbench.design.predict.flown import PERIOD
     from workbench.design.predict.past import ALL
@@ -197,7 +197,7 @@ def predictor(vehicle: "Vehicle", law: str, args: argparse.Namespace) -> "Predic
 def _motions(
     paths: Sequence[Path], args: argparse.Namespace, vehicle: "Vehicle"
 ) -> list[tuple[str, "Motion"]]:
-    """Return the flights, and which law each of them flies."""
+    """Return the flights, and the law of each."""
     from workbench.design.predict.past import thrust_doubt
     from workbench.logs.flight_reader import read_flight
     from workbench.logs.motion import law_name, motion_of
@@ -296,7 +296,7 @@ def _said(
 
 
 def _write(predictions: "list[Prediction]", path: Path) -> None:
-    """Write a row a prediction: flight, start, and errors of each method at the horizon."""
+    """Write a row for each prediction: flight, start, and errors of each method at the horizon."""
     import csv
 
     methods = [errors.method for errors in predictions[0].errors]
@@ -420,7 +420,7 @@ def run_what_if(args: argparse.Namespace) -> int:
 def _laws(
     args: argparse.Namespace, flight: "FlightRecord", vehicle: "Vehicle"
 ) -> "tuple[Law, Law]":
-    """Return the law that flew, with its gains as far as the log tells, and the other one."""
+    """Return the law that flew, with the gains known from the log, and the other one."""
     from workbench.control.controller import load_controller
     from workbench.design.predict.what_if import Law
     from workbench.gains.gains import flight_gains, load_gains
@@ -446,9 +446,9 @@ def _changed(args: argparse.Namespace) -> str:
 
 
 def _rows(found: "WhatIf") -> list[dict[str, float | str]]:
-    """Return the difference from the log of each axis, and the band's width [m, m/s].
+    """Return the difference from the log along each axis, and the width of the band [m, m/s].
 
-    And how far log and other flight are off the setpoint, of positions.
+    For positions it also has the deviations of log and other flight from the setpoint.
     """
     import numpy as np
 
@@ -486,7 +486,7 @@ def _print_what_if(found: "WhatIf", rows: list[dict[str, float | str]]) -> None:
 
 
 def _write_what_if(found: "WhatIf", path: Path) -> None:
-    """Write log, other flight, band and disturbance, a row an update."""
+    """Write log, other flight, band and disturbance, with a row for each update."""
     import csv
 
     names = ("x [m]", "y [m]", "z [m]", "v_x [m/s]", "v_y [m/s]", "v_z [m/s]")

@@ -1,4 +1,4 @@
-"""What a command says: results on stdout, everything else on stderr."""
+"""Output of commands: results on stdout, everything else on stderr."""
 
 import argparse
 import dataclasses
@@ -17,12 +17,12 @@ def say(sentence: str) -> None:
 
 
 def say_written(files: Sequence[Path]) -> None:
-    """Say which files are there now."""
+    """Print the files written."""
     say(f"wrote {', '.join(map(str, files))}")
 
 
 def lost_replies(exchange: Mapping[str, float]) -> tuple[str, str]:
-    """Return how many packets a program that ran the law did not answer in time, and of how many.
+    """Return the numbers of late and of all packets exchanged with a program that ran the law.
 
     Args:
         exchange: see `Program.report`.
@@ -31,11 +31,11 @@ def lost_replies(exchange: Mapping[str, float]) -> tuple[str, str]:
 
 
 def told_of_autopilot(exchange: Mapping[str, float], ended: str) -> dict[str, Any]:
-    """Return what JSON has of a program that ran the law; nothing where none did.
+    """Return the statistics of a program that ran the law for JSON, or nothing.
 
     Args:
         exchange: see `Program.report`.
-        ended: why it ended in flight, "" else.
+        ended: why it ended in flight, else "".
     """
     return {"exchange": exchange, "autopilot_ended": ended} if exchange else {}
 
@@ -47,14 +47,14 @@ def print_result(
     *shown: Any,
     files: Sequence[Path] = (),
 ) -> None:
-    """Print a result, as JSON where --json asks for it, and say which files are there now.
+    """Print a result, as JSON with --json, and the files written.
 
     Args:
         args: of the command line.
-        result: as JSON has it.
-        show: prints it for people.
-        shown: what `show` takes.
-        files: that were written, if any.
+        result: for JSON.
+        show: prints it as text.
+        shown: arguments of `show`.
+        files: the written ones, if any.
     """
     if args.json:
         print_json(result)
@@ -65,7 +65,7 @@ def print_result(
 
 
 def not_as_demanded(missed: Sequence[str]) -> ExitCode:
-    """Say what is not as demanded, if anything is, and return the exit code."""
+    """Print the demands that are not met, if any, and return the exit code."""
     if not missed:
         return ExitCode.DONE
     say(f"not as demanded: {'; '.join(missed)}")
@@ -73,12 +73,12 @@ def not_as_demanded(missed: Sequence[str]) -> ExitCode:
 
 
 def print_json(data: Any) -> None:
-    """Print data as strict JSON: dataclasses become objects, and what is not finite null."""
+    """Print data as strict JSON: dataclasses become objects, and non-finite numbers null."""
     print(to_json(data))
 
 
 def print_json_line(data: Any) -> None:
-    """Print data as JSON on one line, at once, as what goes on running does."""
+    """Print data as JSON on one line, without buffering, for commands that continue to run."""
     print(to_json(data, indent=None), flush=True)
 
 
@@ -94,7 +94,7 @@ def print_table(rows: Sequence[Sequence[str]], *, left: Sequence[int] = (0,)) ->
 
     Args:
         rows: all of one length.
-        left: columns to align left; the others align right, as numbers do.
+        left: columns to align left; the others align right.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
@@ -106,7 +106,7 @@ def print_table(rows: Sequence[Sequence[str]], *, left: Sequence[int] = (0,)) ->
 
 
 def _plain(data: Any) -> Any:
-    """Return data made only of what JSON knows."""
+    """Return data in JSON types only."""
     if dataclasses.is_dataclass(data) and not isinstance(data, type):
         return {f.name: _plain(getattr(data, f.name)) for f in dataclasses.fields(data)}
     if isinstance(data, Mapping):

@@ -1,4 +1,4 @@
-"""How far it is, of what takes a while."""
+"""Progress of long work."""
 
 import sys
 import threading
@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from workbench.commands.printing import say
 
 SOON, SELDOM = 1.0, 4.0
-"""Time to the first line where there is no terminal, and between two lines [s]."""
+"""Time to the first line without a terminal, and between lines [s]."""
 
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
-    """Yield a function that takes the share done, and shows it on stderr.
+    """Yield a function of the share done, which shows it on stderr.
 
-    A terminal has a bar; a file or a pipe, as of CI, a line now and then.
+    A terminal shows a bar; a file or a pipe, such as in CI, gets a line at intervals.
     """
     if not sys.stderr.isatty():
         with _lines(what) as show:
@@ -39,9 +39,9 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def _lines(what: str) -> Iterator[Callable[[float], None]]:
-    """Yield a function that takes the share done, and say it in a line now and then.
+    """Yield a function of the share done, and print it in a line at intervals.
 
-    A thread says it, as the first share may take long. What is done soon has no line.
+    A thread prints it, as the first share may take long. Short work prints no line.
     """
     done, over = 0.0, threading.Event()
 
@@ -66,7 +66,7 @@ def _lines(what: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def above_bars() -> Iterator[None]:
-    """Take bars off the terminal while something is printed, and show them again below it."""
+    """Hide bars while something is printed, and show them again below it."""
     if "tqdm" not in sys.modules:
         yield
         return

@@ -1,4 +1,4 @@
-"""Specs, flown and written: `workbench regress` and `pin`."""
+"""Regression specs: `workbench regress` to run them and `pin` to write them."""
 
 import argparse
 import dataclasses
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from workbench.design.regress.verdict import CaseResult
 
 AXIS = "x"
-"""Of a step, where none is given."""
+"""Default axis of a step."""
 
 
 def add_parser(commands: Any) -> None:
@@ -85,7 +85,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly, judge, print and write; 1 if something is not as demanded."""
+    """Fly, judge, print and write; return 1 if a demand is not met."""
     from workbench.design.regress.flight import Changes
     from workbench.design.regress.running import local, record, regress
     from workbench.design.regress.spec_names import find_specs
@@ -128,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
 def _write(
     results: Sequence["CaseResult"], junit: Path | None, html: Path | None, title: str
 ) -> None:
-    """Write the files that were asked for."""
+    """Write the requested files."""
     if junit:
         from workbench.design.regress.page import junit_xml
 
@@ -144,7 +144,7 @@ def _title(specs: Sequence[str]) -> str:
 
 
 def _print(results: Sequence["CaseResult"]) -> None:
-    """Print a sentence for each failure, and how many passed."""
+    """Print a sentence for each failure, and the number of passed cases."""
     from workbench.design.regress.verdict import since_baseline, summary
 
     for result in results:
@@ -303,7 +303,7 @@ def run_pin(args: argparse.Namespace) -> int:
 
 
 def _print_pinned(spec: Path, said: Sequence[str]) -> None:
-    """Print what is held, and what to do next."""
+    """Print the limits, and what to do next."""
     print("\n".join([*said, "", f"next: workbench regress {spec}, or pytest {spec}"]))
 
 

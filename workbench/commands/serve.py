@@ -1,4 +1,4 @@
-"""A flight that others watch and fly: `workbench serve`, and `tokens`, which lets them."""
+"""Serve a flight for others to watch and fly: `workbench serve`, and `tokens` for access."""
 
 import argparse
 import sys
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
 DEFAULT_SCENARIO = "network"
 STARTING = 30.0
-"""Time that the server has to listen [s]."""
+"""Time limit for the server to listen [s]."""
 LOOK = 0.2
-"""Between two looks at the flight [s]."""
+"""Period between checks of the flight [s]."""
 
 
 def add_parser(commands: Any) -> None:
@@ -93,7 +93,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly and serve until the time is over or the user ends it."""
+    """Fly and serve until the end of the duration, or until the user stops it."""
     from workbench.live.flight import LiveFlight
 
     config = _config(args)
@@ -119,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
             _say_page(flight)
         code = _watch(flight, args.duration, stopped)
         if args.log:
-            flight.stop_log().result()  # a long log takes its time, and is not to be cut short
+            flight.stop_log().result()  # a long log takes time to finish: no time limit
             if lost := flight.latest().network.log_said:
                 say(lost)
                 return ExitCode.NOT_AS_DEMANDED
@@ -142,7 +142,7 @@ def _config(args: argparse.Namespace) -> "ServerConfig":
 
 
 def _scenario(args: argparse.Namespace) -> "Scenario":
-    """Return what is flown."""
+    """Return the scenario."""
     from workbench.common.resources import find_scenario
     from workbench.scenario.scenario import load_scenario, without_arrays
 
@@ -157,7 +157,7 @@ def _known(answer: "Future[str]", what: str) -> str:
     """Return an answer of the flight.
 
     Raises:
-        WorkbenchError: if it is a refusal, or does not come.
+        WorkbenchError: if it is a rejection, or does not come.
     """
     try:
         return answer.result(STARTING)
@@ -166,14 +166,14 @@ def _known(answer: "Future[str]", what: str) -> str:
 
 
 def _addresses(flight: "LiveFlight", vehicle: str, address: str) -> dict[str, str | None]:
-    """Return where the flight is served, as JSON has it; None for what is not."""
+    """Return the addresses of the served flight for JSON; None for those not served."""
     view = flight.latest()
     page = view.network.server.page if view.network.server else ""
     return {"vehicle": vehicle, "address": address, "page": page or None, "drawn": view.url or None}
 
 
 def _say_page(flight: "LiveFlight") -> None:
-    """Say where the page is; on a terminal, with its address as a QR code."""
+    """Print the address of the page, on a terminal also as a QR code."""
     from workbench.link.page_address import PageAddress
     from workbench.link.qr import terminal_code
 
@@ -185,7 +185,7 @@ def _say_page(flight: "LiveFlight") -> None:
 
 
 def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Event) -> int:
-    """Say what happens until it is over."""
+    """Report events until the end."""
     from workbench.live.messages import Phase
 
     told: tuple[str, ...] = ()
@@ -215,7 +215,7 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
 
 
 def _say_server(view: "LiveView", before: str) -> str:
-    """Say that the server has ended and is started again, or listens; return what was said."""
+    """Report that the server has ended and is restarted, or listens; return the message."""
     network = view.network
     if network.server is None:
         if network.said and network.said != before:
@@ -227,7 +227,7 @@ def _say_server(view: "LiveView", before: str) -> str:
 
 
 def _say_refusals(view: "LiveView", told: tuple[str, ...]) -> tuple[str, ...]:
-    """Say what was refused since the last time."""
+    """Report rejections since the last call."""
     log = view.network.server.log if view.network.server else told
     for sentence in log:
         if sentence not in told:
@@ -236,7 +236,7 @@ def _say_refusals(view: "LiveView", told: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _say_control(view: "LiveView", before: str) -> str:
-    """Say who flies, on change."""
+    """Report changes of control."""
     reason = view.network.control.reason if view.network.control else before
     if reason != before:
         say(reason)

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 PX4_PORT, ARDUPILOT_PORT = 4560, 9002
 TOLD = 10.0
-"""Between two lines that say how far it is [s]."""
+"""Period between lines of progress [s]."""
 
 
 def add_parser(commands: Any) -> None:
-    """Add the command, and a command of its own for each autopilot."""
+    """Add the command, with a subcommand for each autopilot."""
     parser = add_command(
         commands,
         "sitl",
@@ -152,7 +152,7 @@ def _run_ardupilot(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> None:
-    """Refuse numbers that make no sense, before anything is built."""
+    """Check the numbers, before anything is built."""
     if not 0 < args.port < 65536:
         raise WorkbenchError(f"--port {args.port}: give it a number from 1 to 65535")
     for name, value in (("patience", args.patience), ("rate", args.rate)):
@@ -163,7 +163,7 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _built(args: argparse.Namespace) -> "AutopilotFlight":
-    """Build what flies."""
+    """Build the flight."""
     from workbench.common.resources import find_model, find_scenario, find_world
     from workbench.scenario.scenario import Scenario, Start, VehicleConfig, load_scenario
     from workbench.session.open_loop import AutopilotFlight
@@ -186,7 +186,7 @@ def _built(args: argparse.Namespace) -> "AutopilotFlight":
 def _served(
     args: argparse.Namespace, flight: "AutopilotFlight", peer: "Autopilot", where: str
 ) -> int:
-    """Fly until the time is over, Ctrl-C, or the autopilot fails; sum it up."""
+    """Fly until the end, Ctrl-C, or a failure of the autopilot; return the summary."""
     broken = ""
     with Outputs() as outputs:
         log = outputs.add(args.csv) if args.csv else None
@@ -236,7 +236,7 @@ def _served(
 
 
 def _fly(args: argparse.Namespace, flight: "AutopilotFlight", peer: "Autopilot") -> None:
-    """Exchange motion for outputs, and fly on with these, in real time or as fast as it goes."""
+    """Exchange motion and outputs, and fly with these, in real time or as fast as possible."""
     from workbench.autopilots.motion import RestartedError
 
     began, said, armed = time.monotonic(), time.monotonic(), False
@@ -257,7 +257,7 @@ def _fly(args: argparse.Namespace, flight: "AutopilotFlight", peer: "Autopilot")
         if now > said + TOLD:
             said = now
             say(f"flying: {flight.time:.1f} s, height {-flight.motion().position[2]:.2f} m")
-        # what answers no clock yet, and whoever wants real time, waits for the machine's
+        # without lockstep yet, or in real time, the flight follows the clock of the machine
         ahead = began + flight.time - now
         if ahead > 0.0 and not (args.fast and peer.locked):
             time.sleep(ahead)

@@ -1,4 +1,4 @@
-"""Flights that are measured: `workbench step`, one step, and `hover`, a check of all axes."""
+"""Measured flights: `workbench step` for one step, and `hover` to check all axes."""
 
 import argparse
 import dataclasses
@@ -40,16 +40,16 @@ if TYPE_CHECKING:
 
 
 _PICTURES = "workbench.design.plots_step"
-"""What draws the picture."""
+"""The module that draws the figure."""
 AXIS = "z"
-"""Of a step, where none is given."""
+"""Default axis of a step."""
 LOADS = (
     *("force_x", "force_y", "force_z", "torque_roll", "torque_pitch", "torque_yaw"),
     *("gust_x", "gust_y", "gust_z"),
 )
-"""See `scenario.loads`, which would take a tenth of a second to load."""
+"""As in `scenario.loads`, which takes a tenth of a second to load."""
 _ORIGINS = {"rule": "the rule for any vehicle"}
-"""What else a gain's origin is called."""
+"""Other names for the origin of a gain."""
 
 
 def add_parser(commands: Any) -> None:
@@ -101,7 +101,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly the step, print its metrics, write plot and log; 1 if the flight is lost."""
+    """Fly the step, print its metrics, write plot and log; return 1 if the flight is lost."""
     from workbench.commands.drawer import Drawer
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.scenario.scenario import Scenario
@@ -173,7 +173,7 @@ def _fly_command(
 
 
 def _result(flown: "LoadResponse | StepResponse", args: argparse.Namespace) -> dict[str, Any]:
-    """Return the response as JSON has it."""
+    """Return the response for JSON."""
     is_load = args.load is not None
     named = ("load",) if is_load else ("axis",)
     rest = () if is_load else ("coupling", "diverged_at")
@@ -189,7 +189,7 @@ def _result(flown: "LoadResponse | StepResponse", args: argparse.Namespace) -> d
 
 
 def _print(flown: "LoadResponse | StepResponse", args: argparse.Namespace, trouble: str) -> None:
-    """Print the metrics, and what is the matter with them."""
+    """Print the metrics, and doubts about them."""
     print_metrics: Any = _print_load if args.load else _print_command
     print_metrics(flown, args)
     if trouble:
@@ -252,7 +252,7 @@ def _print_command(response: "StepResponse", args: argparse.Namespace) -> None:
 
 
 def _autopilot_rows(exchange: "Mapping[str, float]") -> list[tuple[str, str, str, str]]:
-    """Return the row of a program that ran the law, none where none did."""
+    """Return the row of a program that ran the law, if any."""
     if not exchange:
         return []
     lost, packets = lost_replies(exchange)
@@ -274,7 +274,7 @@ def add_hover(commands: Any) -> None:
 
 
 def run_hover(args: argparse.Namespace) -> int:
-    """Fly, print the table, write plot and log; 1 if something is not as demanded."""
+    """Fly, print the table, write plot and log; return 1 if a demand is not met."""
     from workbench.design.hover_check import check_hover
     from workbench.gains.gains import choose_gains
     from workbench.plant.plausible import doubts
@@ -308,7 +308,7 @@ def run_hover(args: argparse.Namespace) -> int:
 def _hover_result(
     report: "HoverReport", gains: "dict[str, Gain]", files: "list[Path]"
 ) -> dict[str, Any]:
-    """Return everything as JSON has it; angles in rad."""
+    """Return the results for JSON; angles in rad."""
     vehicle = report.hover.vehicle
     return {
         "vehicle": vehicle.name,
@@ -340,7 +340,7 @@ def _hover_result(
 def _print_hover(
     report: "HoverReport", law: "Controller", gains: "dict[str, Gain]", unlikely: list[str]
 ) -> None:
-    """Print vehicle, gains, the table of what is demanded, and why all of it may mean nothing."""
+    """Print vehicle, gains, the table of demands, and why they may be meaningless."""
     vehicle = report.hover.vehicle
     print(f"{vehicle.name}, {vehicle.mass:.4g} kg, {len(vehicle.rotors)} rotors: {vehicle.source}")
     _print_gains(law, gains)
@@ -362,7 +362,7 @@ def _print_hover(
 
 
 def _print_gains(law: "Controller", gains: "dict[str, Gain]") -> None:
-    """Print the gains by where they come from, without the parameter table's defaults."""
+    """Print the gains by their origin, without defaults of the parameter table."""
     from workbench.scenario.parameters import parameter_table
 
     origins = dict.fromkeys(gain.origin for gain in gains.values())
@@ -393,7 +393,7 @@ def _line(demand: "Demand") -> list[str]:
 
 
 def _size(flight: str) -> str:
-    """Return the amplitude of a step, as text behind its name."""
+    """Return the amplitude of a step, as text after its name."""
     from workbench.design.step_response import STEPS
     from workbench.scenario.axes import find_axis
 
@@ -402,7 +402,7 @@ def _size(flight: str) -> str:
 
 
 def _sentence(demand: "Demand") -> str:
-    """Return what is wrong with a demand that is not met."""
+    """Return a sentence on a demand that is not met."""
     _, value, limit, unit, _ = _line(demand)
     quantity = demand.quantity.replace("_", "-", 1).replace("_", " ")
     if demand.withheld:

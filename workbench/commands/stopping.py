@@ -1,4 +1,4 @@
-"""Ctrl-C that lets a long work come to an end with what is done."""
+"""Handle Ctrl-C to end long work with the results so far."""
 
 import signal
 import threading
@@ -13,13 +13,13 @@ from workbench.commands.printing import say
 def stop_on_interrupt(
     stop: Callable[[], None] = lambda: None, keeps: str = "what is done"
 ) -> Iterator[Callable[[], bool]]:
-    """Yield a function that says whether Ctrl-C was pressed; a second one ends the program.
+    """Yield a function that returns whether Ctrl-C was pressed; a second one ends the program.
 
-    Outside the main thread, where no signal arrives, it never was.
+    Outside of the main thread it is always false, as no signal arrives there.
 
     Args:
-        stop: called when it is pressed.
-        keeps: what is kept then, for people.
+        stop: called on Ctrl-C.
+        keeps: the results kept then, for a message.
     """
     stopped = threading.Event()
     if threading.current_thread() is not threading.main_thread():
@@ -41,7 +41,7 @@ def stop_on_interrupt(
 
 @contextmanager
 def told_to_stop() -> Iterator[threading.Event]:
-    """Yield an event that is set by Ctrl-C, and by who ends the process kindly."""
+    """Yield an event that is set by Ctrl-C, or by a request to end the process."""
     stopped = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield stopped

@@ -1,4 +1,4 @@
-"""`workbench sweep`: many candidates flown, in a table and on a map."""
+"""`workbench sweep`: fly many candidates, with results in a table and on a map."""
 
 import argparse
 import math
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 
 _PICTURE = "workbench.design.sweep.plot_sweep"
 _OWN_LOOP = "axis"
-"""What --margins means without a name."""
+"""Value of --margins without a name."""
 _NOTHING_FLIES = "no best is chosen: the best candidates were lost on the full diagram"
 _RANGE = ("name", "low", "high", "points", "log")
-"""What JSON says of a range."""
+"""Keys of a range in JSON."""
 
 
 def add_parser(commands: Any) -> None:
@@ -149,7 +149,7 @@ def run(args: argparse.Namespace) -> int:
         ):
             table = _sweep(args, executor, progress, stopped)
         if not len(table):
-            raise KeyboardInterrupt  # nothing is there to be kept
+            raise KeyboardInterrupt  # there is nothing to keep
         best = prove_best(table, args.metric)
         if drawer:
             drawer.begin(plot, _PICTURE, "plot_sweep", table, args.metric, best)
@@ -175,7 +175,7 @@ def run(args: argparse.Namespace) -> int:
 def _sweep(
     args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any
 ) -> "SweepTable":
-    """Fly what the command line asks for."""
+    """Fly the sweep from the command line."""
     from workbench.design.metrics import MARGINS, SWEPT, find_metric
     from workbench.design.reproduce import PAPER
     from workbench.design.sweep.case import axis_loop
@@ -251,7 +251,7 @@ def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str)
 def print_sweep(
     table: "SweepTable", best: "BestCandidate | None", metric: str, flown_with: str
 ) -> None:
-    """Print the best candidate beside the present values, and how it flew on the full diagram."""
+    """Print the best candidate, the present values, and its flight on the full diagram."""
     import numpy as np
 
     from workbench.design.metrics import FLOWN, for_people
@@ -319,7 +319,7 @@ def _named(names: Any, values: Any) -> dict[str, float]:
 
 
 def _marked(metric: "Metric", chosen: str) -> str:
-    """Return a metric's name, with a mark at the one by which the best is chosen."""
+    """Return the name of a metric, with a mark for the one of the ranking."""
     return f"{metric.name} *" if metric.name == chosen else metric.name
 
 

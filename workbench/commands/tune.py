@@ -99,7 +99,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Tune, print the table, write profile, report and picture; 1 if wishes cannot be met."""
+    """Tune, print the table, write profile, report and figure; return 1 if wishes cannot be met."""
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.tune.tuner import Tuner
     from workbench.scenario.scenario import Scenario, flown_controller
@@ -136,9 +136,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _wishes(args: argparse.Namespace, law: "Controller", rotors: str) -> "Wishes":
-    """Return the wishes of file and command line; the latter count where both say something.
+    """Return the wishes from file and command line; the latter take precedence.
 
-    By how much the vehicle may differ is what the wishes say, or else what was identified.
+    The uncertainty of the vehicle comes from the wishes, or else from its identification.
     """
     import dataclasses
 
@@ -165,14 +165,14 @@ def _wishes(args: argparse.Namespace, law: "Controller", rotors: str) -> "Wishes
 
 
 def _tuned(tuner: "Tuner") -> "Tuning":
-    """Run, showing the best so far; the first Ctrl-C ends the search and keeps what it has."""
+    """Run, and show the best so far; the first Ctrl-C ends the search and keeps its results."""
     with _bar() as show, stop_on_interrupt(tuner.stop, "the best so far"):
         return tuner.run(lambda progress: show(progress.share, progress_line(progress)))
 
 
 @contextmanager
 def _bar() -> Iterator[Any]:
-    """Show a bar on stderr if that is a terminal; yield what takes the share done and a text."""
+    """Show a bar on stderr if that is a terminal; yield a function of the share done and a text."""
     import sys
 
     from tqdm import tqdm
@@ -188,7 +188,7 @@ def _bar() -> Iterator[Any]:
         def show(share: float, text: str) -> None:
             bar.set_description_str(text, refresh=False)
             bar.n = 100.0 * share
-            bar.refresh()  # update() shows no other text while the share stands still
+            bar.refresh()  # update() does not show a new text for an unchanged share
 
         yield show
 
@@ -205,7 +205,7 @@ def _write(found: "Tuning", report: Path, picture: Path | None) -> None:
 
 
 def _check_profile(path: Path, vehicle: str, law: "Controller") -> None:
-    """Refuse a file that holds what must not be lost, before time is spent."""
+    """Check that no file is lost, before time is spent."""
     from workbench.gains.gains import load_gains
 
     check_writable(path)
@@ -240,7 +240,7 @@ def _positive(kind: type) -> Any:
 
 
 def progress_line(progress: "Progress") -> str:
-    """Return how the best so far does, in a line."""
+    """Return a line on the best candidate so far."""
     from workbench.design.metrics import shown
 
     if progress.best is None or progress.worst is None:
@@ -283,7 +283,7 @@ def print_tuning(found: "Tuning") -> None:
 
 
 def conclusion(found: "Tuning") -> list[str]:
-    """Return why there are no gains, a sentence each."""
+    """Return the reasons why there are no gains, as sentences."""
     if found.conflicts:
         return [str(conflict) for conflict in found.conflicts]
     short = min(found.results, key=lambda result: result.reserve)
@@ -297,7 +297,7 @@ def conclusion(found: "Tuning") -> list[str]:
 
 
 def tuning_json(found: "Tuning", files: "Sequence[Path]") -> dict[str, Any]:
-    """Return everything as JSON has it, in SI units."""
+    """Return the results for JSON, in SI units."""
     return {
         "vehicle": found.vehicle,
         "controller": found.controller.name,
