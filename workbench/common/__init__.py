@@ -1,1 +1,1 @@
-"""What every room may use: errors, files, caches, shipped resources, compiled code."""
+"""Common tools for every package: errors, files, caches, shipped resources, compiled code."""

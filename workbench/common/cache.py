@@ -1,4 +1,4 @@
-"""Folders for what takes long to make and can always be made again."""
+"""Cache folders for results that are slow to compute and can always be computed again."""
 
 import importlib.util
 import os
@@ -11,23 +11,23 @@ from workbench.common.errors import WorkbenchError
 
 _OURS = "drake-drone-workbench"
 PROGRESS_LOGGER = "workbench.progress"
-"""Name of the logger that is told what is being made, and how far it is."""
+"""Name of the logger for the progress of slow computations."""
 
 
 def cache_folder(name: str) -> Path:
-    """Return a folder of the user's cache, made if it is missing.
+    """Return a folder in the user's cache, created if missing.
 
-    Where the cache cannot be written, it is a private folder among the temporary ones.
+    If the cache is not writable, this is a private temporary folder.
 
     Args:
-        name: what the folder is for; the same name gives the same folder.
+        name: of the folder; the same name yields the same folder.
 
     Raises:
-        WorkbenchError: if no folder can be written at all.
+        WorkbenchError: if no folder is writable.
     """
     try:
         home = Path(os.environ.get("XDG_CACHE_HOME", ""))
-        if not home.is_absolute():  # the specification has relative ones ignored
+        if not home.is_absolute():  # the specification says to ignore relative ones
             home = Path.home() / ".cache"
         return _writable(home / _OURS / name)
     except (OSError, RuntimeError):  # a read-only home, or (RuntimeError) no home
@@ -36,17 +36,17 @@ def cache_folder(name: str) -> Path:
 
 @lru_cache(maxsize=8)
 def release(package: str) -> str:
-    """Return which release of a package is installed: what is kept may depend on it.
+    """Return the installed release of a package, as cached results may depend on it.
 
-    The name of its metadata's folder says it; to read those loads a parser of mail.
+    It is in the name of the metadata folder; reading the metadata loads a mail parser.
 
     Args:
-        package: its name, as in the metadata and to import it.
+        package: its name, in the metadata and for import.
     """
     spec = importlib.util.find_spec(package)
     for place in (spec and spec.submodule_search_locations) or ():
         found = [each.name for each in Path(place).parent.glob(f"{package}-*.dist-info")]
-        if len(found) == 1:  # more of them are left of an installation that failed
+        if len(found) == 1:  # more of them remain after a failed installation
             return found[0]
     from importlib import metadata
 
@@ -70,9 +70,9 @@ def _writable(folder: Path) -> Path:
 
 
 def _private_folder() -> Path:
-    """Return a folder of the user's own where others may write too.
+    """Return a private folder of the user in a shared place.
 
-    Its name can be guessed, so another user may have made it: then it is not used.
+    Its name can be guessed, so another user may have created it: then it is not used.
     """
     folder = Path(tempfile.gettempdir()) / f"{_OURS}-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)

@@ -1,8 +1,8 @@
 """Compile a pure function with numba, and keep the machine code on disk.
 
-numba's own cache looks at the one file that the compiled function stands in, and loads all of numba
-to load what is there. The law stands in several files, and so do rays: the cache lies in a folder
-named after the content of all of them, and `machine_code` loads it.
+numba's own cache depends only on the file with the compiled function, and needs all of numba to
+load its code. The law and the rays consist of several files. So this cache uses a folder named
+after the content of all of them, and `machine_code` loads it.
 """
 
 import fcntl
@@ -31,11 +31,11 @@ from workbench.common.machine_code import (
 
 _PACKAGE = Path(__file__).parent.parent
 PERIOD = 3.0
-"""Between two messages about one wait [s]."""
+"""Period between messages about one wait [s]."""
 PATIENCE = 1.5
-"""A shorter wait for another process or thread is not told of [s]."""
+"""Longest wait for another process or thread without a message [s]."""
 _COMPILING = threading.RLock()
-"""One thread at a time: what numba was told of is the process's."""
+"""Lock for one thread at a time, as functions marked for numba are shared by the process."""
 
 
 def compile_cached(
@@ -48,31 +48,32 @@ def compile_cached(
     page: str = "docs/controllers.md",
     **options: Any,
 ) -> "Compiled":
-    """Return `function` compiled at its first call, up to a minute once a machine.
+    """Return `function`, compiled at its first call, which takes up to a minute once per machine.
 
-    Where no folder can be written, it is compiled anew in every process.
+    Without a writable cache folder it is compiled in every process.
 
     Args:
-        function: which compiles.
-        sources: files and folders of all that it calls, and of its arguments' types, below
-            `workbench/`; a change there compiles anew.
-        what: it computes, for people.
-        parts: about how many functions are compiled for it, for the progress that is told.
-        text: what tells a source that stands elsewhere, as a user's own, from any other.
-        file: where that stands, for the sentence about what cannot be compiled.
-        page: of the docs, which says what can be.
-        options: of `numba.njit`, such as `nogil=True`, which lets other Python threads run
-            meanwhile: worth it where a call takes long.
+        function: to be compiled.
+        sources: files and folders below `workbench/` with all functions that it calls and the types
+            of its arguments; a change in them compiles it again.
+        what: description of its result, for messages.
+        parts: approximate number of functions compiled for it, for the progress.
+        text: identifies a source elsewhere, such as a user's own file.
+        file: of that source, for error messages.
+        page: of the docs that explains what can be compiled.
+        options: of `numba.njit`, such as `nogil=True`, which lets other Python threads run during a
+            long call.
     """
     return Compiled(function, sources, what, parts, text, file, page, options)
 
 
 class Compiled:
-    """A compiled function. Its first call in a process loads the machine code, or makes it.
+    """A compiled function. Its first call in a process loads or compiles the machine code.
 
-    One process or thread makes it and says so; others that need it meanwhile wait, and load it.
-    numba itself is loaded by who makes it, and for arguments or results that `machine_code` does
-    not know; it is compiled in every process for those. Arguments are those of `compile_cached`.
+    One process or thread compiles it with messages; others that need it wait, and load it. numba
+    itself is only loaded to compile, and for types of arguments or results that `machine_code` does
+    not support; for those the function is compiled in every process. Arguments are those of
+    `compile_cached`.
     """
 
     def __init__(
@@ -112,12 +113,12 @@ class Compiled:
 
     @property
     def signatures(self) -> list[Any]:
-        """The kinds of arguments for which there is machine code in this process."""
+        """The kinds of arguments with machine code in this process."""
         return list(self._made)
 
     @property
     def is_made(self) -> bool:
-        """Whether there is machine code here or on disk, so that the first call is short."""
+        """Whether machine code is in this process or on disk, so that the first call is fast."""
         if self._made:
             return True
         try:
@@ -126,7 +127,7 @@ class Compiled:
             return False
 
     def _prepared(self, args: tuple[Any, ...]) -> Callable[..., Any]:
-        """Return what runs for such arguments: machine code that is there, or is made now."""
+        """Return the machine code for arguments, compiled now if missing."""
         kinds = kinds_of(args)
         if kinds is None:
             self._compile(args)
@@ -138,7 +139,7 @@ class Compiled:
         return self._run
 
     def _load_or_make(self, kinds: tuple[Kind, ...], args: tuple[Any, ...]) -> Callable[..., Any]:
-        """Load machine code for arguments of some kinds; make and keep it where there is none."""
+        """Load machine code for kinds of arguments; compile and store it if missing."""
         try:
             folder: Path | None = self._folder()
         except (WorkbenchError, OSError):  # it runs without a cache, too
@@ -156,14 +157,14 @@ class Compiled:
         return (file and load(file)) or self._dispatcher
 
     def _compile(self, args: tuple[Any, ...]) -> Any:
-        """Let numba compile for such arguments, and return its `CompileResult`.
+        """Compile with numba for arguments, and return the `CompileResult`.
 
-        None where NUMBA_DISABLE_JIT is set: people debug a law that way, as plain Python.
+        Return None if NUMBA_DISABLE_JIT is set, to debug a law as plain Python.
 
         Raises:
-            WorkbenchError: if it cannot be compiled, of a file of the user's own.
+            WorkbenchError: if a user's own file cannot be compiled.
         """
-        import numba  # half a second, which only those pay who compile
+        import numba  # takes half a second, only needed to compile
         from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
         if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
@@ -198,7 +199,7 @@ class Compiled:
 
 
 def _nothing(*args: Any) -> Any:
-    """Run in the place of machine code that is not there yet."""
+    """Placeholder for machine code that is not loaded yet."""
     raise OtherKindError
 
 
@@ -230,10 +231,10 @@ def uncompilable(said: str, file: str, page: str) -> str:
 
 @contextmanager
 def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
-    """Say that a function compiles, and how far it is.
+    """Report the progress of compiling a function.
 
-    numba reports each function that it compiles, first the outermost one, and LLVM has all of them
-    at the end, for longer than a period: so it is told by the clock.
+    numba reports each function that it compiles, the outermost first, and LLVM processes all of
+    them at the end, for longer than a period. So messages follow the clock.
     """
     from numba.core import event
 
@@ -273,10 +274,10 @@ def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
 
 @contextmanager
 def _alone(folder: Path | None, what: str) -> Iterator[None]:
-    """Wait until no other process compiles the same; its result is in the cache then."""
+    """Wait until no other process compiles the same function; its result is then in the cache."""
     try:
         file = None if folder is None else (folder / "lock").open("w")
-    except OSError:  # a cache that can be read alone
+    except OSError:  # a read-only cache
         file = None
     if file is None:
         yield
@@ -290,7 +291,7 @@ def _alone(folder: Path | None, what: str) -> Iterator[None]:
                         "waiting for another process, which compiles %s", what
                     )
                     told = time.monotonic() + PERIOD
-                time.sleep(0.01)  # who loads what is made takes less
+                time.sleep(0.01)  # loading the result takes less
         yield
 
 

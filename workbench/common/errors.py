@@ -1,25 +1,25 @@
-"""The one exception that users are meant to read."""
+"""The exceptions with messages for users."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
 LONGEST_ECHO = 60
-"""Of what was asked for, a sentence repeats so many characters."""
+"""Largest number of characters of the user's input repeated in a message."""
 LONGEST_LIST = 800
-"""Of known names, in characters."""
+"""Longest list of known names in a message [characters]."""
 
 
 class WorkbenchError(Exception):
-    """Bad input, said in one sentence: what, where, and what to do about it."""
+    """Bad input, described in one sentence: what, where, and what to do about it."""
 
 
 class FlightBrokenError(WorkbenchError):
-    """A flight that could not go on; what was flown until then is there."""
+    """A flight that could not continue; its recording up to then remains."""
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
-    """Return the error for a `name` that is none of the `known` ones, with the nearest named."""
+    """Return the error for a `name` that is not one of the `known` ones, with the nearest one."""
     from difflib import get_close_matches
 
     names = sorted(map(str, known))
@@ -40,22 +40,22 @@ class Named(Protocol):
 
     @property
     def name(self) -> str:
-        """By which it is found."""
+        """Its unique name."""
 
 
 Row = TypeVar("Row", bound=Named)
 
 
 def find_row(kind: str, name: str, rows: Iterable[Row]) -> Row:
-    """Return the row of a name.
+    """Return the row with a name.
 
     Args:
-        kind: what the rows are, for the message.
+        kind: of the rows, for the message.
         name: of the row.
-        rows: to look in.
+        rows: to search.
 
     Raises:
-        WorkbenchError: if there is none; it says which name is near.
+        WorkbenchError: if there is none; it suggests a similar name.
     """
     known = tuple(rows)
     for row in known:

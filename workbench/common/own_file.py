@@ -1,6 +1,7 @@
-"""A Python file of the user's own: how it is found, read and run, and how its tables are checked.
+"""A user's own Python file: find, read and execute it, and check its tables.
 
-Controllers and estimators are such files. Their code runs with the rights of whoever names them.
+Controllers and estimators are such files. Their code runs with the rights of the user who names
+them.
 """
 
 import hashlib
@@ -20,15 +21,15 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.parameter import Parameter, State
 
 MOST_LINES = 1_000_000
-"""A file, or an update, that runs longer than this many lines is taken to be an endless loop."""
+"""Number of lines after which a file or an update counts as an endless loop."""
 
 
 def find_own(name: str, what: str) -> Path | None:
-    """Return the file that a name stands for, None for a name that is neither file nor module.
+    """Return the file for a name, None if the name is neither a file nor a module.
 
     Args:
-        name: path of a file that ends in .py, or an importable module's, with a dot in it.
-        what: it states, for people.
+        name: path of a .py file, or name of an importable module with a dot.
+        what: kind of the file, for messages.
 
     Raises:
         WorkbenchError: if there is no such module.
@@ -44,7 +45,7 @@ def find_own(name: str, what: str) -> Path | None:
 
 
 def read_own(path: Path, what: str) -> str:
-    """Return the text of a file of the user's own.
+    """Return the text of a user's own file.
 
     Raises:
         WorkbenchError: if it cannot be read.
@@ -57,7 +58,7 @@ def read_own(path: Path, what: str) -> str:
 
 
 def _importable(name: str) -> bool:
-    """Return whether the package that a module stands in can be found."""
+    """Return whether the package of a module can be found."""
     try:
         return importlib.util.find_spec(name.rpartition(".")[0]) is not None
     except (ImportError, ValueError):
@@ -65,23 +66,23 @@ def _importable(name: str) -> bool:
 
 
 def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
-    """Return the module that a text makes.
+    """Return the module from executing a text.
 
     Args:
-        what: it states: "controller" or "estimator".
-        name: of the file, without its ending.
-        file: where it stands.
-        text: of it.
+        what: kind of the file, "controller" or "estimator".
+        name: of the file, without ending.
+        file: of the text.
+        text: of the file.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: with file and line of the error.
     """
     if not name.isidentifier():
         raise WorkbenchError(f"{file}: call the file by letters, digits and _, as my_{what}.py")
     digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
     module = types.ModuleType(f"workbench_{what}_{name}_{digest}")
     module.__file__ = str(file)
-    # machine code that is kept on disk finds its functions' module by this name
+    # machine code on disk finds the module of its functions by this name
     sys.modules[module.__name__] = module
     with own_errors(file, ""):
         code = compile(text, str(file), "exec")
@@ -93,10 +94,10 @@ def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
 def stated_update(
     file: Path, own: Mapping[str, Any], arguments: Sequence[str]
 ) -> Callable[..., Any]:
-    """Return a file's `update`.
+    """Return the `update` of a file.
 
     Raises:
-        WorkbenchError: if there is none, or it takes other arguments.
+        WorkbenchError: if it is missing, or has other arguments.
     """
     update = own.get("update")
     if not inspect.isfunction(update):
@@ -111,10 +112,10 @@ def stated_update(
 
 
 def stated_parameters(file: Path, own: Mapping[str, Any]) -> tuple[Parameter, ...]:
-    """Return a file's `PARAMETERS`.
+    """Return the `PARAMETERS` of a file.
 
     Raises:
-        WorkbenchError: if one is no row, or its default is beyond its limits.
+        WorkbenchError: if one is not a valid row, or its default is out of its limits.
     """
     rows = table_of(file, own, "PARAMETERS", Parameter, "gain(...)")
     for row in rows:
@@ -127,10 +128,11 @@ def stated_parameters(file: Path, own: Mapping[str, Any]) -> tuple[Parameter, ..
 
 
 def stated_memory(file: Path, own: Mapping[str, Any]) -> tuple[State, ...]:
-    """Return a file's `MEMORY`.
+    """Return the `MEMORY` of a file.
 
     Raises:
-        WorkbenchError: if one is no row, stands there twice, or begins with no finite number.
+        WorkbenchError: if one is not a valid row, is repeated, or has an initial value that is not
+            finite.
     """
     memory = table_of(file, own, "MEMORY", State, "State(...)")
     check_names(file, "state", [each.name for each in memory])
@@ -148,14 +150,14 @@ def table_of(
     """Return a table of a file.
 
     Args:
-        file: where it stands.
-        own: all that the file states, by name.
+        file: of the text.
+        own: all definitions in the file, by name.
         name: of the table.
         kind: of its rows.
-        make: a row as people write it.
+        make: how to write a row, for messages.
 
     Raises:
-        WorkbenchError: if it has other things in it.
+        WorkbenchError: if it has rows of other types.
     """
     rows = own.get(name, ())
     if not isinstance(rows, list | tuple) or not all(isinstance(row, kind) for row in rows):
@@ -164,7 +166,7 @@ def table_of(
 
 
 def check_names(file: Path, what: str, names: Sequence[str]) -> None:
-    """Refuse a name that stands twice, or that is none."""
+    """Check that names are valid and unique."""
     for place, name in enumerate(names):
         if not (isinstance(name, str) and name.isidentifier()) or name.startswith("_"):
             raise WorkbenchError(f"{file}: '{name}' is no name of a {what}: use letters and _")
@@ -173,14 +175,14 @@ def check_names(file: Path, what: str, names: Sequence[str]) -> None:
 
 
 def record(name: str, fields: Sequence[str], defaults: Sequence[float] | None = None) -> Any:
-    """Return a named tuple's type, whose fields only a file of the user's own knows."""
+    """Return the type of a named tuple with fields from a user's own file."""
     make: Any = namedtuple
     return make(name, fields, defaults=defaults)
 
 
 @contextmanager
 def own_errors(file: Path, what: str) -> Iterator[None]:
-    """Turn whatever the user's code raises into a sentence with file, line, and what to write."""
+    """Turn any exception of the user's code into a sentence with file, line and advice."""
     try:
         yield
     except WorkbenchError:
@@ -200,7 +202,7 @@ def own_errors(file: Path, what: str) -> Iterator[None]:
 
 
 def _instead(error: BaseException) -> str:
-    """Return what to write in place of a line that raises an error."""
+    """Return advice on what to write instead of a line that raises an error."""
     if isinstance(error, ImportError):
         if str(error.name).startswith("workbench."):
             return f"import what {error.name} names"
@@ -217,7 +219,7 @@ def _instead(error: BaseException) -> str:
 
 @contextmanager
 def at_most_lines(file: Path, most: int = MOST_LINES) -> Iterator[None]:
-    """Stop the user's code after so many lines: nothing else ends an endless loop in a thread."""
+    """Stop the user's code after a number of lines: nothing else ends a loop in a thread."""
     left = most
 
     def count(frame: types.FrameType, event: str, _: Any) -> Any:

@@ -1,4 +1,4 @@
-"""One live number: what a slider, a `--set NAME=VALUE` and a line of `workbench params` show."""
+"""A live parameter, for a slider, a `--set NAME=VALUE` and a line of `workbench params`."""
 
 import math
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ class Parameter:
 
     Attributes:
         name: unique, as in `--set name=value` and in gain files.
-        system: the diagram's system that has it in its numeric parameter 0, at the place that
-            the row has among the rows of that system; "rotors" and "payload" are what flies and
+        system: the system of the diagram that has it in its numeric parameter 0, at the index of
+            the row among those of that system; "rotors" and "payload" apply to the vehicle and to
             what the law knows of it, see `live_context`.
         unit: SI.
         minimum: smallest value allowed.
         maximum: largest value allowed.
-        default: where no gain file says otherwise.
-        help: what it does, for a tool tip.
-        whole: whether only whole numbers mean something.
-        group: heading under which a controller's row is shown.
+        default: value without a gain file.
+        help: its effect, for a tool tip.
+        whole: whether only whole numbers are meaningful.
+        group: heading for the row of a controller.
     """
 
     name: str
@@ -39,11 +39,11 @@ class Parameter:
         """Return `value` as a float.
 
         Args:
-            value: what is to be set.
+            value: to be set.
             where: file and line for the message, if any.
 
         Raises:
-            WorkbenchError: if it is no number or out of range.
+            WorkbenchError: if it is not a number, or out of range.
         """
         if isinstance(value, bool) or not isinstance(value, Real) or math.isnan(value):
             raise WorkbenchError(f"{where}{self.name} is '{value}': give it a number")
@@ -66,22 +66,22 @@ def gain(
     help: str,
     group: str = "",
 ) -> Parameter:
-    """Return a row of the parameters that a file of the user's own states.
+    """Return a row for the parameters in a user's own file.
 
     Args:
         name: unique among all parameters of a flight.
         unit: SI.
-        limits: least and largest value.
-        default: where neither rule nor gain file says otherwise.
-        help: what it does, for a tool tip.
-        group: heading under which it is shown.
+        limits: smallest and largest value.
+        default: value without a rule or gain file.
+        help: its effect, for a tool tip.
+        group: heading for the row.
     """
     return Parameter(name, "controller", unit, *limits, default, help, group=group)
 
 
 @dataclass(frozen=True)
 class State:
-    """A number that is remembered, with its SI unit and its value at the start."""
+    """A number in the memory of a law, with its SI unit and its initial value."""
 
     name: str
     unit: str

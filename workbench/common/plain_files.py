@@ -1,4 +1,4 @@
-"""Files that are read: plain ones, whole, and no larger than makes sense."""
+"""Read and write plain files of limited size."""
 
 import os
 import stat
@@ -11,18 +11,18 @@ from workbench.common.errors import WorkbenchError
 def read_plain(path: Path | str, most: int | None = None, first: int | None = None) -> bytes:
     """Return the content of a file, or its beginning.
 
-    A pipe or a device is refused: a pipe may have no writer, and a device may never end.
+    Pipes and devices are rejected: a pipe may have no writer, and a device may never end.
 
     Args:
         path: the file.
-        most: bytes that it may have; any number without it.
-        first: bytes to read; all without it.
+        most: largest size [bytes]; None for no limit.
+        first: number of bytes to read; None for all.
 
     Raises:
-        WorkbenchError: if there is none, or it is no plain file, too large, or cannot be read.
+        WorkbenchError: if it does not exist, is not a plain file, is too large, or cannot be read.
     """
     try:
-        # Looked at when open, as a name can come to mean another file; a pipe would wait here.
+        # Checked on the open file, as another file may take the name; opening a pipe would block.
         number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         with os.fdopen(number, "rb") as stream:
             status = os.fstat(number)
@@ -42,19 +42,19 @@ def read_plain(path: Path | str, most: int | None = None, first: int | None = No
 
 
 def _size(most: int) -> str:
-    """Return a number of bytes, for people."""
+    """Return a number of bytes as text."""
     return f"{most // 1_000_000} MB" if most > 1_000_000 else f"{most // 1000} kB"
 
 
 def write_atomically(path: Path, text: str | bytes) -> None:
-    """Write a file; whatever fails, a file that was there stays as it was.
+    """Write a file atomically: on any failure an existing file stays unchanged.
 
-    The text goes to a file beside it, which then takes its name. Of a symbolic link the target is
-    replaced, and a file's permissions are kept.
+    The text goes to a temporary file next to it, which is then renamed. For a symbolic link the
+    target is replaced. Permissions of a file are kept.
 
     Args:
         path: the file.
-        text: its new content; of a text the bytes in UTF-8.
+        text: its new content; a text is encoded in UTF-8.
 
     Raises:
         WorkbenchError: if it cannot be written.

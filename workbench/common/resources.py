@@ -1,4 +1,4 @@
-"""Where the shipped models, gains, scenarios, worlds and specs are found."""
+"""The locations of shipped models, gains, scenarios, worlds and specs."""
 
 from pathlib import Path
 
@@ -8,29 +8,29 @@ _PACKAGE = Path(__file__).parent.parent
 
 
 def models_dir() -> Path:
-    """Return the folder of shipped models: inside an installed package, else beside the source."""
+    """Return the folder of shipped models: in an installed package, else next to the source."""
     installed = _PACKAGE / "models"
     return installed if installed.is_dir() else _PACKAGE.parent / "models"
 
 
 def docs_dir() -> Path:
-    """Return the folder of the docs: inside an installed package, else beside the source."""
+    """Return the folder of the docs: in an installed package, else next to the source."""
     installed = _PACKAGE / "docs"
     return installed if installed.is_dir() else _PACKAGE.parent / "docs"
 
 
 def controllers_dir() -> Path:
-    """Return the folder of the shipped controllers' files."""
+    """Return the folder of shipped controller files."""
     return _PACKAGE / "controllers"
 
 
 def worlds_dir() -> Path:
-    """Return the folder of shipped worlds, which is `package://worlds` in any world."""
+    """Return the folder of shipped worlds, `package://worlds` in world files."""
     return models_dir() / "worlds"
 
 
 def find_model(name_or_path: str) -> Path:
-    """Return the description file for a shipped model's name, or the file or folder at a path.
+    """Return the description file for the name of a shipped model, or the file or folder at a path.
 
     Raises:
         WorkbenchError: if it is neither.
@@ -39,7 +39,7 @@ def find_model(name_or_path: str) -> Path:
 
 
 def find_scenario(name_or_path: str) -> Path:
-    """Return the YAML file for a shipped scenario's name or for a path.
+    """Return the YAML file for the name of a shipped scenario, or for a path.
 
     Raises:
         WorkbenchError: if it is neither.
@@ -49,7 +49,7 @@ def find_scenario(name_or_path: str) -> Path:
 
 
 def find_world(name_or_path: str) -> Path:
-    """Return the file for a shipped world's name or for a path.
+    """Return the file for the name of a shipped world, or for a path.
 
     Raises:
         WorkbenchError: if it is neither.
@@ -66,7 +66,7 @@ def specs_dir() -> Path:
 
 
 def find_spec(name_or_path: str) -> Path:
-    """Return the YAML file for a shipped spec's name or for a path.
+    """Return the YAML file for the name of a shipped spec, or for a path.
 
     Raises:
         WorkbenchError: if it is neither.
@@ -107,7 +107,7 @@ def list_specs() -> list[str]:
 
 
 def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern: str) -> Path:
-    """Return the file that `pattern` makes of one of the shipped names, or else the path itself."""
+    """Return the file from `pattern` for a shipped name, else the path itself."""
     if name_or_path in names:
         return folder / pattern.format(name_or_path)
     file = existing(name_or_path) if kind == "model" else _file(name_or_path)
@@ -119,16 +119,16 @@ def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern:
 
 
 def _file(path: str) -> Path | None:
-    """Return the file at a path, or None where there is none, or no such path can be."""
+    """Return the file at a path, or None if it does not exist or the path is invalid."""
     found = existing(path)
     return found if found and found.is_file() else None
 
 
 def existing(path: str) -> Path | None:
-    """Return the file or folder at a path, or None where there is none, or no such path can be.
+    """Return the file or folder at a path, or None if it does not exist or the path is invalid.
 
     Raises:
-        WorkbenchError: if it is neither, but a pipe or a device.
+        WorkbenchError: if it is a pipe or a device.
     """
     if not path.strip():  # which would mean the current folder
         return None
@@ -137,5 +137,5 @@ def existing(path: str) -> Path | None:
         if found.exists() and not found.is_file() and not found.is_dir():
             raise WorkbenchError(f"{path}: is a pipe or a device: name a plain file")
         return found.resolve() if found.exists() else None
-    except (OSError, RuntimeError):  # a name too long, a user who is not there
+    except (OSError, RuntimeError):  # a name too long, an unknown user
         return None

@@ -1,6 +1,6 @@
-"""The system's libraries that Qt and Drake link to: which are missing, and what Debian calls them.
+"""System libraries needed by Qt and Drake: missing ones, and their Debian packages.
 
-`make` installs them with the help of this, and the app names them before Qt would end the process.
+`make` uses this to install them, and the app reports them before Qt would end the process.
 """
 
 import os
@@ -47,7 +47,7 @@ PACKAGES = {
     "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
     "libxkbcommon.so.0": "libxkbcommon0",
 }
-"""The Debian package of each library. Newer releases that renamed one still know the old name."""
+"""The Debian package of each library. Newer releases still accept the old name of a renamed one."""
 
 WEB_ENGINE_PACKAGES = {
     "libXcomposite.so.1": "libxcomposite1",
@@ -70,28 +70,28 @@ WEB_ENGINE_PACKAGES = {
     "libxcb-dri3.so.0": "libxcb-dri3-0",
     "libxkbfile.so.1": "libxkbfile1",
 }
-"""The same for Qt's web engine."""
+"""The Debian package of each library for Qt's web engine."""
 RENAMED = {"libasound2": "libasound2t64"}
-"""Packages whose old name newer releases know no longer."""
+"""Packages with an old name that newer releases no longer accept."""
 
 
 def missing_libraries(files: Iterable[Path]) -> set[str]:
-    """Return the names of the libraries of compiled files that the dynamic linker does not find."""
+    """Return the names of libraries of compiled files that the dynamic linker does not find."""
     names = [str(file) for file in files]
-    if not names or shutil.which("ldd") is None:  # not Linux as we know it: the import will tell
+    if not names or shutil.which("ldd") is None:  # not a usual Linux: the import will show it
         return set()
     said = subprocess.run(["ldd", *names], capture_output=True, text=True).stdout
     return set(re.findall(r"^\s*(\S+) => not found", said, re.MULTILINE))
 
 
 def packages_of(libraries: Iterable[str]) -> list[str]:
-    """Return the Debian packages of those libraries whose package is known."""
+    """Return the known Debian packages of libraries."""
     known = PACKAGES | WEB_ENGINE_PACKAGES
     return sorted({known[name] for name in libraries if name in known})
 
 
 def remedy(libraries: Iterable[str]) -> str:
-    """Return what to do about missing libraries, as the end of a sentence."""
+    """Return advice on missing libraries, as the end of a sentence."""
     missing = sorted(libraries)
     packages = packages_of(missing)
     if not packages:
@@ -100,7 +100,7 @@ def remedy(libraries: Iterable[str]) -> str:
 
 
 def platform_names(environment: Mapping[str, str] = os.environ) -> list[str]:
-    """Return the Qt platforms that may be used: the one asked for, else those of the screens."""
+    """Return the Qt platforms that may be used: the requested one, else those of the screens."""
     asked = environment.get("QT_QPA_PLATFORM")
     if asked:
         return [part.split(":")[0] for part in asked.split(";")]
@@ -109,17 +109,17 @@ def platform_names(environment: Mapping[str, str] = os.environ) -> list[str]:
 
 
 def platform_plugins(environment: Mapping[str, str] = os.environ) -> list[Path]:
-    """Return the files of the Qt platforms that may be used, as far as they are there."""
+    """Return the existing files of the Qt platforms that may be used."""
     folder = package_folder("PyQt6") / "Qt6" / "plugins" / "platforms"
     chosen = [folder / f"libq{platform}.so" for platform in platform_names(environment)]
     return [plugin for plugin in chosen if plugin.exists()]
 
 
 def package_folder(package: str) -> Path:
-    """Return where a Python package is installed, without importing it.
+    """Return the folder of a Python package, without importing it.
 
     Raises:
-        ModuleNotFoundError: if it is not.
+        ModuleNotFoundError: if it is not installed.
     """
     spec = find_spec(package)
     if spec is None or spec.origin is None:

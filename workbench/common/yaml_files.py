@@ -1,6 +1,6 @@
-"""YAML files with the line of every key, so that what is wrong is said with file and line.
+"""YAML files with the line of every key, for errors with file and line.
 
-PyYAML takes as long to load as a tenth of Drake, and most commands read no such file.
+PyYAML takes a tenth of Drake's time to load, and most commands read no such file.
 """
 
 import copy
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 Keys = tuple[str | int, ...]
-"""The way to a value: keys of mappings and places in lists, from the top."""
+"""The path to a value: keys of mappings and indices in lists, from the top."""
 
 MOST_BYTES = 1_000_000
 DEEPEST = 20
@@ -52,7 +52,7 @@ class YamlFile:
 
 
 def fast_loader() -> Any:
-    """Return PyYAML's loader on libyaml, twenty times as fast, where it was built with it."""
+    """Return PyYAML's loader with libyaml if available, twenty times as fast."""
     import yaml
 
     return getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -63,10 +63,10 @@ def read_yaml(path: Path, loader: Any = None) -> YamlFile:
 
     Args:
         path: the file.
-        loader: of PyYAML, what takes tags that others do not know; without one the fast one.
+        loader: of PyYAML, for additional tags; None for the fast one.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is not such YAML.
+        WorkbenchError: if it cannot be read, or is not a YAML mapping.
     """
     try:
         text = read_plain(path, MOST_BYTES).decode("utf-8")
@@ -79,7 +79,7 @@ def read_yaml(path: Path, loader: Any = None) -> YamlFile:
 
 @lru_cache(maxsize=16)
 def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
-    """Return a file with a text; the gains of one vehicle are asked for again and again."""
+    """Return the file for a text; cached, as the gains of a vehicle are read repeatedly."""
     import yaml
 
     try:
@@ -92,7 +92,7 @@ def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
         raise WorkbenchError(f"{path}:{line}: not YAML: {error.problem}") from error
     except yaml.YAMLError as error:
         raise WorkbenchError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
-    except ValueError as error:  # a date that is none, a number of a thousand digits
+    except ValueError as error:  # an invalid date, a number with a thousand digits
         raise WorkbenchError(f"{path}: not YAML: {error}") from error
     if not isinstance(data, dict):
         raise WorkbenchError(f"{path}:1: expected 'key: value' lines, found {type(data).__name__}")
@@ -102,7 +102,7 @@ def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
 
 
 def refuse_bombs(path: Path, text: str) -> None:
-    """Refuse what would take endless time or memory: aliases of aliases, and deep nests."""
+    """Reject files that would take endless time or memory: aliases of aliases, and deep nesting."""
     import yaml
 
     opening = (
@@ -124,9 +124,9 @@ def refuse_bombs(path: Path, text: str) -> None:
 
 
 def with_numbers(file: YamlFile, schema: Any) -> YamlFile:
-    """Return a file with the numbers of a schema that YAML 1.1 takes for texts, as 1e-3 and 1e9.
+    """Return a file with numbers converted that YAML 1.1 reads as texts, such as 1e-3 and 1e9.
 
-    Arguments are those of `check_schema`; what does not fit the schema stays as it is.
+    Arguments are those of `check_schema`; values that do not fit the schema stay unchanged.
     """
     return dataclasses.replace(file, data=_numbered(file.data, schema))
 
@@ -148,7 +148,7 @@ def _numbered(data: Any, schema: Any) -> Any:
 
 
 def check_schema(file: YamlFile, schema: Any) -> None:
-    """Refuse what a file's content and a dataclass do not have in common.
+    """Check the content of a file against a dataclass.
 
     Args:
         file: its content is checked.
@@ -156,7 +156,7 @@ def check_schema(file: YamlFile, schema: Any) -> None:
             them.
 
     Raises:
-        WorkbenchError: for the first unknown key, and for the first value of another type.
+        WorkbenchError: for the first unknown key, or the first value of a wrong type.
     """
     _check(file, file.data, schema, ())
 
@@ -193,7 +193,7 @@ def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
 
 
 def _expect(file: YamlFile, data: Any, kind: Any, name: str, keys: Keys) -> Any:
-    """Return `data` if it is of a kind; a truth value is no number."""
+    """Return `data` if it is of a type; a truth value is not a number."""
     if isinstance(data, kind) and not isinstance(data, bool):
         return data
     raise WorkbenchError(f"{file.where(*keys)}{dotted(keys)} is {data!r}, and should be {name}")
@@ -222,14 +222,14 @@ def _collect_lines(path: Path, node: "yaml.Node", keys: Keys, lines: dict[Keys, 
 
 
 def dump_changes(record: Any) -> str:
-    """Return the YAML of what differs from a dataclass's defaults."""
+    """Return the YAML of the differences from the defaults of a dataclass."""
     import yaml
 
     return yaml.safe_dump(_changes(record, type(record)()), sort_keys=False, allow_unicode=True)
 
 
 def _changes(value: Any, default: Any) -> Any:
-    """Return a value as YAML has it; of a dataclass what is not as in the default."""
+    """Return a value for YAML; for a dataclass, the differences from its default."""
     if isinstance(value, list | tuple):
         return [_changes(each, type(each)()) for each in value]
     if not dataclasses.is_dataclass(value):
@@ -243,7 +243,7 @@ def _changes(value: Any, default: Any) -> Any:
 
 @lru_cache(maxsize=1)
 def tagged_loader() -> Any:
-    """Return a loader that reads what has a tag of Drake's, as `!Rpy`, as if it had none."""
+    """Return a loader that ignores tags of Drake such as `!Rpy`."""
     loader: Any = type("TaggedLoader", (fast_loader(),), {})
     loader.add_multi_constructor("!", _without_tag)
     return loader

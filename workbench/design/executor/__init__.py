@@ -1,1 +1,1 @@
-"""Flights of the full diagram, flown here or on other machines through one interface."""
+"""Flights on the full diagram, run locally or on other machines through one interface."""

@@ -1,4 +1,4 @@
-"""Tasks done on a Dask cluster: any number of machines, of which some may be lost.
+"""Run tasks on a Dask cluster of any number of machines, some of which may fail.
 
 Workers and the scheduler load this file too, by the names in it, so it loads nothing heavy itself;
 tasks and files are bytes to the scheduler.
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
     from workbench.scenario.scenario import Scenario
 
 ANSWER_WITHIN = 2.0
-"""Time for a connection to be made, and once more for a scheduler to say that it is one [s]."""
+"""Time limit for a connection, and again for the answer of a scheduler [s]."""
 EXAMPLE = "tcp://localhost:8786"
 _SCHEMES = ("tcp", "tls")
 ASK = 0.05
-"""Time between two looks for results, and questions whether to stop [s]."""
+"""Period between checks for results, and for a stop [s]."""
 INSTALL = "install there what is installed here, with one constraints.txt for all"
 
 
 @functools.cache
 def versions() -> dict[str, str]:
-    """Return, of this process, the versions of what a flight follows from.
+    """Return the versions in this process that determine a flight.
 
     That of the workbench is a digest of its source and of the shipped models; the processor is
     x86_64 and so on.
@@ -56,10 +56,10 @@ def versions() -> dict[str, str]:
 
 
 def check_versions(worker: str, there: Mapping[str, str], here: Mapping[str, str]) -> None:
-    """Refuse a worker that would fly otherwise.
+    """Check that flights by a worker would be the same.
 
     Raises:
-        WorkbenchError: naming the first that is not the same.
+        WorkbenchError: with the first version that differs.
     """
     for name, own in here.items():
         other = there[name]
@@ -76,7 +76,7 @@ def check_versions(worker: str, there: Mapping[str, str], here: Mapping[str, str
 
 
 def run_there(task: bytes, files: bytes | None, here: Mapping[str, str]) -> Any:
-    """Do a task on a worker of a cluster.
+    """Run a task on a worker of a cluster.
 
     Args:
         task: a pickled `Task`; its scenario has absolute paths.
@@ -128,7 +128,7 @@ def check_address(address: str) -> tuple[str, int]:
 
 
 def check_scheduler(address: str, within: float = ANSWER_WITHIN) -> None:
-    """Refuse an address where no Dask scheduler answers.
+    """Check that a Dask scheduler answers at an address.
 
     Dask's own client tries a closed port again and again, and waits for ever for an answer of what
     is no scheduler.
@@ -179,10 +179,10 @@ def _unreachable(address: str, reason: str) -> WorkbenchError:
 
 
 class DaskCluster:
-    """Does tasks on the workers of a Dask scheduler; to be used in a `with` statement.
+    """Runs tasks on the workers of a Dask scheduler; use it in a `with` statement.
 
-    What a worker was at when it was lost is done by another; workers may join at any time. The
-    files that tasks read are sent along.
+    Another worker repeats the task of a lost one; workers may join at any time. The files read by
+    tasks are sent along.
 
     Args:
         address: of the scheduler, as tcp://HOST:PORT.

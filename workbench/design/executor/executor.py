@@ -1,6 +1,6 @@
-"""What flies many flights: the interface, what a flight must be to go anywhere, and processes.
+"""Executors of many flights: the interfaces of executors and tasks, and local processes.
 
-Other executors than those of this machine stand in `cluster`.
+Executors on other machines are in `cluster`.
 """
 
 import logging
@@ -28,60 +28,59 @@ Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)
 
 Stop = Callable[[], bool]
-"""Asked from time to time; True ends the work with what is done."""
+"""Function called regularly; True ends the work with the results so far."""
 MOST_LOST = 3
-"""So often processes may be ended from outside before the work is given up."""
+"""Number of killed processes after which the work is abandoned."""
 ASK = 0.2
-"""Time between two questions whether to stop, while nothing gets done [s]."""
+"""Period between checks for a stop without results [s]."""
 
 
 class Task(Protocol[Result_co]):
-    """Work that may be done in any process: it can be pickled, and depends on nothing but itself.
+    """Work that may run in any process: it can be pickled, and depends only on itself.
 
-    Chance in it comes from a seed that it carries, so that it gives the same wherever it is done,
-    and however often.
+    Random numbers come from its own seed, so that the result is always the same.
     """
 
     @property
     def scenario(self) -> "Scenario":
-        """What names the files that are read for it."""
+        """The scenario with the files to read for it."""
         ...
 
     def with_scenario(self, scenario: "Scenario") -> Self:
-        """Return the same task with the files of that scenario: copies that lie elsewhere."""
+        """Return the same task with the files of a scenario, which are copies elsewhere."""
         ...
 
     def run(self) -> Result_co:
         """Do it.
 
         Raises:
-            WorkbenchError: where it cannot be done; it arrives where the work was asked for.
+            WorkbenchError: if it fails; the error is passed to the caller.
         """
         ...
 
 
 class Executor(Protocol):
-    """Does tasks somewhere."""
+    """Runs tasks."""
 
     def run(
         self, tasks: Sequence[Task[Result]], stop: Stop | None = None
     ) -> Iterator[tuple[int, Result]]:
-        """Yield the place of each task and its result, as they get done.
+        """Yield the index of each task and its result, in order of completion.
 
-        What is not begun when the iterator is closed, or fails, is given up.
+        Tasks not begun when the iterator is closed or fails are abandoned.
 
         Args:
-            tasks: what is to be done.
-            stop: True ends it: what is done by then is still yielded.
+            tasks: to run.
+            stop: True ends the work; finished results are still yielded.
 
         Raises:
-            WorkbenchError: as a task raised it, or if what does the tasks is lost for good.
+            WorkbenchError: as raised by a task, or if the executor is lost.
         """
         ...
 
 
 class InThisProcess:
-    """Does tasks in their order."""
+    """Runs tasks in order in this process."""
 
     def run(
         self, tasks: Sequence[Task[Result]], stop: Stop | None = None
@@ -95,7 +94,7 @@ class InThisProcess:
 
 @dataclass(frozen=True)
 class LocalProcesses:
-    """Does so many tasks at a time, in processes that are started anew and not forked.
+    """Runs a number of tasks at a time, in spawned processes.
 
     Threads of Drake and numba do not survive a fork. As with all spawned processes, a script that
     uses them needs `if __name__ == "__main__":`. What they log is logged here.
@@ -112,7 +111,7 @@ class LocalProcesses:
         """See `Executor.run`; what a process was at when it was killed is done again.
 
         Raises:
-            WorkbenchError: as a task raised it, or if processes are killed again and again.
+            WorkbenchError: as raised by a task, or if processes are killed repeatedly.
         """
         left = dict(enumerate(tasks))
         for _ in range(1 + MOST_LOST):
@@ -130,7 +129,7 @@ class LocalProcesses:
 
 
 def all_cores() -> LocalProcesses:
-    """Return a process for each core that this one may use."""
+    """Return an executor with a process for each available core."""
     return LocalProcesses(len(os.sched_getaffinity(0)))
 
 
@@ -198,7 +197,7 @@ class _Sender(logging.handlers.QueueHandler):
 
 
 def _pass_on(said: "SimpleQueue[logging.LogRecord]") -> None:
-    """Log what processes have logged."""
+    """Log the messages of processes."""
     while not said.empty():
         record = said.get()
         logging.getLogger(record.name).handle(record)
