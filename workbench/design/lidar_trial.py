@@ -283,7 +283,7 @@ class Accuracy:
 
     @cached_property
     def error(self) -> np.ndarray:
-        """Of all returns [m]."""
+        """Errors of all returns [m]."""
         return np.concatenate([np.zeros(0), *(scan.error for scan in self.scans)])
 
     @cached_property

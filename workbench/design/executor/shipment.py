@@ -48,7 +48,7 @@ from workbench.scenario.configured import read_configured, read_configured_world
 from workbench.scenario.scenario import Scenario, VehicleConfig, flown_controller
 
 MOST_BYTES = 200_000_000
-"""Of all files of a scenario."""
+"""Size limit of all files of a scenario [bytes]."""
 _CHILD = "workbench.design.executor.shipment"
 _SECONDS, _MEGABYTES = 120.0, 16_000
 

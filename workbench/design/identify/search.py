@@ -16,10 +16,10 @@ from workbench.plant.vehicle import Vehicle
 SHORTEST = 3.0
 """Run of free flight that counts [s]."""
 LEAST = 8.0
-"""Of free flight, in all [s]."""
+"""Shortest total time of free flight [s]."""
 SURE = 0.95
 APART = Quantity("lag_turn", 0.0, 0.01, math.inf, "turn")
-"""By which the lag that turning shows is longer than that of thrust, as a logarithm."""
+"""Logarithm of the ratio of the lag in rotation to that of thrust."""
 BENCH_FORCE, BENCH_TURN = 0.25, 0.05
 """Deviations of specific force [m/s²] and angular velocity [rad/s] below which nothing flies."""
 BENCH_THRUST = 0.5

@@ -39,7 +39,7 @@ STOPPED = 1e-3
 LEAST_HOVER = 5.0
 """[s]."""
 EDGE = 1.5
-"""After take-off and before landing that does not count [s]."""
+"""Time after take-off and before landing that is left out [s]."""
 
 
 @dataclass(frozen=True)

@@ -35,16 +35,16 @@ from workbench.gains.autopilots.versions import ARDUPILOT
 
 MOST_BYTES = 1_000_000
 ENCODING, ERRORS = "utf-8", "surrogateescape"
-"""Bytes that are no UTF-8 come through as they are."""
+"""Encoding and error handler; bytes that are not UTF-8 are preserved."""
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _DECIMAL = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.I)
 _HEX = re.compile(r"0[xX][0-9a-fA-F]+")
 _LONGEST = 60
 """Characters of a number; a longer text is none."""
 _LEAST, _MOST = 1e-6, 1e9
-"""Between these, numbers are written without an exponent."""
+"""Limits between which numbers are written without an exponent."""
 _SINGLE_DIGITS = 9
-"""So many tell every number of single precision from its neighbours."""
+"""Digits that distinguish every number in single precision from its neighbours."""
 INT32, REAL32 = "6", "9"
 """MAV_PARAM_TYPE of the two types that PX4 has."""
 PX4_LINE = re.compile(r"[ \t]*(\d+)[ \t]+(\d+)[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\d+)[ \t]*")
@@ -54,7 +54,7 @@ PX4_SCRIPT_LINE = re.compile(
 _PX4_VERSION = re.compile(r"#[ \t]*(?:Version|PX4 Version)[ \t]*:[ \t]*v?(\S+)")
 AUTOPILOT = "1"
 WHOLE = ("MC_AIRMODE", "MPC_ACC_DECOUPLE")
-"""Of the law's parameters, those that PX4 keeps as whole numbers."""
+"""Parameters of the law that PX4 stores as whole numbers."""
 _PX4_HEAD = """# Onboard parameters for Vehicle 1
 #
 # Stack: PX4 Pro

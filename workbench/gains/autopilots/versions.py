@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 LATEST = (10**6,)
-"""Of what is not known to be older."""
+"""Version of anything not known to be older."""
 
 
 @dataclass(frozen=True)

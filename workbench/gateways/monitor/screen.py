@@ -9,9 +9,9 @@ from workbench.gateways.monitor.picture import Camera
 from workbench.gateways.monitor.pilot import Pilot
 
 PERIOD = 0.05
-"""Between two looks at the keys [s]."""
+"""Period between checks of the keys [s]."""
 FRAME = 0.1
-"""Between two pictures [s]."""
+"""Period between pictures [s]."""
 
 NAMES = {
     curses.KEY_UP: "up",

@@ -14,7 +14,7 @@ from workbench.link.messages import Error
 FREE_GUESSES = 3
 """Bad logins in a row without a wait."""
 FIRST_WAIT = 1.0
-"""After the next bad login; doubled at each further one [s]."""
+"""Wait after a bad login, doubled at each further one [s]."""
 LONGEST_WAIT = 60.0
 MOST_GUESSERS = 256
 """Networks whose bad logins are remembered; the oldest is forgotten."""

@@ -12,7 +12,7 @@ from workbench.link.authentication import Tokens, read_tokens
 
 LARGEST_PORT = 65535
 MOST_BYTES = 1_000_000
-"""Of a certificate with its chain, and of a key."""
+"""Size limit of a certificate with its chain, and of a key [bytes]."""
 
 
 @dataclass(frozen=True)

@@ -27,18 +27,18 @@ from workbench.link.server.policy import Policy
 from workbench.link.wire import Decoder
 
 STATUS_PERIOD = 0.45
-"""Between two statuses where nothing changes; they come with the next tick [s]."""
+"""Period between statuses without a change; they come with the next tick [s]."""
 MOST_FAULTS = 10
-"""Of ours, that are printed."""
+"""Largest number of our own errors printed."""
 TURN = 4096
 """Work of all clients but the holder of control in a turn of the loop, about a millisecond; with
 the last of their frames it may become three times as much [bytes of operations]."""
 SHARE = 1024
-"""Of that, what a client may have while others wait."""
+"""Work of one client in a turn while others wait [bytes of operations]."""
 NEXT_TURN = 1e-6
 """Until the next turn of the loop: a timer that is due at once [s]."""
 TICK_PERIOD = 0.1
-"""Between two looks at who takes too long [s]."""
+"""Period between checks for timeouts [s]."""
 
 
 class Hub:

@@ -35,7 +35,7 @@ LAST_SEQ = 2**32 - 2**20
 RATE_SPAN = 1.0
 """Frames are counted over so long [s]."""
 LAST_BATCHES = 4
-"""Whose rate counts."""
+"""Number of last batches for the rate."""
 SHORTEST_BATCH = 1e-4
 """No batch counts as read in less time [s]."""
 # Plain numbers: an enumeration's operations cost a microsecond, and there are many frames.

@@ -25,7 +25,8 @@ WAITING = 512
 MOST = 128
 """Connections at once."""
 MOST_OF_A_NETWORK = 32
-"""Of one address (of IPv6, one network of 64 bits); a browser opens half a dozen for a page."""
+"""Largest number of connections from one address (for IPv6, one network of 64 bits); a browser
+opens half a dozen for a page."""
 AT_ONCE = 2
 """Connections that are accepted before anything else is done: each takes about a millisecond until
 its client has received hello."""

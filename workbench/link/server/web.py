@@ -26,9 +26,9 @@ from workbench.link.server.tcp import Acceptor, TcpConnection, listen
 from workbench.link.wire import HEADER, LARGEST, SKIPPABLE, Decoder, Frame, WireError
 
 LARGEST_MESSAGE = HEADER.size + LARGEST
-"""Of a client; it may hold several frames, or a part of one."""
+"""Size limit of a message of a client [bytes]; it may hold several frames, or a part of one."""
 LONGEST_CONTROL = 125
-"""Bytes of a ping, a pong or a close."""
+"""Size limit of a ping, a pong or a close [bytes]."""
 _NOTHING = Frame(SKIPPABLE, 0, 0, 0, 0, b"")
 """What a message comes to that finishes no frame: it counts as one that is skipped."""
 TYPES = {

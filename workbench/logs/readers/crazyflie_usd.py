@@ -30,7 +30,7 @@ FORMAT = "Crazyflie usd log"
 MAGIC = b"\xbc"
 FULL_PWM = 65535.0
 MOST_VARIABLES = 500
-"""Of all events; the firmware's buffers hold far fewer."""
+"""Largest number of variables of all events; the firmware's buffers hold far fewer."""
 _NAME = re.compile(r"([\w.]+)\(([BHIQbhiqef])\)")
 _DEG = np.pi / 180.0
 

@@ -49,7 +49,7 @@ STRAIGHT = ("setpoint",)
 Add = Callable[[str, str, str, np.ndarray], None]
 """Adds a signal: its stream, its name, its unit, and its values at all rows."""
 _ROUNDING = 2e-9
-"""Of a value in the file, twice."""
+"""Twice the rounding error of a value in the file."""
 _SLOPE = 1e-6
 """Relative error of a slope, from the rounding of times."""
 

@@ -7,7 +7,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
 
 LARGEST = 1_000_000_000
-"""Bytes of a log, unpacked; one that is larger is no log of a flight that we can hold."""
+"""Size limit of an uncompressed log [bytes]."""
 GZIP = b"\x1f\x8b"
 
 

@@ -38,7 +38,7 @@ HEADER = 3
 MOST_FIELDS = 20_000
 MOST_MOTORS = 32
 PWM_LOW, PWM_FULL = 1000.0, 2000.0
-"""Of a motor's output where the parameters do not say it [us]."""
+"""Default limits of a motor output without parameters [us]."""
 _RPM = np.pi / 30.0
 Data = Mapping[str, np.ndarray]
 

@@ -67,10 +67,10 @@ _WHY = {
     "texture": "colours alone are drawn",
 }
 _MOST = 50
-"""Of such remarks; a stranger's file may have very many."""
+"""Largest number of such remarks; a file may cause very many."""
 _KINDS = {"hinge": "continuous", "slide": "prismatic", "ball": "ball"}
 _ACTUATORS = ("motor", "general")
-"""Whose force does not depend on how the body moves."""
+"""Actuators with a force independent of the motion of the body."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import RemarkKind, Remarks
 
 _DENSITY = 1000.0
-"""Of water [kg/m³]: what SDF assumes."""
+"""Density of water [kg/m³], the default of SDF."""
 _DEFAULT = Inertial(1.0, RigidTransform(), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
 """What SDF, and Gazebo with it, take for a link that says nothing."""
 _KNOWN: dict[str, frozenset[str]] = {

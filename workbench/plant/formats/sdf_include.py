@@ -14,7 +14,7 @@ from workbench.plant.formats.xml import MOST_BYTES, Element, place, read_xml
 from workbench.plant.packages import PackageFinder
 
 OLDEST = (1, 3)
-"""Before it, poses were written in attributes."""
+"""First version with poses in elements instead of attributes."""
 
 _TEMPLATE = re.compile(rb"\{\{|\{%|<%")
 _VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})(\.\d{1,4})*")

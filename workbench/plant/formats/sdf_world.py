@@ -1,4 +1,4 @@
-"""Of the models in a file the one that flies; or all of them as one world."""
+"""Select the flying model among those in a file, or read all of them as one world."""
 
 from collections.abc import Iterable
 

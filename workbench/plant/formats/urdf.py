@@ -59,7 +59,7 @@ _IN_GAZEBO = ["material", "sensor", "plugin", "preserveFixedJoint", "disableFixe
 """Children of `<gazebo>` that are used, or say what holds here always; others are Gazebo's own."""
 _CONTROL = ("transmission", "ros2_control")
 _MOST = 50
-"""Of such remarks; a stranger's file may have very many."""
+"""Largest number of such remarks; a file may cause very many."""
 
 
 def read_colours(path: Path, robot: Element) -> dict[str, Colour]:

@@ -26,7 +26,7 @@ from workbench.plant.meshes.parts import MOST_FACES, Array, Part, joined
 from workbench.plant.meshes.side_files import find_side_file
 
 THINNEST = 1e-3
-"""Of a hull [m]: a sheet has no volume, and contact would pass through it."""
+"""Smallest thickness of a hull [m]: a sheet has no volume, and contact would pass through it."""
 MOST_VERTICES = 200
 _CLOSE = 5e-4
 """What of a hull may be cut off by leaving out vertices, over its longest side."""
@@ -36,7 +36,7 @@ _FEW_VERTICES = 50
 _FEW_DIRECTIONS = 20
 _MOST_NODES = 100_000
 _LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
-"""Of red, green and blue: ITU-R BT.709, as the COLLADA specification asks."""
+"""Luminance of red, green and blue: ITU-R BT.709, as in the COLLADA specification."""
 _FORMATS = {
     ".stl": "stl",
     ".stla": "stl",

@@ -13,7 +13,7 @@ from typing import Literal
 from workbench.plant.meshes.side_files import side_files
 
 VERSION = 2
-"""Of the conversion: to be raised with every change of what it makes."""
+"""Version of the conversion; increase it with every change of its results."""
 _SEAL = b"crc32:%08x"
 _SEAL_LENGTH = len(_SEAL % 0)
 _WRAPPED = {".gltf": (b',"extras":{"seal":"', b'"}}'), ".obj": (b"# ", b"\n")}

@@ -13,7 +13,7 @@ _MOST_PIXELS = 64_000_000
 _SIDE = 2048
 """Pictures are made smaller than that [pixels]."""
 _OPAQUE = 250
-"""Of an alpha of 255: less is meant."""
+"""Smallest alpha, of 255, that counts as opaque."""
 _KINDS = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "DDS")
 """Pictures that Pillow reads by itself; for others it may start programs."""
 _PICTURES = (

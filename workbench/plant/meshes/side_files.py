@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 MOST_BYTES = 64_000_000
-"""Of one side file."""
+"""Size limit of a side file [bytes]."""
 _MOST_NAMES = 200
 _SUFFIXES = re.compile(r"\.(png|jpe?g|bmp|tga|gif|tiff?|webp|dds|mtl|bin)")
-"""Of pictures, materials and buffers; nothing else is read."""
+"""Endings of pictures, materials and buffers; nothing else is read."""
 _NAMES_IN = {
     ".dae": re.compile(rb"init_from>\s*(?:<[\w:]*ref>\s*)?([^<>\s][^<>]{0,999})"),
     ".obj": re.compile(rb"mtllib[ \t]+([^\r\n]{1,1000})"),

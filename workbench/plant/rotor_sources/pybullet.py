@@ -15,7 +15,7 @@ from workbench.plant.rotors import Rotor
 RPM = 2.0 * math.pi / 60.0
 """One turn a minute [rad/s]."""
 GRAVITY = 9.8
-"""Of gym-pybullet-drones [m/s²]: its thrust2weight refers to it."""
+"""Gravity in gym-pybullet-drones [m/s²], the reference of its thrust2weight."""
 _PROPELLER = re.compile(r"(?:.*(?:::|/))?prop([0-9]{1,4})_link", re.DOTALL)
 _USED = ("kf", "km", "thrust2weight", "gnd_eff_coeff", "prop_radius", "drag_coeff_z")
 _EFFECTS = {

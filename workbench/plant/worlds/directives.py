@@ -45,10 +45,10 @@ from workbench.plant.worlds.world import Obstacle
 DEEPEST = 20
 """So deep may files include each other."""
 MOST_FILES = 1000
-"""So many may be included, one that is included twice counted twice."""
+"""Largest number of included files; repeated ones count again."""
 MOST_DIRECTIVES = 1000
 _MOST_SAID = 300
-"""So many characters of what Drake says are passed on."""
+"""Largest number of characters of Drake's messages to pass on."""
 _KINDS = (
     "add_collision_filter_group",
     "add_directives",
