@@ -1,11 +1,11 @@
 """The files that flights read, sent along to workers that share no disk with this machine.
 
-On a worker they lie below a folder of their own as they lay here, with the folders above them, so
-that whatever is looked up beside or above a description is found there too.
+On a worker they are in a separate folder with the same folder structure as here, so that searches
+beside or above a description find the same files.
 
-A process of its own, which runs this file, says which files are read. Python tells of each file
-that it opens to whoever asks, but cannot be asked to be silent again: so it is a process that ends.
-What only Drake opens, the meshes of a world, follows from what was read.
+A separate process that runs this file finds out which files are read. It uses an audit hook of
+Python, which cannot be removed again: hence a process that ends. Files opened only by Drake, the
+meshes of a world, follow from those read.
 """
 
 import copy
@@ -63,24 +63,24 @@ _LOOKED_UP = (
     "ROS_PACKAGE_PATH",
     "SDF_PATH",
 )
-"""Variables that name folders of packages; a worker has others."""
+"""Environment variables with folders of packages; a worker has others."""
 _MARKERS = ("package.xml", "model.config", "model.sdf")
-"""Files that are looked for and not always opened: they make a folder a package or a model."""
+"""Files that mark a folder as a package or a model, and are not always opened."""
 
 
 def shipment(scenario: Scenario) -> dict[str, bytes] | None:
-    """Return the files that a scenario is read from by their absolute paths here.
+    """Return the files of a scenario by their absolute paths here.
 
-    None where all of them are shipped with the workbench.
+    Return None if all of them are shipped with the workbench.
 
-    Packages that are found through environment variables are not looked for, as workers have
-    others.
+    Packages found through environment variables are not included, as workers have others.
 
     Args:
         scenario: with absolute paths.
 
     Raises:
-        WorkbenchError: if the scenario cannot be read so, or its files are too large to be sent.
+        WorkbenchError: if the scenario cannot be read like this, or its files are too large to
+            send.
     """
     if not any(True for _ in _own_paths(scenario)):
         return None
@@ -105,7 +105,7 @@ def shipment(scenario: Scenario) -> dict[str, bytes] | None:
 
 
 def unpacked(files: bytes, kept: Path) -> Path:
-    """Return the folder in `kept` below which a pickled shipment lies, written if it does not."""
+    """Return the folder in `kept` with the files of a pickled shipment, written if necessary."""
     folder = kept / hashlib.sha256(files).hexdigest()[:32]
     if not folder.is_dir():
         partial = Path(tempfile.mkdtemp(dir=kept, prefix=".partial-"))
@@ -115,16 +115,16 @@ def unpacked(files: bytes, kept: Path) -> Path:
             file.write_bytes(content)
         try:
             partial.rename(folder)
-        except OSError:  # another thread was quicker
+        except OSError:  # another thread was faster
             shutil.rmtree(partial, ignore_errors=True)
     return folder
 
 
 def with_absolute_paths(scenario: Scenario) -> Scenario:
-    """Return a scenario that names its files by absolute paths; shipped names stay.
+    """Return a scenario with absolute paths of files; shipped names stay the same.
 
     Raises:
-        WorkbenchError: if one of them is not there.
+        WorkbenchError: if one of them does not exist.
     """
     found = copy.deepcopy(scenario)
     vehicle = found.vehicle
@@ -145,7 +145,7 @@ def with_absolute_paths(scenario: Scenario) -> Scenario:
 
 
 def moved_below(root: Path, scenario: Scenario) -> Scenario:
-    """Return a scenario with absolute paths whose files lie below a folder."""
+    """Return a scenario with absolute paths of files moved below a folder."""
 
     def moved(path: str) -> str:
         return str(_below(root, path)) if path.startswith("/") else path
@@ -157,18 +157,18 @@ def moved_below(root: Path, scenario: Scenario) -> Scenario:
     found.controller, found.estimator = moved(found.controller), moved(found.estimator)
     for name, folder in vehicle.packages.items():
         vehicle.packages[name] = moved(folder)
-        # one of which no file is read is there all the same
+        # a folder without files that are read exists as well
         Path(vehicle.packages[name]).mkdir(parents=True, exist_ok=True)
     return found
 
 
 def _below(root: Path, path: str) -> Path:
-    """Return where an absolute path comes to lie below a folder."""
+    """Return the location of an absolute path below a folder."""
     return root / path.lstrip("/")
 
 
 def _own_paths(scenario: Scenario) -> Iterator[str]:
-    """Yield what a scenario names that is not shipped with the workbench."""
+    """Yield the files named in a scenario that are not shipped with the workbench."""
     vehicle = scenario.vehicle
     yield from (name for name in (vehicle.rotors, vehicle.gains) if name)
     yield from vehicle.packages.values()
@@ -180,12 +180,12 @@ def _own_paths(scenario: Scenario) -> Iterator[str]:
 
 
 def _own_code(scenario: Scenario) -> list[str]:
-    """Return the files of a controller and of an estimator of the user's own."""
+    """Return the files of the user's own controller and estimator."""
     return [name for name in (scenario.controller, scenario.estimator) if name.endswith(".py")]
 
 
 def read_files(request: dict[str, str]) -> list[str]:
-    """Return the absolute paths of all files that a scenario (YAML text) is read from.
+    """Return the absolute paths of all files read for a scenario (YAML text).
 
     Raises:
         WorkbenchError: if it cannot be read.
@@ -216,7 +216,7 @@ def read_files(request: dict[str, str]) -> list[str]:
 
 
 def _expand(config: VehicleConfig) -> None:
-    """Expand a xacro file in this process: else it is done in one of its own, unseen."""
+    """Expand a xacro file in this process; otherwise a separate process does it, unobserved."""
     path = description_file(find_model(config.model))
     if path.suffix == ".xacro" or (path.suffix != ".sdf" and is_xacro(read_xml(path))):
         finder = PackageFinder(path, config.packages)
@@ -225,7 +225,7 @@ def _expand(config: VehicleConfig) -> None:
 
 
 def _is_input(path: Path) -> bool:
-    """Return whether a file is a user's: none of Python's, ours, Drake's or the cache's."""
+    """Return whether a file belongs to the user, not to Python, us, Drake or the cache."""
     ours = (Path(__file__).parents[2], models_dir(), cache_folder("xacro").parent)
     theirs = (*_SYSTEM, Path(pydrake.__file__).parent)
     return (

@@ -1,4 +1,4 @@
-"""Files of parameters of autopilots, as text in which single values can be replaced.
+"""Parameter files of autopilots, as texts with replaceable values.
 
 - PX4: QGroundControl's .params files, and `param set-default` of airframe scripts. A line of
   .params has vehicle, component, name, value and type, between tabs; reals have single precision,
@@ -40,13 +40,13 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 _DECIMAL = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.I)
 _HEX = re.compile(r"0[xX][0-9a-fA-F]+")
 _LONGEST = 60
-"""Characters of a number; a longer text is none."""
+"""Largest number of characters of a number."""
 _LEAST, _MOST = 1e-6, 1e9
 """Limits between which numbers are written without an exponent."""
 _SINGLE_DIGITS = 9
 """Digits that distinguish every number in single precision from its neighbours."""
 INT32, REAL32 = "6", "9"
-"""MAV_PARAM_TYPE of the two types that PX4 has."""
+"""MAV_PARAM_TYPE of the two types in PX4."""
 PX4_LINE = re.compile(r"[ \t]*(\d+)[ \t]+(\d+)[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\d+)[ \t]*")
 PX4_SCRIPT_LINE = re.compile(
     r"[ \t]*param[ \t]+set(?:-default)?(?:[ \t]+-[a-z])*[ \t]+(\w+)[ \t]+([^\s#;]+)"
@@ -67,9 +67,9 @@ ARDUPILOT_LINE = re.compile(
     r"[ \t]*([A-Z]\w{0,31})(?:[ \t]*,[ \t]*|[ \t]+)([^\s,#@]+)[ \t]*(?:[#@].*)?"
 )
 _SI = {each.new for each in ARDUPILOT}
-"""Names since 4.7."""
+"""Names since ArduPilot 4.7."""
 _OLD = {each.old for each in ARDUPILOT}
-"""Names up to 4.6."""
+"""Names up to ArduPilot 4.6."""
 BETAFLIGHT_LINE = re.compile(r"[ \t]*set[ \t]+(\w+)[ \t]*=[ \t]*([^\r\n#]*[^\s#])[ \t]*(?:#.*)?")
 _PROFILE = re.compile(r"[ \t]*profile[ \t]+(\d{1,3})[ \t]*(?:#.*)?")
 _OTHER = re.compile(r"[ \t]*(rateprofile[ \t]+\d+|#[ \t]*(master|rateprofile)\b.*)[ \t]*")
@@ -84,14 +84,13 @@ class Entry:
     """One value in a file.
 
     Attributes:
-        name: of the parameter, as the file has it.
-        value: its number; None where it is none.
-        text: as it stands there.
-        start: place of the text in the file [characters].
+        name: of the parameter, as in the file.
+        value: its number; None if it is not a number.
+        text: as in the file.
+        start: position of the text in the file [characters].
         line: counted from 1.
-        scope: what it is set for, where a file has several of a name: "profile 1", "1 1"; "" for
-            all.
-        whole: whether the file says that it is a whole number.
+        scope: where it applies, if a file has several with a name: "profile 1", "1 1"; "" for all.
+        whole: whether the file states that it is a whole number.
     """
 
     name: str
@@ -105,15 +104,16 @@ class Entry:
 
 @dataclass(frozen=True)
 class ParameterFile:
-    """What an autopilot's file says.
+    """The content of a parameter file of an autopilot.
 
     Attributes:
         path: the file.
         text: all of it.
-        entries: its values, in their order.
-        version: of the firmware, as far as the file tells; "" if it does not.
-        scope: whose entries count besides those of all: the profile that is chosen, the component.
-        remarks: sentences on what is special.
+        entries: its values, in order.
+        version: of the firmware, "" if not stated.
+        scope: the selected profile or component, with entries that count in addition to those for
+            all.
+        remarks: as sentences.
     """
 
     path: Path
@@ -125,18 +125,18 @@ class ParameterFile:
 
     @property
     def counted(self) -> dict[str, Entry]:
-        """Entries that count, by name; of a name that comes twice the last one."""
+        """Entries that count, by name; the last one of duplicates."""
         return {each.name: each for each in self.entries if each.scope in ("", self.scope)}
 
     def where(self, entry: Entry) -> str:
-        """Return "file:line: " of an entry, for the beginning of a message."""
+        """Return "file:line: " of an entry, as prefix of a message."""
         return f"{self.path}:{entry.line}: "
 
     def replaced(self, texts: Mapping[str, str]) -> str:
-        """Return the file's text with other values; all else stays as it is, to the byte.
+        """Return the text of the file with other values; the rest stays the same to the byte.
 
         Args:
-            texts: of values by name; those of the scope that counts are replaced.
+            texts: of values by name; those of the selected scope are replaced.
         """
         parts, end = [], 0
         for entry in self.entries:
@@ -147,10 +147,10 @@ class ParameterFile:
 
 
 def read_text(path: Path) -> str:
-    """Return a file's text, from which `encoded` makes the same bytes.
+    """Return the text of a file; `encoded` restores the same bytes.
 
     Raises:
-        WorkbenchError: if there is no such file, or it is too large.
+        WorkbenchError: if the file does not exist, or is too large.
     """
     return read_plain(path, MOST_BYTES).decode(ENCODING, ERRORS)
 
@@ -161,7 +161,7 @@ def encoded(text: str) -> bytes:
 
 
 def lines_of(text: str) -> Iterator[tuple[int, int, str]]:
-    """Yield number, place and text of each line, whatever ends it."""
+    """Yield number, position and text of each line, for any line ending."""
     start = 0
     number = 1
     for end in _LINE_END.finditer(text):
@@ -172,13 +172,13 @@ def lines_of(text: str) -> Iterator[tuple[int, int, str]]:
 
 
 def joined(names: Sequence[str], most: int = 8) -> str:
-    """Return some names, and how many more there are."""
+    """Return some names, and the number of others."""
     more = f" and {len(names) - most} others" if len(names) > most else ""
     return ", ".join(names[:most]) + more
 
 
 def number_in(text: str) -> float | None:
-    """Return the number that a text is, decimal or hexadecimal; None where it is none."""
+    """Return the number in a text, decimal or hexadecimal; None if it is not a number."""
     if len(text) > _LONGEST:
         return None
     if _HEX.fullmatch(text):
@@ -195,7 +195,7 @@ def single(value: float) -> float:
 
 
 def shortest(value: float) -> str:
-    """Return the shortest text that single precision reads as the same number."""
+    """Return the shortest text for the same number in single precision."""
     for digits in range(1, _SINGLE_DIGITS):
         text = f"{value:.{digits}g}"
         if single(float(text)) == single(value):
@@ -204,17 +204,17 @@ def shortest(value: float) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a number without an exponent, where that is no longer than people read."""
+    """Return a number without an exponent, if that is short enough to read."""
     return f"{Decimal(text):f}" if _LEAST <= abs(float(text)) < _MOST else text
 
 
 def long_single(value: float) -> str:
-    """Return a number in single precision as QGroundControl writes it, with all its digits."""
+    """Return a number in single precision with all its digits, as QGroundControl writes it."""
     return f"{single(value):.18g}"
 
 
 def tidy(value: float) -> float:
-    """Return a number of single precision as it was typed: 0.15 for 0.150000005960464478."""
+    """Return a number of single precision as typed, such as 0.15 for 0.150000005960464478."""
     return float(shortest(value)) if math.isfinite(value) and single(value) == value else value
 
 
@@ -222,7 +222,7 @@ def read_px4_params(path: Path, text: str) -> ParameterFile:
     """Read a .params file.
 
     Raises:
-        WorkbenchError: naming the line that is none.
+        WorkbenchError: with the invalid line.
     """
     entries, version = [], ""
     for number, start, line in lines_of(text):
@@ -253,7 +253,7 @@ def read_px4_params(path: Path, text: str) -> ParameterFile:
 
 
 def read_px4_script(path: Path, text: str) -> ParameterFile:
-    """Read what an airframe script sets; all else in it is left alone."""
+    """Read the parameters set in an airframe script; the rest of it is ignored."""
     entries = []
     for number, start, line in lines_of(text):
         match = PX4_SCRIPT_LINE.match(line)
@@ -266,7 +266,7 @@ def read_px4_script(path: Path, text: str) -> ParameterFile:
 
 
 def px4_value(entry: Entry, value: float) -> str:
-    """Return a value as its line has it."""
+    """Return the text of a value in its line."""
     if entry.whole:
         return str(round(value))
     return long_single(value) if entry.scope else f"{value:.9g}"
@@ -286,7 +286,7 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
     """Read a .param file.
 
     Raises:
-        WorkbenchError: naming the line that is none.
+        WorkbenchError: with the invalid line.
     """
     entries = []
     remarks = []
@@ -314,7 +314,7 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
 
 
 def ardupilot_value(entry: Entry, value: float) -> str:
-    """Return a value as its line has it."""
+    """Return the text of a value in its line."""
     return shortest(value)
 
 
@@ -325,12 +325,12 @@ def new_ardupilot_file(values: Mapping[str, float], version: str) -> str:
 
 
 def read_betaflight_cli(path: Path, text: str, profile: int | None = None) -> ParameterFile:
-    """Read what a command line printed.
+    """Read the output of a command line.
 
     Args:
         path: the file.
         text: of it.
-        profile: whose gains count; without it those of the profile that is chosen last.
+        profile: the one with the gains; by default the one selected last.
     """
     entries = []
     version, scope, chosen, resets = "", "", "", False
@@ -367,7 +367,7 @@ def read_betaflight_cli(path: Path, text: str, profile: int | None = None) -> Pa
 
 
 def betaflight_value(entry: Entry, value: float) -> str:
-    """Return a value as its line has it."""
+    """Return the text of a value in its line."""
     return str(round(value))
 
 
@@ -426,7 +426,7 @@ def _values(node: Any, group: str) -> Iterator[tuple[str, Any]]:
 
 
 def crazyflie_value(entry: Entry, value: float) -> str:
-    """Return a value as its line has it."""
+    """Return the text of a value in its line."""
     if "." not in entry.text and "e" not in entry.text.lower() and value.is_integer():
         return str(int(value))
     text = shortest(value)

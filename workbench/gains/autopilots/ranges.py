@@ -1,8 +1,8 @@
 """Ranges that PX4 and ArduPilot state for their own parameters, narrower than a law's rows.
 
-They are advice: a ground station warns beyond them, and makers of vehicles go there. So the
-workbench takes what a law's rows allow, and names what is beyond these. Betaflight's are those of
-its law, and the Crazyflie states none.
+They are advice: a ground station warns beyond them, and manufacturers exceed them. So the workbench
+accepts all values that a law's rows allow, and reports those beyond these ranges. Betaflight's are
+those of its law, and the Crazyflie states none.
 
 Sources: PX4-Autopilot, mc_rate_control_params.yaml and
 multicopter_position_control_gain_params.yaml; ArduPilot, AC_PosControl.cpp, AC_AttitudeControl.cpp,
@@ -62,7 +62,7 @@ ARDUPILOT: Ranges = MappingProxyType(
 
 
 def beyond(ranges: Ranges, rows: Iterable[Parameter], values: Mapping[str, float]) -> list[str]:
-    """Return what is beyond the firmware's own ranges, as `NAME 0.8 (0.01 .. 0.5)`."""
+    """Return values beyond the firmware's own ranges, as `NAME 0.8 (0.01 .. 0.5)`."""
     found = []
     for row in rows:
         if row.name not in ranges or row.name not in values:

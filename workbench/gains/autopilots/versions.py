@@ -1,4 +1,4 @@
-"""What parameters were called, and how they were scaled, in versions before the law's own.
+"""Names and scales of parameters in versions before that of the law.
 
 ArduPilot 4.7 went to SI units: pull requests 31513 and 32192, and the tables in AC_PosControl.cpp
 by which it converts what is stored; those leave FF, PDMX and D_FF of PSC_D_ACC as they were. PX4
@@ -16,7 +16,7 @@ LATEST = (10**6,)
 
 @dataclass(frozen=True)
 class Rename:
-    """A parameter that has another name since a version.
+    """A parameter with a new name since a version.
 
     Attributes:
         old: its name before.
@@ -66,13 +66,13 @@ PX4 = tuple(
 )
 AXES = ("roll", "pitch", "yaw")
 PEAK_BEFORE = (4, 6)
-"""First version of Betaflight whose d is the smaller of two D gains."""
+"""First version of Betaflight with d as the smaller of two D gains."""
 PEAK, LEAST = {"roll": 40.0, "pitch": 46.0, "yaw": 0.0}, {"roll": 30.0, "pitch": 34.0, "yaw": 0.0}
 """Defaults of d and d_min from 4.3 to 4.5: a `diff` leaves them out."""
 
 
 def numbers_of(version: str) -> tuple[int, ...]:
-    """Return the numbers of a version, as 4.6.0; those of the latest where it has none."""
+    """Return the numbers of a version such as 4.6.0; those of the latest if it has none."""
     found = re.match(r"v?(\d{1,4})((?:\.\d{1,4})*)", version.strip())
     return tuple(int(each) for each in found[0].lstrip("v").split(".")) if found else LATEST
 
@@ -80,10 +80,10 @@ def numbers_of(version: str) -> tuple[int, ...]:
 def with_new_names(
     values: Mapping[str, float], renames: Iterable[Rename]
 ) -> tuple[dict[str, float], dict[str, Rename]]:
-    """Return values by today's names, and what of them had another one.
+    """Return values by present names, and the renamed ones.
 
     Args:
-        values: by the names of a file; one that is there by both counts by the new one.
+        values: by the names of a file; if it has both names, the new one counts.
         renames: of the firmware.
     """
     by_old = {each.old: each for each in renames}
@@ -102,7 +102,7 @@ def with_new_names(
 def with_old_names(
     values: Mapping[str, float], renames: Iterable[Rename], version: tuple[int, ...]
 ) -> dict[str, float]:
-    """Return values by the names, and in the scales, of a version."""
+    """Return values by the names and in the scales of a version."""
     by_new = {each.new: each for each in renames if version < each.since}
     found = {}
     for name, value in values.items():
@@ -112,7 +112,7 @@ def with_old_names(
 
 
 def d_of_today(values: Mapping[str, float]) -> dict[str, float]:
-    """Return Betaflight's gains of before 4.6 by their names of 4.6."""
+    """Return Betaflight's gains from before 4.6 by their names in 4.6."""
     found = dict(values)
     for axis in AXES:
         if f"d_{axis}" not in found and f"d_min_{axis}" not in found:
@@ -126,7 +126,7 @@ def d_of_today(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def d_of_before(values: Mapping[str, float]) -> dict[str, float]:
-    """Return Betaflight's gains of 4.6 by their names of before; the inverse of `d_of_today`."""
+    """Return Betaflight's gains from 4.6 by their earlier names; the inverse of `d_of_today`."""
     found = dict(values)
     for axis in AXES:
         base, peak = found.get(f"d_{axis}"), found.pop(f"d_max_{axis}", None)
