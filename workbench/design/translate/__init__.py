@@ -1,1 +1,1 @@
-"""Gains of one law from those of another, by what they mean for the vehicle."""
+"""Translate gains of one law to another, by their effect on the vehicle."""

@@ -1,4 +1,4 @@
-"""What gains mean, in angular and linear acceleration, and which gain of a law means what.
+"""The physical meaning of gains, in angular and linear acceleration, for each gain of a law.
 
 Around an axis, with the error e of the angle, ω its rate, and α the angular acceleration:
 
@@ -18,8 +18,8 @@ From the angle θ to -α such a loop is slope s² + c1 s + c0 + c_1 / s + c_2 / 
 so laws that have other parts than these can have the same loop.
 
 Each law has a row for each of its gains. The physical gain of a row is its number times its scale,
-times the effect of the law's own unit of torque or climb on the vehicle, where it asks for those,
-see `translation.effects`.
+and if the law commands torque or climb in its own unit, times the effect of that unit on the
+vehicle, see `translation.effects`.
 """
 
 import math
@@ -43,7 +43,7 @@ class Turn:
         rate: [1/s].
         rate_integral: [1/s²].
         slope: [-].
-        ahead: angular acceleration per rate asked for [1/s].
+        ahead: angular acceleration per commanded rate [1/s].
     """
 
     angle: float = 0.0
@@ -65,7 +65,7 @@ class Turn:
         return self.rate * self.angle_integral + self.rate_integral * self.angle
 
     def less(self, drag: float) -> "Turn":
-        """Return the same loop, of which drag has damped the rate already by so much [1/s]."""
+        """Return the same loop, minus the damping of the rate by drag [1/s]."""
         rate = self.rate - drag
         return replace(self, rate=rate, angle=self.angle * self.rate / rate) if rate else self
 
@@ -133,7 +133,7 @@ class Move:
         speed: [1/s].
         speed_integral: [1/s²].
         slope: [-].
-        ahead: acceleration per velocity asked for [1/s].
+        ahead: acceleration per commanded velocity [1/s].
     """
 
     place: float = 0.0
@@ -144,18 +144,18 @@ class Move:
     ahead: float = 0.0
 
     def less(self, drag: float) -> "Move":
-        """Return the same loop, of which drag has damped the speed already by so much [1/s]."""
+        """Return the same loop, minus the damping of the speed by drag [1/s]."""
         speed = self.speed - drag
         return replace(self, speed=speed, place=self.place * self.speed / speed) if speed else self
 
     @property
     def pull(self) -> float:
-        """Acceleration per error of the place [1/s²]."""
+        """Acceleration per error of the position [1/s²]."""
         return self.speed * self.place + self.speed_integral
 
     @property
     def pull_integral(self) -> float:
-        """Acceleration per integral of it [1/s³]."""
+        """Acceleration per integral of the error of the position [1/s³]."""
         return self.speed * self.place_integral + self.speed_integral * self.place
 
 
@@ -170,13 +170,13 @@ class Row:
 
     Attributes:
         name: of the parameter.
-        axis: that it acts about or along.
+        axis: the one it acts about or along.
         part: attribute of `Turn` or `Move`.
         scale: see above.
         factor: name of a parameter that multiplies it, "" for none.
-        divisor: name of one that divides it.
-        near: why it acts a little otherwise than the part says, a clause.
-        never_zero: why it cannot be 0, a clause; it then stays as it is.
+        divisor: name of a parameter that divides it, "" for none.
+        near: why its effect differs slightly from that of the part, a clause.
+        never_zero: why it cannot be 0, a clause; it then stays unchanged.
     """
 
     name: str
@@ -191,19 +191,18 @@ class Row:
 
 @dataclass(frozen=True)
 class Form:
-    """The gains of a law, and what they do not tell of it.
+    """The gains of a law, and its other properties.
 
     Attributes:
         rows: its gains.
-        filters: parameters that are 0 where its filters are off.
-        remarks: what its structure has that no gain carries, sentences.
-        hover: parameter of the thrust in hover, and the name under which it remembers its thrust;
-            empty for none.
-        takes_drag: whether it takes back what the rotors' drag damps the yaw rate by.
-        exact: whether its loops follow from these gains.
-        slope_of_error: whether `slope` acts on that of the rate's error, not of the rate.
-        climbs_by_acceleration: whether its climb asks a loop of its own for an acceleration.
-        off: parameters that are 0 in a translation: modes in which gains mean something else.
+        filters: parameters that are 0 if its filters are off.
+        remarks: on parts of its structure without a gain, as sentences.
+        hover: parameter of the hover thrust, and name of the thrust in its memory; empty for none.
+        takes_drag: whether it compensates the damping of the yaw rate by rotor drag.
+        exact: whether these gains determine its loops.
+        slope_of_error: whether `slope` acts on the derivative of the rate error, not of the rate.
+        climbs_by_acceleration: whether its climb commands an acceleration to a separate loop.
+        off: parameters that are 0 in a translation: modes with a different meaning of gains.
     """
 
     rows: tuple[Row, ...]
@@ -218,7 +217,7 @@ class Form:
 
 
 def _both(names: str, axes: str, parts: str) -> tuple[Row, ...]:
-    """Return rows of gains that several axes share."""
+    """Return rows of gains common to several axes."""
     return tuple(
         Row(name, axis, part)
         for name, part in zip(names.split(), parts.split(), strict=True)
@@ -427,7 +426,7 @@ ARDUPILOT = Form(
     climbs_by_acceleration=True,
 )
 _P, _I, _D = (scale * DEGREES / 1000.0 for scale in (0.032029, 0.244381, 0.000529))
-"""Motor fraction per rad/s of a gain of 1, of its integral, and of its slope."""
+"""Motor fraction per rad/s for a gain of 1, for its integral, and for its derivative."""
 BETAFLIGHT = Form(
     (
         *_both(
@@ -481,10 +480,10 @@ FORMS = {
 
 
 def form_of(law: Controller) -> Form:
-    """Return what a law's gains mean.
+    """Return the meaning of the gains of a law.
 
     Raises:
-        WorkbenchError: if that is not known.
+        WorkbenchError: if it is unknown.
     """
     if law.schedule:
         raise WorkbenchError("scheduled gains are not translated: name the law without its @")

@@ -1,4 +1,4 @@
-"""Gains of one law as those of another, what of it is not exact, and how much the loops differ."""
+"""Translate gains of one law to another, with inexact parts and differences of the loops."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -21,16 +21,16 @@ from workbench.scenario.parameters import parameter_table
 OF_EFFORT = frozenset(
     ("rate", "rate_integral", "slope", "ahead", "stiffness", "stiffness_integral")
 )
-"""Parts of a turn that ask for torque; of a climb all but the place's ask for thrust."""
+"""Parts of a turn that command torque; all parts of a climb except position command thrust."""
 ALIKE = 5e-3
-"""Two axes that want numbers this near share one without a word."""
+"""Relative difference of numbers that two axes may share without a remark."""
 EXACT = "exact"
 NONE = 1e-12
 Meaning = dict[str, Any]
 """A `Move` of each of x, y and z, and a `Turn` of roll, pitch and yaw."""
 CHANNELS = (("z", "force"), ("roll", "moment_x"), ("pitch", "moment_y"), ("yaw", "moment_z"))
 BELOW = 30.0
-"""Frequencies reach so many times below the crossover."""
+"""Ratio of the crossover to the lowest frequency."""
 COUNT = 200
 STEERING = OperatingPoint()
 
@@ -43,7 +43,7 @@ class Translated:
         name: of the parameter.
         unit: of it.
         value: new.
-        said: "exact", or why it is not, a clause.
+        said: "exact", or why not, a clause.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Translated:
 
 @dataclass(frozen=True)
 class Lost:
-    """What of an axis the new law has no gain for, a clause."""
+    """A part of an axis without a gain in the new law, a clause."""
 
     axis: str
     said: str
@@ -62,14 +62,14 @@ class Lost:
 
 @dataclass(frozen=True)
 class Translation:
-    """Gains of a law that mean what those of another one do.
+    """Gains of a law with the same meaning as those of another one.
 
     Attributes:
-        gains: rows of the new law's own gains.
+        gains: rows of the gains of the new law.
         values: all values of the new law.
-        lost: what of the old gains is not in the new ones.
-        remarks: what of either structure no gain carries, sentences.
-        exact: whether loops follow from gains in both laws.
+        lost: parts of the old gains that are not in the new ones.
+        remarks: on parts of either structure without a gain, as sentences.
+        exact: whether gains determine the loops in both laws.
     """
 
     gains: tuple[Translated, ...]
@@ -85,10 +85,10 @@ class Translation:
 
 
 def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]:
-    """Return what one unit of what a law asks for makes of a vehicle, by axis.
+    """Return the effect on a vehicle of one unit of the output of a law, by axis.
 
-    Taken is the derivative of the law's own update in hover, by injections at its loop points: so
-    its allocation, its thrust curve and the vehicle's, and the inertia are all in it.
+    It is the derivative of the law's own update in hover by injections at its loop points. So it
+    includes its allocation, its thrust curve and that of the vehicle, and the inertia.
 
     Args:
         study: of the vehicle with the law.
@@ -132,7 +132,7 @@ def _is_climb(row: Row) -> bool:
 def meaning(
     form: Form, values: Mapping[str, float], by: Mapping[str, float], drag: Mapping[str, float]
 ) -> Meaning:
-    """Return what a law's gains mean, by axis.
+    """Return the meaning of the gains of a law, by axis.
 
     Args:
         form: of the law.
@@ -161,12 +161,12 @@ def numbers(
     by: Mapping[str, float],
     drag: Mapping[str, float],
 ) -> tuple[tuple[Translated, ...], tuple[Lost, ...]]:
-    """Return a law's gains that mean something, and what it has no gain for.
+    """Return the gains of a law for a meaning, and the parts without a gain.
 
     Args:
-        law: whose gains are wanted.
-        meant: what they shall mean.
-        present: values of all its parameters; those that are no gains stay.
+        law: with the requested gains.
+        meant: their meaning.
+        present: values of all its parameters; those that are not gains stay.
         by: effects by axis of this law.
         drag: see `meaning`.
     """
@@ -225,16 +225,16 @@ def translate(
     values: Mapping[str, float],
     present: Mapping[str, float],
 ) -> Translation:
-    """Return gains of another law that mean what those of a law do.
+    """Return gains of another law with the same meaning as those of a law.
 
     Args:
-        old: of the vehicle with the law that there are gains of.
-        new: of the same vehicle with the other law.
+        old: study of the vehicle with the law of the given gains.
+        new: study of the same vehicle with the other law.
         values: of all parameters of the first.
-        present: of all parameters of the second, for what is no gain.
+        present: of all parameters of the second, for those that are not gains.
 
     Raises:
-        WorkbenchError: if it is not known what gains of one of them mean.
+        WorkbenchError: if the meaning of the gains of one of them is unknown.
     """
     forms = form_of(old.controller), form_of(new.controller)
     drag = _drag(old)
@@ -372,14 +372,14 @@ def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) ->
 
 @dataclass(frozen=True)
 class Difference:
-    """By how much a loop of one law is not that of another, opened at the plant's input.
+    """The difference between loops of two laws, opened at the plant input.
 
     Attributes:
         channel: z, roll, pitch or yaw.
         crossover: of the first [rad/s].
         other: crossover of the second [rad/s].
         largest: of |L2 / L1 - 1| from a thirtieth of the crossover up to it.
-        at: where that is [rad/s].
+        at: frequency of the largest difference [rad/s].
     """
 
     channel: str
@@ -398,8 +398,8 @@ def differences(
     """Compare the loops of two laws in hover, while the pilot steers.
 
     Args:
-        old: of the vehicle with the first law.
-        new: of the same vehicle with the second.
+        old: study of the vehicle with the first law.
+        new: study of the same vehicle with the second law.
         values: of the first law's parameters.
         others: of the second's.
     """
@@ -451,7 +451,7 @@ def gains_alone(
 
 
 def _at_period(study: LinearStudy, period: float) -> LinearStudy:
-    """Return a study whose law runs at a period, where it has none of its own."""
+    """Return a study with the law at a period, if it has none of its own."""
     scenario = study.scenario
     if study.controller.period is not None or scenario.rates.control_period == period:
         return study
