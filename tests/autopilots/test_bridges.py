@@ -106,10 +106,10 @@ class Px4Double(threading.Thread):
 class ArduPilotDouble(threading.Thread):
     """Sends servo packets, and waits for the answer to each before it sends the next."""
 
-    def __init__(self, address, hover, wide=False, spoil=lambda count, packet: packet):
+    def __init__(self, address, hover, wide=False, spoil=lambda count, packet: packet, wait=5.0):
         super().__init__(daemon=True)
         self.address, self.hover, self.wide, self.spoil = address, hover, wide, spoil
-        self.times, self.said, self.resend = [], [], ()
+        self.times, self.said, self.resend, self.wait = [], [], (), wait
         self.start()
 
     def packet(self, count, pulses):
@@ -118,7 +118,7 @@ class ArduPilotDouble(threading.Thread):
 
     def run(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
-            link.settimeout(5.0)
+            link.settimeout(self.wait)
             link.connect(self.address)
             self.talk(link)
 
@@ -331,7 +331,9 @@ def test_an_ardupilot_that_stops_or_lies_ends_in_a_sentence(case):
 
 def test_an_ardupilot_started_anew_resets_the_vehicle():
     flown, peer = flight(1024.0), ArduPilot("127.0.0.1", 0, 5.0, (1000.0, 2000.0))
-    double = ArduPilotDouble(peer.address, share(flown), spoil=lambda n, p: None if n > 50 else p)
+    double = ArduPilotDouble(
+        peer.address, share(flown), spoil=lambda n, p: None if n > 50 else p, wait=2.0
+    )
     peer.connect()
     fly(flown, peer, 50 / 1024)
     double.join()

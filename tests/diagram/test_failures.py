@@ -86,10 +86,13 @@ def test_without_gps_for_ten_seconds_the_place_is_held_as_well_as_the_filter_say
 
 
 def test_a_position_that_is_lost_for_good_ends_in_a_landing_that_says_so(case):
+    """From a height of 1 m: the landing takes the longest of it."""
     limits = {"ekf": {"position_deviation_limit": 0.3}, "complementary": {"gps_timeout": 2.0}}
     for estimator, settings in limits.items():
         with case(estimator):
-            session = flown(24.0, failing(gps_fault=3.0), estimator=estimator, settings=settings)
+            session = flown(
+                14.0, failing(gps_fault=3.0), estimator=estimator, height=1.0, settings=settings
+            )
             flight, now = session.recording(), session.snapshot()
             summary = summarise(flight)
             assert (now.mode, now.reason) == (FlightMode.OFF, Reason.POSITION_LOST)
@@ -110,65 +113,68 @@ def test_a_position_that_is_lost_for_good_ends_in_a_landing_that_says_so(case):
             assert not flight.reference.any()
 
 
-def test_a_frozen_gps_is_flown_as_a_silent_one_and_comes_back_as_one(case):
+@pytest.mark.parametrize(
+    "estimator", ["ekf", pytest.param("complementary", marks=pytest.mark.slow)]
+)
+def test_a_frozen_gps_is_flown_as_a_silent_one_and_comes_back_as_one(estimator):
     """What repeats is left out: the flight is that without GPS to the bit, held and then landed."""
     limits = {"ekf": {"position_deviation_limit": 0.15}, "complementary": {"gps_timeout": 2.0}}
-    for estimator, settings in limits.items():
-        with case(estimator):
-            frozen, silent = (
-                flown(
-                    14.0,
-                    failing(gps_fault=fault),
-                    failing(at=AT + 1.5, gps_fault=0.0),
-                    failing(at=AT + 2.5, gps_fault=fault),
-                    estimator=estimator,
-                    settings=settings,
-                ).recording()
-                for fault in (1.0, 3.0)
-            )
-            reasons = [each.reason for each in summarise(silent).failsafes]
-            held = Reason.DEAD_RECKONING.label
-            assert reasons == [held, held, Reason.POSITION_LOST.label]
-            assert np.array_equal(frozen.p_WB, silent.p_WB)
-            assert np.array_equal(frozen.estimate, silent.estimate)
-            assert summarise(frozen).failsafes == summarise(silent).failsafes
+    frozen, silent = (
+        flown(
+            14.0,
+            failing(gps_fault=fault),
+            failing(at=AT + 1.5, gps_fault=0.0),
+            failing(at=AT + 2.5, gps_fault=fault),
+            estimator=estimator,
+            settings=limits[estimator],
+        ).recording()
+        for fault in (1.0, 3.0)
+    )
+    reasons = [each.reason for each in summarise(silent).failsafes]
+    held = Reason.DEAD_RECKONING.label
+    assert reasons == [held, held, Reason.POSITION_LOST.label]
+    assert np.array_equal(frozen.p_WB, silent.p_WB)
+    assert np.array_equal(frozen.estimate, silent.estimate)
+    assert summarise(frozen).failsafes == summarise(silent).failsafes
 
 
-def test_an_exact_gps_that_stands_is_not_taken_for_frozen(case):
+@pytest.mark.parametrize(
+    ("estimator", "noise"),
+    [
+        ("ekf", True),
+        ("complementary", False),
+        pytest.param("ekf", False, marks=pytest.mark.slow),
+        pytest.param("complementary", True, marks=pytest.mark.slow),
+    ],
+)
+def test_an_exact_gps_that_stands_is_not_taken_for_frozen(estimator, noise):
     """The shipped GPS has no noise: on the ground it repeats itself, and so may a flight at rest.
 
-    With `noise: false` the IMU is exact, too.
+    With `noise: false` the IMU is exact, too. Before it takes off, the drone stands for four times
+    what the complementary filter waits for a GPS.
     """
-    script = [
+    session = flown(
+        15.0,
         Action(at=1.0, request="arm"),
-        Action(at=7.0, request="take_off", height=1.0),
-        Action(at=12.0, request="land"),
-    ]
-    for noise in (True, False):
-        for estimator, settings in (("ekf", {}), ("complementary", {"gps_timeout": 1.0})):
-            with case(noise, estimator):
-                session = flown(
-                    18.0,
-                    *script,
-                    estimator=estimator,
-                    on_ground=True,
-                    noise=noise,
-                    settings=settings,
-                )
-                flight = session.recording()
-                assert not flight.reason.any()
-                assert (
-                    np.linalg.norm(flight.estimate[:, 4:6] - flight.p_WB[:, :2], axis=1).max() < 0.2
-                )
-                assert flight.p_WB[:, 2].max() > 0.9
-                assert session.snapshot().mode is FlightMode.OFF
+        Action(at=4.0, request="take_off", height=1.0),
+        Action(at=9.0, request="land"),
+        estimator=estimator,
+        on_ground=True,
+        noise=noise,
+        settings={"gps_timeout": 1.0} if estimator == "complementary" else {},
+    )
+    flight = session.recording()
+    assert not flight.reason.any()
+    assert np.linalg.norm(flight.estimate[:, 4:6] - flight.p_WB[:, :2], axis=1).max() < 0.2
+    assert flight.p_WB[:, 2].max() > 0.9
+    assert session.snapshot().mode is FlightMode.OFF
 
 
 def test_a_gyro_that_stands_still_stops_the_rotors_within_half_a_second(case):
     for estimator in ("ekf", "complementary"):
         for fault in (1.0, 3.0):
             with case(f"{estimator} {fault}"):
-                session = flown(AT + 4.0, failing(imu_fault=fault), estimator=estimator)
+                session = flown(AT + 2.0, failing(imu_fault=fault), estimator=estimator)
                 flight, now = session.recording(), session.snapshot()
                 (failsafe,) = summarise(flight).failsafes
                 assert (failsafe.reason, failsafe.mode) == (Reason.IMU_FAILED.label, "off")
@@ -192,7 +198,7 @@ def test_a_noisy_gyro_flies_on_and_one_without_noise_is_not_taken_for_failed(cas
 
 def test_an_exact_imu_at_rest_whose_readings_repeat_has_not_failed():
     arm = Action(at=1.0, request="arm")
-    now = flown(15.0, arm, on_ground=True, noise=False).snapshot()
+    now = flown(7.0, arm, on_ground=True, noise=False).snapshot()
     assert (now.mode, now.reason) == (FlightMode.ARMED, Reason.NONE)
 
 

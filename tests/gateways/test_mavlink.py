@@ -220,7 +220,7 @@ def test_what_is_no_mavlink_does_no_harm(ground):
     found = None
     while found is None:  # a datagram may be lost among so many
         ground.mav.mav.param_request_read_send(1, 1, b"kp_pitch", -1)
-        found = ground.mav.recv_match(type="PARAM_VALUE", blocking=True, timeout=5.0)
+        found = ground.mav.recv_match(type="PARAM_VALUE", blocking=True, timeout=0.5)
     assert found.param_id == "kp_pitch"
 
 

@@ -182,7 +182,8 @@ def test_the_view_shows_who_is_there_who_flies_and_the_log(flight, address, tmp_
     assert path.stat().st_size > 0
 
 
-def test_a_server_that_is_killed_is_started_again_at_the_same_address(flight, tmp_path):
+@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_server_that_is_killed_is_started_again_at_the_same_address(flight, tmp_path, times):
     """The flight goes on, the drone holds, and clients come back with the tokens they had."""
     tokens = tmp_path / "tokens"
     tokens.write_text("view: " + "v" * 20 + "\ncommand: " + "c" * 20 + "\n")
@@ -191,7 +192,7 @@ def test_a_server_that_is_killed_is_started_again_at_the_same_address(flight, tm
     address = flight.serve(config).result(ENOUGH)
     page = served(flight).page
     with Client(address, name="Ada", token="c" * 20, topics=[EVENTS]) as client:
-        for _ in range(2):
+        for _ in range(times):
             flight.pause().result(ENOUGH)
             with client.control() as control:
                 (server,) = children(flight.pid)

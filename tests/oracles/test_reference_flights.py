@@ -261,10 +261,18 @@ EFFECTS = {
 """Keys of what rotors may have, by effect; that of the battery is its own."""
 
 
-def test_each_effect_is_the_references(printed, flown, tmp_path, case):
-    """Alone and all together; with a coefficient off by an eighth it is another flight."""
+@pytest.mark.parametrize(
+    "rows",
+    [
+        (tuple(EFFECTS),),
+        pytest.param(tuple((effect,) for effect in EFFECTS), marks=pytest.mark.slow),
+    ],
+    ids=["together", "alone"],
+)
+def test_each_effect_is_the_references(printed, flown, tmp_path, rows, case):
+    """With a coefficient off by an eighth it is another flight."""
     whole = yaml.safe_load((Path(__file__).parent / "effects.rotors.yaml").read_text())
-    for wanted in (*((effect,) for effect in EFFECTS), tuple(EFFECTS)):
+    for wanted in rows:
         with case(wanted):
             file = copy.deepcopy(whole)
             for effect in EFFECTS.keys() - set(wanted):
