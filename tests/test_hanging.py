@@ -67,7 +67,13 @@ def test_a_test_skips_where_no_time_is_left(tmp_path):
 def test_only_make_test_all_runs_slow_tests():
     root = Path(__file__).parent.parent
     quick, slow = '-m "not slow"', "-m slow"
-    outer = {"MAKEFLAGS", "MAKELEVEL"}  # of the make that runs this test
+    outer = {
+        "MAKEFLAGS",
+        "MAKELEVEL",
+        "MAKEOVERRIDES",
+        "VENV",
+        "PYTHON",
+    }  # of the make that runs this
     env = {name: value for name, value in os.environ.items() if name not in outer}
     for target, runs in (("test", [quick]), ("test-slow", [slow]), ("test-all", [quick, slow])):
         done = subprocess.run(
