@@ -39,6 +39,16 @@ def forker():
 @pytest.fixture
 def flight():
     """At 1.2375 s, off the control grid, in turbulence, and with a gain that was changed."""
+    return begun()
+
+
+@pytest.fixture(scope="module")
+def checkpoint():
+    """That of such a flight, for what does not fly it on."""
+    return begun().checkpoint()
+
+
+def begun():
     session = Session(SCENARIO, bridge=Bridge())
     session.tick(0.9)
     session.set("kp_roll", 60.0)
@@ -133,7 +143,9 @@ def test_the_controller_that_the_script_let_take_over_flies_on(tmp_path):
     assert abs(pd.velocity - as_flown.velocity).max() > 1e-4
 
 
-def test_a_controller_that_cannot_fly_is_told_before_anything_is_flown(forker, flight, tmp_path):
+def test_a_controller_that_cannot_fly_is_told_before_anything_is_flown(
+    forker, checkpoint, tmp_path
+):
     mine = tmp_path / "mine.py"
     mine.write_text(load_controller("pd").text.replace("def update(", "def renamed("))
 
@@ -147,7 +159,7 @@ def test_a_controller_that_cannot_fly_is_told_before_anything_is_flown(forker, f
     ):
         branches = [Branch("as flown", {}), Branch("other", gains, name)]
         with pytest.raises(WorkbenchError, match=said):
-            forker.fly(flight.checkpoint(), branches, 1.0, stop=flown)
+            forker.fly(checkpoint, branches, 1.0, stop=flown)
 
 
 def test_a_controller_that_fails_in_flight_ends_its_branch_with_file_and_line(tmp_path):
@@ -200,8 +212,7 @@ def test_a_step_goes_on_top_of_what_is_asked_for(forker, flight, axis):
     assert_is(branch, flight.recording())
 
 
-def test_a_fork_leaves_nothing_behind_for_the_next_one(forker, flight):
-    checkpoint = flight.checkpoint()
+def test_a_fork_leaves_nothing_behind_for_the_next_one(forker, checkpoint):
     first = forker.fly(checkpoint, [Branch("a", {})], 0.5)
     forker.fly(checkpoint, [Branch("b", {"kp_roll": 1.0, "rotor_1": 0.6})], 2.0, Step("z", 3.0))
     again = forker.fly(checkpoint, [Branch("a", {})], 0.5)
@@ -210,11 +221,11 @@ def test_a_fork_leaves_nothing_behind_for_the_next_one(forker, flight):
         assert np.array_equal(one, other), field.name
 
 
-def test_what_diverges_is_lost_and_cut_there_and_the_others_fly_on(forker, flight):
+def test_what_diverges_is_lost_and_cut_there_and_the_others_fly_on(forker, checkpoint):
     """Without a rotor and without damping nothing stays upright for long."""
     wild = {"kd_roll": 0.0, "kd_pitch": 0.0, "rotor_1": 0.0}
     branches = [Branch("wild", wild), Branch("as it is", {})]
-    lost, flown = forker.fly(flight.checkpoint(), branches, 3.0)
+    lost, flown = forker.fly(checkpoint, branches, 3.0)
     assert lost.lost.startswith("the flight is lost at t = ")
     assert 0 < len(lost.time) < 384
     assert np.isfinite(lost.velocity).all()
@@ -223,7 +234,7 @@ def test_what_diverges_is_lost_and_cut_there_and_the_others_fly_on(forker, fligh
     assert len(flown.time) == 384
 
 
-def test_a_flight_that_breaks_off_says_so(forker, flight, monkeypatch):
+def test_a_flight_that_breaks_off_says_so(forker, checkpoint, monkeypatch):
     from workbench.common.errors import FlightBrokenError
 
     def tick(session: Session, duration: float) -> None:
@@ -233,7 +244,7 @@ def test_a_flight_that_breaks_off_says_so(forker, flight, monkeypatch):
 
     whole = Session.tick
     monkeypatch.setattr(Session, "tick", tick)
-    broken, again = forker.fly(flight.checkpoint(), [Branch("a", {}), Branch("b", {})], 3.0)
+    broken, again = forker.fly(checkpoint, [Branch("a", {}), Branch("b", {})], 3.0)
     assert broken.lost == "the flight broke off after 2 s: so it was told"
     assert again.lost == broken.lost
     assert 2.0 < broken.time[-1] < 2.3
@@ -242,28 +253,28 @@ def test_a_flight_that_breaks_off_says_so(forker, flight, monkeypatch):
 @pytest.mark.parametrize(
     "gains", [{"kp_roll": math.nan}, {"kp_roll": -1.0}, {"kp_rol": 1.0}, {"max_tilt": math.inf}]
 )
-def test_what_no_flight_may_have_is_refused_before_anything_is_flown(forker, flight, gains):
+def test_what_no_flight_may_have_is_refused_before_anything_is_flown(forker, checkpoint, gains):
     def flown() -> bool:
         pytest.fail("the first branch is flown")
 
     with pytest.raises(WorkbenchError, match="kp_rol|max_tilt"):
-        forker.fly(flight.checkpoint(), [Branch("a", {}), Branch("b", gains)], 1.0, stop=flown)
+        forker.fly(checkpoint, [Branch("a", {}), Branch("b", gains)], 1.0, stop=flown)
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, math.nan, math.inf, LONGEST + 1.0])
-def test_a_time_that_cannot_be_flown_is_refused(forker, flight, duration):
+def test_a_time_that_cannot_be_flown_is_refused(forker, checkpoint, duration):
     with pytest.raises(WorkbenchError, match="cannot fork a flight for"):
-        forker.fly(flight.checkpoint(), [Branch("a", {})], duration)
+        forker.fly(checkpoint, [Branch("a", {})], duration)
 
 
-def test_a_step_on_no_axis_or_of_no_size_is_refused(forker, flight):
+def test_a_step_on_no_axis_or_of_no_size_is_refused(forker, checkpoint):
     with pytest.raises(WorkbenchError, match="unknown axis 'roll'"):
-        forker.fly(flight.checkpoint(), [Branch("a", {})], 1.0, Step("roll", 1.0))
+        forker.fly(checkpoint, [Branch("a", {})], 1.0, Step("roll", 1.0))
     with pytest.raises(WorkbenchError, match="finite"):
-        forker.fly(flight.checkpoint(), [Branch("a", {})], 1.0, Step("x", math.nan))
+        forker.fly(checkpoint, [Branch("a", {})], 1.0, Step("x", math.nan))
 
 
-def test_it_stops_when_told_and_returns_what_is_complete(forker, flight):
+def test_it_stops_when_told_and_returns_what_is_complete(forker, checkpoint):
     asked = []
 
     def stop() -> bool:
@@ -271,7 +282,7 @@ def test_it_stops_when_told_and_returns_what_is_complete(forker, flight):
         return len(asked) > 6
 
     branches = [Branch(name, {}) for name in "abc"]
-    flown = forker.fly(flight.checkpoint(), branches, 1.0, stop=stop)
+    flown = forker.fly(checkpoint, branches, 1.0, stop=stop)
     assert [each.name for each in flown] == ["a"]
     assert len(asked) == 7
 

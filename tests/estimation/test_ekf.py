@@ -172,7 +172,7 @@ def covariance(memory):
 
 def test_the_textbooks_filter_gives_the_same_estimate_and_covariance(kit):
     rng = np.random.default_rng(7)
-    flown = kit.flights["figure of eight"](20.0)
+    flown = kit.flights["figure of eight"](10.0)
     memory, biases = kit.begin(flown, SETTINGS, rng)
     z = kit.samples(flown, MOUNTING, SETTINGS, rng, biases, age=3)
     settings, mounting = np.array(SETTINGS), MOUNTING.packed()

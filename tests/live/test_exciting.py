@@ -532,7 +532,7 @@ def test_a_hard_hit_is_told_and_a_landing_is_none(walled):
     assert bench.shown.hit.speed > 1.0
     bench = Bench()
     bench.obey(Action(request="land"))
-    bench.fly(10.0)
+    bench.fly(6.0)
     assert bench.session.snapshot().mode is FlightMode.OFF
     assert bench.shown.hit is None
 

@@ -212,7 +212,7 @@ def test_the_shipped_specs_catch(case):
             assert not judged(name, part, **changes).passed
 
 
-@pytest.mark.parametrize("step", [1 / 2048, 1 / 512])
+@pytest.mark.parametrize("step", [1 / 512, pytest.param(1 / 2048, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "case",
     [

@@ -41,8 +41,6 @@ def fastest(workspace, qtbot, velocity):
     _, values = workspace.signals.series("acceleration_data.vdot_x", begun)
     peak = float(values.max())
     workspace.flight.order(lambda live: live.command([0.0, 0.0, 0.0]))
-    begun = workspace.signals.now
-    qtbot.waitUntil(lambda: workspace.signals.now > begun + 2.5, timeout=SECONDS)
     return peak
 
 
@@ -50,6 +48,8 @@ def test_a_slider_changes_what_flies_until_it_is_reverted_or_reset(flown, worksp
     editor, panel = flown
     asked = []
     before = fastest(workspace, qtbot, 1.0)
+    begun = workspace.signals.now
+    qtbot.waitUntil(lambda: workspace.signals.now > begun + 2.5, timeout=SECONDS)  # it is at rest
     slider = panel.rows[NAME].slider
     start = editor.flown[NAME]
     x = round(slider._x(slider._place))

@@ -28,7 +28,7 @@ def test_faces_look_outward_and_close():
     assert volume == pytest.approx(ConvexHull(vertices).volume)
 
 
-@pytest.mark.parametrize("count", [1_000, 30_000])
+@pytest.mark.parametrize("count", [1_000, pytest.param(30_000, marks=pytest.mark.slow)])
 def test_many_vertices_become_few_that_stay_close(count):
     points = sphere(count)
     vertices, _ = convex_hull(points)
