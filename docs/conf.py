@@ -72,8 +72,8 @@ def add_contents(app: Sphinx, page: str, source: list[str]) -> None:
         if heading == "The project":
             pages += ["CONTRIBUTING.md", "CHANGELOG.md"]
             pages.append("docs/api")
-        if heading == "Begin":
-            pages.append("docs/index.md")
+        if not parts:
+            pages.insert(0, "docs/index.md")
         if pages:
             head = f"```{{toctree}}\n:hidden:\n:caption: {heading}\n"
             parts.append("\n".join(["", head, *pages, "```", ""]))
