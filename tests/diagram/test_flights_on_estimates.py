@@ -67,7 +67,9 @@ def test_without_gps_for_ten_seconds_it_drifts_no_more_than_it_says(seeds):
     assert max(drifts) > 0.1  # else the GPS was not missed
 
 
-@ONE_OR_MORE_SEEDS
+@pytest.mark.parametrize(
+    "seeds", [range(1), pytest.param(range(1, 3), marks=pytest.mark.slow)], ids=["one", "more"]
+)
 def test_the_papers_steps_stay_within_their_limits(seeds):
     """But for the drift along y: the estimate begins with a velocity that is off by 0.01 m/s."""
     for seed in seeds:

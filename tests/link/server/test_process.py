@@ -200,7 +200,7 @@ def test_a_client_beyond_the_places_is_told_so(serve):
         each.socket.close()
 
 
-@pytest.mark.slow  # five seconds by the clock; test_hub.py counts them itself
+@pytest.mark.slow  # five seconds by the clock, which test_hub.py simulates
 def test_a_client_that_stops_reading_is_out_and_others_get_everything(serve, parts):
     server = serve(ANY)
     with server.client() as still, server.client() as good:
