@@ -124,7 +124,7 @@ class OverlayBar(QWidget):
         """Add a log over the charts."""
         widget = QWidget()
         line = hbox(of=widget, margins=NO_MARGINS)
-        name = QLabel(f"over it  {overlay.name}")
+        name = QLabel(f"overlay  {overlay.name}")
         shift = NumberField(f"Shift of {overlay.name}", decimals=3, step=0.1)
         shift.set_range(Unit("s"), -FARTHEST, FARTHEST)
         shift.show_decimals(3)

@@ -572,11 +572,11 @@ class VisualizationScreen(Screen):
             explain(page, name)
         self.open_button = QPushButton("Open lo&g…")
         self.open_button.setToolTip("Show a recorded flight (MCAP) in the same charts")
-        self.over_button = QPushButton("O&ver it")
+        self.over_button = QPushButton("O&verlay")
         self.over_button.setToolTip("Draw a recorded flight, or limits, over what the charts show")
         over = QMenu(self)
         for title, opens in (
-            ("Log over it", self.open_overlay),
+            ("Overlay a log", self.open_overlay),
             ("Limits of a spec", self.open_spec),
         ):
             action = over.addAction(f"{title}…")
