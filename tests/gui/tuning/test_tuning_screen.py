@@ -17,16 +17,9 @@ WIDE, NARROW = (1190, 600), (760, 600)
 
 
 @pytest.fixture
-def screen(offline, flying, qtbot):
-    offline.preferences.set("apply_gains", "on Enter")
-    offline.flight.show(flying)
-    made = TuningScreen(offline)
-    qtbot.addWidget(made)
-    made.resize(*WIDE)
-    made.begin(flying)
-    made.show()
-    yield made
-    made.close_screen()
+def screen(screen):
+    screen.resize(*WIDE)
+    return screen
 
 
 def fly(screen, canned, exciting=None):
