@@ -33,6 +33,11 @@ PATIENCE = 300_000
 """Of tests that wait for something [ms]."""
 
 
+def workspace_in(folder):
+    """Return a workspace whose settings go to a folder."""
+    return make_workspace(Preferences(QSettings(str(folder / "settings.ini"), INI)))
+
+
 def noted(workspace):
     """Return a list that fills with what the workspace tells, but that the machine is slow."""
     notices = []
@@ -120,8 +125,7 @@ def fly_again():
 @pytest.fixture
 def workspace(qapp, tmp_path):
     """A workspace without a flight; settings go to a folder of the test's own."""
-    store = QSettings(str(tmp_path / "settings.ini"), INI)
-    made = make_workspace(Preferences(store))
+    made = workspace_in(tmp_path)
     yield made
     made.close()
 
@@ -129,8 +133,7 @@ def workspace(qapp, tmp_path):
 @pytest.fixture(scope="module")
 def shared_workspace(qapp, tmp_path_factory):
     """A workspace that the tests of a file share, for windows that take seconds to make."""
-    store = QSettings(str(tmp_path_factory.mktemp("gui") / "settings.ini"), INI)
-    made = make_workspace(Preferences(store))
+    made = workspace_in(tmp_path_factory.mktemp("gui"))
     yield made
     made.close()
 

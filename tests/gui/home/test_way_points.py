@@ -3,19 +3,17 @@
 import math
 
 import pytest
-from PyQt6.QtCore import QPoint, QPointF, QSettings, Qt
+from PyQt6.QtCore import QPoint, QPointF, Qt
 from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
-from tests.gui.conftest import noted
+from tests.gui.conftest import noted, workspace_in
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND
 from workbench.gui.home.gps_card import GO_TO
 from workbench.gui.home.home_screen import HomeScreen
 from workbench.gui.instruments.map_frame import Place
-from workbench.gui.preferences import Preferences
-from workbench.gui.workspace import make_workspace
 from workbench.live.choice import Choice
 
 LEFT, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
@@ -26,8 +24,7 @@ class Bench:
     """The screen over a flight of its own, and a mouse on its map."""
 
     def __init__(self, folder):
-        store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
-        self.workspace = make_workspace(Preferences(store))
+        self.workspace = workspace_in(folder)
         self.told = noted(self.workspace)
         self.flight = self.workspace.flight
         self.screen = HomeScreen(self.workspace)

@@ -4,19 +4,17 @@ import math
 import threading
 
 import pytest
-from PyQt6.QtCore import QPoint, QSettings, Qt
+from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QLineEdit, QMainWindow, QPushButton, QVBoxLayout, QWidget
 
-from tests.gui.conftest import noted
+from tests.gui.conftest import noted, workspace_in
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND, PAUSED
 from workbench.gui.joystick.game_pad import PadButton, PadReading
 from workbench.gui.joystick.joystick_screen import JoystickScreen
 from workbench.gui.joystick.pilot import CENTRE, Device
 from workbench.gui.joystick.piloting import NEUTRAL, Stick, Sticks
-from workbench.gui.preferences import Preferences
-from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.messages import Hand
 from workbench.link.server.config import ServerConfig
@@ -31,8 +29,7 @@ class Bench:
     """A window with the screen and a field beside it, over a flight of its own."""
 
     def __init__(self, folder):
-        store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
-        self.workspace = make_workspace(Preferences(store))
+        self.workspace = workspace_in(folder)
         self.told = noted(self.workspace)
         self.flight = self.workspace.flight
         self.screen = JoystickScreen(self.workspace)

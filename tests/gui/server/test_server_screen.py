@@ -4,15 +4,13 @@ import socket
 import threading
 
 import pytest
-from PyQt6.QtCore import QSettings, Qt
+from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
-from tests.gui.conftest import noted
+from tests.gui.conftest import noted, workspace_in
 from workbench.common.errors import WorkbenchError
-from workbench.gui.preferences import Preferences
 from workbench.gui.server.server_screen import Running, ServerScreen
-from workbench.gui.workspace import make_workspace
 from workbench.link import Client
 from workbench.link.authentication import read_tokens
 from workbench.link.messages import Hand
@@ -26,8 +24,7 @@ class Bench:
     """The screen over a flight of its own."""
 
     def __init__(self, folder):
-        store = QSettings(str(folder / "s.ini"), QSettings.Format.IniFormat)
-        self.workspace = make_workspace(Preferences(store))
+        self.workspace = workspace_in(folder)
         self.folder, self.told = folder, noted(self.workspace)
         self.flight = self.workspace.flight
         self.screen = ServerScreen(self.workspace)
