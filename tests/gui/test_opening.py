@@ -68,10 +68,10 @@ class User:
     def tune(self) -> float:
         """Type a gain, keep it, and return it."""
         self.window.show_screen("tuning")
-        gains = self.window.stack.current.gains
-        self.until(lambda: GAIN in gains.flown)
+        gains, panel = self.window.stack.current.gains, self.window.stack.current.panel
+        self.until(lambda: GAIN in gains.flown and GAIN in panel.rows)
         value = round(gains.flown[GAIN] * 1.1, 2)
-        field = self.window.stack.current.panel.rows[GAIN].field
+        field = panel.rows[GAIN].field
         field.setFocus()
         field.selectAll()
         self.qtbot.keyClicks(field, f"{value:g}".replace(".", ","))
