@@ -26,8 +26,8 @@ import yaml
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain
 from workbench.logs.flight_record import FlightRecord, Signal, make_signal, rising_rows
-from workbench.logs.readers.names import PLAIN
 from workbench.logs.readers.packed import read_packed, stem
+from workbench.logs.readers.topic_log import SIGNAL_NAME
 from workbench.plant.gravity import GRAVITY
 
 FORMAT = "CSV with a mapping"
@@ -153,7 +153,7 @@ def _column(path: Path, name: str, what: object) -> _Column:
                 f"{path}: column {name}: {unknown_name('key', str(key), _COLUMN_KEYS)}"
             )
     signal = what["signal"]
-    if not PLAIN.fullmatch(signal):
+    if not SIGNAL_NAME.fullmatch(signal):
         raise WorkbenchError(
             f"{path}: column {name}: '{signal}' is no signal: write TOPIC.FIELD in small letters"
         )

@@ -1,53 +1,50 @@
-"""PX4's ULog, by pyulog.
+"""Read PX4's ULog, with pyulog.
 
-PX4's axes are north, east, down and forward, right, down. Topics are of the versions since 1.6: of
-two that carry one signal the newer is taken (`actuator_motors` before `actuator_outputs`,
-`vehicle_torque_setpoint` before `actuator_controls_0`). Times are `timestamp_sample` where there is
-one. Only the first instance of a topic has the workbench's names.
+PX4's axes are north, east, down and forward, right, down. Its topics have changed since version
+1.6; if two topics carry the same signal, the newer one counts (`actuator_motors` before
+`actuator_outputs`, `vehicle_torque_setpoint` before `actuator_controls_0`). Times are
+`timestamp_sample` where a topic has it. Only the first instance of a topic gets the workbench's
+names.
 
 Source: msg/ of PX4-Autopilot, as facts; docs.px4.io/main/en/dev_log/ulog_file_format.html.
 """
 
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, Signal, make_signal, parts
-from workbench.logs.readers.names import own_name
-from workbench.logs.readers.packed import stem
+from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, parts
 from workbench.logs.readers.rotations import (
     ANGLES,
-    QUATERNION,
-    angles,
     continuous,
     enu,
     flu,
     from_ned_frd,
     quaternion,
 )
+from workbench.logs.readers.topic_log import Row, Table, attitude_rows, scaled, share, topic_record
 
 FORMAT = "PX4 ULog"
 MAGIC = b"ULog\x01\x12\x35"
 NEEDS = "pyulog"
 HEADER = 3
-"""Bytes before each message."""
+"""Number of bytes before each message."""
 MOST_FIELDS = 20_000
 MOST_MOTORS = 32
 PWM_LOW, PWM_FULL = 1000.0, 2000.0
-"""Default limits of a motor output without parameters [us]."""
+"""Limits of a motor output if no parameter states them [us]."""
 _RPM = np.pi / 30.0
-Data = Mapping[str, np.ndarray]
 
 
 class _Forward(io.BufferedReader):
-    """A log that pyulog cannot read in circles.
+    """A log in which pyulog cannot go back far enough to read it for ever.
 
-    After an unknown message in the head it goes back by the size that the message claims. Where
-    that is more than the file has, it would come to earlier messages, and so on for ever.
+    After an unknown message in the header, pyulog seeks back by the size that the message states.
+    If the file ends before that size, pyulog would come to earlier messages, again and again.
     """
 
     def __init__(self, path: Path) -> None:
@@ -72,7 +69,7 @@ def read_ulog(path: Path) -> FlightRecord:
     """Read a log of PX4.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is none.
+        WorkbenchError: if it cannot be read, or is not such a log.
     """
     from pyulog import ULog
 
@@ -81,39 +78,22 @@ def read_ulog(path: Path) -> FlightRecord:
             log = ULog(file)
     except WorkbenchError:
         raise
-    except Exception as error:  # it raises whatever its parsing meets in a damaged file
+    except Exception as error:  # pyulog raises any exception on a damaged file
         raise WorkbenchError(f"{path}: cannot be read as a ULog: {error}") from error
     found = [each for each in log.data_list if len(each.data.get("timestamp", ())) > 0]
     if not found:
         raise WorkbenchError(f"{path}: has no data: it is empty or damaged")
     begin = min(int(each.data["timestamp"].min()) for each in found)
-    if 0 < log.start_timestamp < max(int(each.data["timestamp"].max()) for each in found):
-        begin = max(begin, int(log.start_timestamp))  # a topic that nobody published says 0
-    end = (max(int(each.data["timestamp"].max()) for each in found) - begin) * 1e-6
-    firsts = {each.name: each.data for each in found if each.multi_id == 0}
-    signals: dict[str, Signal] = {}
-
-    def add(name: str, unit: str, data: Data, values: np.ndarray) -> None:
-        if name not in signals and np.isfinite(values).any():
-            time = _time(data, begin)
-            values = np.where(time >= 0.0, values, np.nan)
-            signals[name] = make_signal(name, unit, time, values, end=end)
-
-    parameters = dict(log.initial_parameters)
-    remarks = _add_all(firsts, parameters, add)
-    known = set(signals)
-    count = 0
+    last = max(int(each.data["timestamp"].max()) for each in found)
+    if 0 < log.start_timestamp < last:
+        begin = max(begin, int(log.start_timestamp))  # a topic that was never published has time 0
+    tables: dict[str, Table] = {}
     for each in found:
         topic = each.name if each.multi_id == 0 else f"{each.name}_{each.multi_id}"
-        for field, values in each.data.items():
-            if "timestamp" in field or field.startswith("_padding"):
-                continue
-            count += 1
-            if count > MOST_FIELDS:
-                raise WorkbenchError(f"{path}: has more than {MOST_FIELDS} fields: it is damaged")
-            name = own_name(topic, field)
-            if name not in known and np.asarray(values).dtype.kind in "fiub":
-                add(name, "", each.data, np.asarray(values, dtype=float))
+        tables[topic] = Table(_time(each.data, begin), _fields(each.data))
+    if sum(len(table.fields) for table in tables.values()) > MOST_FIELDS:
+        raise WorkbenchError(f"{path}: has more than {MOST_FIELDS} fields: it is damaged")
+    motors, remarks = _motors(tables, log.initial_parameters)
     if log.dropouts:
         lost = 1e-3 * sum(dropout.duration for dropout in log.dropouts)
         remarks.append(f"the logger dropped data {len(log.dropouts)} times, {lost:.2f} s in all")
@@ -121,24 +101,24 @@ def read_ulog(path: Path) -> FlightRecord:
         remarks.append("the file is damaged: parts of it were left out")
     info = log.msg_info_dict
     version = log.get_version_info_str() or str(info.get("ver_sw", ""))[:8]
-    return FlightRecord(
-        name=stem(path),
-        source=path,
-        format=FORMAT,
+    return topic_record(
+        path,
+        FORMAT,
+        tables,
+        [*ROWS, *motors],
+        end=(last - begin) * 1e-6,
         firmware=f"PX4 {version}, {info.get('ver_hw', 'unknown board')}",
         parameters={
             str(name): float(value)
-            for name, value in parameters.items()
+            for name, value in log.initial_parameters.items()
             if isinstance(value, int | float)
         },
-        remarks=tuple(remarks),
-        signals=signals,
-        end=end,
+        remarks=remarks,
     )
 
 
-def _time(data: Data, begin: int) -> np.ndarray:
-    """Return the times of a topic's messages [s]."""
+def _time(data: Mapping[str, np.ndarray], begin: int) -> np.ndarray:
+    """Return the times of the messages of a topic [s]."""
     stamp = data["timestamp"].astype(np.int64)
     sampled = data.get("timestamp_sample")
     if sampled is not None and (sampled > 0).all():
@@ -146,134 +126,122 @@ def _time(data: Data, begin: int) -> np.ndarray:
     return np.asarray((stamp - begin) * 1e-6)
 
 
-def _count(data: Data, field: str) -> int:
-    """Return the largest value of a field that counts, of a damaged log no more than can be."""
-    return int(np.clip(np.max(data.get(field, [0]), initial=0), 0, MOST_MOTORS))
+def _fields(data: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the numeric fields of a topic, without times and padding."""
+    return {
+        field: np.asarray(values, dtype=float)
+        for field, values in data.items()
+        if "timestamp" not in field
+        and not field.startswith("_padding")
+        and np.asarray(values).dtype.kind in "fiub"
+    }
 
 
-def _vector(data: Data, fields: Sequence[str]) -> np.ndarray | None:
-    """Return fields of a topic (n, k); None where it has not all of them."""
-    if not all(field in data for field in fields):
-        return None
-    return np.column_stack([np.asarray(data[field], dtype=float) for field in fields])
+def _turned(q: np.ndarray) -> np.ndarray:
+    return continuous(from_ned_frd(q))
 
 
-def _add_all(
-    topics: Mapping[str, Data],
-    parameters: Mapping[str, Any],
-    add: Callable[[str, str, Data, np.ndarray], None],
-) -> list[str]:
-    """Add the signals that have a name of ours, and return remarks."""
-
-    def three(
-        topic: str,
-        fields: Sequence[str],
-        names: Sequence[str],
-        unit: str,
-        turned: Callable[[np.ndarray], np.ndarray],
-    ) -> None:
-        data = topics.get(topic, {})
-        found = _vector(data, fields)
-        if found is not None:
-            for name, values in zip(names, turned(found).T, strict=True):
-                add(name, unit, data, values)
-
-    def attitude(topic: str, fields: Sequence[str], wanted: str, turn: str = "") -> None:
-        data = topics.get(topic, {})
-        q = _vector(data, fields)
-        if q is not None:
-            turned = continuous(from_ned_frd(q))
-            for name, values in zip(ANGLES, angles(turned).T, strict=True):
-                add(f"{wanted}.{name}", "rad", data, values)
-            for name, values in zip(QUATERNION, turned.T, strict=True):
-                add(f"{turn or wanted}.{name}", "1", data, values)
-
-    def places(field: str, count: int = 3) -> list[str]:
-        return [f"{field}[{i}]" for i in range(count)]
-
-    for source, place, speed, turn in (
-        ("", "estimate", "estimate", "estimate"),
-        ("_groundtruth", "position_data", "velocity_data", "attitude"),
-    ):
-        local = f"vehicle_local_position{source}"
-        three(local, ("x", "y", "z"), parts(f"{place}."), "m", enu)
-        three(local, ("vx", "vy", "vz"), parts(f"{speed}.v_"), "m/s", enu)
-        if not source:
-            three(local, ("ax", "ay", "az"), parts(f"{place}.a_"), "m/s^2", enu)
-        attitude(f"vehicle_attitude{source}", places("q", 4), place, turn)
-        rates = f"vehicle_angular_velocity{source}"
-        three(rates, places("xyz"), parts(f"{turn}.w_"), "rad/s", flu)
-    speeds = ("rollspeed", "pitchspeed", "yawspeed")
-    three("vehicle_attitude", speeds, parts("estimate.w_"), "rad/s", flu)
-    imu = "sensor_combined"
-    three(imu, places("accelerometer_m_s2"), FORCE, "m/s^2", flu)
-    three(imu, places("gyro_rad"), GYRO, "rad/s", flu)
-    wanted = parts("rate_setpoint.w_")
-    three("vehicle_rates_setpoint", ANGLES, wanted, "rad/s", flu)
-    torque = parts("torque_setpoint.")
-    three("vehicle_torque_setpoint", places("xyz"), torque, "1", flu)
-    three("actuator_controls_0", places("control"), torque, "1", flu)
-    attitude("vehicle_attitude_setpoint", places("q_d", 4), "attitude_setpoint")
-    data = topics.get("vehicle_attitude_setpoint", {})
-    wanted_angles = _vector(data, [f"{angle}_body" for angle in ANGLES])
-    if wanted_angles is not None:
-        q = continuous(from_ned_frd(quaternion(*wanted_angles.T)))
-        for name, values in zip(ANGLES, angles(q).T, strict=True):
-            add(f"attitude_setpoint.{name}", "rad", data, values)
-    for topic in ("vehicle_attitude_setpoint", "vehicle_rates_setpoint"):
-        data = topics.get(topic, {})
-        if "thrust_body[2]" in data:
-            add("attitude_setpoint.thrust", "1", data, -np.asarray(data["thrust_body[2]"]))
-        elif "thrust" in data:
-            add("attitude_setpoint.thrust", "1", data, np.asarray(data["thrust"], dtype=float))
-    three("trajectory_setpoint", places("position"), parts("setpoint."), "m", enu)
-    three("trajectory_setpoint", places("velocity"), parts("setpoint.v_"), "m/s", enu)
-    goal = "vehicle_local_position_setpoint"
-    three(goal, ("x", "y", "z"), parts("setpoint."), "m", enu)
-    three(goal, ("vx", "vy", "vz"), parts("setpoint.v_"), "m/s", enu)
-    for topic in ("trajectory_setpoint", goal):
-        data = topics.get(topic, {})
-        if "yaw" in data:
-            east = 0.5 * np.pi - np.asarray(data["yaw"], dtype=float)
-            add("setpoint.yaw", "rad", data, np.arctan2(np.sin(east), np.cos(east)))
-    data = topics.get("battery_status", {})
-    for field, name, unit in (("voltage_v", "voltage", "V"), ("current_a", "current", "A")):
-        if field in data:
-            add(f"battery.{name}", unit, data, np.asarray(data[field], dtype=float))
-    data = topics.get("esc_status", {})
-    for i in range(_count(data, "esc_count")):
-        turns = data.get(f"esc[{i}].esc_rpm")
-        if turns is not None:
-            add(f"rotors.speed.{i}", "rad/s", data, _RPM * np.asarray(turns, dtype=float))
-    return _add_motors(topics, parameters, add)
+def _east(yaw: np.ndarray) -> np.ndarray:
+    """Return yaws counter-clockwise from east of headings clockwise from north [rad]."""
+    east = 0.5 * np.pi - yaw
+    return np.asarray(np.arctan2(np.sin(east), np.cos(east)))
 
 
-def _add_motors(
-    topics: Mapping[str, Data],
-    parameters: Mapping[str, Any],
-    add: Callable[[str, str, Data, np.ndarray], None],
-) -> list[str]:
-    """Add the motors' commands, and return remarks."""
-    data = topics.get("actuator_motors", {})
-    if data:
-        for i in range(12):
-            control = data.get(f"control[{i}]")
-            if control is not None:  # those without a motor are NaN, and are left out
-                add(f"motors.command_{i + 1}", "1", data, np.asarray(control, dtype=float))
-        return []
-    data = topics.get("actuator_outputs", {})
-    if not data:
-        return ["the motors' commands were not logged"]
+def _items(field: str, count: int = 3) -> list[str]:
+    return [f"{field}[{i}]" for i in range(count)]
+
+
+def _rows_of_motion(source: str, place: str, speed: str, turn: str) -> list[Row]:
+    """Return the rows of the estimated or, with the suffix of such topics, the true motion."""
+    local = f"vehicle_local_position{source}"
+    own = [Row(local, ("ax", "ay", "az"), parts(f"{place}.a_"), "m/s^2", enu)] if not source else []
+    rates = f"vehicle_angular_velocity{source}"
+    return [
+        Row(local, ("x", "y", "z"), parts(f"{place}."), "m", enu),
+        Row(local, ("vx", "vy", "vz"), parts(f"{speed}.v_"), "m/s", enu),
+        *own,
+        *attitude_rows(f"vehicle_attitude{source}", _items("q", 4), place, _turned, turn),
+        Row(rates, _items("xyz"), parts(f"{turn}.w_"), "rad/s", flu),
+    ]
+
+
+_ATTITUDE, _RATES = "vehicle_attitude_setpoint", "vehicle_rates_setpoint"
+_TRAJECTORY, _GOAL = "trajectory_setpoint", "vehicle_local_position_setpoint"
+_THRUST, _TORQUE = ("attitude_setpoint.thrust",), parts("torque_setpoint.")
+ROWS = (
+    *_rows_of_motion("", "estimate", "estimate", "estimate"),
+    *_rows_of_motion("_groundtruth", "position_data", "velocity_data", "attitude"),
+    Row(
+        "vehicle_attitude",
+        ("rollspeed", "pitchspeed", "yawspeed"),
+        parts("estimate.w_"),
+        "rad/s",
+        flu,
+    ),
+    Row("sensor_combined", _items("accelerometer_m_s2"), FORCE, "m/s^2", flu),
+    Row("sensor_combined", _items("gyro_rad"), GYRO, "rad/s", flu),
+    Row(_RATES, ANGLES, parts("rate_setpoint.w_"), "rad/s", flu),
+    Row("vehicle_torque_setpoint", _items("xyz"), _TORQUE, "1", flu),
+    Row("actuator_controls_0", _items("control"), _TORQUE, "1", flu),
+    *attitude_rows(_ATTITUDE, _items("q_d", 4), "attitude_setpoint", _turned),
+    attitude_rows(
+        _ATTITUDE,
+        [f"{angle}_body" for angle in ANGLES],
+        "attitude_setpoint",
+        lambda turn: _turned(quaternion(*turn.T)),
+    )[0],
+    Row(_ATTITUDE, ("thrust_body[2]",), _THRUST, "1", np.negative),
+    Row(_ATTITUDE, ("thrust",), _THRUST, "1"),
+    Row(_RATES, ("thrust_body[2]",), _THRUST, "1", np.negative),
+    Row(_RATES, ("thrust",), _THRUST, "1"),
+    Row(_TRAJECTORY, _items("position"), parts("setpoint."), "m", enu),
+    Row(_TRAJECTORY, _items("velocity"), parts("setpoint.v_"), "m/s", enu),
+    Row(_GOAL, ("x", "y", "z"), parts("setpoint."), "m", enu),
+    Row(_GOAL, ("vx", "vy", "vz"), parts("setpoint.v_"), "m/s", enu),
+    Row(_TRAJECTORY, ("yaw",), ("setpoint.yaw",), "rad", _east),
+    Row(_GOAL, ("yaw",), ("setpoint.yaw",), "rad", _east),
+    Row("battery_status", ("voltage_v",), ("battery.voltage",), "V"),
+    Row("battery_status", ("current_a",), ("battery.current",), "A"),
+)
+"""Signals of PX4's topics, the newest topics first."""
+
+
+def _motors(
+    tables: Mapping[str, Table], parameters: Mapping[str, Any]
+) -> tuple[list[Row], list[str]]:
+    """Return the rows of rotor speeds and motor commands, and remarks."""
+
+    def fields(topic: str, count: str, name: str) -> list[str]:
+        """Return the first fields of a topic, as many as its field `count` states."""
+        table = tables.get(topic)
+        if table is None:
+            return []
+        # The count may be any number in a damaged log.
+        stated = np.clip(np.max(table.fields.get(count, [0]), initial=0), 0, MOST_MOTORS)
+        return [name.format(i) for i in range(int(stated))]
+
+    rows = [
+        Row("esc_status", (field,), (f"rotors.speed.{i}",), "rad/s", scaled(_RPM))
+        for i, field in enumerate(fields("esc_status", "esc_count", "esc[{}].esc_rpm"))
+    ]
+    if "actuator_motors" in tables:  # controls without a motor are NaN, and are left out
+        rows += [
+            Row("actuator_motors", (f"control[{i}]",), (f"motors.command_{i + 1}",), "1")
+            for i in range(12)
+        ]
+        return rows, []
+    outputs = tables.get("actuator_outputs")
+    if outputs is None:
+        return rows, ["the motors' commands were not logged"]
     low = parameters.get("PWM_MAIN_MIN", parameters.get("PWM_MIN", PWM_LOW))
     full = parameters.get("PWM_MAIN_MAX", parameters.get("PWM_MAX", PWM_FULL))
     if not (isinstance(low, int | float) and isinstance(full, int | float) and full > low):
         low, full = PWM_LOW, PWM_FULL
-    for i in range(_count(data, "noutputs")):
-        output = data.get(f"output[{i}]")
-        if output is not None and np.ptp(output) > 0.0:
-            share = np.clip((np.asarray(output, dtype=float) - low) / (full - low), 0.0, 1.0)
-            add(f"motors.command_{i + 1}", "1", data, share)
-    return [
+    for i, field in enumerate(fields("actuator_outputs", "noutputs", "output[{}]")):
+        if field in outputs.fields and np.ptp(outputs.fields[field]) > 0.0:
+            name = f"motors.command_{i + 1}"
+            rows.append(Row("actuator_outputs", (field,), (name,), "1", share(low, full)))
+    return rows, [
         f"the motors' commands are outputs of {low:g} to {full:g} us; outputs that never move "
         "were left out, and one that moves may be no motor"
     ]
