@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.gateways.ros_messages.cdr import ENCAPSULATION
 from workbench.gateways.ros_messages.definitions import SEPARATOR
-from workbench.gateways.ros_messages.layout import ENCAPSULATION
 from workbench.link.topics import PREFIX
 from workbench.logs.contents import IMPORTED, VERSIONS, versions
 from workbench.logs.flight_record import FlightRecord, Signal, make_signal

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.gateways.ros_messages.cdr import Codec
+from workbench.gateways.ros_messages.cdr import Codec, Column, Layout
 from workbench.gateways.ros_messages.definitions import split_schema
-from workbench.gateways.ros_messages.layout import Column, Layout
 from workbench.logs.flight_record import Signal, Span
 
 _STAMP = "header.stamp."

@@ -144,7 +144,7 @@ def test_texts_of_many_lengths_do_not_gather_without_end():
     found = Codec((read_definition("a/msg/B", "string said\n"),))
     for size in range(1000):
         found.encode({"said": "x" * size})
-    assert len(vars(found)["_layouts"]) <= 256
+    assert len(vars(found)["_packers"]) <= 256
 
 
 def test_attributes_are_no_values():

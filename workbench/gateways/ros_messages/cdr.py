@@ -1,7 +1,13 @@
-"""Messages as bytes and back, as ROS 2 has them on the wire: CDR of version 1, little-endian."""
+"""Messages as bytes, and where each value is in them: CDR of version 1, little-endian, as in ROS 2.
 
+CDR aligns each number to its own size, counted from the end of the encapsulation (4 bytes). In
+messages of one type with equal lengths of texts and sequences, all offsets are equal.
+"""
+
+import math
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 from operator import itemgetter
@@ -14,21 +20,214 @@ from workbench.gateways.ros_messages.definitions import (
     Definition,
     MessageField,
 )
-from workbench.gateways.ros_messages.layout import BYTES, ENCAPSULATION, Layout, Shape, make_layout
 from workbench.gateways.ros_messages.library import included
 
-Collect = Callable[[Any, list[Any], list[int]], None]
-"""Adds the values of a message to a row, and the lengths of its texts and sequences to another."""
+ENCAPSULATION = b"\x00\x01\x00\x00"
+"""The first bytes of a message: CDR of version 1, little-endian."""
+BYTES = ("uint8", "byte")
+"""Types whose arrays are `bytes` instead of tuples of numbers."""
 MOST_LAYOUTS = 256
-"""Kept of a type; texts of many lengths would otherwise gather without end."""
+"""Largest number of cached layouts of a type; texts of many lengths would add ever more."""
 _LENGTH = struct.Struct("<I")
+Collect = Callable[[Any, list[Any], list[int]], None]
+"""Appends the values of a message to a list, and its lengths of texts and sequences to another."""
 
 
-def make_collector(definitions: Mapping[str, Definition], name: str) -> Collect:
-    """Return what puts the values of a message of a type in a row, as `struct` wants them.
+@dataclass(frozen=True)
+class Column:
+    """Numbers of one field, or a text.
 
-    A definition is turned into functions once, as thousands of messages a second are encoded:
-    fields that follow each other and are one number each are read by a single `itemgetter`.
+    Attributes:
+        path: names of the nested fields and indices in arrays, joined by dots.
+        offset: in the message, including the encapsulation.
+        code: of one value in `struct`; s for a text, V for plain bytes.
+        count: number of values, or of bytes.
+        unit: of the field, or else of the message that contains it.
+        array: whether the field is an array, even of one value.
+    """
+
+    path: str
+    offset: int
+    code: str
+    count: int
+    unit: str
+    array: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The layout of a message.
+
+    Attributes:
+        packer: packs the encapsulation and all values, including lengths.
+        columns: fields with values.
+        lengths: offset and value of each length (uint32).
+    """
+
+    packer: struct.Struct
+    columns: tuple[Column, ...]
+    lengths: tuple[tuple[int, int], ...]
+
+
+class _LayoutBuilder:
+    """Walks through a definition, and notes the offsets of its values.
+
+    Args:
+        definitions: by name.
+        length_at: returns the length stated at an offset of the message.
+        size: of the message, if it exists already [bytes].
+
+    Raises:
+        ValueError: by `message`, if the message would be longer than `size`.
+    """
+
+    def __init__(
+        self,
+        definitions: Mapping[str, Definition],
+        length_at: Callable[[int], int],
+        size: float = math.inf,
+    ) -> None:
+        self._definitions = definitions
+        self._length_at = length_at
+        self._size = size
+        self._at = len(ENCAPSULATION)
+        self._codes = [f"{self._at}s"]
+        self._columns: list[Column] = []
+        self._lengths: list[tuple[int, int]] = []
+
+    def layout(self, name: str) -> Layout:
+        """Return the layout of a message of a type."""
+        self._message(self._definitions[name], "", "")
+        packer = struct.Struct("<" + "".join(self._codes))
+        return Layout(packer, tuple(self._columns), tuple(self._lengths))
+
+    def _message(self, definition: Definition, path: str, unit: str) -> None:
+        for field in definition.fields:
+            count = self._length() if field.arity is Arity.SEQUENCE else field.count
+            self._values(field, path + field.name, field.unit or unit, count)
+
+    def _values(self, field: MessageField, path: str, unit: str, count: int) -> None:
+        array = field.arity is not Arity.ONE
+        if field.type in BYTES and array:
+            self._columns.append(Column(path, self._place("s", count), "V", count, unit))
+        elif field.type in NUMBERS:
+            if count:
+                code = NUMBERS[field.type]
+                offset = self._place(code, count)
+                self._columns.append(Column(path, offset, code, count, unit, array))
+        else:
+            for index in range(count):
+                self._one(field, f"{path}.{index}" if array else path, unit)
+
+    def _one(self, field: MessageField, path: str, unit: str) -> None:
+        """Place one text or nested message."""
+        if field.nested:
+            self._message(self._definitions[field.type], f"{path}.", unit)
+            return
+        length = self._length() - 1  # without the terminating zero
+        if length < 0:
+            raise ValueError(f"the text {path} has no terminating zero")
+        self._columns.append(Column(path, self._place("s", length), "s", length, unit))
+        self._place("x", 1)
+
+    def _length(self) -> int:
+        """Place the next length, and return it."""
+        offset = self._place("I", 1)
+        length = self._length_at(offset)
+        self._lengths.append((offset, length))
+        return length
+
+    def _place(self, code: str, count: int) -> int:
+        """Place values, aligned, and return their offset."""
+        size = struct.calcsize(f"<{code}")
+        gap = -(self._at - len(ENCAPSULATION)) % size
+        if gap:
+            self._codes.append(f"{gap}x")
+        offset = self._at + gap
+        self._codes.append(code if count == 1 and code != "s" else f"{count}{code}")
+        self._at = offset + count * size
+        if self._at > self._size:
+            raise ValueError("a message is cut short")
+        return offset
+
+
+class Codec:
+    """Encodes messages of one type, and returns the layout of encoded ones.
+
+    Args:
+        definitions: of the type, first, and of all types included in it.
+    """
+
+    def __init__(self, definitions: Sequence[Definition]) -> None:
+        self._definitions = {each.name: each for each in definitions}
+        self._name = definitions[0].name
+        self._packers: dict[tuple[int, ...], struct.Struct] = {}
+        self._collect = _collector(self._definitions, self._name)
+
+    def encode(self, values: Mapping[str, Any]) -> bytes:
+        """Return the bytes of a message.
+
+        Args:
+            values: by name of the field; nested messages are mappings, arrays are sequences, or
+                bytes for uint8.
+
+        Raises:
+            KeyError, TypeError, ValueError, struct.error: if they do not fit the definition.
+        """
+        flat: list[Any] = [ENCAPSULATION]
+        lengths: list[int] = []
+        self._collect(values, flat, lengths)
+        shape = tuple(lengths)
+        packer = self._packers.get(shape)
+        if packer is None:
+            if len(self._packers) >= MOST_LAYOUTS:
+                self._packers.clear()
+            stated = iter(shape)
+            builder = _LayoutBuilder(self._definitions, lambda _: next(stated))
+            packer = self._packers[shape] = builder.layout(self._name).packer
+        return packer.pack(*flat)
+
+    def layout_of(self, data: bytes) -> Layout:
+        """Return the layout of a message.
+
+        Raises:
+            ValueError: if the bytes are not a message of this type.
+        """
+        if data[:2] != ENCAPSULATION[:2]:
+            raise ValueError(f"a message begins with {data[:4]!r}: it is not little-endian CDR")
+
+        def length_at(offset: int) -> int:
+            length: int = _LENGTH.unpack_from(data, offset)[0]
+            if length > len(data):
+                raise ValueError(f"{length} values are stated: the message is shorter")
+            return length
+
+        try:
+            return _LayoutBuilder(self._definitions, length_at, len(data)).layout(self._name)
+        except ValueError as error:
+            raise ValueError(f"{self._name}: {error}") from error
+
+
+@cache
+def codec(name: str) -> Codec:
+    """Return the codec of a shipped type, such as std_msgs/msg/Header.
+
+    Raises:
+        WorkbenchError: if the type is unknown.
+    """
+    return Codec(included(name))
+
+
+def encode(name: str, values: Mapping[str, Any]) -> bytes:
+    """Return the bytes of a message of a shipped type; see `Codec.encode`."""
+    return codec(name).encode(values)
+
+
+def _collector(definitions: Mapping[str, Definition], name: str) -> Collect:
+    """Return a function that collects the values of a message of a type, in the order of `struct`.
+
+    Thousands of messages are encoded per second, so a definition is converted to functions once. A
+    single `itemgetter` reads consecutive fields of one number each.
     """
     steps: list[Collect] = []
     for plain, group in groupby(definitions[name].fields, key=_is_number):
@@ -38,9 +237,9 @@ def make_collector(definitions: Mapping[str, Definition], name: str) -> Collect:
         else:
             steps += [_field(definitions, field) for field in fields]
 
-    def collect(values: Any, flat: list[Any], shape: list[int]) -> None:
+    def collect(values: Any, flat: list[Any], lengths: list[int]) -> None:
         for step in steps:
-            step(values, flat, shape)
+            step(values, flat, lengths)
 
     return collect
 
@@ -50,168 +249,60 @@ def _is_number(field: MessageField) -> bool:
 
 
 def _numbers(names: Sequence[str]) -> Collect:
+    """Return the collector of fields that are one number each."""
     if len(names) == 1:
         name = names[0]
-        return lambda values, flat, shape: flat.append(values[name])
+        return lambda values, flat, lengths: flat.append(values[name])
     get = itemgetter(*names)
-    return lambda values, flat, shape: flat.extend(get(values))
+    return lambda values, flat, lengths: flat.extend(get(values))
 
 
 def _field(definitions: Mapping[str, Definition], field: MessageField) -> Collect:
-    """Return what collects a field that is not just one number."""
-    name = field.name
-    several = _several(definitions, field)
-    if field.arity is Arity.SEQUENCE:
-
-        def sequence(values: Any, flat: list[Any], shape: list[int]) -> None:
-            value = values[name]
-            shape.append(len(value))
-            flat.append(len(value))
-            several(value, flat, shape)
-
-        return sequence
-    if field.arity is Arity.FIXED:
-
-        def fixed(values: Any, flat: list[Any], shape: list[int]) -> None:
-            value = values[name]
-            if len(value) != field.count:
-                raise ValueError(f"{name} has {len(value)} values: {field.count} are needed")
-            several(value, flat, shape)
-
-        return fixed
+    """Return the collector of a field other than a single number."""
+    name, count = field.name, field.count
     one = _one(definitions, field)
-    return lambda values, flat, shape: one(values[name], flat, shape)
+    several = _several(field, one)
+
+    def sequence(values: Any, flat: list[Any], lengths: list[int]) -> None:
+        value = values[name]
+        lengths.append(len(value))
+        flat.append(len(value))
+        several(value, flat, lengths)
+
+    def fixed(values: Any, flat: list[Any], lengths: list[int]) -> None:
+        value = values[name]
+        if len(value) != count:
+            raise ValueError(f"{name} has {len(value)} values: {count} are needed")
+        several(value, flat, lengths)
+
+    def single(values: Any, flat: list[Any], lengths: list[int]) -> None:
+        one(values[name], flat, lengths)
+
+    return {Arity.SEQUENCE: sequence, Arity.FIXED: fixed, Arity.ONE: single}[field.arity]
 
 
-def _several(definitions: Mapping[str, Definition], field: MessageField) -> Collect:
-    """Return what collects the values of an array."""
+def _one(definitions: Mapping[str, Definition], field: MessageField) -> Collect:
+    """Return the collector of one value of a field."""
+    if field.nested:
+        return _collector(definitions, field.type)
+    return _text if field.type == TEXT else lambda value, flat, lengths: flat.append(value)
+
+
+def _several(field: MessageField, one: Collect) -> Collect:
+    """Return the collector of the values of an array."""
     if field.type in BYTES:
-        return lambda value, flat, shape: flat.append(bytes(value))
+        return lambda value, flat, lengths: flat.append(bytes(value))
     if field.type in NUMBERS:
-        return lambda value, flat, shape: flat.extend(value)
-    one = _one(definitions, field)
+        return lambda value, flat, lengths: flat.extend(value)
 
-    def each(value: Any, flat: list[Any], shape: list[int]) -> None:
+    def each(value: Any, flat: list[Any], lengths: list[int]) -> None:
         for item in value:
-            one(item, flat, shape)
+            one(item, flat, lengths)
 
     return each
 
 
-def _one(definitions: Mapping[str, Definition], field: MessageField) -> Collect:
-    """Return what collects one text or message."""
-    return _text if field.type == TEXT else make_collector(definitions, field.type)
-
-
-def _text(value: str, flat: list[Any], shape: list[int]) -> None:
+def _text(value: str, flat: list[Any], lengths: list[int]) -> None:
     data = value.encode()
-    shape.append(len(data))
+    lengths.append(len(data) + 1)  # with the terminating zero
     flat += (len(data) + 1, data)
-
-
-class Codec:
-    """Encodes messages of one type, and finds out how the bytes of one are laid out.
-
-    Args:
-        definitions: of the type and of all that it includes, the type's own first.
-    """
-
-    def __init__(self, definitions: Sequence[Definition]) -> None:
-        self._definitions = {each.name: each for each in definitions}
-        self._name = definitions[0].name
-        self._layouts: dict[Shape, Layout] = {}
-        self._collect = make_collector(self._definitions, self._name)
-
-    def encode(self, values: Mapping[str, Any]) -> bytes:
-        """Return the bytes of a message.
-
-        Args:
-            values: by name of the field; messages within are mappings themselves, several values a
-                sequence, or bytes of uint8.
-
-        Raises:
-            KeyError, TypeError, ValueError, struct.error: if they do not fit the definition.
-        """
-        flat: list[Any] = [ENCAPSULATION]
-        shape: list[int] = []
-        self._collect(values, flat, shape)
-        return self.layout(tuple(shape)).packer.pack(*flat)
-
-    def layout(self, shape: Shape) -> Layout:
-        """Return where everything stands for lengths of texts and sequences."""
-        found = self._layouts.get(shape)
-        if found is None:
-            if len(self._layouts) >= MOST_LAYOUTS:
-                self._layouts.clear()
-            found = make_layout(self._definitions, self._name, shape)
-            self._layouts[shape] = found
-        return found
-
-    def layout_of(self, data: bytes) -> Layout:
-        """Return where everything stands in a message.
-
-        Raises:
-            ValueError: if the bytes are no message of this type.
-        """
-        if data[:2] != ENCAPSULATION[:2]:
-            raise ValueError(f"a message begins with {data[:4]!r}: it is not little-endian CDR")
-        shape: list[int] = []
-        try:
-            self._measure(self._definitions[self._name].fields, data, len(ENCAPSULATION), shape)
-            layout = self.layout(tuple(shape))
-        except struct.error as error:
-            raise ValueError(f"a message of {self._name} is cut short") from error
-        if layout.packer.size > len(data):
-            raise ValueError(f"a message of {self._name} is cut short")
-        return layout
-
-    def _measure(
-        self, fields: Sequence[MessageField], data: bytes, at: int, shape: list[int]
-    ) -> int:
-        """Add the lengths of fields that begin at a place to `shape`; return where they end."""
-        for field in fields:
-            count = field.count
-            if field.arity is Arity.SEQUENCE:
-                at = _aligned(at, 4)
-                count = _LENGTH.unpack_from(data, at)[0]
-                at += 4
-                if count > len(data):
-                    raise ValueError(f"{field.name} has {count} values: the message is shorter")
-                shape.append(count)
-            if field.type in NUMBERS:
-                size = struct.calcsize(NUMBERS[field.type])
-                at = _aligned(at, size) + size * count if count else at
-                continue
-            for _ in range(count):
-                at = self._measure_one(field, data, at, shape)
-        return at
-
-    def _measure_one(self, field: MessageField, data: bytes, at: int, shape: list[int]) -> int:
-        if field.nested:
-            return self._measure(self._definitions[field.type].fields, data, at, shape)
-        at = _aligned(at, 4)
-        length = _LENGTH.unpack_from(data, at)[0]
-        if not 1 <= length <= len(data) - at - 4:
-            raise ValueError(f"the text {field.name} has {length} bytes: the message is shorter")
-        shape.append(length - 1)
-        return at + 4 + length
-
-
-@cache
-def codec(name: str) -> Codec:
-    """Return what encodes and decodes messages of a type that is shipped, as std_msgs/msg/Header.
-
-    Raises:
-        WorkbenchError: if there is none.
-    """
-    return Codec(included(name))
-
-
-def encode(name: str, values: Mapping[str, Any]) -> bytes:
-    """Return the bytes of a message of a type that is shipped; see `Codec.encode`."""
-    return codec(name).encode(values)
-
-
-def _aligned(at: int, size: int) -> int:
-    """Return the next place where a number of a size may stand."""
-    return at + -(at - len(ENCAPSULATION)) % size
