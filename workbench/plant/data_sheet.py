@@ -16,7 +16,7 @@ from xml.sax.saxutils import quoteattr
 from workbench.common.errors import WorkbenchError
 from workbench.plant.drag import AIR_DENSITY
 from workbench.plant.gravity import GRAVITY
-from workbench.plant.rotors import PROPELLER_DENSITY, propeller_inertia
+from workbench.plant.rotors import PROPELLER_DENSITY
 
 COUNTS = {"x": (4, 6, 8, 10, 12), "plus": (4, 6, 8, 10, 12), "coaxial": (6, 8, 12)}
 """Numbers of rotors by layout: two arms in front, one arm in front, or two with two rotors each."""
@@ -314,9 +314,29 @@ class Figure:
     formula: str = ""
 
 
+class _Figures:
+    """Collects figures, each after those that its formula uses."""
+
+    def __init__(self) -> None:
+        self.found: list[Figure] = []
+
+    def state(self, name: str, value: float, unit: str, label: str, source: str = GIVEN) -> None:
+        """Add a plain number."""
+        self.found.append(Figure(name, value, unit, label, source))
+
+    def derive(self, name: str, formula: str, unit: str, label: str, source: str) -> None:
+        """Add what a formula yields; xacro evaluates it as Python, too."""
+        names = {"pi": math.pi, **{each.name: each.value for each in self.found}}
+        value = float(eval(formula, {"__builtins__": {}}, names))
+        self.found.append(Figure(name, value, unit, label, source, formula))
+
+
 def figures(sheet: DataSheet) -> list[Figure]:
     """Return the figures of a description, each after those that its formula uses."""
-    return [*_body(sheet), *_rotor(sheet)]
+    made = _Figures()
+    _add_body(made, sheet)
+    _add_rotor(made, sheet)
+    return made.found
 
 
 def hover_time(sheet: DataSheet, hover_power: float) -> float | None:
@@ -332,90 +352,45 @@ def hover_time(sheet: DataSheet, hover_power: float) -> float | None:
     return _USABLE * _MOTOR_EFFICIENCY * energy / hover_power
 
 
-def _body(sheet: DataSheet) -> list[Figure]:
-    """Return masses, sizes and moments of inertia."""
+def _add_body(made: _Figures, sheet: DataSheet) -> None:
+    """Add masses, sizes and moments of inertia."""
+    made.state("mass", sheet.mass, "kg", "mass, all-up")
+    made.state("arm", sheet.arm, "m", "centre to rotor axis")
+    label = "one motor, propeller, speed controller"
     if sheet.motor_mass is None:
-        motor_mass = END_SHARE * sheet.mass / sheet.rotors
         formula = f"{END_SHARE:g}*mass/{sheet.rotors}"
-        source = (
-            f"{100 * END_SHARE:.0f} % of the mass is at the ends of the arms (usual: 25 to 40 %)"
-        )
+        share = f"{100 * END_SHARE:.0f} % of the mass"
+        source = f"{share} is at the ends of the arms (usual: 25 to 40 %)"
+        made.derive("motor_mass", formula, "kg", label, source)
     else:
-        motor_mass, formula, source = sheet.motor_mass, "", GIVEN
-    arms_mass = ARM_SHARE * sheet.mass
-    body_mass = sheet.mass - arms_mass - sheet.rotors * motor_mass
-    side = BODY_SIDE * sheet.arm
-    height = side / 2.0
-    spread = sheet.rotors * motor_mass * sheet.arm**2 + arms_mass * sheet.arm**2 / 3.0
-    level = spread / 2.0 + body_mass * (side**2 + height**2) / 12.0
-    upright = spread + body_mass * side**2 / 6.0
+        made.state("motor_mass", sheet.motor_mass, "kg", label)
+    source = f"{100 * ARM_SHARE:.0f} % of the mass"
+    made.derive("arms_mass", f"{ARM_SHARE:g}*mass", "kg", "all arms", source)
+    formula = f"mass - arms_mass - {sheet.rotors}*motor_mass"
+    made.derive("body_mass", formula, "kg", "frame and battery", "the rest")
+    source = f"{BODY_SIDE:g} of an arm"
+    made.derive("body_side", f"{BODY_SIDE:g}*arm", "m", "body, a square box", source)
+    made.derive("body_height", "body_side/2", "m", "its height", "half its side")
     shapes = "points at the ends of the arms, rods for the arms, a box for the body"
-    return [
-        Figure("mass", sheet.mass, "kg", "mass, all-up", GIVEN),
-        Figure("arm", sheet.arm, "m", "centre to rotor axis", GIVEN),
-        Figure(
-            "motor_mass",
-            motor_mass,
-            "kg",
-            "one motor, propeller, speed controller",
-            source,
-            formula,
-        ),
-        Figure(
-            "arms_mass",
-            arms_mass,
-            "kg",
-            "all arms",
-            f"{100 * ARM_SHARE:.0f} % of the mass",
-            f"{ARM_SHARE:g}*mass",
-        ),
-        Figure(
-            "body_mass",
-            body_mass,
-            "kg",
-            "frame and battery",
-            "the rest",
-            f"mass - arms_mass - {sheet.rotors}*motor_mass",
-        ),
-        Figure(
-            "body_side",
-            side,
-            "m",
-            "body, a square box",
-            f"{BODY_SIDE:g} of an arm",
-            f"{BODY_SIDE:g}*arm",
-        ),
-        Figure("body_height", height, "m", "its height", "half its side", "body_side/2"),
-        Figure(
+    for name, formula, label in (
+        (
             "spread",
-            spread,
-            "kg m²",
-            "second moment of arms and motors about z",
-            shapes,
             f"{sheet.rotors}*motor_mass*arm**2 + arms_mass*arm**2/3",
+            "second moment of arms and motors about z",
         ),
-        Figure(
+        (
             "ixx",
-            level,
-            "kg m²",
-            "moment of inertia about x and y",
-            shapes,
             "spread/2 + body_mass*(body_side**2 + body_height**2)/12",
+            "moment of inertia about x and y",
         ),
-        Figure(
-            "izz",
-            upright,
-            "kg m²",
-            "moment of inertia about z",
-            shapes,
-            "spread + body_mass*body_side**2/6",
-        ),
-    ]
+        ("izz", "spread + body_mass*body_side**2/6", "moment of inertia about z"),
+    ):
+        made.derive(name, formula, "kg m²", label, shapes)
 
 
-def _rotor(sheet: DataSheet) -> list[Figure]:
-    """Return the constants of one rotor."""
-    propeller = sheet.propeller
+def _add_rotor(made: _Figures, sheet: DataSheet) -> None:
+    """Add the constants of one rotor."""
+    propeller, measured = sheet.propeller, sheet.measured
     pitch = _USUAL_PITCH if propeller.pitch is None else propeller.pitch / propeller.diameter
     place = min(max(pitch, _NARROWEST_PITCH), _WIDEST_PITCH)
     blades = (propeller.blades / 2.0) ** _BLADE_EXPONENT
@@ -428,102 +403,54 @@ def _rotor(sheet: DataSheet) -> list[Figure]:
     if propeller.blades != 2:
         tested += f", times (blades/2)^{_BLADE_EXPONENT:g} (its propellers of 3 blades)"
     behind = f", times {_COAXIAL:g} for two rotors on one arm" if pair != 1.0 else ""
-    found = [
-        Figure("diameter", propeller.diameter, "m", "propeller's diameter", GIVEN),
-        Figure("thrust_coefficient", thrust_coefficient, "1", "C_T", tested + behind),
-        Figure("power_coefficient", power_coefficient, "1", "C_P", tested),
-    ]
-    measured = sheet.measured
-    motor_constant = thrust_coefficient * AIR_DENSITY * propeller.diameter**4 / (2 * math.pi) ** 2
-    moment_constant = power_coefficient * propeller.diameter / (2 * math.pi * thrust_coefficient)
-    constant = Figure(
-        "motor_constant",
-        motor_constant,
-        "N s²",
-        "thrust over squared speed",
-        f"C_T rho D^4/(2 pi)^2, air of {AIR_DENSITY:g} kg/m³",
-        f"thrust_coefficient*{AIR_DENSITY:g}*diameter**4/(2*pi)**2",
-    )
-    moment = Figure(
-        "moment_constant",
-        moment_constant,
-        "m",
-        "torque over thrust",
-        "C_P D/(2 pi C_T)",
-        "power_coefficient*diameter/(2*pi*thrust_coefficient)",
-    )
+    made.state("diameter", propeller.diameter, "m", "propeller's diameter")
+    made.state("thrust_coefficient", thrust_coefficient, "1", "C_T", tested + behind)
+    made.state("power_coefficient", power_coefficient, "1", "C_P", tested)
+    name, unit, label = "motor_constant", "N s²", "thrust over squared speed"
     if measured:
-        constant = Figure(
-            "motor_constant",
-            pair * measured.motor_constant,
-            "N s²",
-            constant.label,
-            measured.source + behind,
-        )
-        if measured.moment_constant is not None:
-            moment = Figure(
-                "moment_constant",
-                measured.moment_constant / pair,
-                "m",
-                moment.label,
-                measured.source,
-            )
-    found += [constant, moment, _largest_speed(sheet, constant.value, pair), _lag(propeller)]
-    found.append(_inertia(propeller))
-    return found
-
-
-def _largest_speed(sheet: DataSheet, motor_constant: float, pair: float) -> Figure:
-    """Return the largest speed of a rotor."""
-    name, unit, label = "max_speed", "rad/s", "largest rotor speed"
-    if sheet.measured:
-        return Figure(name, sheet.measured.max_speed, unit, label, sheet.measured.source)
-    if sheet.max_thrust is not None:
-        thrust = pair * sheet.max_thrust
-        return Figure(
-            name,
-            math.sqrt(thrust / motor_constant),
-            unit,
-            label,
-            f"at the largest thrust of one motor, {sheet.max_thrust:.4g} N as given",
-            f"({thrust:.6g}/motor_constant)**0.5",
-        )
-    assert sheet.motor_kv is not None and sheet.voltage is not None
-    speed = _LOADED * sheet.motor_kv * sheet.voltage * 2.0 * math.pi / 60.0
-    return Figure(
-        name,
-        speed,
-        unit,
-        label,
-        f"{_LOADED:g} of KV times voltage: under load, 0.55 to 0.8 is usual",
-        f"{_LOADED:g}*{sheet.motor_kv:g}*{sheet.voltage:g}*2*pi/60",
-    )
-
-
-def _lag(propeller: Propeller) -> Figure:
-    """Return the time constant of a rotor."""
-    return Figure(
+        made.state(name, pair * measured.motor_constant, unit, label, measured.source + behind)
+    else:
+        formula = f"thrust_coefficient*{AIR_DENSITY:g}*diameter**4/(2*pi)**2"
+        source = f"C_T rho D^4/(2 pi)^2, air of {AIR_DENSITY:g} kg/m³"
+        made.derive(name, formula, unit, label, source)
+    name, unit, label = "moment_constant", "m", "torque over thrust"
+    if measured and measured.moment_constant is not None:
+        made.state(name, measured.moment_constant / pair, unit, label, measured.source)
+    else:
+        formula = "power_coefficient*diameter/(2*pi*thrust_coefficient)"
+        made.derive(name, formula, unit, label, "C_P D/(2 pi C_T)")
+    _add_largest_speed(made, sheet, pair)
+    made.derive(
         "time_constant",
-        _LAG * math.sqrt(propeller.diameter / _LAG_DIAMETER),
+        f"{_LAG:g}*(diameter/{_LAG_DIAMETER:g})**0.5",
         "s",
         "time constant of a rotor",
         f"{_LAG:g} s at 5.1 in, usual for racers, with the square root of the diameter; published "
         "values for one size differ by a factor of two",
-        f"{_LAG:g}*(diameter/{_LAG_DIAMETER:g})**0.5",
     )
-
-
-def _inertia(propeller: Propeller) -> Figure:
-    """Return the inertia of a rotor about its axis."""
-    return Figure(
+    made.derive(
         "rotor_inertia",
-        propeller_inertia(propeller.diameter, propeller.blades),
+        f"{propeller.blades}/2*{PROPELLER_DENSITY:g}*diameter**5/12",
         "kg m²",
         "inertia of a rotor about its axis",
         f"blades as thin rods, two of them weighing {PROPELLER_DENSITY:g} kg/m³ D^3 (12 g at 10 "
         "in), without the motor's bell; right within a factor of two or three",
-        f"{propeller.blades}/2*{PROPELLER_DENSITY:g}*diameter**5/12",
     )
+
+
+def _add_largest_speed(made: _Figures, sheet: DataSheet, pair: float) -> None:
+    """Add the largest speed of a rotor, with a factor on the thrust of two rotors on one arm."""
+    name, unit, label = "max_speed", "rad/s", "largest rotor speed"
+    if sheet.measured:
+        made.state(name, sheet.measured.max_speed, unit, label, sheet.measured.source)
+    elif sheet.max_thrust is not None:
+        formula = f"({pair * sheet.max_thrust:.6g}/motor_constant)**0.5"
+        source = f"at the largest thrust of one motor, {sheet.max_thrust:.4g} N as given"
+        made.derive(name, formula, unit, label, source)
+    else:
+        formula = f"{_LOADED:g}*{sheet.motor_kv:g}*{sheet.voltage:g}*2*pi/60"
+        source = f"{_LOADED:g} of KV times voltage: under load, 0.55 to 0.8 is usual"
+        made.derive(name, formula, unit, label, source)
 
 
 def _between(values: Sequence[float], pitch: float) -> float:
