@@ -11,9 +11,10 @@ from workbench.commands.options import (
     add_json_option,
     add_model_options,
     add_output_options,
+    with_model,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_result, print_table
+from workbench.commands.printing import pick, print_result, print_table
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -103,29 +104,19 @@ def run(args: argparse.Namespace) -> int:
                 write_png(figure, picture)
             if page:
                 page.write_text(_page(found, figure), encoding="utf-8")
-    print_result(
-        args, _result(found) | {"files": outputs.files}, _print, found, files=outputs.files
-    )
+    print_result(args, _result(found), _print, found, files=outputs.files)
     return ExitCode.DONE
 
 
 def _scenario(args: argparse.Namespace) -> "Scenario":
     """Return the scenario with the vehicle; errors are reported before Drake loads."""
-    from workbench.common.resources import find_file, find_model, find_scenario
-    from workbench.scenario.scenario import Scenario, VehicleConfig, load_scenario
+    from workbench.common.resources import find_scenario
+    from workbench.scenario.scenario import Scenario, load_scenario
 
     scenario = Scenario()
     if args.scenario:
         scenario = load_scenario(find_scenario(args.scenario), args.controllers[0])
-    if args.model:
-        scenario.vehicle = VehicleConfig(model=args.model)
-    scenario.vehicle.args |= dict(args.arg)
-    scenario.vehicle.packages |= dict(args.package)
-    scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors
-    find_model(scenario.vehicle.model)
-    if scenario.vehicle.rotors:
-        find_file(scenario.vehicle.rotors)
-    return scenario
+    return with_model(scenario, args)
 
 
 def _result(found: "Comparison") -> dict[str, Any]:
@@ -133,15 +124,7 @@ def _result(found: "Comparison") -> dict[str, Any]:
     return {
         "vehicle": found.vehicle,
         "rows": found.rows,
-        "controllers": [
-            {
-                "name": each.name,
-                "numbers": each.numbers,
-                "remarks": each.remarks,
-                "gains": each.gains,
-            }
-            for each in found.controllers
-        ],
+        "controllers": [pick(each, "name numbers remarks gains") for each in found.controllers],
     }
 
 

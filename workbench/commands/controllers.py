@@ -3,6 +3,7 @@
 import argparse
 import ast
 import dataclasses
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
@@ -12,7 +13,7 @@ from workbench.commands.options import (
     add_vehicle_options,
     with_vehicle,
 )
-from workbench.commands.printing import print_json, print_result, print_table
+from workbench.commands.printing import pick, print_result, print_table
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
@@ -42,23 +43,16 @@ def run(args: argparse.Namespace) -> int:
 
     if args.controller:
         law = load_controller(args.controller)
-        print_result(
-            args,
-            _stated(law),
-            _show,
-            law,
-        )
+        print_result(args, _stated(law), _show, law)
         return ExitCode.DONE
     laws = [load_controller(name) for name in (*SHIPPED, *PROGRAMS)]
-    if args.json:
-        print_json({"controllers": [_stated(law) for law in laws]})
-        return ExitCode.DONE
     rows = [("name", "parameters", "memory", "loops", "what it is")]
     rows += [
         (law.name, str(_own(law)), str(len(law.memory)), str(len(law.loops)), _sentence(law))
         for law in laws
     ]
-    print_table(rows, left=(0, 4))
+    result = {"controllers": [_stated(law) for law in laws]}
+    print_result(args, result, partial(print_table, rows, left=(0, 4)))
     return ExitCode.DONE
 
 
@@ -83,15 +77,7 @@ def _stated(law: "Controller") -> dict[str, Any]:
         "sha256": law.digest,
         "what": _sentence(law),
         "parameters": [
-            {
-                "name": row.name,
-                "unit": row.unit,
-                "min": row.minimum,
-                "max": row.maximum,
-                "default": row.default,
-                "group": row.group,
-                "help": row.help,
-            }
+            pick(row, "name unit default group help") | {"min": row.minimum, "max": row.maximum}
             for row in law.parameters
         ],
         "designed": law.designed,
@@ -185,9 +171,7 @@ def run_params(args: argparse.Namespace) -> int:
         (row.name, values[row.name], row.unit, row.minimum, row.maximum, row.default, row.help)
         for row in vehicle_parameters(vehicle, parameter_table(law))
     ]
-    if args.json:
-        print_json({"parameters": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
-        return ExitCode.DONE
     texts = [[f"{x:g}" if isinstance(x, float) else x for x in row] for row in rows]
-    print_table([_COLUMNS, *texts], left=(0, 2, 6))
+    result = {"parameters": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]}
+    print_result(args, result, partial(print_table, [_COLUMNS, *texts], left=(0, 2, 6)))
     return ExitCode.DONE

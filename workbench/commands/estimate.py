@@ -13,7 +13,7 @@ from workbench.commands.options import (
     add_repeated,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.estimation.settings import EKF, ESTIMATORS, HEARD, TRUTH
@@ -110,25 +110,20 @@ def run(args: argparse.Namespace) -> int:
             from workbench.design.plots_estimate import plot_estimate
 
             write_png(plot_estimate(found, title), picture)
-    if args.json:
-        print_json(
-            {
-                "log": args.log,
-                "remark": record.remark,
-                "estimator": name,
-                "settings": settings,
-                "begin": found.time[0],
-                "end": found.time[-1],
-                "missing": missing,
-                "gaps": [each._asdict() for each in silent],
-                "estimate": report,
-                "files": outputs.files,
-            }
-        )
-    else:
-        print(f"{title}, {found.time[0]:.2f} .. {found.time[-1]:.2f} s")
-        print_estimate(report)
-    say_written(outputs.files)
+    begin, end = found.time[0], found.time[-1]
+    result = {
+        "log": args.log,
+        "remark": record.remark,
+        "estimator": name,
+        "settings": settings,
+        "begin": begin,
+        "end": end,
+        "missing": missing,
+        "gaps": [each._asdict() for each in silent],
+        "estimate": report,
+    }
+    said = f"{title}, {begin:.2f} .. {end:.2f} s"
+    print_result(args, result, print_estimate, report, said, files=outputs.files)
     return ExitCode.DONE
 
 
@@ -210,8 +205,10 @@ def _write(found: "EstimateOverTruth", path: Path) -> None:
     write_table({name: Signal(name, "", found.time, each) for name, each in columns.items()}, path)
 
 
-def print_estimate(report: "EstimateReport") -> None:
+def print_estimate(report: "EstimateReport", title: str = "") -> None:
     """Print RMS and worst error of every state, NEES, and the innovations of each channel."""
+    if title:
+        print(title)
     rows = [("estimate", "RMS error", "worst", "")]
     for state in report.states:
         unit, factor = _SHOWN.get(state.unit, (state.unit, 1.0))

@@ -21,7 +21,8 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs, make_folder_of
 from workbench.commands.printing import (
     lost_replies,
-    print_json,
+    pick,
+    print_result,
     print_table,
     say,
     say_written,
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from workbench.systems.sensors.samples import Samples
 
 
-def print_shipped(*, as_json: bool) -> None:
+def _print_shipped(args: argparse.Namespace) -> None:
     """Print the shipped scenarios and worlds with their titles."""
     from workbench.common.resources import (
         find_scenario,
@@ -59,24 +60,23 @@ def print_shipped(*, as_json: bool) -> None:
     scenarios = {name: load_scenario(find_scenario(name)) for name in list_scenarios()}
     packages = {"worlds": str(worlds_dir())}
     worlds = {name: read_world(find_world(name), packages) for name in list_worlds()}
-    if as_json:
-        print_json(
-            {
-                "scenarios": [
-                    {"name": name, "title": scenario.title, "duration": scenario.duration}
-                    for name, scenario in scenarios.items()
-                ],
-                "worlds": [{"name": name, "title": world.title} for name, world in worlds.items()],
-            }
-        )
-        return
-    print("scenarios")
-    print_table(
-        [(f"  {name}", f"{each.duration:g} s", each.title) for name, each in scenarios.items()],
-        left=(0, 2),
-    )
-    print("\nworlds, for --world")
-    print_table([(f"  {name}", each.title) for name, each in worlds.items()], left=(0, 1))
+
+    def show() -> None:
+        print("scenarios")
+        rows = [
+            (f"  {name}", f"{each.duration:g} s", each.title) for name, each in scenarios.items()
+        ]
+        print_table(rows, left=(0, 2))
+        print("\nworlds, for --world")
+        print_table([(f"  {name}", each.title) for name, each in worlds.items()], left=(0, 1))
+
+    result = {
+        "scenarios": [
+            {"name": name, **pick(each, "title duration")} for name, each in scenarios.items()
+        ],
+        "worlds": [{"name": name, "title": world.title} for name, world in worlds.items()],
+    }
+    print_result(args, result, show)
 
 
 def add_parser(commands: Any) -> None:
@@ -140,7 +140,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.scenario.scenario import load_scenario
 
     if args.list:
-        print_shipped(as_json=args.json)
+        _print_shipped(args)
         return ExitCode.DONE
     if args.scenario is None:
         raise WorkbenchError(
@@ -181,7 +181,7 @@ def run(args: argparse.Namespace) -> int:
 
                 figure = plot_estimate(flown.recording, f"{name}: {title}, {scenario.estimator}")
                 write_png(figure, outputs.add(args.output / f"{path.stem}-estimate.png"))
-    _report(title, flown, outputs.files, args.json)
+    _report(args, title, flown, outputs.files)
     say_written([*outputs.files, *([args.log] if args.log and not flown.log_said else [])])
     if flown.broken:
         say(f"{flown.broken}; what was flown until then is in the log")
@@ -334,7 +334,7 @@ def _flown_session(
     return session, broken, logged.said if logged else ""
 
 
-def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> None:
+def _report(args: argparse.Namespace, title: str, flight: _Flown, files: list[Path]) -> None:
     """Print the summary, and the table of sensors."""
     import dataclasses
 
@@ -352,22 +352,23 @@ def _report(title: str, flight: _Flown, files: list[Path], as_json: bool) -> Non
     for failsafe in summary.failsafes:
         if failsafe.reason != Reason.AUTOPILOT_ENDED.label:  # which is reported with its cause
             say(failsafe.said)
-    if as_json:
-        flown = {"title": title, **dataclasses.asdict(summary)}
-        flown |= {"sensors": flight.sensors, "estimate": estimate, "files": files}
-        print_json(flown | told_of_autopilot(flight.exchange, flight.ended))
-        return
-    print(title)
-    lines = _lines(summary)
-    if flight.exchange:
-        lines.append(("lost replies", *lost_replies(flight.exchange)))
-    print_table(lines, left=(0, 2))
-    if flight.sensors:
-        print()
-        print_table(_sensor_lines(flight.sensors), left=(0, 1))
-    if estimate:
-        print()
-        print_estimate(estimate)
+
+    def show() -> None:
+        print(title)
+        lines = _lines(summary)
+        if flight.exchange:
+            lines.append(("lost replies", *lost_replies(flight.exchange)))
+        print_table(lines, left=(0, 2))
+        if flight.sensors:
+            print()
+            print_table(_sensor_lines(flight.sensors), left=(0, 1))
+        if estimate:
+            print()
+            print_estimate(estimate)
+
+    result = {"title": title, **dataclasses.asdict(summary), "sensors": flight.sensors}
+    result |= {"estimate": estimate, "files": files}
+    print_result(args, result | told_of_autopilot(flight.exchange, flight.ended), show)
 
 
 def _lines(summary: "FlightSummary") -> list[tuple[str, str, str]]:

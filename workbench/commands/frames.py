@@ -11,7 +11,7 @@ from workbench.commands.options import (
     add_vehicle_options,
     with_vehicle,
 )
-from workbench.commands.printing import print_json, print_table
+from workbench.commands.printing import print_result, print_table
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
@@ -118,12 +118,9 @@ def _print_tree(
     tree: "FrameTree", X_WB: "RigidTransform", time: float, args: argparse.Namespace
 ) -> None:
     """Print all frames."""
-    if args.json:
-        print_json({"time": time, "transforms": tree.transforms(X_WB, time)})
-        return
-    print("frames, each with its origin in the one above in m, and roll, pitch, yaw in degrees")
-    for line in tree.lines(X_WB, time):
-        print(line)
+    head = "frames, each with its origin in the one above in m, and roll, pitch, yaw in degrees"
+    result = {"time": time, "transforms": tree.transforms(X_WB, time)}
+    print_result(args, result, print, "\n".join([head, *tree.lines(X_WB, time)]))
 
 
 def _print_transform(
@@ -134,29 +131,21 @@ def _print_transform(
 
     found = transform(a, b, X_AB)
     angles = roll_pitch_yaw(X_AB)
-    if args.json:
-        print_json(
-            {
-                "time": time,
-                "frame": b,
-                "in": a,
-                "position": found.p,
-                "quaternion": found.q,
-                "roll_pitch_yaw": angles,
-            }
-        )
-        return
-    when = f"at {time:g} s of {args.scenario}" if args.scenario else "with the drone standing"
-    print(f"{b} in {a}, {when}")
+    result = {"time": time, "frame": b, "in": a, "position": found.p, "quaternion": found.q}
+    result |= {"roll_pitch_yaw": angles}
     degrees = [math.degrees(angle) for angle in angles]
-    print_table(
-        [
-            ("x y z", *_texts(found.p), "", "m"),
-            ("roll pitch yaw", *_texts(degrees), "", "deg"),
-            ("quaternion w x y z", *_texts(found.q), ""),
-        ],
-        left=(0, 5),
-    )
+    rows = [
+        ("x y z", *_texts(found.p), "", "m"),
+        ("roll pitch yaw", *_texts(degrees), "", "deg"),
+        ("quaternion w x y z", *_texts(found.q), ""),
+    ]
+
+    def show() -> None:
+        when = f"at {time:g} s of {args.scenario}" if args.scenario else "with the drone standing"
+        print(f"{b} in {a}, {when}")
+        print_table(rows, left=(0, 5))
+
+    print_result(args, result, show)
 
 
 def _texts(values: Any) -> list[str]:

@@ -17,7 +17,7 @@ from workbench.commands.options import (
     flown_with,
     with_vehicle,
 )
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import pick, print_result, print_table, say, say_written
 from workbench.common.errors import WorkbenchError
 from workbench.scenario.parameters import parameter_table
 
@@ -133,7 +133,7 @@ def _show(args: argparse.Namespace) -> int:
         values = file.gains
         origins = dict.fromkeys(values, "")
         about = {"vehicle": file.vehicle, "controller": law.name, "origin": file.origin}
-    print_values(about, values, origins, law, as_json=args.json)
+    _print_values(args, about, values, origins, law)
     return ExitCode.DONE
 
 
@@ -146,7 +146,7 @@ def _diff(args: argparse.Namespace) -> int:
     vehicle = _read_vehicle_of_sides(args, law)
     a, b = _side(args.a, vehicle, law), _side(args.b, vehicle, law)
     changes = diff_gains(a, b, rule_values(vehicle, law), law)
-    print_changes(args.a, args.b, vehicle.name, changes, as_json=args.json)
+    _print_changes(args, args.a, args.b, vehicle.name, changes)
     return ExitCode.DONE
 
 
@@ -165,18 +165,9 @@ def _save(args: argparse.Namespace) -> int:
         if name not in profile.gains:
             raise WorkbenchError(f"{name} is no gain of a vehicle, and cannot be saved with them")
     saved = save_gains(args.file, profile, law)
-    if args.json:
-        print_json(
-            {
-                "file": args.file,
-                "vehicle": saved.vehicle,
-                "controller": saved.controller,
-                "origin": saved.origin,
-                "gains": saved.gains,
-                "state": len(saved.history) - 1,
-            }
-        )
-    say_written([args.file])
+    result = {"file": args.file, "state": len(saved.history) - 1}
+    result |= pick(saved, "vehicle controller origin gains")
+    print_result(args, result, files=[args.file])
     return ExitCode.DONE
 
 
@@ -184,7 +175,7 @@ def _history(args: argparse.Namespace) -> int:
     """List the states of a file."""
     from workbench.gains.gains import load_gains
 
-    print_history(load_gains(args.file, _law(args, args.file)), as_json=args.json)
+    _print_history(args, load_gains(args.file, _law(args, args.file)))
     return ExitCode.DONE
 
 
@@ -197,8 +188,8 @@ def _restore(args: argparse.Namespace) -> int:
     before = load_gains(args.file, law)
     after = save_gains(args.file, gains_at(before, args.state, law), law)
     changes = diff_gains(before.gains, after.gains, parameter_table(law).defaults(), law)
-    print_changes("before", f"state {args.state}", after.vehicle, changes, as_json=args.json)
-    say_written([args.file])
+    sides = ("before", f"state {args.state}")
+    _print_changes(args, *sides, after.vehicle, changes, files=[args.file])
     return ExitCode.DONE
 
 
@@ -272,52 +263,63 @@ def _is_model(side: str) -> bool:
     return not _is_file(side) and side not in (_RULE, _DEFAULT)
 
 
-def print_values(
+def _print_values(
+    args: argparse.Namespace,
     about: Mapping[str, str],
     values: Mapping[str, float],
     origins: Mapping[str, str],
     controller: "Controller",
-    *,
-    as_json: bool,
 ) -> None:
     """Print gains with their units.
 
     Args:
+        args: of the command line.
         about: heading lines by their labels.
         values: by name.
         origins: of each value, by name.
         controller: of the gains.
-        as_json: print JSON instead of a table.
     """
-    rows = [
-        (name, value, parameter_table(controller).find(name).unit, origins[name])
+    table = parameter_table(controller)
+    gains = [
+        {"name": name, "value": value, "unit": table.find(name).unit, "origin": origins[name]}
         for name, value in values.items()
     ]
-    if as_json:
-        columns = ("name", "value", "unit", "origin")
-        gains = [dict(zip(columns, row, strict=True)) for row in rows]
-        print_json({**about, "gains": gains})
-        return
-    for what, text in about.items():
-        print(f"{what}: {text or '(not said)'}")
-    print_table([(name, f"{value:g}", *rest) for name, value, *rest in rows], left=(0, 2, 3))
+
+    def show() -> None:
+        for what, text in about.items():
+            print(f"{what}: {text or '(not said)'}")
+        rows = [
+            (name, f"{value:g}", table.find(name).unit, origins[name])
+            for name, value in values.items()
+        ]
+        print_table(rows, left=(0, 2, 3))
+
+    print_result(args, {**about, "gains": gains}, show)
 
 
-def print_changes(
-    a: str, b: str, vehicle: str, changes: "Sequence[GainChange]", *, as_json: bool
+def _print_changes(
+    args: argparse.Namespace,
+    a: str,
+    b: str,
+    vehicle: str,
+    changes: "Sequence[GainChange]",
+    files: Sequence[Path] = (),
 ) -> None:
     """Print the differences between two sets.
 
     Args:
+        args: of the command line.
         a: name of the first.
         b: name of the second.
         vehicle: the one with the rule for gains that one of them lacks.
-        changes: all rows, including equal ones.
-        as_json: print JSON, with the equal ones, instead of a table.
+        changes: all rows, including equal ones, which only JSON has.
+        files: the written ones.
     """
-    if as_json:
-        print_json({"a": a, "b": b, "vehicle": vehicle, "rows": [row._asdict() for row in changes]})
-        return
+    result = {"a": a, "b": b, "vehicle": vehicle, "rows": [row._asdict() for row in changes]}
+    print_result(args, result, _show_changes, a, b, changes, files=files)
+
+
+def _show_changes(a: str, b: str, changes: "Sequence[GainChange]") -> None:
     differing = [row for row in changes if row.a != row.b]
     equal = len(changes) - len(differing)
     if not differing:
@@ -331,20 +333,16 @@ def print_changes(
         print(f"{equal} others are equal")
 
 
-def print_history(gains: "GainFile", *, as_json: bool) -> None:
+def _print_history(args: argparse.Namespace, gains: "GainFile") -> None:
     """Print the states of a gain file, oldest first."""
-    if as_json:
-        states = [
-            {
-                "state": index,
-                "saved": save.saved or None,
-                "origin": save.origin,
-                "changed": save.changed,
-            }
-            for index, save in enumerate(gains.history)
-        ]
-        print_json({"vehicle": gains.vehicle, "states": states})
-        return
+    states = [
+        {"state": index, "saved": save.saved or None, **pick(save, "origin changed")}
+        for index, save in enumerate(gains.history)
+    ]
+    print_result(args, {"vehicle": gains.vehicle, "states": states}, _show_history, gains)
+
+
+def _show_history(gains: "GainFile") -> None:
     if not gains.history:
         print("no state was saved yet: the file is as it was written by hand")
         return
@@ -428,29 +426,22 @@ def _translate(args: argparse.Namespace) -> int:
         origin = f"translated from {laws[0].name} for {old.vehicle.name}"
         profile = make_profile(old.vehicle, found.values, origin, laws[1])
         save_gains(args.save, profile, laws[1])
-    if args.json:
-        print_json(
-            {
-                **about,
-                "gains": found.gains,
-                "lost": found.lost,
-                "remarks": found.remarks,
-                "loops": {"flown": flown, "gains_alone": alone},
-                "files": [args.save] if args.save else [],
-            }
-        )
-    else:
-        print(f"{old.vehicle.name}: gains of {laws[0].name} as those of {laws[1].name}")
-        _print_translation(found, flown, alone)
-    if args.save:
-        say_written([args.save])
+    loops = {"flown": flown, "gains_alone": alone}
+    result = {**about, **pick(found, "gains lost remarks"), "loops": loops}
+    title = f"{old.vehicle.name}: gains of {laws[0].name} as those of {laws[1].name}"
+    shown = (title, found, flown, alone)
+    print_result(args, result, _print_translation, *shown, files=[args.save] if args.save else [])
     return ExitCode.DONE
 
 
 def _print_translation(
-    found: "Translation", flown: "tuple[Difference, ...]", alone: "tuple[Difference, ...]"
+    title: str,
+    found: "Translation",
+    flown: "tuple[Difference, ...]",
+    alone: "tuple[Difference, ...]",
 ) -> None:
     """Print the gains, the loops and inexact parts."""
+    print(title)
     rows = [(each.name, f"{each.value:.5g}", each.unit, each.said) for each in found.gains]
     print_table([("gain", "value", "", ""), *rows], left=(0, 2, 3))
     print("\nloops at the plant's input, difference up to the crossover:")
@@ -675,60 +666,55 @@ def _print_exchange(
     table = parameter_table(load_controller(args.controller))
     not_flown = found.not_flown if found else ()
     wrong = found.unsafe if found else {}
-    if args.json:
-        rows = [
+    before, after = margins or ((), ())
+    result = {
+        **about,
+        "gains": [
             row._asdict()
             | {"file_name": firmware.file_name(row.name), "meaning": table.find(row.name).help}
             for row in changes
-        ]
-        before, after = margins or ((), ())
-        loops = [
+        ],
+        "unsafe": wrong,
+        "not_flown": not_flown,
+        "margins": [
             {"loop": a.loop, "before": a.margins, "after": b.margins}
             for a, b in zip(before, after, strict=True)
-        ]
-        print_json(
-            {
-                **about,
-                "gains": rows,
-                "unsafe": wrong,
-                "not_flown": not_flown,
-                "margins": loops,
-                "remarks": remarks,
-                "files": written or [],
-            }
+        ],
+        "remarks": remarks,
+    }
+
+    def show() -> None:
+        print(
+            f"{about['file']}: {about['firmware']} {about['version']}, law {about['controller']}, "
+            f"vehicle {about['vehicle']}"
         )
-        return
-    print(
-        f"{about['file']}: {about['firmware']} {about['version']}, law {about['controller']}, "
-        f"vehicle {about['vehicle']}"
-    )
-    differing = [row for row in changes if row.a != row.b]
-    if differing:
-        sides = ("now", "file") if written is not None else ("file", "new")
-        lines = [
-            (
-                firmware.file_name(row.name),
-                f"{row.a:.5g}",
-                f"{row.b:.5g}",
-                row.unit,
-                "" if math.isnan(row.percent) else f"{row.percent:+.1f} %",
-                table.find(row.name).help,
-            )
-            for row in differing
-        ]
-        print_table([("", *sides, "", "change", "meaning"), *lines], left=(0, 3, 5))
-    print(f"{len(differing)} of {len(changes)} gains differ")
-    for name, why in wrong.items():
-        print(f"unsafe: {firmware.file_name(name)} {why}")
-    if margins:
-        print()
-        print_margins(*margins)
-    if not_flown:
-        print(f"not flown here, and left alone: {joined(not_flown)}")
-    for remark in remarks:
-        print(f"note: {remark}")
-    if written:
-        say_written(written)
+        differing = [row for row in changes if row.a != row.b]
+        if differing:
+            sides = ("now", "file") if written is not None else ("file", "new")
+            lines = [
+                (
+                    firmware.file_name(row.name),
+                    f"{row.a:.5g}",
+                    f"{row.b:.5g}",
+                    row.unit,
+                    _percent(row.percent),
+                    table.find(row.name).help,
+                )
+                for row in differing
+            ]
+            print_table([("", *sides, "", "change", "meaning"), *lines], left=(0, 3, 5))
+        print(f"{len(differing)} of {len(changes)} gains differ")
+        for name, why in wrong.items():
+            print(f"unsafe: {firmware.file_name(name)} {why}")
+        if margins:
+            print()
+            print_margins(*margins)
+        if not_flown:
+            print(f"not flown here, and left alone: {joined(not_flown)}")
+        for remark in remarks:
+            print(f"note: {remark}")
+
+    print_result(args, result, show, files=written or [])
 
 
 def print_margins(before: "Sequence[LiveMargins]", after: "Sequence[LiveMargins]") -> None:

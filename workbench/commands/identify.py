@@ -17,7 +17,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.predict import found_logs
-from workbench.commands.printing import print_json, print_result, print_table, say
+from workbench.commands.printing import print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
 
             say("drawing")
             draw_identified(report, outputs.add(args.output / f"{vehicle.name}-identified.png"))
-    result = report.as_dictionary() | {"trim": trims, "files": outputs.files}
+    result = report.as_dictionary() | {"trim": trims}
     print_result(args, result, _print, report, trims, files=outputs.files)
     return ExitCode.DONE
 
@@ -167,37 +167,25 @@ def _tell_trims(args: argparse.Namespace, vehicle: "Vehicle", records: "list[Fli
             raise WorkbenchError(f"{record.source}: {error}") from None
         told.append((record, rows))
     reason = "the log has no gyro and accelerometer: rotors' shares in hover are all it can tell"
-    if args.json:
-        print_json(
-            [
-                {"log": record.source, "refused": {"all else": reason}, "trim": rows}
-                for record, rows in told
-            ]
-        )
-        return ExitCode.DONE
-    say(reason)
-    for record, rows in told:
-        print(record.name)
-        _print_trim(rows)
-        _print_findings(rows)
+    result = [
+        {"log": record.source, "refused": {"all else": reason}, "trim": rows}
+        for record, rows in told
+    ]
+    print_result(args, result, _print_trims, told, reason)
     return ExitCode.DONE
 
 
-def _print_trim(rows: "list[RotorTrim]") -> None:
-    print_table(
-        [
-            ("  rotor", "thrust over mean", "over that across", "pair over others"),
-            *(
-                (
-                    f"  {row.name}",
-                    f"{row.share:.2f}",
-                    f"{row.over_opposite:.2f}",
-                    f"{row.pair_over_others:.2f}",
-                )
-                for row in rows
-            ),
-        ]
-    )
+def _print_trims(told: "list[tuple[FlightRecord, list[RotorTrim]]]", reason: str) -> None:
+    """Print the rotors of each log."""
+    say(reason)
+    for record, rows in told:
+        print(record.name)
+        table = [["  rotor", "thrust over mean", "over that across", "pair over others"]]
+        for row in rows:
+            shares = (row.share, row.over_opposite, row.pair_over_others)
+            table.append([f"  {row.name}", *(f"{share:.2f}" for share in shares)])
+        print_table(table)
+        _print_findings(rows)
 
 
 def _print_findings(rows: "list[RotorTrim]") -> None:
@@ -213,24 +201,13 @@ def _print_findings(rows: "list[RotorTrim]") -> None:
 def _print(report: "Report", trims: "list[RotorTrim]") -> None:
     """Print the table, and remarks on it."""
     print(f"{report.vehicle.name}, {report.seconds:.0f} s of free flight, intervals of 95 %")
-    print_table(
-        [
-            ("", "value", "from", "to", "described", "unit", ""),
-            *(
-                (
-                    row.name,
-                    f"{row.value:.4g}",
-                    f"{row.low:.4g}",
-                    f"{row.high:.4g}",
-                    "-" if row.described is None else f"{row.described:.4g}",
-                    row.unit,
-                    row.verdict if row.verdict == "well" else f"{row.verdict}: fly {row.flight}",
-                )
-                for row in report.rows
-            ),
-        ],
-        left=(0, 5, 6),
-    )
+    table = [["", "value", "from", "to", "described", "unit", ""]]
+    for row in report.rows:
+        numbers = (row.value, row.low, row.high, row.described)
+        verdict = row.verdict if row.verdict == "well" else f"{row.verdict}: fly {row.flight}"
+        cells = ("-" if number is None else f"{number:.4g}" for number in numbers)
+        table.append([row.name, *cells, row.unit, verdict])
+    print_table(table, left=(0, 5, 6))
     for sentence in report.sentences:
         print(sentence)
     _print_findings(trims)

@@ -14,7 +14,7 @@ from workbench.commands.options import (
     add_rotors_option,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_result, print_table
+from workbench.commands.printing import pick, print_result, print_table
 from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import HEADINGS, Remark
 
@@ -249,15 +249,8 @@ def run(args: argparse.Namespace) -> int:
         raise
     files = _write(description, args.write) if args.write else []
     unlikely = doubts(vehicle)
-    print_result(
-        args,
-        _json(description, vehicle, unlikely) | ({"files": files} if files else {}),
-        print_description,
-        description,
-        vehicle,
-        unlikely,
-        files=files,
-    )
+    result, shown = _json(description, vehicle, unlikely), (description, vehicle, unlikely)
+    print_result(args, result, print_description, *shown, files=files)
     return ExitCode.DONE
 
 
@@ -276,6 +269,14 @@ def _write(description: "Description", folder: Path) -> list[Path]:
     return outputs.files
 
 
+_OF_ROTORS = (
+    "name joint link direction time_constant_up time_constant_down rotor_drag_coefficient "
+    "rolling_moment_coefficient inertia inflow_coefficient ground_effect_coefficient "
+    "propeller_radius linear_motor_constant"
+)
+"""Attributes of a rotor that --json has under their names."""
+
+
 def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -> dict[str, Any]:
     """Return the vehicle in standard terms: all numbers of its plant, and more."""
     from workbench.plant.drag import AIR_DENSITY, drag_area
@@ -284,51 +285,29 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
 
     hover = vehicle.hover_speeds
     return {
-        "name": vehicle.name,
-        "source": vehicle.source,
-        "base_link": vehicle.base_link,
-        "mass": vehicle.mass,
+        **pick(vehicle, "name source base_link mass thrust_to_weight ground_clearance battery"),
         "com": vehicle.p_BoBcm_B,
         "inertia": vehicle.I_BBcm_B,
-        "thrust_to_weight": vehicle.thrust_to_weight,
         "gravity": GRAVITY,
         "air_density": AIR_DENSITY,
         "drag_area": drag_area(vehicle.mass),
-        "ground_clearance": vehicle.ground_clearance,
         "rotors": [
             {
-                "name": rotor.name,
-                "joint": rotor.joint,
-                "link": rotor.link,
+                **pick(rotor, _OF_ROTORS),
                 "position": rotor.p_BR,
                 "axis": rotor.axis_B,
-                "direction": rotor.direction,
                 "thrust_coefficient": rotor.motor_constant,
                 "moment_coefficient": rotor.moment_constant,
-                "time_constant_up": rotor.time_constant_up,
-                "time_constant_down": rotor.time_constant_down,
                 "max_speed": rotor.max_rot_velocity,
-                "rotor_drag_coefficient": rotor.rotor_drag_coefficient,
-                "rolling_moment_coefficient": rotor.rolling_moment_coefficient,
-                "inertia": rotor.inertia,
-                "inflow_coefficient": rotor.inflow_coefficient,
-                "ground_effect_coefficient": rotor.ground_effect_coefficient,
-                "propeller_radius": rotor.propeller_radius,
-                "linear_motor_constant": rotor.linear_motor_constant,
                 "hover_speed": float(speed),
             }
             for rotor, speed in zip(vehicle.rotors, hover, strict=True)
         ],
-        "battery": vehicle.battery,
         "battery_duration": parameter_table().find("battery_duration").default,
         "not_flown": [],  # everything read is used; programs may expect the key
         "sensors": [
             {
-                "type": sensor.type,
-                "name": sensor.name,
-                "frame": sensor.frame,
-                "rate": sensor.rate,
-                "link": sensor.link,
+                **pick(sensor, "type name frame rate link"),
                 "position": sensor.p_BS,
                 "rotation": sensor.R_BS,
             }

@@ -15,7 +15,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_result, print_table, say
+from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import find_loop
@@ -161,14 +161,8 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
             title = f"{found.vehicle}: where the phase went"
             drawer.begin(phase, _PICTURES, "plot_phase", found.phase, title)
             drawer.finish()
-    print_result(
-        args,
-        judgement_result(found) | {"files": outputs.files},
-        print_judgement,
-        found,
-        args.cut,
-        files=outputs.files,
-    )
+    result = judgement_result(found)
+    print_result(args, result, print_judgement, found, args.cut, files=outputs.files)
     if found.unstable:
         say(f"unstable: a mode grows through {' and '.join(found.unstable)}")
         return ExitCode.NOT_AS_DEMANDED
@@ -200,14 +194,8 @@ def _sensitivity(args: argparse.Namespace, scenario: "Scenario") -> int:
             from workbench.design.plots import write_png
 
             write_png(plot_sensitivity(found, title), plot)
-    print_result(
-        args,
-        sensitivity_result(axis, amplitude, found) | {"files": outputs.files},
-        print_sensitivities,
-        title,
-        found,
-        files=outputs.files,
-    )
+    result = {"axis": axis, "amplitude": amplitude, "sensitivities": found}
+    print_result(args, result, print_sensitivities, title, found, files=outputs.files)
     return ExitCode.DONE
 
 
@@ -236,39 +224,21 @@ def _map(args: argparse.Namespace, scenario: "Scenario") -> int:
             from workbench.design.plots import write_png
 
             write_png(plot_map(found), plot)
-    print_result(
-        args, map_result(found) | {"files": outputs.files}, print_map, found, files=outputs.files
-    )
+    print_result(args, map_result(found), print_map, found, files=outputs.files)
     return ExitCode.DONE
 
 
 def judgement_result(found: "Judgement") -> dict[str, Any]:
     """Return a judgement for JSON; angles in rad."""
     return {
-        "vehicle": found.vehicle,
+        **pick(found, "vehicle period loops plant_input plant_input_holding modes modes_holding"),
+        **pick(found, "slowest phase noise"),
         "point": found.point.label,
-        "period": found.period,
         "stable": not found.unstable,
         "unstable_loops": found.unstable,
-        "loops": found.loops,
-        "plant_input": found.plant_input,
-        "plant_input_holding": found.plant_input_holding,
-        "modes": found.modes,
-        "modes_holding": found.modes_holding,
         "steps": [
-            {
-                "axis": step.axis,
-                "amplitude": step.amplitude,
-                "linear": step.linear,
-                "flown": step.flown,
-                "difference": step.difference,
-                "broken": step.broken,
-            }
-            for step in found.steps
+            pick(step, "axis amplitude linear flown difference broken") for step in found.steps
         ],
-        "slowest": found.slowest,
-        "phase": found.phase,
-        "noise": found.noise,
     }
 
 
@@ -359,13 +329,6 @@ def print_sensitivities(title: str, found: "tuple[Sensitivity, ...]") -> None:
     print_table(rows)
     rest = [name for name in found[0].elasticities if name not in names]
     print(f"\nno part in it: {', '.join(rest) or 'none'}")
-
-
-def sensitivity_result(
-    axis: str, amplitude: float, found: "tuple[Sensitivity, ...]"
-) -> dict[str, Any]:
-    """Return sensitivities for JSON."""
-    return {"axis": axis, "amplitude": amplitude, "sensitivities": found}
 
 
 def print_map(found: "OperatingMap") -> None:

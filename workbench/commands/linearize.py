@@ -15,7 +15,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_result, print_table, say
+from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -89,20 +89,16 @@ def run(args: argparse.Namespace) -> int:
         gains=dict(args.set),
         minimal=args.minimal,
     )
-    if args.json:
-        print_json(
-            {
-                "at": args.at,
-                "loop": args.loop,
-                "period": float(system.dt),
-                "states": list(system.state_labels),
-                "inputs": list(system.input_labels),
-                "outputs": list(system.output_labels),
-                **{name: getattr(system, name).tolist() for name in "ABCD"},
-            }
-        )
-    else:
-        _print(system, args)
+    result = {
+        "at": args.at,
+        "loop": args.loop,
+        "period": float(system.dt),
+        "states": list(system.state_labels),
+        "inputs": list(system.input_labels),
+        "outputs": list(system.output_labels),
+        **{name: getattr(system, name).tolist() for name in "ABCD"},
+    }
+    print_result(args, result, _print, system, args)
     return ExitCode.DONE
 
 
@@ -214,27 +210,13 @@ def run_frequency_response(args: argparse.Namespace) -> int:
             from workbench.design.plots import write_png
 
             write_png(plot_measurement(found), plot)
-    print_result(
-        args,
-        _measurement_result(found) | {"files": outputs.files},
-        _print_measurement,
-        found,
-        files=outputs.files,
-    )
-    return ExitCode.DONE
-
-
-def _measurement_result(found: "Measurement") -> dict[str, Any]:
-    """Return the result for JSON; angles in rad."""
-    return {
-        "vehicle": found.vehicle,
-        "loop": found.loop,
-        "cut": found.cut,
-        "injection": found.injection,
+    result = pick(found, "vehicle loop cut injection") | {
         "periods": found.measured.periods,
         "bandwidth": found.margins.bandwidth,
         "rows": found.rows(),
     }
+    print_result(args, result, _print_measurement, found, files=outputs.files)
+    return ExitCode.DONE
 
 
 def _print_measurement(found: "Measurement") -> None:

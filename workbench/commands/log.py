@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from workbench.commands.options import (
     add_repeated,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_result, print_table, say, say_written
+from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
@@ -73,15 +74,8 @@ def run(args: argparse.Namespace) -> int:
     files: list[Path] = []
     if args.html:
         files = _film(args, flight)
-    print_result(
-        args,
-        _said(flight, contents) | {"files": files},
-        _print,
-        flight,
-        contents,
-        args.all,
-        files=files,
-    )
+    said = _said(flight, contents)
+    print_result(args, said, _print, flight, contents, args.all, files=files)
     return ExitCode.DONE
 
 
@@ -99,24 +93,16 @@ def _film(args: argparse.Namespace, flight: "FlightRecord") -> list[Path]:
 def _said(flight: "FlightRecord", contents: "FlightContents") -> dict[str, Any]:
     signals = [
         {
-            "name": signal.name,
-            "unit": signal.unit,
+            **pick(signal, "name unit rate delay gaps"),
             "samples": len(signal.time),
-            "rate": signal.rate,
-            "delay": signal.delay,
             "begin": signal.time[0] if len(signal.time) else None,
             "end": signal.time[-1] if len(signal.time) else None,
-            "gaps": signal.gaps,
         }
         for signal in flight.signals.values()
     ]
     return {
         "log": flight.source,
-        "name": flight.name,
-        "format": flight.format,
-        "firmware": flight.firmware,
-        "end": flight.end,
-        "remarks": flight.remarks,
+        **pick(flight, "name format firmware end remarks"),
         **asdict(contents),
         "signals": signals,
         "parameters": dict(flight.parameters),
@@ -201,17 +187,8 @@ def run_import(args: argparse.Namespace) -> int:
         say(f"{args.log}: {remark}")
     with Outputs() as outputs:
         write_flight(flight, outputs.add(output))
-    if args.json:
-        print_json(
-            {
-                "log": args.log,
-                "format": flight.format,
-                "signals": list(flight.signals),
-                "remarks": flight.remarks,
-                "files": outputs.files,
-            }
-        )
-    say_written(outputs.files)
+    result = {"log": args.log, "signals": list(flight.signals), **pick(flight, "format remarks")}
+    print_result(args, result, files=outputs.files)
     return ExitCode.DONE
 
 
@@ -257,9 +234,8 @@ def run_export(args: argparse.Namespace) -> int:
                 file = folder / f"{name}{suffix}"
                 found.append({"topic": topic.name, "file": file, "rows": len(columns["t"].values)})
             progress(number / len(record.topics))
-    if args.json:
-        print_json({"log": args.log, "remark": record.remark, "tables": found})
-    say_written(outputs.files)
+    result = {"log": args.log, "remark": record.remark, "tables": found}
+    print_result(args, result, files=outputs.files)
     return ExitCode.DONE
 
 
@@ -289,19 +265,9 @@ def run_replay(args: argparse.Namespace) -> int:
         say(f"{args.log}: {record.remark}")
     with progress_bar(f"flying {args.log.name} again") as progress:
         replayed = replay(record, progress, args.controller, args.estimator)
-    if args.json:
-        found = {"log": args.log, "equal": replayed.equal, "remark": record.remark}
-        print_json(
-            found
-            | {
-                "states": replayed.states,
-                "duration": replayed.duration,
-                "first": replayed.first,
-                "changed": replayed.changed,
-            }
-        )
-    else:
-        print(_sentence(replayed))
+    result = {"log": args.log, "remark": record.remark}
+    result |= pick(replayed, "equal states duration first changed")
+    print_result(args, result, print, _sentence(replayed))
     return ExitCode.DONE if replayed.equal else ExitCode.NOT_AS_DEMANDED
 
 
@@ -405,7 +371,7 @@ def run_plot(args: argparse.Namespace) -> int:
     if record.remark:
         say(f"{args.log}: {record.remark}")
     if args.list:
-        _list(record, args.json)
+        _list(args, record)
         return ExitCode.DONE
     from workbench.design.plots import write_png
     from workbench.logs.plots import plot_fields, plot_overview, plot_spectra
@@ -423,9 +389,7 @@ def run_plot(args: argparse.Namespace) -> int:
         else:
             figure = plot_overview(record)
         write_png(figure, path)
-    if args.json:
-        print_json({"log": args.log, "remark": record.remark, "files": outputs.files})
-    say_written(outputs.files)
+    print_result(args, {"log": args.log, "remark": record.remark}, files=outputs.files)
     return ExitCode.DONE
 
 
@@ -441,31 +405,25 @@ def _step_response(args: argparse.Namespace, output: Path) -> int:
     estimate = step_response(flight, args.step_response)
     with Outputs() as outputs:
         write_png(plot_step_response(flight, estimate), outputs.add(output))
-    if args.json:
-        print_json(
-            {"log": args.log, "trusted": estimate.trusted, **asdict(estimate)}
-            | {"files": outputs.files}
-        )
-    else:
-        print(
-            f"{estimate.name}: {estimate.setpoint} to {estimate.response}, {estimate.windows} "
-            f"windows, coherence {estimate.coherence:.2f}\n"
-            f"rise time {estimate.rise:.3f} s, overshoot {100.0 * estimate.overshoot:.0f} %, "
-            f"settles at {estimate.final:.2f} ({estimate.low[-1]:.2f} .. {estimate.high[-1]:.2f})"
-        )
+    text = (
+        f"{estimate.name}: {estimate.setpoint} to {estimate.response}, {estimate.windows} "
+        f"windows, coherence {estimate.coherence:.2f}\n"
+        f"rise time {estimate.rise:.3f} s, overshoot {100.0 * estimate.overshoot:.0f} %, "
+        f"settles at {estimate.final:.2f} ({estimate.low[-1]:.2f} .. {estimate.high[-1]:.2f})"
+    )
+    result = {"log": args.log, "trusted": estimate.trusted, **asdict(estimate)}
     for doubt in estimate.doubts:
         say(f"{args.log}: not to be trusted: {doubt}")
-    say_written(outputs.files)
+    print_result(args, result, print, text, files=outputs.files)
     return ExitCode.DONE if estimate.trusted else ExitCode.NOT_AS_DEMANDED
 
 
-def _list(record: "LogRecord", json: bool) -> None:
+def _list(args: argparse.Namespace, record: "LogRecord") -> None:
     rows = [
         (series.name, series.unit, len(series.time))
         for topic in record.topics.values()
         for series in topic.columns.values()
     ]
-    if json:
-        print_json({"fields": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
-        return
-    print_table([_COLUMNS, *((*row[:2], str(row[2])) for row in rows)], left=(0, 1))
+    found = {"fields": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]}
+    texts = [_COLUMNS, *((*row[:2], str(row[2])) for row in rows)]
+    print_result(args, found, partial(print_table, texts, left=(0, 1)))

@@ -229,16 +229,8 @@ def run(args: argparse.Namespace) -> int:
         draft = outputs.add(target)
         draft.write_text(write_xacro(sheet, found), encoding="utf-8")
         vehicle = load_vehicle(draft)  # verify that the written description flies
-    print_result(
-        args,
-        _result(target, sheet, found, vehicle),
-        _print,
-        target,
-        sheet,
-        found,
-        vehicle,
-        files=[target],
-    )
+    made = (target, sheet, found, vehicle)
+    print_result(args, _result(*made), _print, *made, files=[target])
     if vehicle.thrust_to_weight < _WEAK:
         say(
             f"a thrust-to-weight of {vehicle.thrust_to_weight:.2g} leaves little for a climb or a "

@@ -288,21 +288,36 @@ def parse_variation(text: str) -> tuple[str, float]:
         raise WorkbenchError(f"the variation of {name} is '{value}': give it a number") from None
 
 
-def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Set the vehicle and the world from the command line in a scenario, and return it.
+def with_model(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
+    """Set the model from the command line in a scenario, and return it.
 
     A different model drops the arguments and gains of the scenario, which were for its own model.
+
+    Raises:
+        WorkbenchError: if there is no such model or file.
     """
-    from workbench.common.resources import find_file, find_model, find_world
-    from workbench.gains.gains import flown_by
-    from workbench.scenario.parameters import parameter_table
-    from workbench.scenario.scenario import VehicleConfig, at_own_period, flown_controller
+    from workbench.common.resources import find_file, find_model
+    from workbench.scenario.scenario import VehicleConfig
 
     if args.model:
         scenario.vehicle = VehicleConfig(model=args.model)
     scenario.vehicle.args |= dict(args.arg)
     scenario.vehicle.packages |= dict(args.package)
     scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors
+    find_model(scenario.vehicle.model)
+    if scenario.vehicle.rotors:
+        find_file(scenario.vehicle.rotors)
+    return scenario
+
+
+def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
+    """Set the vehicle and the world from the command line in a scenario, and return it."""
+    from workbench.common.resources import find_file, find_world
+    from workbench.gains.gains import flown_by
+    from workbench.scenario.parameters import parameter_table
+    from workbench.scenario.scenario import at_own_period, flown_controller
+
+    with_model(scenario, args)  # names are checked before the second spent on loading Drake
     if args.gains:
         scenario.vehicle.gains = args.gains
     variation = dataclasses.replace(scenario.vehicle.variation, **dict(args.vary))
@@ -312,10 +327,8 @@ def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     scenario.controller = flown_by(args.controller or scenario.controller, scenario.vehicle.gains)
     scenario.estimator = args.estimator or scenario.estimator
     parameter_table(flown_controller(scenario)).checked(dict(args.set))
-    # check names here, before the second spent on loading Drake
-    find_model(scenario.vehicle.model)
-    for name in filter(None, (scenario.vehicle.rotors, scenario.vehicle.gains)):
-        find_file(name)
+    if scenario.vehicle.gains:
+        find_file(scenario.vehicle.gains)
     find_world(scenario.world)
     _say_unused(scenario.estimator, [name for name, _ in args.set])
     return at_own_period(scenario)

@@ -16,6 +16,7 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import (
     not_as_demanded,
+    pick,
     print_result,
     print_table,
     to_json,
@@ -91,22 +92,15 @@ def _result(rows: "list[Row]", files: list[Path]) -> dict[str, Any]:
         "window": WINDOW,
         "rows": [
             {
-                "axis": row.paper.axis,
-                "command": row.paper.command,
-                "t90": row.t90,
-                "mean_acceleration": row.mean_acceleration,
-                "mean_force": row.mean_force,
-                "overshoot": row.flight.metrics.overshoot,
-                "steady_state_error": row.flight.metrics.steady_state_error,
-                "coupling": row.flight.coupling,
-                "peak_rotor_use": row.flight.peak_rotor_use,
+                **pick(row.paper, "axis command"),
+                **pick(row, "t90 mean_acceleration mean_force"),
+                **pick(row.flight.metrics, "overshoot steady_state_error"),
+                **pick(row.flight, "coupling peak_rotor_use"),
                 "met": all(check.met for check in checks(row)),
                 "paper": {
                     "figure": row.paper.number,
                     "t90": implied_t90(row),
-                    "mean_acceleration": row.paper.mean_acceleration,
-                    "mean_force": row.paper.mean_force,
-                    "remark": row.paper.remark,
+                    **pick(row.paper, "mean_acceleration mean_force remark"),
                 },
             }
             for row in rows
@@ -240,7 +234,7 @@ def _print_response(report: "TrialReport") -> None:
         print(f"\nthe flight {touched}came within {way}")
 
 
-def trial_result(report: "TrialReport", scenario: "Scenario", files: list[Path]) -> dict[str, Any]:
+def trial_result(report: "TrialReport", scenario: "Scenario") -> dict[str, Any]:
     """Return the results for JSON, in SI units."""
     flight, lidar = report.flight, report.flight.lidar
     return {
@@ -253,12 +247,9 @@ def trial_result(report: "TrialReport", scenario: "Scenario", files: list[Path])
             "name": lidar.name,
             "layers": lidar.vertical.samples,
             "steps": lidar.horizontal.samples,
-            "min_range": lidar.min_range,
-            "max_range": lidar.max_range,
             "noise": lidar.noise.stddev,
-            "asked_rate": flight.asked_rate,
-            "period": flight.period,
-            "latency": flight.latency,
+            **pick(lidar, "min_range max_range"),
+            **pick(flight, "asked_rate period latency"),
         },
         "accuracy": {
             **dataclasses.asdict(report.accuracy.total),
@@ -288,7 +279,6 @@ def trial_result(report: "TrialReport", scenario: "Scenario", files: list[Path])
         "clearance": report.clearance,
         "demands": [{**dataclasses.asdict(each), "met": each.met} for each in report.demands],
         "met": all(each.met for each in report.demands),
-        "files": files,
     }
 
 
@@ -376,13 +366,7 @@ def run_trial(args: argparse.Namespace) -> int:
             name = report.flight.recording.vehicle.name
             title = f"{name}: {scenario.title or args.scenario}"
             write_png(plot_trial(report, title), plot)
-    print_result(
-        args,
-        trial_result(report, scenario, outputs.files),
-        print_trial,
-        report,
-        files=outputs.files,
-    )
+    print_result(args, trial_result(report, scenario), print_trial, report, files=outputs.files)
     return not_as_demanded(missed_demands(report))
 
 

@@ -18,7 +18,7 @@ from workbench.commands.options import (
     add_repeated,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_result, print_table, say, say_written
+from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
@@ -119,13 +119,8 @@ def run(args: argparse.Namespace) -> int:
 
             title = f"{vehicle.name}: {summary.flights} flights, {summary.windows} predictions"
             write_png(plot_predictions(predictions, title), picture)
-    print_result(
-        args,
-        _said(args, predictions, summary) | {"files": outputs.files},
-        print_summary,
-        summary,
-        files=outputs.files,
-    )
+    said = _said(args, predictions, summary)
+    print_result(args, said, print_summary, summary, files=outputs.files)
     return ExitCode.DONE
 
 
@@ -274,18 +269,12 @@ def _said(
         {
             "flight": each.flight,
             "windows": len(each.starts),
-            "whole": {
-                "rmse": each.whole.rmse,
-                "late_rmse": each.whole.late_rmse,
-                "lags": each.whole.lags,
-                "real_lags": each.whole.real_lags,
-            },
+            "whole": pick(each.whole, "rmse late_rmse lags real_lags"),
             "methods": {
-                errors.method: {
-                    "ahead": errors.ahead.tolist(),
-                    "position": [rms(column) for column in errors.position.T],
-                    "velocity": [rms(column) for column in errors.velocity.T],
-                    "attitude": [rms(column) for column in errors.attitude.T],
+                errors.method: {"ahead": errors.ahead.tolist()}
+                | {
+                    name: [rms(column) for column in values.T]
+                    for name, values in pick(errors, "position velocity attitude").items()
                 }
                 for errors in each.errors
             },
@@ -397,23 +386,16 @@ def run_what_if(args: argparse.Namespace) -> int:
     if found.lost:
         say(f"{found.lost} of {found.drawn} sampled vehicles do not stay in the air with it")
     rows = _rows(found)
-    if args.json:
-        print_json(
-            {
-                "log": args.log,
-                "flown": flown.controller.name,
-                "other": other.controller.name,
-                "gains": {k: v for k, v in other.gains.items() if flown.gains.get(k) != v},
-                "seconds": found.time[-1] - found.time[0],
-                "lost": found.lost,
-                "drawn": found.drawn,
-                "difference": rows,
-                "files": outputs.files,
-            }
-        )
-    else:
-        _print_what_if(found, rows)
-    say_written(outputs.files)
+    result = {
+        "log": args.log,
+        "flown": flown.controller.name,
+        "other": other.controller.name,
+        "gains": {k: v for k, v in other.gains.items() if flown.gains.get(k) != v},
+        "seconds": found.time[-1] - found.time[0],
+        **pick(found, "lost drawn"),
+        "difference": rows,
+    }
+    print_result(args, result, _print_what_if, found, rows, files=outputs.files)
     return ExitCode.DONE
 
 

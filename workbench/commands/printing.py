@@ -43,22 +43,22 @@ def told_of_autopilot(exchange: Mapping[str, float], ended: str) -> dict[str, An
 def print_result(
     args: argparse.Namespace,
     result: Any,
-    show: Callable[..., None],
+    show: Callable[..., None] | None = None,
     *shown: Any,
-    files: Sequence[Path] = (),
+    files: Sequence[Path] | None = None,
 ) -> None:
     """Print a result, as JSON with --json, and the files written.
 
     Args:
         args: of the command line.
         result: for JSON.
-        show: prints it as text.
+        show: prints it as text; None if there is nothing to print but the files.
         shown: arguments of `show`.
-        files: the written ones, if any.
+        files: the written ones, for JSON also if empty; None if the command writes none.
     """
     if args.json:
-        print_json(result)
-    else:
+        print_json(result if files is None else {**_plain(result), "files": files})
+    elif show:
         show(*shown)
     if files:
         say_written(files)
@@ -70,6 +70,16 @@ def not_as_demanded(missed: Sequence[str]) -> ExitCode:
         return ExitCode.DONE
     say(f"not as demanded: {'; '.join(missed)}")
     return ExitCode.NOT_AS_DEMANDED
+
+
+def pick(item: Any, names: str) -> dict[str, Any]:
+    """Return attributes of an object for JSON.
+
+    Args:
+        item: the object.
+        names: of the attributes, separated by spaces.
+    """
+    return {name: getattr(item, name) for name in names.split()}
 
 
 def print_json(data: Any) -> None:

@@ -23,7 +23,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_result
+from workbench.commands.printing import pick, print_result
 from workbench.commands.progress import progress_bar
 from workbench.commands.step import LOADS
 from workbench.common.errors import WorkbenchError
@@ -120,8 +120,7 @@ def run(args: argparse.Namespace) -> int:
                     specs, changes, executor=executor, progress=progress, read_log=read_case
                 )
         _write(results, junit, html, _title(args.specs))
-    result = _result(results, changes, outputs.files)
-    print_result(args, result, _print, results, files=outputs.files)
+    print_result(args, _result(results, changes), _print, results, files=outputs.files)
     return ExitCode.DONE if all(result.passed for result in results) else ExitCode.NOT_AS_DEMANDED
 
 
@@ -157,9 +156,7 @@ def _print(results: Sequence["CaseResult"]) -> None:
     print(summary(results))
 
 
-def _result(
-    results: Sequence["CaseResult"], changes: "Changes", files: Sequence[Path]
-) -> dict[str, Any]:
+def _result(results: Sequence["CaseResult"], changes: "Changes") -> dict[str, Any]:
     """Return the results for JSON."""
     return {
         "passed": all(result.passed for result in results),
@@ -168,41 +165,30 @@ def _result(
             {
                 "spec": result.spec,
                 "file": result.path,
-                "case": result.case,
-                "passed": result.passed,
                 "skipped": result.skips,
-                "failures": result.failures,
-                "trouble": result.trouble,
-                "seconds": result.seconds,
+                **pick(result, "case passed failures trouble seconds differences"),
                 "checks": [
                     {
                         "metric": check.name,
-                        "unit": check.unit,
-                        "value": check.value,
-                        "min": check.limit.min,
-                        "max": check.limit.max,
+                        **pick(check.limit, "min max"),
                         "beyond": check.excess,
                         "passed": check.met,
-                        "doubt": check.doubt,
-                        "skipped": check.skipped,
+                        **pick(check, "unit value doubt skipped"),
                     }
                     for check in result.checks
                 ],
                 "curves": [
                     {
-                        "signal": curve.signal,
-                        "unit": curve.unit,
+                        **pick(curve, "signal unit"),
                         "band_use": curve.use if curve.band else None,
                         "beyond": float(curve.excesses.max(initial=0.0)),
                         "passed": curve.met,
                     }
                     for curve in result.curves
                 ],
-                "differences": result.differences,
             }
             for result in results
         ],
-        "files": files,
     }
 
 

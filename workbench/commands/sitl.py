@@ -3,6 +3,7 @@
 import argparse
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +13,10 @@ from workbench.commands.options import (
     add_description_options,
     add_json_option,
     add_rotors_option,
+    with_model,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_json, print_table, say, say_written
+from workbench.commands.printing import print_result, print_table, say
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 
 if TYPE_CHECKING:
@@ -164,21 +166,16 @@ def _check(args: argparse.Namespace) -> None:
 
 def _built(args: argparse.Namespace) -> "AutopilotFlight":
     """Build the flight."""
-    from workbench.common.resources import find_model, find_scenario, find_world
-    from workbench.scenario.scenario import Scenario, Start, VehicleConfig, load_scenario
+    from workbench.common.resources import find_scenario, find_world
+    from workbench.scenario.scenario import Scenario, Start, load_scenario
     from workbench.session.open_loop import AutopilotFlight
 
     scenario = Scenario(start=Start(mode="off"))
     if args.scenario:
         scenario = load_scenario(find_scenario(args.scenario))
         args.duration = args.duration or scenario.duration
-    if args.model:
-        scenario.vehicle = VehicleConfig(model=args.model)
-    scenario.vehicle.args |= dict(args.arg)
-    scenario.vehicle.packages |= dict(args.package)
-    scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors
+    with_model(scenario, args)
     scenario.world = args.world or scenario.world
-    find_model(scenario.vehicle.model)
     find_world(scenario.world)
     return AutopilotFlight(scenario, args.rate, args.order, noise=not args.no_noise)
 
@@ -206,29 +203,24 @@ def _served(
         recording = flight.recording()
         if log:
             recording.write_csv(log)
-    end = [float(x) for x in recording.p_WB[-1]]
+    end, highest = recording.p_WB[-1].tolist(), float(recording.p_WB[:, 2].max())
     summary = {
         "autopilot": peer.name,
         "vehicle": flight.vehicle.name,
         "duration": flight.time,
-        "max_height": float(recording.p_WB[:, 2].max()),
+        "max_height": highest,
         "end": end,
         "armed": peer.armed,
         "exchange": peer.report(),
         "broken": broken,
-        "files": outputs.files,
     }
-    if args.json:
-        print_json(summary)
-    else:
-        rows = [
-            ("duration", f"{flight.time:.3f}", "s"),
-            ("max height", f"{summary['max_height']:.2f}", "m"),
-            ("end", " ".join(f"{number:z.2f}" for number in end), "m"),
-            *((name, f"{count:.0f}", "") for name, count in peer.report().items()),
-        ]
-        print_table(rows, left=(0, 2))
-    say_written(outputs.files)
+    rows = [
+        ("duration", f"{flight.time:.3f}", "s"),
+        ("max height", f"{highest:.2f}", "m"),
+        ("end", " ".join(f"{number:z.2f}" for number in end), "m"),
+        *((name, f"{count:.0f}", "") for name, count in peer.report().items()),
+    ]
+    print_result(args, summary, partial(print_table, rows, left=(0, 2)), files=outputs.files)
     if broken:
         say(broken)
         return ExitCode.NOT_AS_DEMANDED

@@ -19,6 +19,7 @@ from workbench.commands.outputs import Outputs
 from workbench.commands.printing import (
     lost_replies,
     not_as_demanded,
+    pick,
     print_result,
     print_table,
     say,
@@ -29,7 +30,6 @@ from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
     from workbench.control.controller import Controller
     from workbench.design.hover_check import Demand, HoverReport
@@ -130,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
         if drawer:
             drawer.finish()
     trouble = flown.ended or (flown.loss.sentence if flown.loss else "")
-    result = _result(flown, args) | {"trouble": trouble, "files": outputs.files}
+    result = _result(flown, args) | {"trouble": trouble}
     result |= told_of_autopilot(flown.exchange, flown.ended)
     print_result(args, result, _print, flown, args, trouble, files=outputs.files)
     return ExitCode.NOT_AS_DEMANDED if trouble else ExitCode.DONE
@@ -174,17 +174,14 @@ def _fly_command(
 
 def _result(flown: "LoadResponse | StepResponse", args: argparse.Namespace) -> dict[str, Any]:
     """Return the response for JSON."""
-    is_load = args.load is not None
-    named = ("load",) if is_load else ("axis",)
-    rest = () if is_load else ("coupling", "diverged_at")
     return {
         "vehicle": flown.recording.vehicle.name,
         "gains": args.gains or "",
         "set": dict(args.set),
         "vary": dict(args.vary),
-        **{key: getattr(flown, key) for key in (*named, "amplitude")},
         **dataclasses.asdict(flown.metrics),
-        **{key: getattr(flown, key) for key in ("peak_rotor_use", *rest)},
+        **pick(flown, "load" if args.load else "axis coupling diverged_at"),
+        **pick(flown, "amplitude peak_rotor_use"),
     }
 
 
@@ -295,7 +292,7 @@ def run_hover(args: argparse.Namespace) -> int:
     law = flown_controller(scenario)
     gains = choose_gains(report.hover.vehicle, scenario.vehicle.gains, dict(args.set), law)
     unlikely = doubts(report.hover.vehicle)
-    result = _hover_result(report, gains, outputs.files) | {"warnings": unlikely}
+    result = _hover_result(report, gains) | {"warnings": unlikely}
     result |= told_of_autopilot(report.exchange, report.ended)
     print_result(args, result, _print_hover, report, law, gains, unlikely, files=outputs.files)
     if report.ended:
@@ -305,15 +302,12 @@ def run_hover(args: argparse.Namespace) -> int:
     return ExitCode.NOT_AS_DEMANDED if report.ended else code
 
 
-def _hover_result(
-    report: "HoverReport", gains: "dict[str, Gain]", files: "list[Path]"
-) -> dict[str, Any]:
+def _hover_result(report: "HoverReport", gains: "dict[str, Gain]") -> dict[str, Any]:
     """Return the results for JSON; angles in rad."""
     vehicle = report.hover.vehicle
     return {
         "vehicle": vehicle.name,
-        "source": vehicle.source,
-        "mass": vehicle.mass,
+        **pick(vehicle, "source mass"),
         "gains": gains,
         "hover": {
             "duration": float(report.hover.time[-1]),
@@ -323,17 +317,13 @@ def _hover_result(
         },
         "steps": [
             {
-                "axis": step.axis,
-                "amplitude": step.amplitude,
                 **dataclasses.asdict(step.metrics),
-                "peak_rotor_use": step.peak_rotor_use,
-                "coupling": step.coupling,
+                **pick(step, "axis amplitude peak_rotor_use coupling"),
             }
             for step in report.steps
         ],
         "demands": [{**dataclasses.asdict(demand), "met": demand.met} for demand in report.demands],
         "met": all(demand.met for demand in report.demands),
-        "files": files,
     }
 
 

@@ -19,7 +19,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_result, print_table, say
+from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
@@ -35,7 +35,7 @@ _PICTURE = "workbench.design.sweep.plot_sweep"
 _OWN_LOOP = "axis"
 """Value of --margins without a name."""
 _NOTHING_FLIES = "no best is chosen: the best candidates were lost on the full diagram"
-_RANGE = ("name", "low", "high", "points", "log")
+_RANGE = "name low high points log"
 """Keys of a range in JSON."""
 
 
@@ -156,16 +156,9 @@ def run(args: argparse.Namespace) -> int:
         write_table(table, log)
         if drawer:
             drawer.finish()
-    print_result(
-        args,
-        sweep_result(table, best, args.metric) | {"files": outputs.files},
-        print_sweep,
-        table,
-        best,
-        args.metric,
-        flown_with(args),
-        files=outputs.files,
-    )
+    shown = (table, best, args.metric)
+    result = sweep_result(*shown)
+    print_result(args, result, print_sweep, *shown, flown_with(args), files=outputs.files)
     if len(table) < table.planned:
         say(f"interrupted after {len(table)} of {table.planned} candidates; those are in the table")
         return ExitCode.INTERRUPTED
@@ -216,16 +209,11 @@ def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str)
     swept = [each.name for each in table.ranges]
     measured = [each.name for each in table.metrics]
     return {
-        "vehicle": table.vehicle,
-        "axis": table.case.axis,
-        "amplitude": table.case.amplitude,
-        "duration": table.case.duration,
+        **pick(table, "vehicle method seed planned"),
+        **pick(table.case, "axis amplitude duration"),
         "set": table.case.settings,
         "variation": table.case.scenario.vehicle.variation,
-        "method": table.method,
-        "seed": table.seed,
-        "ranges": [{key: getattr(each, key) for key in _RANGE} for each in table.ranges],
-        "planned": table.planned,
+        "ranges": [pick(each, _RANGE) for each in table.ranges],
         "flown": len(table),
         "diverged": int(np.isfinite(table.diverged_at).sum()),
         "metric": metric,

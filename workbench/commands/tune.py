@@ -17,13 +17,11 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs, check_writable, make_folder_of
-from workbench.commands.printing import print_result, print_table, say
+from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from workbench.control.controller import Controller
     from workbench.design.tune.tuner import Tuner
     from workbench.design.tune.tuning import Progress, Result, Tuning
@@ -127,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
     if found.met:
         _save(found, profile)
         files = [profile, *files]
-    print_result(args, tuning_json(found, files), print_tuning, found, files=files)
+    print_result(args, tuning_json(found), print_tuning, found, files=files)
     if found.met:
         return ExitCode.DONE
     for sentence in conclusion(found):
@@ -296,14 +294,11 @@ def conclusion(found: "Tuning") -> list[str]:
     return [f"{nearest}; look at more candidates with --evaluations"]
 
 
-def tuning_json(found: "Tuning", files: "Sequence[Path]") -> dict[str, Any]:
+def tuning_json(found: "Tuning") -> dict[str, Any]:
     """Return the results for JSON, in SI units."""
     return {
-        "vehicle": found.vehicle,
+        **pick(found, "vehicle met stopped evaluations shortfalls remarks"),
         "controller": found.controller.name,
-        "met": found.met,
-        "stopped": found.stopped,
-        "evaluations": found.evaluations,
         "wishes": [_result(result) for result in found.results if result not in found.guarded],
         "guarded": [_result(result) for result in found.guarded],
         "gains": {
@@ -330,9 +325,6 @@ def tuning_json(found: "Tuning", files: "Sequence[Path]") -> dict[str, Any]:
             }
             for conflict in found.conflicts
         ],
-        "shortfalls": found.shortfalls,
-        "remarks": found.remarks,
-        "files": files,
     }
 
 
