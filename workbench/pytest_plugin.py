@@ -73,7 +73,7 @@ class SpecItem(pytest.Item):
         # a controller of this repository runs as its conftest.py does
         spec = load_spec(self.path, trusted=self.config.rootpath)
         job = Job(spec, self.name).with_log(read_case)
-        flown = job.run()
+        flown = job.task.run()
         if self.config.getoption(UPDATE):
             for path, text in baseline_files(job, flown).items():
                 path.parent.mkdir(exist_ok=True)

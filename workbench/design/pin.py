@@ -442,7 +442,7 @@ def _measured(spec: Spec, part: str, gains: Mapping[str, float]) -> CaseResult:
     Raises:
         WorkbenchError: if the flight is lost.
     """
-    found = Job(spec, part, Changes(settings=gains)).run()
+    found = Job(spec, part, Changes(settings=gains)).task.run()
     if found.trouble:
         raise WorkbenchError(f"the step cannot be pinned: {found.trouble}")
     return found
@@ -536,7 +536,7 @@ def pin_log(
     job = Job(spec, case.name, logged=read_log(spec, case))
     found: dict[str, list[float]] = {}
     left_out: dict[str, str] = {}
-    for check in job.run().checks:
+    for check in job.task.run().checks:
         name = check.name.split(" ")[0]
         if math.isnan(check.value) or (check.doubt and name in MARKED):
             left_out[name] = check.doubt

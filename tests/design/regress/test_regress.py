@@ -31,7 +31,7 @@ def spec(tmp_path):
 
 def judged(name: str, case: str, **changes):
     job = Job(load_spec(find_spec(name)), case, Changes(**changes))
-    return compare(job, job.run())
+    return compare(job, job.task.run())
 
 
 def value(result, metric: str) -> float:

@@ -1,4 +1,4 @@
-"""Executors of many flights: the interfaces of executors and tasks, and local processes.
+"""Executors of many flights: their interface, tasks, and local processes.
 
 Executors on other machines are in `cluster`.
 """
@@ -14,10 +14,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from multiprocessing.queues import SimpleQueue
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeVar
 
 from workbench.common.errors import WorkbenchError
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from workbench.scenario.scenario import Scenario
 
 Result = TypeVar("Result")
-Result_co = TypeVar("Result_co", covariant=True)
 
 Stop = Callable[[], bool]
 """Function called regularly; True ends the work with the results so far."""
@@ -35,28 +34,33 @@ ASK = 0.2
 """Period between checks for a stop without results [s]."""
 
 
-class Task(Protocol[Result_co]):
+@dataclass(frozen=True)
+class Task(Generic[Result]):
     """Work that may run in any process: it can be pickled, and depends only on itself.
 
     Random numbers come from its own seed, so that the result is always the same.
+
+    Attributes:
+        scenario: with the files to read for it; elsewhere these are copies.
+        work: a function of a module, called with the scenario and the arguments.
+        arguments: of the function, after the scenario.
     """
 
-    @property
-    def scenario(self) -> "Scenario":
-        """The scenario with the files to read for it."""
-        ...
+    scenario: "Scenario"
+    work: Callable[..., Result]
+    arguments: tuple[Any, ...] = ()
 
     def with_scenario(self, scenario: "Scenario") -> Self:
-        """Return the same task with the files of a scenario, which are copies elsewhere."""
-        ...
+        """Return the same task with the files of a scenario."""
+        return replace(self, scenario=scenario)
 
-    def run(self) -> Result_co:
+    def run(self) -> Result:
         """Do it.
 
         Raises:
             WorkbenchError: if it fails; the error is passed to the caller.
         """
-        ...
+        return self.work(self.scenario, *self.arguments)
 
 
 class Executor(Protocol):

@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import read_yaml
-from workbench.design.executor.executor import Executor, InThisProcess, LocalProcesses
+from workbench.design.executor.executor import Executor, InThisProcess, LocalProcesses, Task
 from workbench.design.metrics import find_metric
 from workbench.design.regress.baseline import (
     conditions,
@@ -54,7 +54,7 @@ class Recorded(NamedTuple):
 
 @dataclass(frozen=True)
 class Job:
-    """One part of a spec to judge; see `executor.Task`.
+    """One part of a spec to judge.
 
     Attributes:
         spec: the one it belongs to.
@@ -83,19 +83,9 @@ class Job:
         return cases[self.part]
 
     @property
-    def scenario(self) -> Scenario:
-        """The scenario with the files to read for it."""
-        return changed(self.spec, self.changes)
-
-    def with_scenario(self, scenario: Scenario) -> Self:
-        """Return the same job, with the files of a scenario."""
-        content = dataclasses.replace(
-            self.spec.content,
-            vehicle=scenario.vehicle,
-            controller=scenario.controller,
-            world=scenario.world,
-        )
-        return dataclasses.replace(self, spec=dataclasses.replace(self.spec, content=content))
+    def task(self) -> Task[CaseResult]:
+        """The work of an executor: to judge it, without its baseline."""
+        return Task(changed(self.spec, self.changes), _judge, (self,))
 
     def with_log(self, read: ReadLog) -> "Job":
         """Return the job with the flight of its log, if its case has one.
@@ -120,39 +110,42 @@ class Job:
         except WorkbenchError as error:
             raise WorkbenchError(f"{self.spec.path}: {case.name}: {error}") from None
 
-    def run(self) -> CaseResult:
-        """Fly the case, or compute the margins; the baseline is not read.
 
-        Raises:
-            WorkbenchError: if the vehicle cannot be built.
-        """
-        began = time.perf_counter()
-        common, case, path = self.scenario, self.case, self.spec.path
-        result = CaseResult(spec_title(path), path, self.part)
-        if case is None:
-            checks = _check_loops(self.spec, common, self.changes.settings)
-            result = dataclasses.replace(result, checks=checks)
-        else:
-            try:
-                result = _judged(result, case, self._flight(case, common))
-            except WorkbenchError as error:
-                raise WorkbenchError(f"{path}: {case.name}: {error}") from None
-        return dataclasses.replace(
-            result,
-            seconds=time.perf_counter() - began,
-            conditions=conditions(common, self.changes.settings),
+def _judge(common: Scenario, job: Job) -> CaseResult:
+    """Fly the case of a job, or compute the margins; the baseline is not read.
+
+    Args:
+        common: to all cases of the spec, with the changes of the run.
+        job: what to judge.
+
+    Raises:
+        WorkbenchError: if the vehicle cannot be built.
+    """
+    began = time.perf_counter()
+    case, path, settings = job.case, job.spec.path, job.changes.settings
+    result = CaseResult(spec_title(path), path, job.part)
+    if case is None:
+        result = dataclasses.replace(result, checks=_check_loops(job.spec, common, settings))
+    else:
+        try:
+            result = _judged(result, case, _flight(job, case, common))
+        except WorkbenchError as error:
+            raise WorkbenchError(f"{path}: {case.name}: {error}") from None
+    return dataclasses.replace(
+        result, seconds=time.perf_counter() - began, conditions=conditions(common, settings)
+    )
+
+
+def _flight(job: Job, case: Case, common: Scenario) -> Flight:
+    """Return the flight of a case, simulated now or from its log."""
+    if case.log is None:
+        return fly_case(case, common, job.changes.settings)
+    if job.logged is None:
+        raise WorkbenchError(
+            "is judged from a log: give regress and record "
+            "read_log=workbench.logs.judged_log.read_case"
         )
-
-    def _flight(self, case: Case, common: Scenario) -> Flight:
-        """Return the flight of the case, simulated now or from its log."""
-        if case.log is None:
-            return fly_case(case, common, self.changes.settings)
-        if self.logged is None:
-            raise WorkbenchError(
-                "is judged from a log: give regress and record "
-                "read_log=workbench.logs.judged_log.read_case"
-            )
-        return self.logged
+    return job.logged
 
 
 def regress(
@@ -236,7 +229,7 @@ def _jobs(specs: Sequence[Path | str], changes: Changes, read_log: ReadLog | Non
 def _run(jobs: Sequence[Job], executor: Executor, progress: Progress | None) -> list[CaseResult]:
     """Return the results of jobs, in their order."""
     found: dict[int, CaseResult] = {}
-    for index, result in executor.run(jobs):
+    for index, result in executor.run([job.task for job in jobs]):
         found[index] = result
         if progress:
             progress(len(found) / len(jobs))

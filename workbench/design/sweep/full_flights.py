@@ -2,15 +2,12 @@
 
 import dataclasses
 import logging
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Self
+from collections.abc import Sequence
 
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
-from workbench.design.executor.executor import Executor, all_cores
+from workbench.design.executor.executor import Executor, Task, all_cores
 from workbench.design.lost import find_loss
 from workbench.design.metrics import FLOWN
 from workbench.design.response_metrics import step_metrics
@@ -48,7 +45,7 @@ def fly_full(
         WorkbenchError: if a candidate cannot be built, or a process is lost.
     """
     flown = nothing_flown(len(candidates))
-    tasks = [StepFlight(case, candidate) for candidate in candidates]
+    tasks = [Task(case.scenario, _fly_quietly, (case, candidate)) for candidate in candidates]
     found = (executor or all_cores()).run(tasks, stop)
     for count, (index, result) in enumerate(found, start=1):
         flown.values[index], flown.diverged_at[index] = result
@@ -58,26 +55,17 @@ def fly_full(
     return flown
 
 
-@dataclass(frozen=True)
-class StepFlight:
-    """The flight of one candidate, to run anywhere; see `executor.Task`."""
-
-    case: SweepCase
-    candidate: Candidate
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario with the files to read for it."""
-        return self.case.scenario
-
-    def with_scenario(self, scenario: Scenario) -> Self:
-        """Return the same flight, with the files of a scenario."""
-        return dataclasses.replace(self, case=dataclasses.replace(self.case, scenario=scenario))
-
-    def run(self) -> tuple[list[float], float]:
-        """Return the result of `fly_one`, without remarks, as the caller has logged them."""
-        with _quietly():
-            return fly_one(self.case, self.candidate)
+def _fly_quietly(
+    scenario: Scenario, case: SweepCase, candidate: Candidate
+) -> tuple[list[float], float]:
+    """Return the result of `fly_one`, without remarks, as the caller has logged them."""
+    logger = logging.getLogger("workbench")
+    before = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        return fly_one(dataclasses.replace(case, scenario=scenario), candidate)
+    finally:
+        logger.setLevel(before)
 
 
 def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
@@ -113,15 +101,3 @@ def lost_at(recording: Recording) -> float:
     """Return the time from the edge of a step to the loss [s]; 0 if before, NaN if never."""
     loss = find_loss(recording)
     return max(0.0, loss.time - EDGE) if loss else float("nan")
-
-
-@contextmanager
-def _quietly() -> Iterator[None]:
-    """Log only errors."""
-    logger = logging.getLogger("workbench")
-    before = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        logger.setLevel(before)

@@ -1,19 +1,17 @@
 """Measure sets of gains: flown steps, margins and noise, for several vehicles."""
 
 import copy
-import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from workbench.common.errors import FlightBrokenError
 from workbench.control.controller import Controller, Loop
-from workbench.design.executor.executor import all_cores
+from workbench.design.executor.executor import Task, all_cores
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.noise import noise_effects
@@ -52,58 +50,40 @@ _UNSEEN = 1e-7
 """Share of a mode in the outputs up to which it counts as unobservable."""
 
 
-@dataclass(frozen=True)
-class DiagramStep:
-    """The flight of one set of gains, see `executor.Task`.
+def _diagram_step(
+    scenario: Scenario, gains: Gains, axis: str, step: "Step", velocity: Triple
+) -> tuple[np.ndarray, float, float]:
+    """Return the response (M) of a step, the largest rotor use, and the time of a loss.
 
-    Attributes:
+    A response that breaks off continues at 0.
+
+    Args:
         scenario: its vehicle, varied, controller and rates.
         gains: parameter values by name.
         axis: of the step.
-        amplitude: of its command [m/s, rad/s].
-        duration: flown after its edge [s].
+        step: its amplitude and duration.
         velocity: of the steady flight before it, in W (3) [m/s].
     """
-
-    scenario: Scenario
-    gains: Mapping[str, float]
-    axis: str
-    amplitude: float
-    duration: float
-    velocity: tuple[float, float, float] = HOVER
-
-    def with_scenario(self, scenario: Scenario) -> Self:
-        """Return the same flight, with the files of a scenario."""
-        return dataclasses.replace(self, scenario=scenario)
-
-    @property
-    def samples(self) -> int:
-        """Number of samples M: one for each control period, including the edge."""
-        return round(self.duration / self.scenario.rates.control_period) + 1
-
-    def run(self) -> tuple[np.ndarray, float, float]:
-        """Return the response (M) from the edge on, the largest rotor use, and the time of a loss.
-
-        A response that breaks off continues at 0.
-        """
-        response = np.zeros(self.samples)
-        rates = dataclasses.replace(
-            self.scenario.rates, record_period=self.scenario.rates.control_period
+    response = np.zeros(_samples(scenario, step))
+    try:
+        flown = fly_step(
+            axis,
+            step.amplitude,
+            duration=step.duration,
+            scenario=scenario,
+            settings=gains,
+            velocity=velocity,
         )
-        try:
-            flown = fly_step(
-                self.axis,
-                self.amplitude,
-                duration=self.duration,
-                scenario=dataclasses.replace(self.scenario, rates=rates),
-                settings=self.gains,
-                velocity=self.velocity,
-            )
-        except FlightBrokenError:
-            return response, np.inf, 0.0
-        values = flown.response[: response.size]
-        response[: values.size] = values
-        return response, flown.peak_rotor_use, flown.diverged_at
+    except FlightBrokenError:
+        return response, np.inf, 0.0
+    values = flown.response[: response.size]
+    response[: values.size] = values
+    return response, flown.peak_rotor_use, flown.diverged_at
+
+
+def _samples(scenario: Scenario, step: "Step") -> int:
+    """Return the number of samples M: one for each control period, including the edge."""
+    return round(step.duration / scenario.rates.control_period) + 1
 
 
 @dataclass(frozen=True)
@@ -224,12 +204,11 @@ class Instruments:
         scenario = self._study(case).scenario
         velocity = self.point.velocity
         tasks = [
-            DiagramStep(scenario, dict(each), axis, step.amplitude, step.duration, velocity)
-            for each in gains
+            Task(scenario, _diagram_step, (dict(each), axis, step, velocity)) for each in gains
         ]
         flown = dict(all_cores().run(tasks))
         found = zip(*(flown[index] for index in range(len(tasks))), strict=True)
-        time = scenario.rates.control_period * np.arange(tasks[0].samples)
+        time = scenario.rates.control_period * np.arange(_samples(scenario, step))
         return Responses(time, *map(np.array, found))
 
     def measure(self, gains: Sequence[Gains], quantities: Sequence[Quantity]) -> np.ndarray:
