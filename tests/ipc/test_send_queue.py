@@ -1,5 +1,6 @@
 """A send queue over a real pipe; where nobody reads, it must neither wait nor grow."""
 
+import threading
 from multiprocessing import Pipe
 
 import pytest
@@ -35,6 +36,17 @@ def test_messages_arrive_in_their_order(pipe):
         queue.post(number)
     assert received(pipe[1], 999) == list(range(1000))
     queue.close(ENOUGH)
+
+
+def test_a_short_message_waits_for_no_thread(pipe, monkeypatch):
+    monkeypatch.setattr(threading.Thread, "start", lambda thread: None)
+    queue = SendQueue(pipe[0])
+    queue.post("first")
+    queue.post("second")
+    queue.post(LARGE)
+    queue.post("behind the large one")
+    assert [pipe[1].recv() for _ in range(2)] == ["first", "second"]
+    assert not pipe[1].poll()
 
 
 def test_of_what_is_shown_to_nobody_only_the_newest_is_kept(pipe):

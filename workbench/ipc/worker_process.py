@@ -1,17 +1,16 @@
 """A child process that answers requests without blocking its caller."""
 
 import math
-import pickle
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
-from queue import SimpleQueue
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.child_process import DYING, ChildProcess
+from workbench.ipc.send_queue import SendQueue
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class SupersededError(WorkbenchError):
 class WorkerProcess(ChildProcess):
     """A child process that answers requests; only `end` and `close` block.
 
-    One thread sends requests, and another receives messages until the process is gone. Requests
+    A `SendQueue` sends requests, and a thread receives messages until the process is gone. Requests
     without an answer then fail with the reason.
 
     Args:
@@ -88,10 +87,8 @@ class WorkerProcess(ChildProcess):
         self._requests = 0
         self._unanswered: dict[int, Future[Any]] = {}
         self._closed = False
-        self._to_send: SimpleQueue[bytes | None] = SimpleQueue()
-        self._sender = threading.Thread(target=self._send, name=f"to the {name}", daemon=True)
+        self._send_queue = SendQueue(self.connection, f"to the {name}")
         self._listener = threading.Thread(target=self._listen, name=name, daemon=True)
-        self._sender.start()
         self._listener.start()
 
     @property
@@ -101,7 +98,7 @@ class WorkerProcess(ChildProcess):
 
     def send(self, message: object) -> None:
         """Send a message that has no answer; raises here if it cannot be pickled."""
-        self._to_send.put(pickle.dumps(message))
+        self._send_queue.post(message)
 
     def ask(self, make: Callable[[], object], answer: "Future[Any] | None" = None) -> "Future[Any]":
         """Send a request, which is pickled now, and return a Future of its answer.
@@ -143,14 +140,6 @@ class WorkerProcess(ChildProcess):
         if threading.current_thread() is not self._listener:  # a callback may call close
             self._listener.join(DYING)
 
-    def _send(self) -> None:
-        """Send queued messages until the end, or until the reader is gone."""
-        # The process is gone, which `_listen` notices; or (TypeError) the connection was closed
-        # here in the middle of a message.
-        with suppress(OSError, TypeError):
-            while (data := self._to_send.get()) is not None:
-                self.connection.send_bytes(data)
-
     def _listen(self) -> None:
         """Receive messages until the process is gone, then release it."""
         try:
@@ -167,8 +156,7 @@ class WorkerProcess(ChildProcess):
             unanswered, self._unanswered = self._unanswered, {}
         for answer in unanswered.values():
             answer.set_exception(WorkbenchError(reason))
-        self._to_send.put(None)
-        self._sender.join(DYING)
+        self._send_queue.close(DYING)
         self.release()
 
     def _take(self, message: object) -> None:
