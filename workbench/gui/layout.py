@@ -1,23 +1,32 @@
-"""Layouts: boxes, pages that scroll, lines that wrap, and labels that elide."""
+"""Layouts, and the small widgets in them: boxes, grids, scroll areas, buttons and labels."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from PyQt6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PyQt6.QtWidgets import (
+    QAbstractButton,
     QBoxLayout,
+    QComboBox,
     QFrame,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QLayout,
     QLayoutItem,
+    QMenu,
+    QPushButton,
     QScrollArea,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
+from workbench.gui.style import Widget, dressed
+
 Box = TypeVar("Box", bound=QBoxLayout)
+Button = TypeVar("Button", bound=QAbstractButton)
 WIDEST = 1500
 TALLEST = 1000
 """Largest height of a page [px]; beyond it its parts would only spread out."""
@@ -65,6 +74,12 @@ def _filled(box: Box, parts: Sequence[Part], margins: Margins | None, spacing: i
         box.setContentsMargins(*margins)
     if spacing is not None:
         box.setSpacing(spacing)
+    fill(box, *parts)
+    return box
+
+
+def fill(box: QBoxLayout, *parts: Part) -> None:
+    """Append parts to a box."""
     for part in parts:
         match part:
             case int(stretch):
@@ -79,7 +94,134 @@ def _filled(box: Box, parts: Sequence[Part], margins: Margins | None, spacing: i
                 box.addWidget(widget, stretch)
             case QWidget() as widget, Qt.AlignmentFlag() as side:
                 box.addWidget(widget, 0, side)
+
+
+def grid(
+    *rows: Sequence[QWidget | QLayout | None],
+    of: QWidget | None = None,
+    margins: Margins | None = None,
+    spacing: tuple[int, int] | None = None,
+    stretches: Sequence[int] = (),
+) -> QGridLayout:
+    """Return rows of parts in columns.
+
+    Args:
+        rows: from top to bottom; None leaves a place empty.
+        of: widget that gets the layout, None for a nested layout.
+        margins: as for `hbox`.
+        spacing: between columns and between rows [px]; None for that of the style.
+        stretches: stretch of each column, 0 without one.
+    """
+    made = QGridLayout(of)
+    if margins is not None:
+        made.setContentsMargins(*margins)
+    if spacing is not None:
+        made.setHorizontalSpacing(spacing[0])
+        made.setVerticalSpacing(spacing[1])
+    for line, row in enumerate(rows):
+        for column, part in enumerate(row):
+            if isinstance(part, QWidget):
+                made.addWidget(part, line, column)
+            elif part is not None:
+                made.addLayout(part, line, column)
+    for column, stretch in enumerate(stretches):
+        made.setColumnStretch(column, stretch)
+    return made
+
+
+def button(
+    text: str, pressed: Callable[[], object] | None = None, kind: str = "", help: str = ""
+) -> QPushButton:
+    """Return a button.
+
+    Args:
+        text: its text, with the mnemonic.
+        pressed: called when it is pressed.
+        kind: its class, see `style`.
+        help: its tool tip.
+    """
+    return _ready(QPushButton(text), pressed, kind, help)
+
+
+def tool_button(
+    text: str, pressed: Callable[[], object] | None = None, kind: str = "", help: str = ""
+) -> QToolButton:
+    """Return a button that is as narrow as its text; arguments as for `button`."""
+    made = QToolButton()
+    made.setText(text)
+    return _ready(made, pressed, kind, help)
+
+
+def menu_button(text: str, help: str, fill: Callable[[QMenu], None]) -> QToolButton:
+    """Return a button that opens a menu.
+
+    Args:
+        text: its text, with the mnemonic.
+        help: its tool tip, and its name for screen readers.
+        fill: fills the menu each time it opens.
+    """
+    made = named(tool_button(text, help=help), help)
+    made.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+    menu = QMenu(made)
+    menu.setToolTipsVisible(True)
+    menu.aboutToShow.connect(menu.clear)
+    menu.aboutToShow.connect(lambda: fill(menu))
+    made.setMenu(menu)
+    return made
+
+
+def _ready(made: Button, pressed: Callable[[], object] | None, kind: str, help: str) -> Button:
+    made.setToolTip(help)
+    if pressed is not None:
+        made.clicked.connect(lambda: pressed())  # without the state that Qt tells
+    return dressed(made, kind)
+
+
+def label(text: str = "", kind: str = "", *, wraps: bool = False) -> QLabel:
+    """Return a label of a class, see `style`."""
+    made = dressed(QLabel(text), kind)
+    made.setWordWrap(wraps)
+    return made
+
+
+def choice(name: str, texts: Iterable[str] = (), help: str = "") -> QComboBox:
+    """Return a box with texts to choose from; its tool tip is its name without other help."""
+    box = named(QComboBox(), name, help or name)
+    box.addItems([*texts])
     return box
+
+
+def named(widget: Widget, name: str, help: str = "") -> Widget:
+    """Name a new widget for screen readers, give it a tool tip, and return it."""
+    widget.setAccessibleName(name)
+    if help:
+        widget.setToolTip(help)
+    return widget
+
+
+def scroll_area(part: QWidget | None = None, *, sideways: bool = True) -> QScrollArea:
+    """Return an area without a frame that scrolls a part.
+
+    Args:
+        part: the part; None if it is set later.
+        sideways: whether a part that is too wide is scrolled, else it is clipped.
+    """
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    if not sideways:
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    if part is not None:
+        area.setWidget(part)
+    return area
+
+
+def column(*parts: Part, spacing: int) -> QWidget:
+    """Return a widget with parts one below the other, and no margins; arguments as for `vbox`."""
+    made = QWidget()
+    vbox(*parts, of=made, margins=NO_MARGINS, spacing=spacing)
+    return made
 
 
 def fit_page(screen: QWidget, layout: QLayout) -> None:
@@ -89,25 +231,13 @@ def fit_page(screen: QWidget, layout: QLayout) -> None:
         screen: screen without a layout.
         layout: layout of the page.
     """
-    area = QScrollArea(screen)
-    area.setWidgetResizable(True)
-    area.setFrameShape(QFrame.Shape.NoFrame)
-    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-    area.setWidget(_Ground(layout))
-    outer = QVBoxLayout(screen)
-    outer.setContentsMargins(0, 0, 0, 0)
-    outer.addWidget(area)
+    vbox(scroll_area(_Ground(layout)), of=screen, margins=NO_MARGINS)
 
 
 def scrolled(part: QWidget) -> QScrollArea:
     """Return an area that gives a part its full width and scrolls it vertically if necessary."""
-    area = QScrollArea()
-    area.setWidgetResizable(True)
-    area.setFrameShape(QFrame.Shape.NoFrame)
-    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area = scroll_area(part, sideways=False)
     area.setMinimumWidth(part.minimumSizeHint().width() + BAR)
-    area.setWidget(part)
     return area
 
 

@@ -8,14 +8,8 @@ from PyQt6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QFrame,
-    QHBoxLayout,
-    QLabel,
     QLineEdit,
-    QPushButton,
-    QScrollArea,
     QSizePolicy,
-    QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -23,7 +17,17 @@ from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_row import GainRow
 from workbench.gui.gains.gain_rows import gain_groups, gain_label, is_gain
-from workbench.gui.style import dressed
+from workbench.gui.layout import (
+    NO_MARGINS,
+    button,
+    choice,
+    hbox,
+    label,
+    named,
+    scroll_area,
+    tool_button,
+    vbox,
+)
 from workbench.gui.workspace import Workspace
 from workbench.scenario.parameters import Parameter
 from workbench.session.snapshot import Snapshot
@@ -60,24 +64,16 @@ class GainGroup(QWidget):
 
     def __init__(self, title: str, is_open: bool, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.heading = QToolButton(self)
-        self.heading.setText(title)
+        self.heading = tool_button(
+            title, lambda: self.set_open(not self.is_open), "quiet compact heading"
+        )
         self.heading.setAccessibleName(f"{title}, show or hide")
-        self.heading.setProperty("class", "quiet compact heading")
         self.heading.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.heading.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.heading.setCheckable(False)
         self.heading.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.heading.clicked.connect(lambda: self.set_open(not self.is_open))
         self._body = QWidget(self)
-        self._lines = QVBoxLayout(self._body)
-        self._lines.setContentsMargins(4, 0, 0, 2)
-        self._lines.setSpacing(GAP)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.heading)
-        layout.addWidget(self._body)
+        self._lines = vbox(of=self._body, margins=(4, 0, 0, 2), spacing=GAP)
+        vbox(self.heading, self._body, of=self, margins=NO_MARGINS, spacing=0)
         self.is_open = is_open
         self._searched: set[QWidget] | None = None
         self._left_out: set[QWidget] = set()
@@ -138,26 +134,16 @@ class StabilityWarning(QFrame):
     def __init__(self, editor: GainEditor, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setProperty("class", "card")
-        self.said = QLabel(self)
-        self.said.setWordWrap(True)
-        self.said.setAccessibleName("Why the gains are not flown")
-        self.fly = QPushButton("&Fly it anyway", self)
-        self.fly.setToolTip("Fly what is proposed although it is doubted (Ctrl+Return)")
+        self.said = named(label(wraps=True), "Why the gains are not flown")
+        self.fly = button(
+            "&Fly it anyway",
+            editor.confirm,
+            help="Fly what is proposed although it is doubted (Ctrl+Return)",
+        )
+        self.back = button("&Back", editor.discard, "primary", "Propose again what flies (Esc)")
         QShortcut(QKeySequence("Ctrl+Return"), self).activated.connect(editor.confirm)
-        self.back = QPushButton("&Back", self)
-        self.back.setToolTip("Propose again what flies (Esc)")
-        self.back.setProperty("class", "primary")
-        buttons = QHBoxLayout()
-        buttons.addStretch()
-        buttons.addWidget(self.fly)
-        buttons.addWidget(self.back)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(8, 6, 8, 6)
-        layout.setSpacing(5)
-        layout.addWidget(self.said)
-        layout.addLayout(buttons)
-        self.fly.clicked.connect(editor.confirm)
-        self.back.clicked.connect(lambda: editor.discard())
+        buttons = hbox(0, self.fly, self.back)
+        vbox(self.said, buttons, of=self, margins=(8, 6, 8, 6), spacing=5)
         editor.warning_changed.connect(self._show)
         self._show(editor.warning)
 
@@ -177,21 +163,16 @@ class SetBar(QWidget):
     def __init__(self, editor: GainEditor, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
-        self.choice = QComboBox(self)
-        self.choice.setAccessibleName("Set of gains")
-        self.choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        self.choice.setToolTip(
-            "The sliders show, and margins and steps judge, this set of gains in hover; the flight "
-            "goes on between the sets"
+        self.choice = choice(
+            "Set of gains",
+            help="The sliders show, and margins and steps judge, this set of gains in hover; the "
+            "flight goes on between the sets",
         )
-        label = QLabel("&Set", self)
-        label.setBuddy(self.choice)
-        self.flies = dressed(QLabel(self), "muted")
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 0, 8, 0)
-        row.addWidget(label)
-        row.addWidget(self.choice)
-        row.addWidget(self.flies, 1)
+        self.choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        name = label("&Set")
+        name.setBuddy(self.choice)
+        self.flies = label(kind="muted")
+        hbox(name, self.choice, (self.flies, 1), of=self, margins=(8, 0, 8, 0))
         self.choice.activated.connect(lambda place: editor.show_set(place - 1 if place else None))
         self.show_schedule()
 
@@ -240,21 +221,28 @@ class GainPanel(QWidget):
         self._more: GainGroup | None = None
         self._shown: tuple[Parameter, ...] = ()
         self._start: Mapping[str, float] = editor.start
-        self.search = QLineEdit(self)
+        self.search = named(QLineEdit(), "Search parameters by name or help")
         self.search.setPlaceholderText("Search (Ctrl+F)")
-        self.search.setAccessibleName("Search parameters by name or help")
         self.search.setClearButtonEnabled(True)
-        self.linked = QCheckBox("Link &x and y", self)
+        self.linked = QCheckBox("Link &x and y")
         self.linked.setToolTip("Let gains of x and y move together; linking moves none yet")
         self.linked.setChecked(editor.linked)
         self.warning = StabilityWarning(editor, self)
         self.set_bar = SetBar(editor, self)
-        self.nothing = dressed(QLabel(NOTHING, self), "muted")
-        self.nothing.setWordWrap(True)
+        self.nothing = label(NOTHING, "muted", wraps=True)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._area = QScrollArea(self)
+        self._area = scroll_area(sideways=False)
         self._area.hide()
-        self._lay_out()
+        vbox(
+            hbox((self.search, 1), self.linked, margins=(8, 4, 8, 0)),
+            self.set_bar,
+            hbox(self.warning, margins=(8, 0, 8, 0)),
+            (self._area, 1),
+            (self.nothing, 1),
+            of=self,
+            margins=NO_MARGINS,
+            spacing=4,
+        )
         self._soon = single_shot(self._show_all, self)
         self._connect()
         self._show_all()
@@ -351,17 +339,11 @@ class GainPanel(QWidget):
         self.rows = {}
         self._groups = []
         content = QWidget()
-        column = QVBoxLayout(content)
-        column.setContentsMargins(8, 0, 2, 2)
-        column.setSpacing(0)
         gains = [row for row in self._shown if is_gain(row)]
-        for title in gain_groups(gains):
-            group = self._make_group(title, gains, title != CLOSED)
-            column.addWidget(group)
+        groups = [self._make_group(title, gains, title != CLOSED) for title in gain_groups(gains)]
         self._more = GainGroup(MORE, False, self)
         self._more.heading.clicked.connect(self._make_more)
-        column.addWidget(self._more)
-        column.addStretch()
+        vbox(*groups, self._more, 0, of=content, margins=(8, 0, 2, 2), spacing=0)
         self._area.setWidget(content)
         self._area.setVisible(bool(gains))
         self.nothing.setVisible(not gains)
@@ -415,24 +397,3 @@ class GainPanel(QWidget):
             inside = {each for each in self._groups if self._more.isAncestorOf(each)}
             kept: set[QWidget] = {each for each in inside if each.isVisibleTo(self._more)}
             self._more.search(kept if words.strip() else None)
-
-    def _lay_out(self) -> None:
-        self._area.setWidgetResizable(True)
-        self._area.setFrameShape(QFrame.Shape.NoFrame)
-        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        top = QHBoxLayout()
-        top.setContentsMargins(8, 4, 8, 0)
-        top.addWidget(self.search, 1)
-        top.addWidget(self.linked)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(4)
-        layout.addLayout(top)
-        layout.addWidget(self.set_bar)
-        margin = QVBoxLayout()
-        margin.setContentsMargins(8, 0, 8, 0)
-        margin.addWidget(self.warning)
-        layout.addLayout(margin)
-        layout.addWidget(self._area, 1)
-        layout.addWidget(self.nothing, 1)

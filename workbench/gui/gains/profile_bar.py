@@ -11,16 +11,10 @@ from PyQt6.QtWidgets import (
     QCheckBox,
     QFileDialog,
     QFrame,
-    QGridLayout,
-    QHBoxLayout,
     QInputDialog,
-    QLabel,
     QMenu,
-    QPushButton,
-    QScrollArea,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -29,7 +23,18 @@ from workbench.gains.gains import GainChange
 from workbench.gui.file_dialogs import show_file_dialog
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
 from workbench.gui.gains.profiles import OWN, GainProfiles, ProfileDiff, percent_text
-from workbench.gui.layout import ElidedLabel
+from workbench.gui.layout import (
+    ElidedLabel,
+    button,
+    grid,
+    hbox,
+    label,
+    menu_button,
+    named,
+    scroll_area,
+    tool_button,
+    vbox,
+)
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import dressed, set_class
 from workbench.gui.units import unit_for
@@ -84,19 +89,13 @@ class ProfileDiffView(QFrame):
         self.ticks: dict[str, QCheckBox] = {}
         self.setProperty("class", "card")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
-        self.said = QLabel(self)
-        self.said.setWordWrap(True)
-        self._area = QScrollArea(self)
-        self._area.setWidgetResizable(True)
-        self._area.setFrameShape(QFrame.Shape.NoFrame)
-        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.fly = dressed(QPushButton(self), "primary")
-        self.none = QPushButton("&Tick none", self)
-        self.back = QPushButton("Take &nothing", self)
-        self._lay_out()
-        self.fly.clicked.connect(self._take)
-        self.none.clicked.connect(self._tick_others)
-        self.back.clicked.connect(profiles.dismiss)
+        self.said = label(wraps=True)
+        self._area = scroll_area(sideways=False)
+        self.fly = button("", self._take, "primary")
+        self.none = button("&Tick none", self._tick_others)
+        self.back = button("Take &nothing", profiles.dismiss)
+        buttons = hbox(self.none, 0, self.back, self.fly, spacing=6)
+        vbox(self.said, self._area, buttons, of=self, margins=(8, 6, 8, 6), spacing=5)
         profiles.diff_changed.connect(self._show)
         self.hide()
 
@@ -107,21 +106,16 @@ class ProfileDiffView(QFrame):
         origin = f": {diff.origin}" if diff.origin else ""
         self.said.setText(f"<b>{len(diff.changes)} of {diff.name} differ</b>{origin}")
         content = QWidget()
-        grid = QGridLayout(content)
-        grid.setContentsMargins(0, 0, 4, 0)
-        grid.setHorizontalSpacing(10)
-        grid.setVerticalSpacing(2)
-        grid.setColumnStretch(0, 1)
         self.ticks = {}
-        for line, change in enumerate(diff.changes):
-            self._add_line(grid, line, change)
+        rows = map(self._make_row, diff.changes)
+        grid(*rows, of=content, margins=(0, 0, 4, 0), spacing=(10, 2), stretches=(1,))
         self._area.setWidget(content)
         self._area.setFixedHeight(min(TALLEST, content.sizeHint().height() + 2))
         self._count()
         self.show()
         self.fly.setFocus()
 
-    def _add_line(self, grid: QGridLayout, line: int, change: GainChange) -> None:
+    def _make_row(self, change: GainChange) -> list[QWidget]:
         words = self._profiles.words(change.name)
         unit = unit_for(change.unit, self._preferences)
         a, b = (f"{unit.shown(value):.4g}" for value in (change.a, change.b))
@@ -131,15 +125,13 @@ class ProfileDiffView(QFrame):
         tick.setAccessibleName(f"{words}: {a} becomes {b} {unit.symbol}")
         tick.toggled.connect(self._count)
         self.ticks[change.name] = tick
-        grid.addWidget(tick, line, 0)
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        texts = (a, "→", b, unit.symbol, percent_text(change))
-        for column, text in enumerate(texts, start=1):
-            part = QLabel(text)
+        row: list[QWidget] = [tick]
+        for text in (a, "→", b, unit.symbol, percent_text(change)):
+            part = label(text, "muted" if text in ("→", unit.symbol) else "")
             part.setAlignment(Qt.AlignmentFlag.AlignVCenter if text == unit.symbol else right)
-            if text in ("→", unit.symbol):
-                part.setProperty("class", "muted")
-            grid.addWidget(part, line, column)
+            row.append(part)
+        return row
 
     def _count(self) -> None:
         """Show the number of ticked lines."""
@@ -157,20 +149,6 @@ class ProfileDiffView(QFrame):
 
     def _take(self) -> None:
         self._profiles.take([name for name, tick in self.ticks.items() if tick.isChecked()])
-
-    def _lay_out(self) -> None:
-        buttons = QHBoxLayout()
-        buttons.setSpacing(6)
-        buttons.addWidget(self.none)
-        buttons.addStretch()
-        buttons.addWidget(self.back)
-        buttons.addWidget(self.fly)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(8, 6, 8, 6)
-        layout.setSpacing(5)
-        layout.addWidget(self.said)
-        layout.addWidget(self._area)
-        layout.addLayout(buttons)
 
 
 @dataclass(frozen=True)
@@ -285,10 +263,15 @@ class ProfileBar(QWidget):
         self.actions_by_name = self._make_actions()
         self.buttons: dict[str, QToolButton] = {}
         self._said: dict[str, str] = {}
-        self.name = QLabel(self)
-        self.state = ElidedLabel(self)
+        self.name = label()
+        self.state = named(dressed(ElidedLabel(), "muted"), "State of the gains")
         self.diff = ProfileDiffView(profiles, workspace.preferences, self)
-        self._lay_out()
+        changes = map(self._button, ("keep", "revert", "undo", "redo"))
+        slots = (self._button(f"compare_{slot}") for slot in SLOTS)
+        row = hbox(*changes, 0, *slots, spacing=3)
+        menu = menu_button("Profile ▾", "Files, clipboard and slots", self._fill_menu)
+        top = hbox((self.name, 1), dressed(menu, "compact"))
+        vbox(top, self.state, row, self.diff, of=self, margins=(8, 6, 8, 2), spacing=3)
         for signal in (editor.state_changed, editor.flown_changed, profiles.named):
             signal.connect(self._show)
         self._show()
@@ -422,54 +405,21 @@ class ProfileBar(QWidget):
     def _button(self, name: str) -> QToolButton:
         """Return the button of an action; Tab can focus it, too."""
         action = self.actions_by_name[name]
-        button = QToolButton(self)
-        button.setText(action.text())
-        button.setToolTip(action.toolTip())
-        button.setAccessibleName(action.statusTip())
-        button.setProperty("class", "compact")
+        made = tool_button(action.text(), action.trigger, "compact", action.toolTip())
+        made.setParent(self)  # Tab goes to it before the menu
+        made.setAccessibleName(action.statusTip())
         text = f"{action.text()}•" if name.startswith("compare") else action.text()
-        button.setFixedWidth(self.fontMetrics().horizontalAdvance(text) + PADDING)
-        button.clicked.connect(action.trigger)
-        action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
-        self.buttons[name] = button
-        return button
+        made.setFixedWidth(self.fontMetrics().horizontalAdvance(text) + PADDING)
+        action.changed.connect(lambda: made.setEnabled(action.isEnabled()))
+        self.buttons[name] = made
+        return made
 
-    def _menu(self, text: str, said: str, names: tuple[str, ...]) -> QToolButton:
-        button = QToolButton(self)
-        button.setText(f"{text} ▾")
-        button.setAccessibleName(said)
-        button.setProperty("class", "compact")
-        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        menu = QMenu(button)
-        menu.setToolTipsVisible(True)
-        for name in names:
+    def _fill_menu(self, menu: QMenu) -> None:
+        for name in MENU:
             if name:
                 menu.addAction(self.actions_by_name[name])
             else:
                 menu.addSeparator()
-        button.setMenu(menu)
-        return button
-
-    def _lay_out(self) -> None:
-        self.state.setProperty("class", "muted")
-        self.state.setAccessibleName("State of the gains")
-        row = QHBoxLayout()
-        row.setSpacing(3)
-        for name in ("keep", "revert", "undo", "redo"):
-            row.addWidget(self._button(name))
-        row.addStretch()
-        for slot in SLOTS:
-            row.addWidget(self._button(f"compare_{slot}"))
-        top = QHBoxLayout()
-        top.addWidget(self.name, 1)
-        top.addWidget(self._menu("Profile", "Files, clipboard and slots", MENU))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(8, 6, 8, 2)
-        layout.setSpacing(3)
-        layout.addLayout(top)
-        layout.addWidget(self.state)
-        layout.addLayout(row)
-        layout.addWidget(self.diff)
 
 
 def ask_to_load(parent: QWidget, chosen: Callable[[Path], None]) -> None:

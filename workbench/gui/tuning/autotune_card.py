@@ -1,21 +1,17 @@
 """The card that searches gains for wishes and shows the result for approval."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import (
     QComboBox,
     QCompleter,
-    QHBoxLayout,
-    QLabel,
     QLineEdit,
     QProgressBar,
-    QPushButton,
     QScrollArea,
     QSizePolicy,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -27,8 +23,9 @@ from workbench.design.metrics import WISHED
 from workbench.design.tune.wish import groups_of, parse_wish, subjects_of
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.layout import NO_MARGINS, button, column, hbox, label, named, vbox
 from workbench.gui.number_field import NUMBER, buddy, read_number
-from workbench.gui.style import dressed, set_class
+from workbench.gui.style import set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.designs import gains_text
 from workbench.gui.tuning.number_table import Cell, NumberTable, Row, State
@@ -84,17 +81,12 @@ class WishLine(QWidget):
     def __init__(self, number: int, law: Controller) -> None:
         super().__init__()
         self._law = law
-        self.field = QLineEdit()
-        self.field.setAccessibleName(f"Wish {number}, as x.rise_time <= 0.4 s")
+        self.field = named(QLineEdit(), f"Wish {number}, as x.rise_time <= 0.4 s")
         self.field.setPlaceholderText("another wish, as x.rise_time <= 0.4 s")
         self.set_controller(law)
         self.fault = wrapped("bad")
         self.fault.setVisible(False)
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 0, 0, 0)
-        box.setSpacing(1)
-        box.addWidget(self.field)
-        box.addWidget(self.fault)
+        vbox(self.field, self.fault, of=self, margins=NO_MARGINS, spacing=1)
         self.field.textChanged.connect(lambda _: self._check(typing=True))
         self.field.editingFinished.connect(lambda: self._check(typing=False))
 
@@ -146,16 +138,12 @@ class WishLines(QWidget):
     def __init__(self, wishes: Sequence[str]) -> None:
         super().__init__()
         self._law = load_controller()
-        self._box = QVBoxLayout(self)
-        self._box.setContentsMargins(0, 0, 0, 0)
-        self._box.setSpacing(3)
         self.lines: list[WishLine] = []
-        label = dressed(QLabel("&Wishes"), "muted")
-        self._box.addWidget(label)
-        for wish in wishes:
+        heading = label("&Wishes", "muted")
+        self._box = vbox(heading, of=self, margins=NO_MARGINS, spacing=3)
+        for wish in (*wishes, ""):
             self._add(wish)
-        self._add("")
-        label.setBuddy(self.lines[0].field)
+        heading.setBuddy(self.lines[0].field)
 
     @property
     def wishes(self) -> tuple[str, ...]:
@@ -203,12 +191,11 @@ class AutoTuneCard(Card):
         self._asked: Tune | None = None
         self._tuned: Tuned | None = None
         self.wishes = WishLines(DEFAULT)
-        self.start = _button("&Search", self.search, "primary")
-        self.progress = QProgressBar()
+        self.start = button("&Search", self.search, "primary")
+        self.progress = named(QProgressBar(), "Progress of the search, 0 to 100 %")
         self.progress.setRange(0, 100)
         self.progress.setTextVisible(False)
-        self.progress.setAccessibleName("Progress of the search, 0 to 100 %")
-        self.stop = _button("S&top, keep the best", self._analysis.stop)
+        self.stop = button("S&top, keep the best", self._analysis.stop)
         self.best = wrapped()
         self.table = NumberTable(
             "Wishes before and after",
@@ -221,11 +208,10 @@ class AutoTuneCard(Card):
         self.axis.currentIndexChanged.connect(self._draw)
         self.plot = StaticPlot(workspace)
         self.remarks = Sentence()
-        self.accept = _button("&Accept", self._accept, "primary")
-        self.discard = _button("&Discard", self._discard)
+        self.accept = button("&Accept", self._accept, "primary")
+        self.discard = button("&Discard", self._discard)
         self.pages = QStackedWidget()
-        for page in (self._wish_page(), self._search_page(), self._result_page()):
-            self.pages.addWidget(page)
+        self._lay_out()
         self.body.addWidget(self.pages, 1)
         self.wishes.changed.connect(self._show_state)
         trial.changed.connect(self._show_state)
@@ -328,44 +314,21 @@ class AutoTuneCard(Card):
             self.wishes.are_good and bool(self._trial.proposed) and not self._running
         )
 
-    def _wish_page(self) -> QWidget:
-        page, box = _page()
+    def _lay_out(self) -> None:
         self.wishes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
-        box.addWidget(_scrolling(self.wishes), 1)
-        box.addWidget(_at_the_end(self.start))
-        return page
-
-    def _search_page(self) -> QWidget:
-        page, box = _page()
-        box.addWidget(self.progress)
-        box.addWidget(self.best)
-        box.addStretch(1)
-        box.addWidget(_at_the_end(self.stop))
-        return page
-
-    def _result_page(self) -> QWidget:
-        page, box = _page()
-        box.addWidget(_scrolling(self.table), 1)
-        box.addWidget(self.remarks)
-        box.addWidget(self.plot, 1)
-        line = QHBoxLayout()
-        line.addWidget(buddy("Ste&p along", self.axis))
-        line.addWidget(self.axis)
-        line.addWidget(_at_the_end(self.discard, self.accept), 1)
-        box.addLayout(line)
-        return page
+        along = buddy("Ste&p along", self.axis)
+        line = hbox(along, self.axis, 1, self.discard, self.accept)
+        for page in (
+            ((_scrolling(self.wishes), 1), hbox(1, self.start)),
+            (self.progress, self.best, 1, hbox(1, self.stop)),
+            ((_scrolling(self.table), 1), self.remarks, (self.plot, 1), line),
+        ):
+            self.pages.addWidget(column(*page, spacing=SPACING))
 
 
 def _row(wished: Wished) -> Row:
     state = State.GOOD if wished.met else State.MISSED
     return Row(wished.wish, (Cell(wished.before), Cell(wished.after, over=not wished.met)), state)
-
-
-def _button(text: str, pressed: Callable[[], None], kind: str = "") -> QPushButton:
-    button = QPushButton(text)
-    button.setProperty("class", kind)
-    button.clicked.connect(lambda _: pressed())
-    return button
 
 
 def _scrolling(widget: QWidget) -> QScrollArea:
@@ -375,21 +338,3 @@ def _scrolling(widget: QWidget) -> QScrollArea:
     scroll.setWidget(widget)
     scroll.setMinimumHeight(LEAST_LIST)
     return scroll
-
-
-def _page() -> tuple[QWidget, QVBoxLayout]:
-    page = QWidget()
-    box = QVBoxLayout(page)
-    box.setContentsMargins(0, 0, 0, 0)
-    box.setSpacing(SPACING)
-    return page, box
-
-
-def _at_the_end(*buttons: QPushButton) -> QWidget:
-    line = QWidget()
-    row = QHBoxLayout(line)
-    row.setContentsMargins(0, 0, 0, 0)
-    row.addStretch(1)
-    for button in buttons:
-        row.addWidget(button)
-    return line

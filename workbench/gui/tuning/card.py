@@ -7,15 +7,13 @@ from PyQt6.QtWidgets import (
     QComboBox,
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.gui.help import explain
-from workbench.gui.layout import ElidedLabel
+from workbench.gui.layout import NO_MARGINS, ElidedLabel, grid, hbox, label, vbox
 from workbench.gui.number_field import buddy
 from workbench.gui.style import dressed, set_class
 
@@ -37,19 +35,12 @@ class Card(QFrame):
 
     def __init__(self, title: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setProperty("class", "card")
+        dressed(self, "card")
         self.setAccessibleName(title)
         explain(self, title)
-        heading = dressed(QLabel(title), "heading")
         self.said = Sentence()
-        self.head = QHBoxLayout()
-        self.head.setSpacing(SPACING)
-        self.head.addWidget(heading)
-        self.head.addWidget(self.said, 1)
-        self.body = QVBoxLayout(self)
-        self.body.setContentsMargins(9, 8, 9, 8)
-        self.body.setSpacing(SPACING)
-        self.body.addLayout(self.head)
+        self.head = hbox(label(title, "heading"), (self.said, 1), spacing=SPACING)
+        self.body = vbox(self.head, of=self, margins=(9, 8, 9, 8), spacing=SPACING)
 
 
 class Sentence(ElidedLabel):
@@ -70,27 +61,35 @@ class Sentence(ElidedLabel):
 
 def wrapped(tone: str = "muted") -> QLabel:
     """Return a label with wrapped text."""
-    label = QLabel()
-    label.setProperty("class", tone)
-    label.setWordWrap(True)
-    return label
+    return label(kind=tone, wraps=True)
 
 
-def fields_beside(fields: Sequence[tuple[str, QWidget]], narrowest: int = 78) -> QGridLayout:
+def fields_beside(
+    fields: Sequence[tuple[str, QWidget]],
+    widths: Sequence[int] | int = 78,
+    *,
+    of: QWidget | None = None,
+    gap: int = SPACING,
+) -> QGridLayout:
     """Return fields side by side, each below its label.
 
     Args:
         fields: text of the label, and the field.
-        narrowest: least width of a field [px].
+        widths: least widths of the fields, or the same for all [px]; wider ones get more space.
+        of: widget that gets the layout, None for a nested layout.
+        gap: between a label and its field [px].
     """
-    grid = QGridLayout()
-    grid.setSpacing(SPACING)
-    for column, (text, field) in enumerate(fields):
-        grid.addWidget(buddy(text, field), 0, column)
-        grid.addWidget(field, 1, column)
-        grid.setColumnStretch(column, 1)
-        field.setMinimumWidth(narrowest)
-    return grid
+    shares = [widths] * len(fields) if isinstance(widths, int) else widths
+    for (_, field), width in zip(fields, shares, strict=True):
+        field.setMinimumWidth(width)
+    return grid(
+        [buddy(text, field) for text, field in fields],
+        [field for _, field in fields],
+        of=of,
+        margins=NO_MARGINS,
+        spacing=(SPACING, gap),
+        stretches=shares,
+    )
 
 
 def offer(box: QComboBox, texts: Mapping[str, str], first: str | None = None) -> bool:

@@ -10,14 +10,9 @@ from PyQt6.QtCore import QSize, Qt
 from PyQt6.QtGui import QAction, QContextMenuEvent, QGuiApplication, QResizeEvent
 from PyQt6.QtWidgets import (
     QBoxLayout,
-    QComboBox,
-    QFrame,
-    QHBoxLayout,
     QLayout,
     QMenu,
-    QScrollArea,
     QStackedWidget,
-    QToolButton,
     QWidget,
 )
 
@@ -30,6 +25,7 @@ from workbench.gui.charts.ticks import Scale
 from workbench.gui.errands import single_shot
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_editor import SLOTS
+from workbench.gui.layout import choice, hbox, menu_button, scroll_area
 from workbench.gui.tuning.card import SPACING, Card, offer
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED, Design, DesignAnswers, Designs
 from workbench.gui.tuning.limits import MARGIN_LIMITS, STEP_LIMITS, Limit, Limits
@@ -297,9 +293,12 @@ class CompareCard(Card):
         self._keeping: Mapping[str, float] | None = None
         self._compared: tuple[Compared, ...] = ()
         self._preparing = ""
-        self.view, self.loop = QComboBox(), QComboBox()
-        self.choose = _menu_button("&Designs", "Choose what is compared", self._fill_choose)
-        self.use = _menu_button("&Use", "Fly or keep one, or copy the table", self._fill_use)
+        self.view = choice("What is shown", VIEWS, "What is shown of the designs")
+        self.loop = choice(
+            "Loop", help="The loop that is drawn over frequency, and has margins in the table"
+        )
+        self.choose = menu_button("&Designs", "Choose what is compared", self._fill_choose)
+        self.use = menu_button("&Use", "Fly or keep one, or copy the table", self._fill_use)
         self.legend = Legend(workspace.look)
         self.plot = StaticPlot(workspace)
         self.magnitude, self.phase = StaticPlot(workspace), StaticPlot(workspace)
@@ -620,50 +619,28 @@ class CompareCard(Card):
         menu.popup(event.globalPos())
 
     def _lay_out(self) -> None:
-        self.view.addItems(VIEWS)
-        self.view.setAccessibleName("What is shown")
-        self.view.setToolTip("What is shown of the designs")
-        self.loop.setAccessibleName("Loop")
-        self.loop.setToolTip("The loop that is drawn over frequency, and has margins in the table")
         self.legend.setAccessibleName("Designs, and what differs from the kept gains")
         for plot in (self.plot, self.magnitude, self.phase):
             plot.show_head(False)  # the card has the legend
         for plot, label, unit in ((self.magnitude, "|L|", "dB"), (self.phase, "∠L", "rad")):
             plot.set_axes("frequency", label, unit, "rad/s")
             plot.set_scales(Scale.LOGARITHMIC)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        area.setWidget(self.table)
         self.stack = QStackedWidget()
-        for part in (self.plot, Bode(self.magnitude, self.phase), self.plane, area):
+        bode = Bode(self.magnitude, self.phase)
+        for part in (self.plot, bode, self.plane, scroll_area(self.table)):
             self.stack.addWidget(part)
-        line = QHBoxLayout()
-        line.setSpacing(SPACING // 2)  # fits beside gains and response
-        for box in (self.view, self.loop):
-            line.addWidget(box, 1)
-        for button in (self.choose, self.use):
-            line.addWidget(button)
+        for each in (self.choose, self.use):
+            each.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        line = hbox(
+            (self.view, 1),
+            (self.loop, 1),
+            self.choose,
+            self.use,
+            spacing=SPACING // 2,  # fits beside gains and response
+        )
         self.body.addLayout(line)
         self.body.addWidget(self.legend)
         self.body.addWidget(self.stack, 1)
-
-
-def _menu_button(text: str, said: str, fill: Callable[[QMenu], None]) -> QToolButton:
-    """Return a button whose menu is made each time it is opened."""
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(said)
-    button.setAccessibleName(said)
-    button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-    menu = QMenu(button)
-    menu.setToolTipsVisible(True)
-    menu.aboutToShow.connect(menu.clear)
-    menu.aboutToShow.connect(lambda: fill(menu))
-    button.setMenu(menu)
-    return button
 
 
 def _action(menu: QMenu, text: str, act: Callable[[bool], object]) -> QAction:

@@ -9,17 +9,17 @@ from PyQt6.QtGui import QKeySequence, QShortcut
 from PyQt6.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QGridLayout,
-    QPushButton,
+    QLabel,
     QStackedWidget,
     QTabBar,
     QWidget,
 )
 
 from workbench.control.mode import FlightMode
+from workbench.gui.layout import NO_MARGINS, button, choice, fill, grid
 from workbench.gui.number_field import NumberField, buddy
-from workbench.gui.style import dressed, set_class
-from workbench.gui.tuning.card import SPACING, Card
+from workbench.gui.style import set_class
+from workbench.gui.tuning.card import SPACING, Card, fields_beside
 from workbench.gui.tuning.excitation_form import (
     KINDS,
     LEAST,
@@ -40,6 +40,9 @@ from workbench.scenario.parameters import parameter_table
 MOST_WIND = 25.0
 """Largest wind speed [m/s]."""
 TURN = math.tau
+GAP = 4
+"""Between a label and its field [px]."""
+ELIDES = QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
 NARROWEST_WIND = 100
 """Least width of a field [px]."""
 SPEED_KEY, DIRECTION_KEY, TURBULENCE_KEY = (
@@ -76,21 +79,23 @@ class WindForm(QWidget):
         self.direction = NumberField("To, from east on to north", 0, 15.0)
         self.direction.set_range(Unit("°", 180.0 / math.pi), -TURN, TURN)
         self.direction.setToolTip("Where the wind blows to: 0° is east, 90° is north")
-        self.turbulence = QComboBox()
-        self.turbulence.setAccessibleName("Turbulence")
-        self.turbulence.addItems([*TURBULENCES])
-        self.turbulence.setToolTip("Dryden's, by the wind speed at 20 ft that makes it")
-        self.button = dressed(QPushButton("Set wind"), "primary")
-        self.still = QPushButton("Still air")
-        self.still.setToolTip("No wind and no turbulence")
+        self.turbulence = choice(
+            "Turbulence", TURBULENCES, "Dryden's, by the wind speed at 20 ft that makes it"
+        )
+        self.turbulence.setSizeAdjustPolicy(ELIDES)
+        self.button = button("Set wind", self.blow, "primary")
+        self.still = button(
+            "Still air",
+            lambda: self._set(0.0, 0.0, TURBULENCES["still"]),
+            help="No wind and no turbulence",
+        )
         self.buttons = (self.still, self.button)
         store = self._preferences.store
         self._take_kept(store.value(SPEED_KEY, 4.0), store.value(DIRECTION_KEY, 0.0))
         kept = str(store.value(TURBULENCE_KEY, "still"))
         self.turbulence.setCurrentIndex(max(0, self.turbulence.findText(kept)))
-        self._lay_out()
-        self.button.clicked.connect(self.blow)
-        self.still.clicked.connect(lambda: self._set(0.0, 0.0, TURBULENCES["still"]))
+        fields = (("&Wind", self.speed), ("T&o", self.direction), ("&Turbulence", self.turbulence))
+        fields_beside(fields, NARROWEST_WIND, of=self, gap=GAP)
         self._preferences.changed.connect(lambda _: self._show_unit())
 
     def blow(self) -> None:
@@ -133,22 +138,6 @@ class WindForm(QWidget):
         self.speed.set_range(unit_for("m/s", self._preferences), 0.0, MOST_WIND)
         self.speed.show_si(speed)
 
-    def _lay_out(self) -> None:
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(SPACING)
-        grid.setVerticalSpacing(4)
-        for column, (text, field) in enumerate(
-            (("&Wind", self.speed), ("T&o", self.direction), ("&Turbulence", self.turbulence))
-        ):
-            grid.addWidget(buddy(text, field), 0, column)
-            grid.addWidget(field, 1, column)
-            grid.setColumnStretch(column, 1)
-            field.setMinimumWidth(NARROWEST_WIND)
-        self.turbulence.setSizeAdjustPolicy(
-            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-        )
-
 
 class FaultForm(QWidget):
     """Makes a part of the drone fail, and repairs it.
@@ -169,25 +158,26 @@ class FaultForm(QWidget):
         self._flight = workspace.flight
         self._parts: tuple[Part, ...] = ()
         self.faults: dict[str, float] = {}
-        self.part = QComboBox()
-        self.part.setAccessibleName("Part that fails")
-        self.mode = QComboBox()
-        self.mode.setAccessibleName("How it fails")
-        self.mode.addItems([*SENSOR_MODES])
+        self.part = choice("Part that fails")
+        self.mode = choice("How it fails", SENSOR_MODES)
         self.share = NumberField("Thrust that the rotor still gives", 0, 5.0)
         self.share.set_range(Unit("%", 100.0), 0.0, 1.0)
         self.share.show_si(THRUST_LEFT)
         self.how = QStackedWidget()
         self.how.addWidget(self.mode)
         self.how.addWidget(self.share)
-        self.button = dressed(QPushButton("Fail now"), "danger")
-        self.repair = QPushButton("Repair")
-        self.repair.setToolTip("Let this part work as before")
+        self.button = button("Fail now", self.fail, "danger")
+        self.repair = button("Repair", self._repair, help="Let this part work as before")
         self.buttons = (self.repair, self.button)
-        self._lay_out()
+        grid(
+            (buddy("&Part", self.part), buddy("&Fault", self.how)),
+            (self.part, self.how),
+            of=self,
+            margins=NO_MARGINS,
+            spacing=(SPACING, GAP),
+            stretches=(1, 1),
+        )
         self.part.currentIndexChanged.connect(self._show)
-        self.button.clicked.connect(self.fail)
-        self.repair.clicked.connect(self._repair)
 
     def begin(self, values: Mapping[str, float]) -> None:
         """Show the parts of another flight.
@@ -248,18 +238,6 @@ class FaultForm(QWidget):
         self.repair.setEnabled(part is not None and part.parameter in self.faults)
         self.changed.emit()
 
-    def _lay_out(self) -> None:
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(SPACING)
-        grid.setVerticalSpacing(4)
-        grid.addWidget(buddy("&Part", self.part), 0, 0)
-        grid.addWidget(self.part, 1, 0)
-        grid.addWidget(buddy("&Fault", self.how), 0, 1)
-        grid.addWidget(self.how, 1, 1)
-        for column in range(2):
-            grid.setColumnStretch(column, 1)
-
 
 class ExcitationCard(Card):
     """Starts and stops an excitation of the flight, sets its wind, and makes its parts fail.
@@ -287,10 +265,7 @@ class ExcitationCard(Card):
             self.tabs.setTabToolTip(self.tabs.addTab(kind.name), kind.help)
         self.tabs.setTabToolTip(self.tabs.addTab("Wind"), "Wind and turbulence that stay")
         self.tabs.setTabToolTip(self.tabs.addTab("Fault"), "A rotor or a sensor that fails")
-        self.axis = QComboBox()
-        self.shape = QComboBox()
-        self.axis.setAccessibleName("Axis")
-        self.shape.setAccessibleName("Shape")
+        self.axis, self.shape = choice("Axis"), choice("Shape")
         self.amplitude = NumberField("Amplitude", 2, 0.1)
         self.period = NumberField("Period", 2, 0.1)
         self.wind = WindForm(workspace)
@@ -298,9 +273,10 @@ class ExcitationCard(Card):
         self.pages = QStackedWidget()
         self.repeats = QCheckBox("&Repeat")
         self.repeats.setToolTip("Begin again when it is over, until it is stopped")
-        self.button = dressed(QPushButton("Start"), "primary")
-        self.take_off = QPushButton("Take off")
-        self.take_off.setToolTip("The drone must fly before it can be excited")
+        self.button = button("Start", self.start_or_stop, "primary", f"Start or stop ({KEY})")
+        self.take_off = button(
+            "Take off", self._take_off, help="The drone must fly before it can be excited"
+        )
         self.take_off.setVisible(False)
         self._lay_out()
         self.tabs.setCurrentIndex(KINDS.index(self.choice.kind))
@@ -315,13 +291,10 @@ class ExcitationCard(Card):
         for field in (self.amplitude, self.period):
             field.refused.connect(lambda _: self._show_state(self._flight.view))
         self.repeats.toggled.connect(lambda on: self._take(replace(self.choice, repeats=on)))
-        self.button.clicked.connect(self.start_or_stop)
-        self.take_off.clicked.connect(self._take_off)
         workspace.preferences.changed.connect(lambda name: self._show_choice())
         shortcut = QShortcut(QKeySequence(KEY), self)
         shortcut.setContext(Qt.ShortcutContext.WindowShortcut)
         shortcut.activated.connect(self.start_or_stop)
-        self.button.setToolTip(f"Start or stop ({KEY})")
         self._show_state(workspace.flight.view)
 
     @property
@@ -473,11 +446,7 @@ class ExcitationCard(Card):
         for part in parts:
             self.head.addWidget(part)
         for box in (self.axis, self.shape):
-            box.setSizeAdjustPolicy(
-                QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-            )
-        for field, width in zip(self._fields(), WIDTHS, strict=True):
-            field.setMinimumWidth(width)
+            box.setSizeAdjustPolicy(ELIDES)
         self.tabs.setStyleSheet(TABS)
         self.tabs.setDrawBase(False)
         self.tabs.setExpanding(False)
@@ -486,21 +455,11 @@ class ExcitationCard(Card):
         excitation = QWidget()
         for page in (excitation, self.wind, self.fault):
             self.pages.addWidget(page)
-        grid = QGridLayout(excitation)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(SPACING)
-        grid.setVerticalSpacing(4)
-        for column, (text, widget) in enumerate(
-            (("A&xis", self.axis), ("&Shape", self.shape), ("&Amplitude", self.amplitude),
-             ("&Period", self.period))
-        ):  # fmt: skip
-            label = buddy(text, widget)
-            grid.addWidget(label, 0, column)
-            grid.addWidget(widget, 1, column)
-            grid.setColumnStretch(column, WIDTHS[column])
-        self._time_label = label  # the last one, of the period
-        self.body.addWidget(self.tabs)
-        self.body.addWidget(self.pages)
+        names = ("A&xis", "&Shape", "&Amplitude", "&Period")
+        fields = [*zip(names, self._fields(), strict=True)]
+        fields_beside(fields, WIDTHS, of=excitation, gap=GAP)
+        *_, self._time_label = excitation.findChildren(QLabel)  # of the period, the last one
+        fill(self.body, self.tabs, self.pages)
         order = (*self._fields(), self.repeats)
         for one, other in zip(order, (*order[1:], self.take_off), strict=True):
             QWidget.setTabOrder(one, other)

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QPushButton, QWidget
+from PyQt6.QtWidgets import QCheckBox, QComboBox, QWidget
 
 from workbench.analysis.questions import Fork, Question, Step
 from workbench.analysis.replies import Forked, StepNumbers
@@ -15,8 +15,8 @@ from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_rows import controller_gains
+from workbench.gui.layout import button, fill, hbox
 from workbench.gui.number_field import NumberField
-from workbench.gui.style import dressed
 from workbench.gui.tuning.card import Card, fields_beside, offer
 from workbench.gui.tuning.designs import OtherControllers, controller_label, gains_text
 from workbench.gui.tuning.limits import STEP_LIMITS
@@ -100,7 +100,7 @@ class ForkCard(Card):
         self.with_step = QCheckBox("With a s&tep")
         self.with_step.setChecked(True)
         self.with_step.setToolTip("The step of the excitation is asked for at once")
-        self.button = dressed(QPushButton("&Fork now"), "primary")
+        self.button = button("&Fork now", self.fork, "primary")
         self.plot = StaticPlot(workspace)
         self.plot.set_hint("Fork: both go on from this instant")
         self.table = NumberTable(
@@ -113,12 +113,12 @@ class ForkCard(Card):
         )
         self.table.expect(2)
         self.table.hide()
-        self.keep_one, self.keep_other = QPushButton(), QPushButton()
+        self.keep_one, self.keep_other = (
+            button("", partial(self._keep, index), help="Fly this from now on")
+            for index in range(2)
+        )
         self._offer()
         self._lay_out()
-        self.button.clicked.connect(self.fork)
-        self.keep_one.clicked.connect(lambda: self._keep(0))
-        self.keep_other.clicked.connect(lambda: self._keep(1))
         self.quantity.currentIndexChanged.connect(self._draw)
         self.one.currentIndexChanged.connect(self._show_state)
         self.other.currentIndexChanged.connect(self._show_state)
@@ -270,9 +270,8 @@ class ForkCard(Card):
         names = [each.name for each in self._branches] if done else [b.currentText() for b in boxes]
         self.keep_one.setText(f"K&eep {names[0]}")
         self.keep_other.setText(f"&Keep {names[1]}")
-        for button in (self.keep_one, self.keep_other):
-            button.setEnabled(done)
-            button.setToolTip("Fly this from now on")
+        for each in (self.keep_one, self.keep_other):
+            each.setEnabled(done)
 
     def _lay_out(self) -> None:
         fields = (
@@ -285,14 +284,9 @@ class ForkCard(Card):
             box.currentTextChanged.connect(box.setToolTip)
             box.setToolTip(box.currentText())
         self.body.addLayout(fields_beside(fields))
-        line = QHBoxLayout()
         self.head.addWidget(self.with_step)
-        line.addStretch(1)
-        for button in (self.keep_one, self.keep_other, self.button):
-            line.addWidget(button)
-        self.body.addWidget(self.plot, 1)
-        self.body.addWidget(self.table)
-        self.body.addLayout(line)
+        line = hbox(1, self.keep_one, self.keep_other, self.button)
+        fill(self.body, (self.plot, 1), self.table, line)
 
 
 def _row(name: str, numbers: StepNumbers | None) -> Row:

@@ -7,10 +7,7 @@ import numpy as np
 from PyQt6.QtCore import QObject, pyqtSignal
 from PyQt6.QtWidgets import (
     QComboBox,
-    QHBoxLayout,
-    QPushButton,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -21,7 +18,7 @@ from workbench.control.mode import FlightMode
 from workbench.design.judge.measured_loop import measured_loop
 from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.charts.legend import Entry, Legend
-from workbench.gui.layout import scrolled
+from workbench.gui.layout import button, choice, column, fill, hbox, scrolled
 from workbench.gui.tuning.card import SPACING, Card, Sentence, offer
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
 from workbench.gui.tuning.drawn_loop import (
@@ -192,9 +189,7 @@ class LoopMeasuring(QObject):
         super().__init__(parent)
         self._flight, self._analysis = workspace.flight, workspace.analysis
         self._notices = workspace.notices
-        self.button = QPushButton("Measure")
-        self.button.setToolTip(MEASURE_HELP.format(seconds=USUAL))
-        self.button.clicked.connect(self._press)
+        self.button = button("Measure", self._press, help=MEASURE_HELP.format(seconds=USUAL))
         self.said = ""
         self._analysis.measurement_planned.connect(self._fly)
         self._analysis.refused.connect(self._hear_refusal)
@@ -337,9 +332,9 @@ class FrequencyCard(Card):
         self._seen = False
         self.curves = LoopCurves(workspace.analysis, self)
         self.measuring = LoopMeasuring(workspace, self)
-        self.views = _choice("What is drawn", VIEWS)
-        self.loops = _choice("Loop", ())
-        self.cuts = _choice("Where the loop is opened", CUTS)
+        self.views = choice("What is drawn", VIEWS)
+        self.loops = choice("Loop")
+        self.cuts = choice("Where the loop is opened", CUTS)
         self.bode, self.nyquist = BodePlots(workspace), NyquistPlot(workspace)
         self.gang, self.phase = GangPlots(workspace), PhaseView(workspace, judgement, limits)
         self.shaping = LoopShaping(workspace, trial, judgement)
@@ -351,24 +346,17 @@ class FrequencyCard(Card):
         self._stack = QStackedWidget()
         for page in (self.bode, self.nyquist, scrolled(self.gang), self.phase):
             self._stack.addWidget(page)
-        row = QHBoxLayout()
-        for part in (self.views, self.loops, self.cuts):
-            row.addWidget(part)
         self.progress = Sentence()
-        row.addWidget(self.progress, 1)
-        told = QHBoxLayout()
-        told.addWidget(self.reading, 1)
-        told.addWidget(self.measuring.button)
-        self.body.addLayout(row)
-        parts = QWidget()  # scrolled in a low window: plots and sliders need 400 px
-        box = QVBoxLayout(parts)
-        box.setContentsMargins(0, 0, 0, 0)
-        box.setSpacing(SPACING)
-        box.addWidget(self.legend)
-        box.addWidget(self._stack, 1)
-        box.addLayout(told)
-        box.addWidget(self.shaping)
-        self.body.addWidget(scrolled(parts), 1)
+        parts = column(
+            self.legend,
+            (self._stack, 1),
+            hbox((self.reading, 1), self.measuring.button),
+            self.shaping,
+            spacing=SPACING,
+        )
+        row = hbox(self.views, self.loops, self.cuts, (self.progress, 1))
+        # scrolled in a low window: plots and sliders need 400 px
+        fill(self.body, row, (scrolled(parts), 1))
         self.views.currentIndexChanged.connect(lambda _: self._turn_to_view())
         self.loops.activated.connect(lambda _: self.choose_loop(self.loops.currentData()))
         self.cuts.activated.connect(lambda _: self._choose())

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
-from PyQt6.QtWidgets import QGridLayout, QToolButton, QWidget
+from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError, find_row
+from workbench.gui.layout import NO_MARGINS, grid, named, tool_button
 from workbench.gui.number_field import NumberField, buddy
 from workbench.gui.units import Unit
 
@@ -260,9 +261,8 @@ class LimitsForm(QWidget):
         super().__init__()
         self.fields: dict[str, NumberField] = {}
         self._limits = limits
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        for index, row in enumerate(rows):
+        parts: list[QWidget] = []
+        for row in rows:
             field = NumberField(f"Limit of {row.label.lower()}", row.decimals, 10.0**-row.decimals)
             field.set_range(Unit(row.unit), row.minimum, row.maximum)
             field.show_si(limits.value(row.name))
@@ -273,18 +273,15 @@ class LimitsForm(QWidget):
             field.setStyleSheet(BARE)
             label = buddy(f"{row.short.capitalize()} {row.sign}", field)
             label.setToolTip(f"{row.label}: {row.help}")
-            line, column = divmod(index, columns)
-            grid.addWidget(label, line, 2 * column)
-            grid.addWidget(field, line, 2 * column + 1)
+            parts += [label, field]
             self.fields[row.name] = field
-        for column in range(columns):
-            grid.setColumnStretch(2 * column + 1, 1)
+        lines = (parts[at : at + 2 * columns] for at in range(0, len(parts), 2 * columns))
+        grid(*lines, of=self, margins=NO_MARGINS, stretches=(0, 1) * columns)
         self.setVisible(False)
-        self.button = QToolButton()
-        self.button.setText("Limits")
+        self.button = named(
+            tool_button("Limits", kind="quiet compact"), "Show the limits, to set others"
+        )
         self.button.setCheckable(True)
-        self.button.setProperty("class", "quiet compact")
-        self.button.setAccessibleName("Show the limits, to set others")
         self.button.toggled.connect(self.setVisible)
         limits.changed.connect(self._show)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
 from PyQt6.QtGui import QColor, QMouseEvent, QResizeEvent, QShowEvent
-from PyQt6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.design.judge.margins import LoopMargins
@@ -15,6 +15,7 @@ from workbench.gui.charts.content import Axis, Content, Guide, Line, Point
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.charts.ticks import Scale
+from workbench.gui.layout import NO_MARGINS, grid, vbox
 from workbench.gui.tuning.card import SPACING, wrapped
 from workbench.gui.tuning.drawn_loop import (
     DrawnLoop,
@@ -102,9 +103,7 @@ class FrequencyPlots(QWidget):
         super().__init__(parent)
         self._linking = False
         self.plots = tuple(StaticPlot(workspace) for _ in titles)
-        self._box = QGridLayout(self)
-        self._box.setContentsMargins(0, 0, 0, 0)
-        self._box.setSpacing(2)
+        self._box = grid(of=self, margins=NO_MARGINS, spacing=(2, 2))
         self._columns = 0
         for plot, title in zip(self.plots, titles, strict=True):
             plot.setMinimumHeight(LOW)
@@ -335,9 +334,7 @@ class NyquistPlot(QWidget):
         self._middle, self._half = MIDDLE, HALF
         self.canvas = Plane(workspace.look)
         self.setAccessibleName("Nyquist curve of the loop, with the disk of the disk margin")
-        box = QVBoxLayout(self)
-        box.setContentsMargins(0, 0, 0, 0)
-        box.addWidget(self.canvas)
+        vbox(self.canvas, of=self, margins=NO_MARGINS)
         self.canvas.pointed.connect(self._point)
         self.canvas.turned.connect(self._turn)
         self.canvas.boxed.connect(self._box)
@@ -611,11 +608,7 @@ class PhaseView(QWidget):
         )
         self.table.expect(ROWS)
         self.missing = wrapped()
-        body = QVBoxLayout(self)
-        body.setContentsMargins(0, 0, 0, 0)
-        body.setSpacing(SPACING)
-        body.addWidget(self.missing)
-        body.addWidget(self.table, 1)
+        vbox(self.missing, (self.table, 1), of=self, margins=NO_MARGINS, spacing=SPACING)
         judgement.changed.connect(self._show)
         limits.changed.connect(lambda _: self._show())
         self._show()

@@ -4,7 +4,7 @@ import math
 
 from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent
-from PyQt6.QtWidgets import QComboBox, QGridLayout, QLabel, QWidget
+from PyQt6.QtWidgets import QLabel, QWidget
 
 from workbench.analysis.questions import ShapeLoop
 from workbench.analysis.replies import JudgedLoop, LoopShaped
@@ -13,6 +13,7 @@ from workbench.design.judge.margins import Robustness
 from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_row import GainScale, GainSlider
+from workbench.gui.layout import NO_MARGINS, choice, grid
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.gui.tuning.judgement import Judgement
@@ -132,12 +133,11 @@ class LoopShaping(QWidget):
         self.bandwidth, self.phase, self.disk, self.factor = (
             ShapeSlider(*each, look) for each in SLIDERS
         )
-        self.margin = QComboBox()
-        self.margin.addItems(["Phase margin", "Disk margin"])
-        self.margin.setAccessibleName("Margin that the second slider sets")
-        self.margin.setToolTip(
+        self.margin = choice(
+            "Margin that the second slider sets",
+            ("Phase margin", "Disk margin"),
             "Which margin the slider sets: of the phase alone, or the disk margin α of gain and "
-            "phase together"
+            "phase together",
         )
         self.said = self.tone = ""
         self._rest = single_shot(self._ask_at_rest, self, REST)
@@ -189,18 +189,15 @@ class LoopShaping(QWidget):
             super().keyPressEvent(event)
 
     def _lay_out(self) -> None:
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(6)
-        grid.setVerticalSpacing(2)
-        for line, each in ((0, self.bandwidth), (1, self.phase), (1, self.disk), (2, self.factor)):
-            grid.addWidget(each.name, line, 0)
-            grid.addWidget(each.slider, line, 1)
-            grid.addWidget(each.number, line, 2)
+        sliders = (self.bandwidth, self.phase, self.disk, self.factor)
+        rows = [(each.name, each.slider, each.number) for each in sliders]
+        box = grid(of=self, margins=NO_MARGINS, spacing=(6, 2), stretches=(0, 1))
+        for line, row in zip((0, 1, 1, 2), rows, strict=True):
+            for column, part in enumerate(row):
+                box.addWidget(part, line, column)
         for each in (self.phase, self.disk):
             each.name.hide()  # the choice shows its name
-        grid.addWidget(self.margin, 1, 0)
-        grid.setColumnStretch(1, 1)
+        box.addWidget(self.margin, 1, 0)
         self._show_margin()
 
     @property

@@ -27,6 +27,7 @@ from workbench.gui.analysis import Follower
 from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.errands import single_shot
+from workbench.gui.layout import fill
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, Sentence, fields_beside
 from workbench.gui.tuning.limits import STEP_LIMITS
@@ -431,14 +432,12 @@ class MapCard(Card):
         self.view = MapView(workspace.look)
         self.reading = Sentence()
         fields = (("&Metric", self.number), ("A&cross", self.across), ("&Up", self.upwards))
-        self.body.addLayout(fields_beside(fields))
         for _, box in fields:
             box.setSizeAdjustPolicy(
                 QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
             )
             box.activated.connect(self._ask)
-        self.body.addWidget(self.view, 1)
-        self.body.addWidget(self.reading)
+        fill(self.body, fields_beside(fields), (self.view, 1), self.reading)
         self._rest = single_shot(self._ask, self, REST)
         trial.changed.connect(self._follow)
         self._follower.answered.connect(self._show)

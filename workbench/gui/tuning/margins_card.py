@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QToolButton, QWidget
+from PyQt6.QtWidgets import QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput
-from workbench.gui.style import dressed
+from workbench.gui.layout import fill, named, tool_button
 from workbench.gui.tuning.card import Card
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import MARGIN_LIMITS, Limit, Limits, LimitsForm, find_limit
@@ -187,22 +187,19 @@ class MarginsCard(Card):
         self._judgement = judgement
         self._limits = limits
         self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)
-        self.fold = dressed(QToolButton(), "quiet small")
+        help = "Fold the table, so that what is below it has its room"
+        self.fold = named(tool_button("", kind="quiet small"), "Fold the table of margins", help)
         self.fold.setCheckable(True)
         self.fold.setArrowType(Qt.ArrowType.DownArrow)
-        self.fold.setAccessibleName("Fold the table of margins")
-        self.fold.setToolTip("Fold the table, so that what is below it has its room")
         self.fold.toggled.connect(self._fold)
-        self.head.addWidget(self.form.button)
-        self.head.addWidget(self.fold)
+        fill(self.head, self.form.button, self.fold)
         head = [f"{row.short} {row.unit}".strip() for row in MARGIN_LIMITS]
         self.table = NumberTable(
             "Margins of every loop", head, workspace.look, paired=True, widest="yaw rate"
         )
         self.table.expect(ROWS)
         self.table.row_chosen.connect(self._choose)
-        self.body.addWidget(self.form)
-        self.body.addWidget(self.table, 1)
+        fill(self.body, self.form, (self.table, 1))
         judgement.changed.connect(self._show)
         limits.changed.connect(lambda _: self._show())
         self._show()

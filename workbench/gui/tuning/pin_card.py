@@ -8,18 +8,14 @@ from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtWidgets import (
     QCheckBox,
     QFileDialog,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
     QLineEdit,
-    QPushButton,
-    QToolButton,
     QWidget,
 )
 
 from workbench.analysis.questions import Pin, Question
 from workbench.analysis.replies import Pinned
 from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.layout import button, fill, grid, hbox, named, tool_button
 from workbench.gui.number_field import buddy
 from workbench.gui.style import set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
@@ -72,25 +68,19 @@ class PinCard(Card):
         self.name = QLineEdit("my-step")
         kept = str(workspace.preferences.store.value(FOLDER, "") or Path.cwd())
         self.folder = QLineEdit(kept)
-        self.browse = QToolButton()
-        self.browse.setText("…")
-        self.browse.setAccessibleName("Choose a folder")
+        self.browse = named(tool_button("…", self._browse), "Choose a folder")
         self.margins = QCheckBox("Hold the &margins of all loops, too")
         self.margins.setChecked(True)
         self.what = wrapped()
-        self.button = QPushButton("Write")
+        self.button = button("Write", self.write)
         self.fault = wrapped("bad")
         self.paths = Sentence()
         self.command = QLineEdit()
         self.command.setReadOnly(True)
-        self.copy = QPushButton("&Copy")
-        self.copy.setToolTip("Copy the command")
+        self.copy = button("&Copy", self._copy, help="Copy the command")
         self._lay_out()
         self.name.textChanged.connect(self._show_state)
         self.folder.textChanged.connect(self._show_state)
-        self.browse.clicked.connect(self._browse)
-        self.button.clicked.connect(self.write)
-        self.copy.clicked.connect(self._copy)
         trial.changed.connect(self._show_state)
         self._analysis.pinned.connect(self._hear)
         self._analysis.refused.connect(self._hear_refusal)
@@ -187,26 +177,21 @@ class PinCard(Card):
             clipboard.setText(self.command.text())
 
     def _lay_out(self) -> None:
-        self.body.addWidget(self.what)
-        grid = QGridLayout()
-        grid.setSpacing(SPACING)
-        grid.addWidget(buddy("&Name", self.name), 0, 0)
-        grid.addWidget(self.name, 0, 1, 1, 2)
-        grid.addWidget(buddy("&Folder", self.folder), 1, 0)
-        grid.addWidget(self.folder, 1, 1)
-        grid.addWidget(self.browse, 1, 2)
-        self.body.addLayout(grid)
-        self.body.addWidget(self.fault)
-        self.body.addWidget(self.margins)
-        line = QHBoxLayout()
-        line.addStretch(1)
-        line.addWidget(self.button)
-        self.body.addLayout(line)
-        self.body.addWidget(self.paths)
-        self._command_label: QLabel = buddy("Command that &runs it", self.command)
-        self.body.addWidget(self._command_label)
-        end = QHBoxLayout()
-        end.addWidget(self.command, 1)
-        end.addWidget(self.copy)
-        self.body.addLayout(end)
-        self.body.addStretch(1)
+        fields = grid(
+            (buddy("&Name", self.name), self.name),
+            (buddy("&Folder", self.folder), hbox((self.folder, 1), self.browse, spacing=SPACING)),
+            spacing=(SPACING, SPACING),
+        )
+        self._command_label = buddy("Command that &runs it", self.command)
+        fill(
+            self.body,
+            self.what,
+            fields,
+            self.fault,
+            self.margins,
+            hbox(1, self.button),
+            self.paths,
+            self._command_label,
+            hbox((self.command, 1), self.copy),
+            1,
+        )

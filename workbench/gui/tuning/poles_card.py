@@ -16,12 +16,13 @@ from PyQt6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
+from PyQt6.QtWidgets import QSizePolicy, QWidget
 
 from workbench.analysis.questions import MovePole
 from workbench.analysis.replies import PoleMoved
 from workbench.gui.analysis import Follower
 from workbench.gui.charts.ticks import round_step
+from workbench.gui.layout import choice, fill
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, Sentence, offer
 from workbench.gui.tuning.judgement import Judgement
@@ -483,9 +484,10 @@ class PolesCard(Card):
             "follow, as far as they can move it. What holds it is said below: a gain's limit, "
             "rotor lag, delays, filters"
         )
-        self.loops = QComboBox()
-        self.loops.setAccessibleName("Loop whose gains move a pole")
-        self.loops.setToolTip("A dragged pole is moved by the gains of this loop")
+        self.loops = choice(
+            "Loop whose gains move a pole",
+            help="A dragged pole is moved by the gains of this loop",
+        )
         self.reading = Sentence()
         self._trial = trial
         self._follower = Follower(workspace.analysis, MovePole, self)
@@ -493,8 +495,7 @@ class PolesCard(Card):
         self._follower.refused.connect(self._hear_refusal)
         self._follower.set_seen(True)
         self.head.addWidget(self.loops)
-        self.body.addWidget(self.plane, 1)
-        self.body.addWidget(self.reading)
+        fill(self.body, (self.plane, 1), self.reading)
         self.plane.read.connect(self._hear_read)
         self.plane.taken.connect(self._take)
         self.plane.wanted.connect(self._want)

@@ -18,6 +18,7 @@ from workbench.analysis.replies import Predicted, StepNumbers, load_numbers
 from workbench.design.response_metrics import load_metrics, response_metrics, why_withheld
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.layout import fill
 from workbench.gui.signals import Signals
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card
@@ -629,13 +630,8 @@ class ResponseCard(Card):
             "Numbers of the step", HEAD, workspace.look, paired=False, widest="Settling time"
         )
         self.table.expect(len(STEP_LIMITS))
-        for form in (self.form, self.load_form):
-            self.head.addWidget(form.button)
-        self.body.addWidget(self.plot, 1)
-        self.body.addWidget(self.strip)
-        for form in (self.form, self.load_form):
-            self.body.addWidget(form)
-        self.body.addWidget(self.table)
+        fill(self.head, self.form.button, self.load_form.button)
+        fill(self.body, (self.plot, 1), self.strip, self.form, self.load_form, self.table)
         limits.changed.connect(lambda _: self._show_numbers())
         workspace.preferences.changed.connect(lambda _: self._forget_drawn())
         self.plan(choice)

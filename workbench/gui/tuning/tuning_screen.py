@@ -6,7 +6,7 @@ from enum import Enum
 import numpy as np
 from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PyQt6.QtWidgets import QHBoxLayout, QLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
 
 from workbench.analysis.questions import Fork, Predict, Question
 from workbench.analysis.replies import Forked
@@ -19,7 +19,7 @@ from workbench.gui.gains.gain_panel import GainPanel
 from workbench.gui.gains.profile_bar import ProfileBar, ask_to_save
 from workbench.gui.gains.profiles import GainProfiles, ProfileDiff
 from workbench.gui.help import explain
-from workbench.gui.layout import scrolled
+from workbench.gui.layout import NO_MARGINS, column, hbox, scrolled
 from workbench.gui.screens import Screen
 from workbench.gui.tuning.autotune_card import AutoTuneCard
 from workbench.gui.tuning.compare_card import CompareCard
@@ -97,8 +97,7 @@ class Arrangement(QWidget):
         tabs.setDocumentMode(True)
         tabs.setUsesScrollButtons(True)
         tabs.setElideMode(Qt.TextElideMode.ElideNone)
-        self._middle = _stacked()
-        self._right = _stacked()
+        self._middle, self._right = column(spacing=GAP), column(spacing=GAP)
         self.splitter = QSplitter(Qt.Orientation.Horizontal)
         self.splitter.setHandleWidth(GAP)
         self.splitter.setChildrenCollapsible(False)
@@ -106,10 +105,8 @@ class Arrangement(QWidget):
             self.splitter.addWidget(part)
         for index, share in enumerate((2, 3, 3)):
             self.splitter.setStretchFactor(index, share)
-        box = QHBoxLayout(self)
+        box = hbox(self.splitter, of=self, margins=(GAP, GAP, GAP, GAP))
         box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
-        box.setContentsMargins(GAP, GAP, GAP, GAP)
-        box.addWidget(self.splitter)
 
     def minimumSizeHint(self) -> QSize:
         """Return the smallest size, with all parts in tabs."""
@@ -336,17 +333,11 @@ class TuningScreen(Screen):
         self.diff_margins.hide()
         self.profiles.diff_changed.connect(self._judge_diff)
         bar = ProfileBar(workspace, self.gains, self.profiles)
-        column = _stacked(bar, self.diff_margins, self.panel)
-        explain(column, "Gains")
-        self.arrangement = Arrangement(
-            column,
-            scrolled(_stacked(self.excitation, self.response)),
-            self.margins,
-            self.tabs,
-        )
-        box = QHBoxLayout(self)
-        box.setContentsMargins(0, 0, 0, 0)
-        box.addWidget(self.arrangement)
+        gains = column(bar, self.diff_margins, (self.panel, 1), spacing=GAP)
+        explain(gains, "Gains")
+        response = column(self.excitation, (self.response, 1), spacing=GAP)
+        self.arrangement = Arrangement(gains, scrolled(response), self.margins, self.tabs)
+        hbox(self.arrangement, of=self, margins=NO_MARGINS)
         # Linked gains, or a whole profile, change one by one: ask once.
         self._soon = single_shot(self._ask, self)
         self._connect()
@@ -466,14 +457,3 @@ class TuningScreen(Screen):
         shown = self.tabs.currentWidget()
         for card in (self.frequency, self.map, self.weights, self.compare, self.what_if):
             card.set_seen(seen and shown is card)
-
-
-def _stacked(*parts: QWidget) -> QWidget:
-    """Return parts one below the other; the last one takes the remaining space."""
-    column = QWidget()
-    box = QVBoxLayout(column)
-    box.setContentsMargins(0, 0, 0, 0)
-    box.setSpacing(GAP)
-    for part in parts:
-        box.addWidget(part, 1 if part is parts[-1] else 0)
-    return column

@@ -5,12 +5,13 @@ from collections.abc import Callable, Mapping
 
 from PyQt6.QtCore import QRectF, QSize, Qt
 from PyQt6.QtGui import QPainter, QPaintEvent
-from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QWidget
+from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
 
 from workbench.analysis.questions import Weigh
 from workbench.analysis.replies import Weighed
 from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
+from workbench.gui.layout import fill, hbox
 from workbench.gui.number_field import buddy
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, wrapped
@@ -130,12 +131,8 @@ class WeightsCard(Card):
             self.number.addItem(row.label, row.name)
         self.bars = WeightBars(workspace.look, trial.gains.words)
         self.words = wrapped()
-        line = QHBoxLayout()
-        line.addWidget(buddy("What moves the &metric", self.number))
-        line.addWidget(self.number, 1)
-        self.body.addLayout(line)
-        self.body.addWidget(self.bars, 1)
-        self.body.addWidget(self.words)
+        line = hbox(buddy("What moves the &metric", self.number), (self.number, 1))
+        fill(self.body, line, (self.bars, 1), self.words)
         self._rest = single_shot(self._ask, self, REST)
         self.number.currentIndexChanged.connect(self._show)
         trial.changed.connect(self._follow)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from PyQt6.QtWidgets import QComboBox, QFileDialog, QPushButton, QWidget
+from PyQt6.QtWidgets import QComboBox, QFileDialog, QWidget
 
 from workbench.analysis.questions import FlyAgain
 from workbench.analysis.replies import FlownAgain
@@ -12,6 +12,7 @@ from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
+from workbench.gui.layout import button, fill
 from workbench.gui.preferences import log_folder
 from workbench.gui.tuning.card import Card, Sentence, fields_beside, offer
 from workbench.gui.tuning.designs import OtherControllers, controller_label, gains_text
@@ -64,10 +65,8 @@ class WhatIfCard(Card):
         self._refusal = ""
         analysis = workspace.analysis
         self._follower = Follower(analysis, FlyAgain, self)
-        self.open = QPushButton("&Open log…")
-        self.open.setToolTip("Choose the flight that is flown again")
-        self.own = QPushButton("Log's &gains")
-        self.own.setToolTip("Propose the gains that flew the log")
+        self.open = button("&Open log…", self._choose, help="Choose the flight that is flown again")
+        self.own = button("Log's &gains", self._adopt, help="Propose the gains that flew the log")
         self.flown, self.law, self.signal = QComboBox(), QComboBox(), QComboBox()
         self.signal.addItems([name for name, _ in SIGNALS])
         self.plot = StaticPlot(workspace)
@@ -76,8 +75,6 @@ class WhatIfCard(Card):
         self._lay_out()
         self._offer()
         self._soon = single_shot(self._ask, self)
-        self.open.clicked.connect(self._choose)
-        self.own.clicked.connect(self._adopt)
         self.flown.currentIndexChanged.connect(self._soon.start)
         self.law.currentIndexChanged.connect(self._soon.start)
         self.signal.currentIndexChanged.connect(self._draw)
@@ -223,12 +220,9 @@ class WhatIfCard(Card):
             offer(box, {"": first} | {name: controller_label(name) for name in names})
 
     def _lay_out(self) -> None:
-        self.head.addWidget(self.own)
-        self.head.addWidget(self.open)
+        fill(self.head, self.own, self.open)
         fields = (("Flo&wn by", self.flown), ("Fl&y with", self.law), ("S&how", self.signal))
-        self.body.addLayout(fields_beside(fields))
-        self.body.addWidget(self.plot, 1)
-        self.body.addWidget(self.numbers)
+        fill(self.body, fields_beside(fields), (self.plot, 1), self.numbers)
 
 
 def _numbers(answer: FlownAgain, index: int) -> str:
