@@ -199,6 +199,20 @@ def _expect(file: YamlFile, data: Any, kind: Any, name: str, keys: Keys) -> Any:
     raise WorkbenchError(f"{file.where(*keys)}{dotted(keys)} is {data!r}, and should be {name}")
 
 
+def as_record(data: Any, schema: Any) -> Any:
+    """Return checked data as the dataclass of its schema, see `check_schema`."""
+    origin, parts = typing.get_origin(schema) or schema, typing.get_args(schema)
+    if data is not None and origin in (typing.Union, types.UnionType):
+        return as_record(data, next(part for part in parts if part is not type(None)))
+    if dataclasses.is_dataclass(origin):
+        fields = {field.name: field.type for field in dataclasses.fields(origin)}
+        made: Any = origin
+        return made(**{key: as_record(value, fields[key]) for key, value in data.items()})
+    if origin in (list, tuple):
+        return [as_record(item, parts[0]) for item in data]
+    return data
+
+
 def dotted(keys: Keys) -> str:
     """Return keys as one name."""
     return ".".join(map(str, keys))

@@ -11,7 +11,6 @@ import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.yaml_files import YamlFile
 from workbench.plant.drawable import with_drawable_meshes
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.urdf import read_urdf
@@ -34,8 +33,7 @@ from workbench.plant.rotor_sources.plugins import (
 from workbench.plant.rotor_sources.pybullet import is_pybullet, read_pybullet
 from workbench.plant.rotor_sources.sidecar import (
     find_sidecar,
-    load_battery,
-    load_body,
+    load_sidecar,
     read_sidecar,
 )
 from workbench.plant.rotor_sources.tags import Tags
@@ -360,10 +358,12 @@ def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks
         WorkbenchError: with file and line, for impossible numbers.
     """
     path = sidecar or find_sidecar(model.source)
-    found = load_body(path) if path else None
-    if not found:
+    if not path:
         return model
-    file, rows = found
+    file, sidecar_rows = load_sidecar(path)
+    rows = sidecar_rows.body
+    if not rows or not file.data["body"]:
+        return model
 
     def refuse(key: str, reason: str) -> WorkbenchError:
         return WorkbenchError(f"{file.where('body', key)}body.{key} {reason}")
@@ -414,11 +414,12 @@ def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> Batter
         WorkbenchError: with file and line, for impossible numbers.
     """
     path = sidecar or find_sidecar(model.source)
-    found = load_battery(path) if path else None
-    if found:
-        file, rows = found
-        points = rows.open_circuit_voltage
-        return _checked_battery(rows.capacity, rows.resistance, points, _battery_place(file))
+    if path:
+        file, stated = load_sidecar(path)
+        if (rows := stated.battery) and file.data["battery"]:
+            where = file.where("battery").removesuffix(": ")
+            points = rows.open_circuit_voltage
+            return _checked_battery(rows.capacity, rows.resistance, points, where)
     plugins = [plugin for plugin in model.plugins if is_battery_plugin(plugin)]
     for plugin in plugins[1:]:
         text = "there are several; only the first counts"
@@ -477,7 +478,3 @@ def _checked_battery(
         float(resistance),
         tuple((float(share), float(voltage)) for share, voltage in points),
     )
-
-
-def _battery_place(file: YamlFile) -> str:
-    return file.where("battery").removesuffix(": ")

@@ -11,7 +11,7 @@ from workbench.design.identify.flight import Limits, excitation, usual_limits
 from workbench.design.identify.quantities import with_quantities
 from workbench.design.identify.report import Row, sidecar_text
 from workbench.plant.loading import load_vehicle
-from workbench.plant.rotor_sources.sidecar import load_identified
+from workbench.plant.rotor_sources.sidecar import load_sidecar
 from workbench.scenario.scenario import load_scenario, save_scenario
 
 DRONES = Path(__file__).parents[2] / "drones"
@@ -44,7 +44,7 @@ def test_the_sidecar_flies_as_what_was_identified(tmp_path: Path) -> None:
                 assert getattr(one, field) == pytest.approx(getattr(other, field), rel=1e-5), field
             np.testing.assert_allclose(one.p_BR, other.p_BR, atol=1e-8)
             assert one.direction == other.direction
-        assert load_identified(file)[0].high == 0.022
+        assert load_sidecar(file)[1].identified[0].high == 0.022
 
 
 def test_a_body_that_cannot_be_is_refused_with_its_line(tmp_path: Path) -> None:

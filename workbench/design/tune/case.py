@@ -74,9 +74,9 @@ def identified_robustness(sidecar: Path) -> Robustness | None:
     Raises:
         WorkbenchError: with file and line, for an unknown key or a wrong type.
     """
-    from workbench.plant.rotor_sources.sidecar import load_identified  # it loads Drake
+    from workbench.plant.rotor_sources.sidecar import load_sidecar  # it loads Drake
 
-    rows = {row.name: row for row in load_identified(sidecar)}
+    rows = {row.name: row for row in load_sidecar(sidecar)[1].identified}
     shares = {
         name: min(max(_share(rows[each]) for each in known), LARGEST)
         for name, names in SHARES.items()

@@ -32,8 +32,10 @@ _OPTIONAL = {
     "linear_motor_constant": "linearMotorConstant",
 }
 """Likewise of those that count as 0; of the inertia that of the rotor's link counts."""
+COEFFICIENTS = tuple(_OPTIONAL)
+"""Fields of `Rotor` that are 0 if not stated, with `inertia`, which is that of the rotor's link."""
 CONSTANTS = ("motorConstant", *_DEFAULTED.values(), *_OPTIONAL.values())
-"""Tags that are used."""
+"""Names of the tags used."""
 _TURNING = ("continuous", "revolute")
 _WIDEST = 0.75
 """Radius of gyration over the radius of a propeller: a rod's is 0.58, no tip is heavy, and

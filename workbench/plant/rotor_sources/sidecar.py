@@ -1,4 +1,4 @@
-"""The YAML file beside a description that gives rotors, body and battery: name, schema, content."""
+"""The sidecar of a description: a YAML file next to it, with rotors, body and battery."""
 
 import dataclasses
 import math
@@ -10,24 +10,32 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.yaml_files import Keys, YamlFile, check_schema, dotted, read_yaml
+from workbench.common.yaml_files import Keys, YamlFile, as_record, check_schema, dotted, read_yaml
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.motor_constants import spin_inertia
+from workbench.plant.rotor_sources.motor_constants import COEFFICIENTS, spin_inertia
 from workbench.plant.rotor_sources.mount import Mount, Triple, body_pose, mount_on_joint, triple
 from workbench.plant.rotor_sources.names import find_joint, find_link
 from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST, TURNS, refuse_crowd
 from workbench.plant.rotors import Rotor
 
 _SUFFIXES = (".xacro", ".urdf", ".sdf", ".xml", ".world")
+_REQUIRED = (
+    "motor_constant",
+    "moment_constant",
+    "time_constant_up",
+    "time_constant_down",
+    "max_rot_velocity",
+)
+"""Constants of a rotor that the file must state."""
 
 
 @dataclass
 class Shared:
-    """What several rotors may share; units as in `Rotor`.
+    """The constants that several rotors may share; units as in `Rotor`.
 
-    `axis` is thrust's in the link's frame, and `direction` (cw or ccw) is seen from its tip.
-    `inertia` None stands for that of the link that turns.
+    `axis` is the axis of thrust in the frame of the link, and `direction` (cw or ccw) is seen from
+    its tip. If `inertia` is None, it is that of the turning link.
     """
 
     link: str | None = None
@@ -49,7 +57,7 @@ class Shared:
 
 @dataclass
 class Entry(Shared):
-    """One rotor: at a position in its link's frame [m], or on a joint, which gives its axis too.
+    """One rotor: at a position in the frame of its link [m], or on a joint, which has an axis.
 
     On a joint, `direction` is about the joint's axis, as in a motor-model plugin.
     """
@@ -70,9 +78,10 @@ class BatteryRows:
 
 @dataclass
 class BodyRows:
-    """The whole drone, rotors at standstill: mass [kg], its centre in the base link's frame [m].
+    """The whole drone with rotors at rest: mass [kg], centre of mass in the base link's frame [m].
 
-    `inertia` is about the centre, along the base link's axes: xx, yy, zz, xy, xz, yz [kg·m²].
+    `inertia` is about the centre of mass along the base link's axes: xx, yy, zz, xy, xz, yz
+    [kg·m²].
     """
 
     mass: float = 0.0
@@ -82,7 +91,7 @@ class BodyRows:
 
 @dataclass
 class IdentifiedRow:
-    """A number that was identified, and between which it is in 95 of 100 cases."""
+    """An identified number with its 95 % interval."""
 
     name: str = ""
     unit: str = ""
@@ -104,13 +113,13 @@ class Sidecar:
 
 @dataclass(frozen=True)
 class Place:
-    """A rotor's place in the file, for messages."""
+    """The place of a rotor in the file, for messages."""
 
     file: YamlFile
     index: int
 
     def where(self, key: str = "") -> str:
-        """Return file and line of a rotor's key, or of that in the defaults."""
+        """Return file and line of a rotor's key, or of the same key in the defaults."""
         keys: Keys = ("rotors", self.index, key)
         if keys not in self.file.lines and ("defaults", key) in self.file.lines:
             keys = ("defaults", key)
@@ -123,7 +132,7 @@ class Place:
 
 
 def sidecar_name(description: Path) -> str:
-    """Return the name that a description's own sidecar has: `drone.urdf.xacro` asks for `drone`."""
+    """Return the name of the sidecar of one description, such as drone.rotors.yaml."""
     stem = description.name
     while (suffix := Path(stem).suffix) in _SUFFIXES:
         stem = stem.removesuffix(suffix)
@@ -131,60 +140,31 @@ def sidecar_name(description: Path) -> str:
 
 
 def find_sidecar(description: Path) -> Path | None:
-    """Return a description's own sidecar, or `rotors.yaml` beside it, if there is one."""
+    """Return the sidecar of a description, or else `rotors.yaml` next to it, or None."""
     for name in (sidecar_name(description), "rotors.yaml"):
         path = description.parent / name
         try:
             if path.is_file():
                 return path
-        except OSError:  # the name is too long to be one
+        except OSError:  # the name is too long for a file
             continue
     return None
 
 
-def load_body(path: Path) -> tuple[YamlFile, BodyRows] | None:
-    """Return the body of a sidecar, with the file for messages; None where there is none.
+def load_sidecar(path: Path) -> tuple[YamlFile, Sidecar]:
+    """Return the content of a sidecar, with the file for messages.
 
     Raises:
-        WorkbenchError: with file and line, for what is unknown or of another type.
+        WorkbenchError: with file and line, for an unknown key or a value of the wrong type.
     """
     file = _with_numbers(read_yaml(path))
     check_schema(file, Sidecar)
-    rows = file.data.get("body")
-    return (file, BodyRows(**rows)) if rows else None
+    return file, as_record(file.data, Sidecar)
 
 
-def load_identified(path: Path) -> list[IdentifiedRow]:
-    """Return what a sidecar says was identified, with intervals.
-
-    Raises:
-        WorkbenchError: with file and line, for what is unknown or of another type.
-    """
-    file = _with_numbers(read_yaml(path))
-    check_schema(file, Sidecar)
-    return [IdentifiedRow(**row) for row in file.data.get("identified", [])]
-
-
-def load_battery(path: Path) -> tuple[YamlFile, BatteryRows] | None:
-    """Return the battery of a sidecar, with the file for messages; None where there is none.
-
-    Raises:
-        WorkbenchError: with file and line, for what is unknown or of another type.
-    """
-    file = _with_numbers(read_yaml(path))
-    check_schema(file, Sidecar)
-    rows = file.data.get("battery")
-    return (file, BatteryRows(**rows)) if rows else None
-
-
-def load_sidecar(path: Path) -> list[tuple[Place, Entry]]:
-    """Return the rotors that a sidecar lists, with what they share filled in.
-
-    Raises:
-        WorkbenchError: with file and line, for what is unknown or of another type.
-    """
-    file = _with_numbers(read_yaml(path))
-    check_schema(file, Sidecar)
+def _entries(path: Path) -> list[tuple[Place, Entry]]:
+    """Return the rotors in a sidecar, completed by what they share."""
+    file, _ = load_sidecar(path)
     rotors = file.data.get("rotors")
     if not rotors:
         raise WorkbenchError(f"{file.where('rotors')}list the rotors under 'rotors:'")
@@ -194,7 +174,7 @@ def load_sidecar(path: Path) -> list[tuple[Place, Entry]]:
 
 
 def _with_numbers(file: YamlFile) -> YamlFile:
-    """Return a file with 1e-5, which to YAML is a text, and its like as the numbers they are."""
+    """Return a file with numbers converted that YAML reads as texts, such as 1e-5."""
     data = {
         key: [_numbered(item) for item in value] if isinstance(value, list) else _numbered(value)
         for key, value in file.data.items()
@@ -203,7 +183,7 @@ def _with_numbers(file: YamlFile) -> YamlFile:
 
 
 def _numbered(block: Any) -> Any:
-    """Return a rotor, or what rotors share, with numbers for all texts that look like one."""
+    """Return a mapping with all texts converted that are numbers, except names."""
     if not isinstance(block, dict):
         return block
     texts = ("name", "joint", "link", "direction", "unit")
@@ -227,15 +207,15 @@ def read_sidecar(path: Path, model: Model, base_link: str, remarks: Remarks) -> 
 
     Args:
         path: the YAML file; `Sidecar` is its schema.
-        model: whose links and joints it names.
-        base_link: whose frame is the body frame, and where rotors without a link sit.
-        remarks: where to note what was read differently.
+        model: has the links and joints that it names.
+        base_link: its frame is the body frame; it carries rotors without a link.
+        remarks: receives remarks on repairs.
 
     Raises:
-        WorkbenchError: with file and line, for what is missing, unknown or cannot be.
+        WorkbenchError: with file and line, for a missing, unknown or invalid value.
     """
     rotors: list[Rotor] = []
-    for place, entry in load_sidecar(path):
+    for place, entry in _entries(path):
         rotor = _rotor(place, entry, model, base_link, remarks)
         if any(rotor.name == other.name for other in rotors):
             raise WorkbenchError(f"{place.where()}: two rotors are '{rotor.name}': rename one")
@@ -253,20 +233,20 @@ def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Re
         mount = mount_on_joint(model, base_link, joint, link, place.file.path, remarks)
     else:
         mount = _free_mount(place, entry, model, base_link, link)
-    motor_constant = _positive(place, "motor_constant", entry.motor_constant)
-    if entry.inertia is not None:
-        inertia = _not_negative(place, "inertia", entry.inertia)
-    elif joint:
-        inertia = spin_inertia(
+    constants = {name: _positive(place, name, getattr(entry, name)) for name in _REQUIRED}
+    given = entry.inertia is not None
+    for name in COEFFICIENTS:
+        if name != "inertia" or given:
+            constants[name] = _not_negative(place, name, getattr(entry, name))
+    if joint and not given:
+        constants["inertia"] = spin_inertia(
             model,
             joint,
-            motor_constant=motor_constant,
+            motor_constant=constants["motor_constant"],
             slowdown=1.0,
             file=place.file.path,
             remarks=remarks,
         )
-    else:
-        inertia = 0.0
     return Rotor(
         name=entry.name or (joint.name if joint else f"rotor_{place.index}"),
         joint=joint.name if joint else "",
@@ -274,33 +254,14 @@ def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Re
         p_BR=mount.p_BR,
         axis_B=mount.axis_B,
         direction=turn * mount.sense,
-        motor_constant=motor_constant,
-        moment_constant=_positive(place, "moment_constant", entry.moment_constant),
-        time_constant_up=_positive(place, "time_constant_up", entry.time_constant_up),
-        time_constant_down=_positive(place, "time_constant_down", entry.time_constant_down),
-        max_rot_velocity=_positive(place, "max_rot_velocity", entry.max_rot_velocity),
-        rotor_drag_coefficient=_not_negative(
-            place, "rotor_drag_coefficient", entry.rotor_drag_coefficient
-        ),
-        rolling_moment_coefficient=_not_negative(
-            place, "rolling_moment_coefficient", entry.rolling_moment_coefficient
-        ),
-        inertia=inertia,
-        inflow_coefficient=_not_negative(place, "inflow_coefficient", entry.inflow_coefficient),
-        ground_effect_coefficient=_not_negative(
-            place, "ground_effect_coefficient", entry.ground_effect_coefficient
-        ),
-        propeller_radius=_not_negative(place, "propeller_radius", entry.propeller_radius),
-        linear_motor_constant=_not_negative(
-            place, "linear_motor_constant", entry.linear_motor_constant
-        ),
+        **constants,
     )
 
 
 def _joint_and_link(
     place: Place, entry: Entry, model: Model, base_link: str
 ) -> tuple[Joint | None, Link]:
-    """Return the joint that a rotor names, if it does, and the link that it sits on."""
+    """Return the joint of a rotor, if it names one, and its link."""
     if entry.joint is None:
         name = base_link if entry.link is None else entry.link
         return None, find_link(model, name, place.where("link"))
@@ -315,7 +276,7 @@ def _joint_and_link(
 
 
 def _free_mount(place: Place, entry: Entry, model: Model, base_link: str, link: Link) -> Mount:
-    """Return the mount of a rotor that is given by position and axis in a link's frame."""
+    """Return the mount of a rotor given by position and axis in the frame of a link."""
     X_BL = body_pose(model, base_link) @ link.X_ML
     p_LR = _vector(place, "position", entry.position)
     axis_L = _vector(place, "axis", (0.0, 0.0, 1.0) if entry.axis is None else entry.axis)

@@ -12,6 +12,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.yaml_files import (
     Keys,
     YamlFile,
+    as_record,
     check_schema,
     dotted,
     read_yaml,
@@ -207,7 +208,7 @@ def read_world_yaml(path: Path, packages: Mapping[str, Path | str]) -> World:
     """
     file = read_yaml(path, tagged_loader())
     check_schema(file, WorldWords)
-    words = _words(file)
+    words: WorldWords = as_record(file.data, WorldWords)
     if len(words.moving) > MOST_MOVING:
         where = file.where("moving")
         raise WorkbenchError(f"{where}moving has more than {MOST_MOVING}: leave some out")
@@ -232,19 +233,6 @@ def read_world_yaml(path: Path, packages: Mapping[str, Path | str]) -> World:
     if twice:
         raise WorkbenchError(f"{path}: two obstacles are called '{twice}': rename one")
     return world
-
-
-def _words(file: YamlFile) -> WorldWords:
-    """Return a file's content, which has the schema, as dataclasses."""
-    content = dict(file.data)
-    if content.get("home") is not None:
-        content["home"] = HomeWords(**content["home"])
-    for key, kind in (("obstacles", ObstacleWords), ("moving", MovingWords)):
-        content[key] = [
-            kind(**(item | {"shape": ShapeWords(**item.get("shape", {}))}))
-            for item in content.get(key, [])
-        ]
-    return WorldWords(**content)
 
 
 def _obstacle(file: YamlFile, keys: Keys, words: ObstacleWords) -> Obstacle:
