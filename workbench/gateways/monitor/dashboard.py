@@ -1,7 +1,7 @@
-"""A picture of a flight as lines of text."""
+"""The lines of text that show a flight."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Mapping
 
 from workbench.gateways.monitor.picture import Picture, number, numbers, text
 from workbench.link.messages import Hand, Stage
@@ -17,44 +17,31 @@ def dashboard(picture: Picture, full: str = "#", empty: str = ".") -> list[str]:
 
     Args:
         picture: what is known.
-        full: sign for the part of a bar that counts.
-        empty: sign for the rest.
+        full: character for the filled part of a bar.
+        empty: character for the rest.
     """
     when = "-" if picture.time is None else f"{picture.time:.2f}"
     lines = [f"{picture.vehicle} at {picture.address}, {when} s", ""]
-    # First what must not be cut off where the screen is small.
-    lines += _labelled("mode", _mode(picture))
-    lines += _labelled("control", iter([control_line(picture)]))
-    lines += _labelled("link", iter([link_line(picture)]))
-    lines += [""]
-    lines += _labelled("position", _position(picture))
-    lines += _labelled("velocity", _velocity(picture))
-    lines += _labelled("attitude", _attitude(picture))
-    lines += _labelled("flown", _flown(picture))
-    lines += [""]
-    lines += _labelled("rotors", _rotors(picture, full, empty))
-    lines += [""]
-    lines += _labelled("imu", _imu(picture))
-    lines += _labelled("gps", _gps(picture))
-    lines += _labelled("lidar", _lidar(picture))
-    lines += _labelled("field", _magnetic_field(picture))
-    lines += _labelled("wind", _wind(picture))
-    lines += _labelled("event", _event(picture))
-    return [line for at, line in enumerate(lines) if line or (at and lines[at - 1])]
+    # The most important lines come first, as a small screen cuts off the last ones.
+    for group in (
+        ("mode", "control", "link"),
+        ("position", "velocity", "attitude", "flown"),
+        ("rotors",),
+        ("imu", "gps", "lidar", "field", "wind", "event"),
+    ):
+        for label in group:
+            found = _lines(picture, label) if label != "rotors" else _rotors(picture, full, empty)
+            lines += [f"{label if at == 0 else '':<{LABEL}}{line}" for at, line in enumerate(found)]
+        lines.append("")
+    return [line for at, line in enumerate(lines[:-1]) if line or (at and lines[at - 1])]
 
 
 def one_line(picture: Picture) -> str:
     """Return the picture as one line, for a log."""
     when = "-" if picture.time is None else f"{picture.time:.2f}"
-    parts = [f"{when} s", *_mode(picture)]
-    for label, lines in (
-        ("position", _position(picture)),
-        ("velocity", _velocity(picture)),
-        ("attitude", _attitude(picture)),
-        ("control", iter([control_line(picture)])),
-        ("link", iter([link_line(picture)])),
-    ):
-        parts += [f"{label} {' '.join(line.split())}" for line in lines]
+    parts = [f"{when} s", *_lines(picture, "mode")]
+    for label in ("position", "velocity", "attitude", "control", "link"):
+        parts += [f"{label} {' '.join(line.split())}" for line in _lines(picture, label)]
     return "; ".join(parts)
 
 
@@ -73,113 +60,110 @@ def control_line(picture: Picture) -> str:
 
 
 def link_line(picture: Picture) -> str:
-    """Return how the connection does."""
+    """Return the state of the connection, in words."""
     if picture.trouble:
         return f"no connection: {picture.trouble}"
     age = "" if picture.age is None else f", age {1000.0 * picture.age:.0f} ms"
     return f"{picture.rate:.0f} samples/s{age}"
 
 
-def _labelled(label: str, lines: Iterator[str]) -> list[str]:
-    return [f"{label if at == 0 else '':<{LABEL}}{line}" for at, line in enumerate(lines)]
+def _lines(picture: Picture, label: str) -> list[str]:
+    """Return the text of a label, empty if its topic has no sample."""
+    if label == "control":
+        return [control_line(picture)]
+    if label == "link":
+        return [link_line(picture)]
+    topic, text_of = _TEXTS[label]
+    sample = picture.samples.get(topic)
+    return [] if sample is None else [text_of(sample)]
 
 
-def _mode(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("drone_state")
-    if sample is None:
-        return
+def _mode(sample: Sample) -> str:
     parts = [text(sample, "condition")]
     charge, clearance = number(sample, "charge"), number(sample, "clearance")
     if math.isfinite(charge):
         parts.append(f"charge {100.0 * charge:.0f} %")
     if math.isfinite(clearance):
         parts.append(f"{clearance:.2f} m to the next obstacle")
-    yield ", ".join(parts)
+    return ", ".join(parts)
 
 
-def _position(picture: Picture) -> Iterator[str]:
-    yield from _three(picture.samples.get("position_data"), ("x", "y", "z"), 1.0, "m")
+def _three(*fields: str, unit: str, factor: float = 1.0) -> Callable[[Sample], str]:
+    """Return the text of three fields with their names, in columns."""
 
-
-def _velocity(picture: Picture) -> Iterator[str]:
-    yield from _three(picture.samples.get("velocity_data"), ("v_x", "v_y", "v_z"), 1.0, "m/s")
-
-
-def _attitude(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("position_data")
-    yield from _three(sample, ("roll", "pitch", "yaw"), math.degrees(1.0), "deg")
-
-
-def _flown(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("command_velocity")
-    if sample is not None:
-        turn = math.degrees(number(sample, "yaw_rate"))
-        for line in _three(sample, ("v_x", "v_y", "v_z"), 1.0, "m/s"):
-            yield f"{line}   yaw {turn:z.1f} deg/s"
-
-
-def _three(
-    sample: Sample | None, fields: tuple[str, str, str], factor: float, unit: str
-) -> Iterator[str]:
-    """Yield three numbers with their names, each in a place of its own."""
-    if sample is not None:
+    def text_of(sample: Sample) -> str:
         parts = [f"{name:>5} {factor * number(sample, name):z9.2f}" for name in fields]
-        yield f"{' '.join(parts)} {unit}"
+        return f"{' '.join(parts)} {unit}"
+
+    return text_of
 
 
-def _rotors(picture: Picture, full: str, empty: str) -> Iterator[str]:
+_VELOCITY = _three("v_x", "v_y", "v_z", unit="m/s")
+
+
+def _flown(sample: Sample) -> str:
+    return f"{_VELOCITY(sample)}   yaw {math.degrees(number(sample, 'yaw_rate')):z.1f} deg/s"
+
+
+def _rotors(picture: Picture, full: str, empty: str) -> list[str]:
+    """Return a line for each rotor, with a bar for its thrust."""
     sample = picture.samples.get("rotors")
     if sample is None:
-        return
+        return []
+    lines = []
     pairs = zip(numbers(sample, "thrust"), numbers(sample, "speed"), strict=False)
     for at, (thrust, speed) in enumerate(pairs, start=1):
         share = thrust / picture.strongest if picture.strongest > 0.0 else 0.0
         long = round(BAR * min(max(share, 0.0), 1.0)) if math.isfinite(share) else 0
         bar = full * long + empty * (BAR - long)
-        yield f"{at:2} {bar} {thrust:z7.2f} N {speed:z7.0f} rad/s"
+        lines.append(f"{at:2} {bar} {thrust:z7.2f} N {speed:z7.0f} rad/s")
+    return lines
 
 
-def _imu(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("imu")
-    if sample is not None:
-        force = " ".join(f"{each:z8.2f}" for each in numbers(sample, "specific_force"))
-        turn = " ".join(f"{each:z8.2f}" for each in numbers(sample, "angular_velocity"))
-        yield f"{force} m/s^2 {turn} rad/s"
+def _vector(field: str, unit: str, factor: float = 1.0) -> Callable[[Sample], str]:
+    """Return the text of the numbers of a field, in columns."""
+    return lambda sample: (
+        " ".join(f"{factor * each:z8.2f}" for each in numbers(sample, field)) + f" {unit}"
+    )
 
 
-def _gps(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("gps")
-    if sample is not None:
-        north = math.degrees(number(sample, "latitude"))
-        east = math.degrees(number(sample, "longitude"))
-        yield f"{north:11.6f} N {east:11.6f} E deg, {number(sample, 'altitude'):.1f} m high"
+_FORCE = _vector("specific_force", "m/s^2")
+_TURN = _vector("angular_velocity", "rad/s")
 
 
-def _lidar(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("lidar")
-    if sample is not None:
-        hits, rays = number(sample, "returns"), number(sample, "rays")
-        near = f", nearest {number(sample, 'nearest'):.2f} m" if hits else ""
-        yield f"{hits:.0f} of {rays:.0f} rays hit something{near}"
+def _gps(sample: Sample) -> str:
+    north = math.degrees(number(sample, "latitude"))
+    east = math.degrees(number(sample, "longitude"))
+    return f"{north:11.6f} N {east:11.6f} E deg, {number(sample, 'altitude'):.1f} m high"
 
 
-def _magnetic_field(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("magnetometer")
-    if sample is not None:
-        field = " ".join(f"{1e6 * each:z8.2f}" for each in numbers(sample, "magnetic_field"))
-        yield f"{field} uT"
+def _lidar(sample: Sample) -> str:
+    hits, rays = number(sample, "returns"), number(sample, "rays")
+    near = f", nearest {number(sample, 'nearest'):.2f} m" if hits else ""
+    return f"{hits:.0f} of {rays:.0f} rays hit something{near}"
 
 
-def _wind(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("wind")
-    if sample is not None:
-        yield " ".join(f"{each:z8.2f}" for each in numbers(sample, "wind")) + " m/s"
+def _event(sample: Sample) -> str:
+    severity = number(sample, "severity")
+    known = severity in range(len(SEVERITIES))
+    kind = f"{SEVERITIES[int(severity)]}: " if known and severity > 0 else ""
+    return f"{kind}{text(sample, 'said')} (at {sample.time:.1f} s)"
 
 
-def _event(picture: Picture) -> Iterator[str]:
-    sample = picture.samples.get("events")
-    if sample is not None:
-        severity = number(sample, "severity")
-        known = severity in range(len(SEVERITIES))
-        kind = f"{SEVERITIES[int(severity)]}: " if known and severity > 0 else ""
-        yield f"{kind}{text(sample, 'said')} (at {sample.time:.1f} s)"
+_TEXTS: Mapping[str, tuple[str, Callable[[Sample], str]]] = {
+    "mode": ("drone_state", _mode),
+    "position": ("position_data", _three("x", "y", "z", unit="m")),
+    "velocity": ("velocity_data", _VELOCITY),
+    "attitude": (
+        "position_data",
+        _three("roll", "pitch", "yaw", unit="deg", factor=math.degrees(1.0)),
+    ),
+    "flown": ("command_velocity", _flown),
+    "imu": ("imu", lambda sample: f"{_FORCE(sample)} {_TURN(sample)}"),
+    "gps": ("gps", _gps),
+    "lidar": ("lidar", _lidar),
+    "field": ("magnetometer", _vector("magnetic_field", "uT", 1e6)),
+    "wind": ("wind", _vector("wind", "m/s")),
+    "event": ("events", _event),
+}
+"""The topic and the text of each label."""
