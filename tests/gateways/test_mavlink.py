@@ -18,7 +18,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import SHIPPED, load_controller
-from workbench.gateways.mavlink import FORCED, MavlinkOptions, serve_mavlink
+from workbench.gateways.mavlink import FORCED, check_station, serve_mavlink
 from workbench.gateways.mavlink_messages import (
     LONGEST_ID,
     motion_messages,
@@ -26,8 +26,10 @@ from workbench.gateways.mavlink_messages import (
     place_messages,
     text_messages,
 )
+from workbench.gateways.running import LinkOptions
 from workbench.link import Client
 from workbench.link.address import Address
+from workbench.link.messages import Role
 
 LIMIT = 300.0
 """For anything to happen [s]."""
@@ -94,7 +96,8 @@ def test_a_long_sentence_is_told_in_pieces():
 
 def test_commands_are_taken_from_this_computer_only(capsys):
     with pytest.raises(WorkbenchError, match="MAVLink has no login"):
-        MavlinkOptions(Address("192.168.1.20", 14550), allow_commands=True).check()
+        link = LinkOptions("127.0.0.1:1", "mavlink", role=Role.COMMAND)
+        check_station(Address("192.168.1.20", 14550), link)
     assert main(["gateway", "mavlink", "127.0.0.1:1"]) == 2
     assert "nobody listens at 127.0.0.1:1" in capsys.readouterr().err
 
@@ -118,9 +121,10 @@ class Ground:
             self.port = found.getsockname()[1]
         self.mav = mavutil.mavlink_connection(f"udpin:127.0.0.1:{self.port}", dialect="common")
         self.said = []
-        options = MavlinkOptions(Address("127.0.0.1", self.port), allow_commands)
+        role = Role.COMMAND if allow_commands else Role.VIEW
+        link, to = LinkOptions(address, "mavlink", role=role), Address("127.0.0.1", self.port)
         self.loop = asyncio.new_event_loop()
-        self.task = self.loop.create_task(serve_mavlink(address, options, self.said.append))
+        self.task = self.loop.create_task(serve_mavlink(link, to, self.said.append))
         self.thread = threading.Thread(target=self._run)
         self.thread.start()
         assert self.hear("HEARTBEAT").type == mavlink.MAV_TYPE_QUADROTOR

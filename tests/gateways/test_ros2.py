@@ -14,7 +14,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.gateways import ros2
 from workbench.gateways.ros2 import run_ros2, serve_ros2
 from workbench.gateways.ros2_options import Ros2Options
-from workbench.gateways.running import SAY_AGAIN, Sayings
+from workbench.gateways.running import SAY_AGAIN, LinkOptions, Sayings
+from workbench.link.messages import Role
 
 DOMAIN = 101 + (os.getpid() + 25) % 100
 FAKE = Path(__file__).parent.parent / "link" / "fake_server.py"
@@ -47,18 +48,19 @@ def test_a_sentence_is_not_said_again_and_again():
 def test_without_the_extra_it_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr(ros2, "find_spec", lambda name: None)
     with pytest.raises(WorkbenchError, match="`pip install cyclonedds`"):
-        run_ros2("127.0.0.1:1", Ros2Options())
+        run_ros2(LinkOptions("127.0.0.1:1", "ros2"), Ros2Options())
 
 
 def test_nothing_is_tried_where_an_option_is_wrong():
     with pytest.raises(WorkbenchError, match="on this computer only"):
-        run_ros2("127.0.0.1:1", Ros2Options(interface="eth0", allow_commands=True))
+        options = Ros2Options(interface="eth0", allow_commands=True)
+        run_ros2(LinkOptions("127.0.0.1:1", "ros2"), options)
 
 
 @needs_cyclone
 def test_without_a_server_it_ends_with_a_sentence():
     with pytest.raises(WorkbenchError, match="nobody listens at 127.0.0.1:1"):
-        run_ros2("127.0.0.1:1", Ros2Options(domain=DOMAIN))
+        run_ros2(LinkOptions("127.0.0.1:1", "ros2"), Ros2Options(domain=DOMAIN))
 
 
 async def until(condition):
@@ -73,7 +75,9 @@ def beside(server, test, **options):
 
     async def inner():
         options_here = Ros2Options(domain=DOMAIN, **options)
-        work = serve_ros2(server.address, options_here, said.append)
+        role = Role.COMMAND if options_here.allow_commands else Role.VIEW
+        link = LinkOptions(server.address, "ros2", role=role)
+        work = serve_ros2(link, options_here, said.append)
         gateway = asyncio.create_task(work, name="gateway")
         try:
             await until(lambda: said or gateway.done())

@@ -4,7 +4,7 @@ import argparse
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
 from workbench.commands.options import add_command, add_json_option
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from workbench.gateways.foxglove import Foxglove
     from workbench.gateways.monitor.picture import Camera
     from workbench.gateways.plotjuggler import PlotJuggler
+    from workbench.gateways.running import LinkOptions
     from workbench.link import Client
 
 
@@ -146,7 +147,7 @@ def _run_foxglove(args: argparse.Namespace) -> int:
 
     listen = parse_address(args.listen, port=PORT)
     check_reach(listen, args.anybody)  # before any wait
-    with _client(args, "foxglove") as client:
+    with link_options(args, "foxglove").client() as client:
         outlet = Foxglove(client.hello.vehicle, listen, args.anybody)
         say(
             f"{client.hello.vehicle}: open ws://{outlet.address} in Foxglove, as a Foxglove "
@@ -164,7 +165,7 @@ def _run_plotjuggler(args: argparse.Namespace) -> int:
     from workbench.link.address import parse_address
 
     to = parse_address(args.to, port=PORT)
-    with _client(args, "plotjuggler") as client:
+    with link_options(args, "plotjuggler").client() as client:
         outlet = PlotJuggler(to, say)
         say(
             f"{client.hello.vehicle}: sending to {to}; in PlotJuggler start the UDP server there, "
@@ -205,21 +206,20 @@ def _run_ros2(args: argparse.Namespace) -> int:
     from workbench.gateways.ros2 import run_ros2
     from workbench.gateways.ros2_options import ros2_options
 
-    link = link_options(args, flies=args.allow_commands)
+    link = link_options(args, "ros2", flies=args.allow_commands)
     if args.json:
-        print_json_line({"address": str(link.address)})
-    run_ros2(link.address, ros2_options(args, link.token, link.tls), say)
+        print_json_line({"address": link.address})
+    run_ros2(link, ros2_options(args), say)
     return ExitCode.DONE
 
 
 def _run_mavlink(args: argparse.Namespace) -> int:
     """Speak MAVLink until Ctrl-C."""
-    from workbench.gateways.mavlink import PORT, MavlinkOptions, run_mavlink
+    from workbench.gateways.mavlink import PORT, run_mavlink
     from workbench.link.address import parse_address
 
     to = parse_address(args.to, port=PORT)
-    link = link_options(args, flies=args.allow_commands)
-    options = MavlinkOptions(to, args.allow_commands, link.token, link.tls, args.rate)
+    link = link_options(args, "mavlink", flies=args.allow_commands)
 
     def tell(vehicle: str, ids: dict[str, str]) -> None:
         if args.json:
@@ -230,40 +230,8 @@ def _run_mavlink(args: argparse.Namespace) -> int:
             for name, each in short.items():
                 say(f"  {each:16} {name}")
 
-    run_mavlink(link.address, options, say, tell)
+    run_mavlink(link, to, say, tell)
     return ExitCode.DONE
-
-
-def _client(args: argparse.Namespace, name: str) -> "Client":
-    """Return a client that watches."""
-    from workbench.link import Client
-    from workbench.link.messages import Role
-
-    link = link_options(args, flies=False)
-    topics = [topic.strip() for topic in args.topics.split(",") if topic.strip()]
-    return Client(
-        link.address,
-        name=name,
-        token=link.token,
-        role=Role.VIEW,
-        tls=link.tls,
-        topics=topics,
-        rate=args.rate,
-    )
-
-
-class LinkOptions(NamedTuple):
-    """The options of a connection.
-
-    Attributes:
-        address: HOST:PORT.
-        token: of the role; "" if none is needed.
-        tls: as for `workbench.link.Client`.
-    """
-
-    address: str
-    token: str
-    tls: str | bool | None
 
 
 def add_link_options(parser: argparse.ArgumentParser) -> None:
@@ -290,24 +258,37 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def link_options(args: argparse.Namespace, flies: bool) -> LinkOptions:
+def link_options(
+    args: argparse.Namespace, name: str, flies: bool = False, free: bool = False
+) -> "LinkOptions":
     """Return the options of a connection.
 
     Args:
-        args: with what `add_link_options` adds.
-        flies: whether to return the token to command, or that to view.
+        args: with what `add_link_options` adds, and the rate.
+        name: of the client.
+        flies: whether to use the token to command, or that to view.
+        free: whether to use the role command, too, if there is no token file.
 
     Raises:
         WorkbenchError: if the token file or the address is invalid.
     """
+    from workbench.gateways.running import LinkOptions
     from workbench.link.address import parse_address
     from workbench.link.authentication import read_token
     from workbench.link.messages import Role
 
     address = parse_address(args.address)
-    role = Role.COMMAND if flies else Role.VIEW
-    token = read_token(args.token_file, role) if args.token_file else ""
-    return LinkOptions(str(address), token, args.tls == SYSTEM or args.tls or None)
+    wanted = Role.COMMAND if flies else Role.VIEW
+    topics = getattr(args, "topics", "*").split(",")
+    return LinkOptions(
+        address=str(address),
+        name=name,
+        token=read_token(args.token_file, wanted) if args.token_file else "",
+        role=Role.COMMAND if flies or (free and not args.token_file) else Role.VIEW,
+        tls=args.tls == SYSTEM or args.tls or None,
+        topics=[topic.strip() for topic in topics if topic.strip()],
+        rate=args.rate,
+    )
 
 
 def parse_rate(text: str) -> float:
@@ -350,20 +331,14 @@ def add_monitor(commands: Any) -> None:
 def run_monitor(args: argparse.Namespace) -> int:
     """Show the flight until Q or Ctrl-C."""
     from workbench.gateways.monitor.picture import Camera
-    from workbench.link import Client
-    from workbench.link.messages import Role
 
     full = _is_full(args)
     if args.fly and not full:
         raise WorkbenchError(
             "--fly needs a terminal with a full screen for its keys: leave out --json and --once"
         )
-    link = link_options(args, flies=args.fly)
-    role = Role.COMMAND if args.fly or not args.token_file else Role.VIEW
-    client = Client(
-        link.address, name="monitor", token=link.token, role=role, tls=link.tls, rate=args.rate
-    )
-    with client:
+    link = link_options(args, "monitor", flies=args.fly, free=True)
+    with link.client() as client:
         camera = Camera(client, link.address)
         try:
             if full:

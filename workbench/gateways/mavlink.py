@@ -4,23 +4,27 @@ import asyncio
 import contextlib
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.gateways.running import Sayings, all_of, tell_trouble
+from workbench.gateways.running import (
+    LinkOptions,
+    Sayings,
+    all_of,
+    run_until_interrupted,
+    tell_trouble,
+)
 from workbench.link.address import Address, is_loopback
 from workbench.link.control import AsyncControl
-from workbench.link.messages import Role
 from workbench.link.topics import PREFIX
 
 if TYPE_CHECKING:
     from workbench.link import AsyncClient
 
-NAME = "mavlink"
 PORT = 14550
 """Port at which ground stations listen."""
 RATE = 20.0
@@ -35,49 +39,31 @@ FORCED = 21196.0
 """The code to stop rotors in flight (MAV_CMD_COMPONENT_ARM_DISARM)."""
 
 
-@dataclass(frozen=True)
-class MavlinkOptions:
-    """The options of the MAVLink gateway.
+def check_station(to: Address, link: LinkOptions) -> None:
+    """Check that not anybody in the network can fly.
 
-    Attributes:
-        to: address of the ground station.
-        allow_commands: whether the station may set parameters and fly.
-        token: for the server of the link, "" if it needs none.
-        tls: as for `workbench.link.Client`.
-        rate: largest number of samples per second for each topic [1/s]; None for 20.
+    Raises:
+        WorkbenchError: if commands would be accepted from another computer.
     """
-
-    to: Address
-    allow_commands: bool = False
-    token: str = ""
-    tls: str | bool | None = None
-    rate: float | None = None
-
-    def check(self) -> None:
-        """Check that not anybody in the network can fly.
-
-        Raises:
-            WorkbenchError: if commands would be accepted from another computer.
-        """
-        if self.allow_commands and not is_loopback(self.to.host):
-            raise WorkbenchError(
-                f"commands are taken from this computer only, as MAVLink has no login, and "
-                f"{self.to.host} is another one: run this gateway on the computer of the ground "
-                "station; it reaches a server elsewhere with --token-file"
-            )
+    if link.flies and not is_loopback(to.host):
+        raise WorkbenchError(
+            f"commands are taken from this computer only, as MAVLink has no login, and "
+            f"{to.host} is another one: run this gateway on the computer of the ground "
+            "station; it reaches a server elsewhere with --token-file"
+        )
 
 
 def run_mavlink(
-    address: str,
-    options: MavlinkOptions,
+    link: LinkOptions,
+    to: Address,
     say: Callable[[str], None] = print,
     ready: Callable[[str, dict[str, str]], None] | None = None,
 ) -> None:
     """Pass a served flight to a ground station, and let it set gains and fly, until Ctrl-C.
 
     Args:
-        address: of the server of the link, HOST:PORT.
-        options: of the gateway.
+        link: connection to the server; by default 20 samples of each topic per second.
+        to: address of the ground station.
         say: shows the user a sentence.
         ready: called with the name of the vehicle, and the MAVLink id of each parameter by name.
 
@@ -85,43 +71,33 @@ def run_mavlink(
         WorkbenchError: if the extra is not installed, an option is invalid, or the server rejects
             the client or is gone.
     """
-    options.check()
+    check_station(to, link)
     if find_spec("pymavlink") is None:
         raise WorkbenchError("MAVLink needs the package pymavlink: `pip install pymavlink`")
-    with contextlib.suppress(KeyboardInterrupt):
-        asyncio.run(serve_mavlink(address, options, Sayings(say), ready))
+    run_until_interrupted(serve_mavlink(link, to, Sayings(say), ready))
 
 
 async def serve_mavlink(
-    address: str,
-    options: MavlinkOptions,
+    link: LinkOptions,
+    to: Address,
     say: Callable[[str], None],
     ready: Callable[[str, dict[str, str]], None] | None = None,
 ) -> None:
     """Do the work of `run_mavlink` until it is cancelled."""
     from workbench.gateways.mavlink_messages import parameter_ids
-    from workbench.link import AsyncClient
 
-    client = AsyncClient(
-        address,
-        name=NAME,
-        token=options.token,
-        role=Role.COMMAND if options.allow_commands else Role.VIEW,
-        tls=options.tls,
-        rate=options.rate or RATE,
-    )
-    async with client:
+    async with replace(link, rate=link.rate or RATE).async_client() as client:
         ids = parameter_ids(await client.parameters())
         loop = asyncio.get_running_loop()
         try:
             transport, station = await loop.create_datagram_endpoint(
-                lambda: Station(say), remote_addr=(options.to.host, options.to.port)
+                lambda: Station(say), remote_addr=(to.host, to.port)
             )
         except OSError as error:
-            raise WorkbenchError(f"--to {options.to}: {error.strerror or error}") from error
-        vehicle = MavlinkVehicle(client, station, ids, options.allow_commands, say)
-        commands = "it may set parameters and fly" if options.allow_commands else "it only watches"
-        say(f"{client.hello.vehicle}: a ground station at {options.to}, {commands}; Ctrl-C ends it")
+            raise WorkbenchError(f"--to {to}: {error.strerror or error}") from error
+        vehicle = MavlinkVehicle(client, station, ids, link.flies, say)
+        commands = "it may set parameters and fly" if link.flies else "it only watches"
+        say(f"{client.hello.vehicle}: a ground station at {to}, {commands}; Ctrl-C ends it")
         if ready is not None:
             ready(client.hello.vehicle, ids)
         try:

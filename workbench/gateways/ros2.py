@@ -1,15 +1,20 @@
 """The gateway to ROS 2: a client of the link that uses DDS, without ROS installed."""
 
 import asyncio
-import contextlib
 from collections.abc import Callable
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros2_options import LOOPBACK, Ros2Options, domain_number
-from workbench.gateways.running import LOOK, Sayings, all_of, tell_trouble
-from workbench.link.messages import Role
+from workbench.gateways.running import (
+    LOOK,
+    LinkOptions,
+    Sayings,
+    all_of,
+    run_until_interrupted,
+    tell_trouble,
+)
 
 if TYPE_CHECKING:
     from cyclonedds.domain import DomainParticipant
@@ -17,18 +22,17 @@ if TYPE_CHECKING:
     from workbench.gateways.ros2_publishing import Publishing
     from workbench.link import AsyncClient
 
-NAME = "ros2"
 POLL = 0.01
 """Period between checks for orders [s]."""
 IN_A_ROW = 16
 """Number of samples sent before other work gets a turn."""
 
 
-def run_ros2(address: str, options: Ros2Options, say: Callable[[str], None] = print) -> None:
+def run_ros2(link: LinkOptions, options: Ros2Options, say: Callable[[str], None] = print) -> None:
     """Publish the data of a server to ROS 2, and let ROS 2 fly if allowed, until Ctrl-C.
 
     Args:
-        address: of the server of the link, HOST:PORT.
+        link: connection to the server.
         options: of the gateway.
         say: shows the user a sentence.
 
@@ -37,42 +41,23 @@ def run_ros2(address: str, options: Ros2Options, say: Callable[[str], None] = pr
             client or is gone, or DDS cannot be used.
     """
     options.check()
-    need_cyclone()
-    with contextlib.suppress(KeyboardInterrupt):
-        asyncio.run(serve_ros2(address, options, Sayings(say)))
-
-
-def need_cyclone() -> None:
-    """Check that the extra is installed.
-
-    Raises:
-        WorkbenchError: if it is not.
-    """
     if find_spec("cyclonedds") is None:
         raise WorkbenchError(
             "topics of ROS 2 need the package cyclonedds: `pip install cyclonedds`; it comes for "
             "Python 3.11 to 3.13"
         )
+    run_until_interrupted(serve_ros2(link, options, Sayings(say)))
 
 
-async def serve_ros2(address: str, options: Ros2Options, say: Callable[[str], None]) -> None:
+async def serve_ros2(link: LinkOptions, options: Ros2Options, say: Callable[[str], None]) -> None:
     """Do the work of `run_ros2` until it is cancelled."""
     from cyclonedds.core import DDSException
 
     from workbench.gateways.ros2_dds import DdsDomain
     from workbench.gateways.ros2_publishing import Publishing
-    from workbench.link import AsyncClient
 
     number = domain_number(options.domain)
-    client = AsyncClient(
-        address,
-        name=NAME,
-        token=options.token,
-        role=Role.COMMAND if options.allow_commands else Role.VIEW,
-        tls=options.tls,
-        rate=options.rate,
-    )
-    async with client:
+    async with link.async_client() as client:
         with DdsDomain(number, options.interface, options.configuration) as domain:
             try:
                 publishing = Publishing(domain.participant)

@@ -21,18 +21,12 @@ class Ros2Options:
         interface: name or address of the network interface; "lo" for this computer alone.
         configuration: of Cyclone DDS, text or file:// address; replaces the interface.
         allow_commands: whether ROS 2 programs may fly.
-        token: for the server of the link, "" if it needs none.
-        tls: as for `workbench.link.Client`.
-        rate: largest number of frames per second for each topic [1/s], None for all.
     """
 
     domain: int | None = None
     interface: str = LOOPBACK
     configuration: str = ""
     allow_commands: bool = False
-    token: str = ""
-    tls: str | bool | None = None
-    rate: float | None = None
 
     def check(self) -> None:
         """Check that options are valid, and that not anybody in the network can fly.
@@ -97,28 +91,14 @@ def add_ros2_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def ros2_options(
-    args: argparse.Namespace, token: str = "", tls: str | bool | None = None
-) -> Ros2Options:
-    """Return the options for a command line.
-
-    Args:
-        args: with what `add_ros2_options` adds.
-        token: for the server of the link.
-        tls: as for `workbench.link.Client`.
+def ros2_options(args: argparse.Namespace) -> Ros2Options:
+    """Return the options for a command line, to which `add_ros2_options` added them.
 
     Raises:
         WorkbenchError: if an option is invalid.
     """
-    options = Ros2Options(
-        domain=args.domain,
-        interface=args.interface,
-        configuration=_configuration(args.config),
-        allow_commands=args.allow_commands,
-        token=token,
-        tls=tls,
-        rate=getattr(args, "rate", None),
-    )
+    configuration = _configuration(args.config)
+    options = Ros2Options(args.domain, args.interface, configuration, args.allow_commands)
     options.check()
     return options
 

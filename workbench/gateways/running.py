@@ -1,15 +1,55 @@
-"""The common parts of gateways with asyncio: tasks that end together, and messages to the user."""
+"""The common parts of gateways: options of the connection, tasks that end together, messages."""
 
 import asyncio
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import dataclass
 from time import monotonic
+from typing import Any
 
-from workbench.link import AsyncClient
+from workbench.link import AsyncClient, Client
+from workbench.link.messages import Role
 
 LOOK = 0.2
 """Period between checks for messages to the user [s]."""
 SAY_AGAIN = 5.0
 """Time before a message is repeated [s]."""
+
+
+@dataclass(frozen=True)
+class LinkOptions:
+    """The connection of a gateway to the server of a flight.
+
+    The attributes are the arguments of `workbench.link.Client`. Only a gateway with the role
+    command passes commands on.
+    """
+
+    address: str
+    name: str
+    token: str = ""
+    role: Role = Role.VIEW
+    tls: str | bool | None = None
+    topics: Sequence[str] = ("*",)
+    rate: float | None = None
+
+    @property
+    def flies(self) -> bool:
+        """Whether the gateway passes commands on."""
+        return self.role is Role.COMMAND
+
+    def client(self) -> Client:
+        """Return a client for a program without asyncio."""
+        return Client(**vars(self))
+
+    def async_client(self) -> AsyncClient:
+        """Return a client for asyncio."""
+        return AsyncClient(**vars(self))
+
+
+def run_until_interrupted(work: Coroutine[Any, Any, None]) -> None:
+    """Run a gateway until it ends, or until Ctrl-C, its usual end."""
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(work)
 
 
 async def all_of(works: list["asyncio.Task[None]"]) -> None:
