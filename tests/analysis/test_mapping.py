@@ -5,17 +5,22 @@ import pytest
 
 from workbench.analysis.questions import DrawMap, Predict, Step
 from workbench.common.errors import WorkbenchError
+from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 
 STEP = Step("x", 2.0, 1.5)
 
 
 def test_each_value_is_that_of_a_step_with_these_gains(answer):
-    mapped = answer(DrawMap({"kd_pitch": 20.0}, "kp_pitch", "kp_velocity_x", "overshoot", STEP))
+    """The question has every value that the app's sliders have, also those of filters."""
+    names = [row.name for system in SIGNAL_PATH for row in parameter_table().of(system)]
+    known = parameter_table().defaults()
+    asked = {name: known[name] for name in names} | {"kd_pitch": 20.0, "gyro_lowpass": 60.0}
+    mapped = answer(DrawMap(asked, "kp_pitch", "kp_velocity_x", "overshoot", STEP))
     assert mapped.values.shape == (len(mapped.y), len(mapped.x)) == (25, 25)
     assert np.isfinite(mapped.values).mean() > 0.5  # others have not settled
     for row, column in ((0, 0), (3, 20), (12, 12), (24, 7), (23, 24)):
         gains = {
-            "kd_pitch": 20.0,
+            **asked,
             "kp_pitch": float(mapped.x[column]),
             "kp_velocity_x": float(mapped.y[row]),
         }

@@ -20,7 +20,7 @@ def engine():
 
 
 def test_every_place_is_the_flight_with_its_gains(engine):
-    gains = {"kp_velocity_x": 3.5}
+    gains = {"kp_velocity_x": 3.5, "gyro_lowpass": 40.0}
     found = gain_map(engine, gains, X, Y, metric="overshoot", axis="x", amplitude=2.0)
     assert found.values.shape == found.lost.shape == (2, 3)
     for row, kd in enumerate(Y.grid):

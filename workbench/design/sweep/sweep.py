@@ -15,6 +15,7 @@ from workbench.design.sweep.compiled_flights import fly_fastest
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
 from workbench.plant.variation import Variation
+from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
 
 FLIGHT_SHARE = 0.1
@@ -242,7 +243,8 @@ def gain_map(
 
     Args:
         engine: of the vehicle.
-        gains: gains and limits of the controller that differ from those of the engine, by name.
+        gains: gains and limits of the controller, and settings of filters and estimator, that
+            differ from those of the engine, by name.
         x: a gain or limit of the controller, and its values along the columns.
         y: another one, along the rows.
         metric: of the flight, see `metrics.FLOWN`.
@@ -259,21 +261,22 @@ def gain_map(
         WorkbenchError: if the two gains are not different, or the step is invalid.
     """
     names = [row.name for row in engine.controller.parameters]
-    for name in (x.name, y.name, *gains):
-        if name not in names:
-            raise unknown_name("gain", name, names)
+    table = parameter_table(engine.controller)
+    around = [row.name for system in SIGNAL_PATH for row in table.of(system)]
+    for asked, known in (((x.name, y.name), names), (gains, [*names, *around])):
+        for name in asked:
+            if name not in known:
+                raise unknown_name("gain", name, known)
     if x.name == y.name:
         raise WorkbenchError(f"both axes of the map are {x.name}: give two different gains")
     wanted = find_metric(metric, SWEPT)
     if wanted not in FLOWN:
         raise unknown_name("metric of a flight", metric, [each.name for each in FLOWN])
-    columns, rows = (part.ravel() for part in np.meshgrid(x.grid, y.grid))
-    values = {**engine.gains, **gains}
-    table = np.tile([values[name] for name in names], (len(rows), 1))
-    table[:, names.index(x.name)] = columns
-    table[:, names.index(y.name)] = rows
-    measured = engine.measure(table, axis, amplitude, duration=duration, heading=heading, stop=stop)
-    if len(measured) < len(table):
+    points = [{**gains, x.name: column, y.name: row} for row in y.grid for column in x.grid]
+    measured = engine.measure(
+        points, axis, amplitude, duration=duration, heading=heading, stop=stop
+    )
+    if len(measured) < len(points):
         return None
     if metric == "peak_rotor_use":
         found = measured.peak_rotor_use
