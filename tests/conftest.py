@@ -17,6 +17,9 @@ collect_ignore = ["outside/given"]  # specs and tests that tools/outside.py has 
 # before Qt or matplotlib is imported
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("MPLBACKEND", "Agg")
+# before numpy is imported: threads of its own for small matrices wait busily for each other where
+# other processes have the cores, and a test of a second takes fifteen
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # a shell lets what runs in the background ignore Ctrl-C, and so would all that the tests start
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

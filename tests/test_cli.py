@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from workbench import __main__
 from workbench.commands import controllers
 from workbench.commands.cli import _parser, _remarks_as_sentences, main
 
@@ -66,6 +67,14 @@ def test_help_lists_every_command(capsys):
         main(["--help"])
     listed = capsys.readouterr().out
     assert all(f"\n    {command}" in listed for command in COMMANDS)
+
+
+def test_numpy_has_one_thread_in_a_command_and_in_the_processes_that_it_starts(monkeypatch):
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.setattr(sys, "argv", ["workbench", "--version"])
+    monkeypatch.setattr(__main__, "_let_signals_end_it", lambda: None)
+    assert __main__.main() == 0
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
 
 
 def test_without_a_command_help_goes_to_stderr(capsys):

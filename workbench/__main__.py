@@ -4,11 +4,15 @@ Nothing is loaded here before Ctrl-C is waited for: a person who presses it whil
 no traceback.
 """
 
+import os
 import sys
 
 
 def main() -> int:
     """Run the command line, and return its exit code."""
+    # Two threads of numpy's on a matrix of 100 rows wait busily for each other where flight, window
+    # and analysts share the cores: a solution of 50 µs then takes 100 ms. Processes inherit it.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from workbench.commands.cli import main as run
 
