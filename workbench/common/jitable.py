@@ -94,5 +94,5 @@ def tell_numba() -> None:
 
     while _marked:
         function, options = _marked.pop()
-        mark = register(**options) if options else register
-        mark(function)
+        # no C program calls them: a wrapper would hold, and compile, a second copy of each
+        register(no_cfunc_wrapper=True, **options)(function)
