@@ -74,6 +74,10 @@ class Compiled:
     itself is only loaded to compile, and for types of arguments or results that `machine_code` does
     not support; for those the function is compiled in every process. Arguments are those of
     `compile_cached`.
+
+    Attributes:
+        run: the machine code that ran last, a third of a microsecond faster to call. For arguments
+            of other kinds, and before the first call, it raises `OtherKindError`.
     """
 
     def __init__(
@@ -98,11 +102,11 @@ class Compiled:
         self._dispatcher: Any = None
         self._made: dict[tuple[Kind, ...], Callable[..., Any]] = {}
         self._making = threading.Lock()
-        self._run: Callable[..., Any] = _nothing
+        self.run: Callable[..., Any] = _nothing
 
     def __call__(self, *args: Any) -> Any:
         try:
-            return self._run(*args)
+            return self.run(*args)
         except OtherKindError:
             run = self._prepared(args)
         try:
@@ -135,8 +139,8 @@ class Compiled:
         with self._making:
             if kinds not in self._made:
                 self._made[kinds] = self._load_or_make(kinds, args)
-        self._run = self._made[kinds]
-        return self._run
+        self.run = self._made[kinds]
+        return self.run
 
     def _load_or_make(self, kinds: tuple[Kind, ...], args: tuple[Any, ...]) -> Callable[..., Any]:
         """Load machine code for kinds of arguments; compile and store it if missing."""

@@ -7,7 +7,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    LeafSystem,
+    ValueProducer,
+)
 
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import FlightBrokenError, WorkbenchError
@@ -33,12 +40,15 @@ from workbench.control.guidance import Guidance, Reference, Setpoint
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.weak_callback import weakly
 
 _NONE, _STRAIGHT, _FULL = np.empty(0), np.zeros(3), np.ones(1)
 COMMANDS, FILTERED, MEMORY = range(3)
 """Groups of the discrete state."""
 GAINS, SHARES, PROBES, PAYLOAD, KNOWN, PATH = range(6)
 """Numeric parameters."""
+INPUTS = 3
+"""Arguments of an update that come from ports and are held between actions: the setpoint."""
 
 
 @lru_cache(maxsize=64)
@@ -142,6 +152,12 @@ class FlightComputer(LeafSystem):
         if controller.program:
             self._ended_index = self.DeclareDiscreteState(1)
             self.DeclareStateOutputPort("ended", self._ended_index)
+        inputs = (self._reference, self._guidance, self._feedforward)
+        self._held = self.DeclareCacheEntry(
+            "setpoint and parameters",
+            ValueProducer(lambda: Value[object](()), weakly(self._calc_held)),
+            {self.pn_ticket(), *(port.ticket() for port in inputs)},
+        ).cache_index()
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     @property
@@ -331,14 +347,10 @@ class FlightComputer(LeafSystem):
 
     def _numbers(self, context: Context) -> tuple[Any, ...]:
         """Return what an update takes from ports and parameters, in its order."""
-        has_path = self._feedforward.HasValue(context)
         return (
             self._state.Eval(context),
             self._voltage.Eval(context) if self._voltage.HasValue(context) else _FULL,
-            self._reference.Eval(context),
-            self._guidance.Eval(context),
-            self._feedforward.Eval(context) if has_path else _STRAIGHT,
-            *self.known(context),
+            *self.get_cache_entry(self._held).Eval(context),
         )
 
     def known(self, context: Context) -> tuple[Any, ...]:
@@ -346,13 +358,28 @@ class FlightComputer(LeafSystem):
 
         Gains, shares, known constants, probes, estimate of acceleration, settings.
         """
-        return (
-            context.get_numeric_parameter(GAINS).get_value(),
-            context.get_numeric_parameter(SHARES).get_value(),
-            context.get_numeric_parameter(KNOWN).get_value(),
-            context.get_numeric_parameter(PROBES).get_value(),
-            self._estimate,
-            context.get_numeric_parameter(PATH).get_value(),
+        known: tuple[Any, ...] = self.get_cache_entry(self._held).Eval(context)[INPUTS:]
+        return known
+
+    def _calc_held(self, context: Context, output: Any) -> None:
+        """Copy inputs and parameters, which seldom change; reading them costs more than the law."""
+        has_path = self._feedforward.HasValue(context)
+        gains, shares, known, probes, path = (
+            context.get_numeric_parameter(number).CopyToVector()
+            for number in (GAINS, SHARES, KNOWN, PROBES, PATH)
+        )
+        output.set_value(
+            (
+                np.array(self._reference.Eval(context)),
+                np.array(self._guidance.Eval(context)),
+                np.array(self._feedforward.Eval(context)) if has_path else _STRAIGHT,
+                gains,
+                shares,
+                known,
+                probes,
+                self._estimate,
+                path,
+            )
         )
 
     def _count(self, context: Context) -> float:

@@ -2,12 +2,21 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    LeafSystem,
+    ValueProducer,
+)
 
 from workbench.common.compiled import compile_cached
 from workbench.common.jitable import register_jitable, taking
+from workbench.common.machine_code import OtherKindError
 from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import EDDIES, push_at, wind_at
@@ -61,6 +70,7 @@ from workbench.plant.payload import NO_PAYLOAD, Payload, laden
 from workbench.plant.sensors import Imu
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.systems.noise import noise_seed
+from workbench.systems.weak_callback import weakly
 
 BODY, MEMORY = range(2)
 """Groups of the discrete state."""
@@ -384,6 +394,16 @@ class VehicleDynamics(LeafSystem):
             self.DeclareVectorOutputPort(
                 "static_thrusts", n, self._calc_static_thrusts, {self.xd_ticket()}
             )
+        self._kept = self.DeclareCacheEntry(
+            "parameters and constants",
+            ValueProducer(lambda: Value[object](()), weakly(self._calc_kept)),
+            {self.pn_ticket(), *({self._supply.ticket()} if self._supply else ())},
+        ).cache_index()
+        self._held = self.DeclareCacheEntry(
+            "commands, parameters and constants",
+            ValueProducer(lambda: Value[object](()), weakly(self._calc_held)),
+            {self._commands.ticket(), self.cache_entry_ticket(self._kept)},
+        ).cache_index()
         self.DeclarePeriodicDiscreteUpdateEvent(step, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
@@ -438,15 +458,12 @@ class VehicleDynamics(LeafSystem):
         # it is written; asking for the old one besides would take some microseconds.
         state = discrete_state.get_mutable_value(BODY)
         memory = discrete_state.get_mutable_value(MEMORY)
-        known = (
-            context.get_time(),
-            self._commands.Eval(context),
-            context.get_numeric_parameter(0).get_value(),
-            self._supplied(context, self._constants),
-            state,
-            memory,
-        )
-        found = compiled_advance(*known)
+        held = self.get_cache_entry(self._held).Eval(context)
+        known = (context.get_time(), *held, state, memory)
+        try:
+            found = compiled_advance.run(*known)
+        except OtherKindError:
+            found = compiled_advance(*known)
         if found == NEAR and self.find_free(state, memory):
             found = compiled_advance(*known)
         if found == DONE:
@@ -487,6 +504,20 @@ class VehicleDynamics(LeafSystem):
         compiled_advance(context.get_time(), commands, values, constants, state, memory)
         return memory[LAST:WIND]
 
+    def _calc_kept(self, context: Context, output: Any) -> None:
+        """Copy what only changes with an action or the battery; say whether a gyro filter is on."""
+        values = context.get_numeric_parameter(AIR).CopyToVector()
+        settings = values[SETTINGS:SHARES].tolist()
+        every = sample_steps(settings[0], self._step, int(self._constants[READOUT]))
+        filters = filters_gyro(settings, every * self._step)
+        output.set_value((values, self._supplied(context, self._constants), filters))
+
+    def _calc_held(self, context: Context, output: Any) -> None:
+        """Copy what only changes with a control update: reading it costs as much as a step."""
+        commands = np.array(self._commands.Eval(context))
+        values, constants, _ = self.get_cache_entry(self._kept).Eval(context)
+        output.set_value((commands, values, constants))
+
     def _supplied(self, context: Context, constants: np.ndarray) -> np.ndarray:
         """Return constants of `advance` with what the battery supplies now."""
         if self._supply and self._supply.HasValue(context):
@@ -501,11 +532,16 @@ class VehicleDynamics(LeafSystem):
         output.SetFromVector([voltage_share(speeds, shares, supply, self._rows)])
 
     def _calc_sensed(self, context: Context, output: BasicVector) -> None:
+        state = context.get_discrete_state(BODY).get_value()
+        values, _, filters = self.get_cache_entry(self._kept).Eval(context)
+        if not filters:  # as `gyro_reading` does, for less
+            output.SetFromVector(state)
+            return
         compiled_reading(
             context.get_time(),
-            context.get_numeric_parameter(AIR).get_value(),
+            values,
             self._constants,
-            context.get_discrete_state(BODY).get_value(),
+            state,
             context.get_discrete_state(MEMORY).get_value(),
             output.get_mutable_value(),
         )
