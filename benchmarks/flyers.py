@@ -15,8 +15,9 @@ from pydrake.multibody.plant import (
     Propeller,
     PropellerInfo,
 )
+from pydrake.multibody.tree import RigidBody
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Context, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from workbench.common.resources import find_model
@@ -53,10 +54,12 @@ class Flyer:
     Attributes:
         simulator: at its start.
         height: how high the drone is now [m].
+        speed: how fast it moves along x now [m/s].
     """
 
     simulator: Simulator
     height: Callable[[], float]
+    speed: Callable[[], float]
 
 
 class Hangar:
@@ -178,7 +181,11 @@ class Hangar:
         context = modes.GetMyMutableContextFromRoot(root)
         modes.set_mode(context, initial_state(FlightMode.HOVERING, at), at)
         simulator.Initialize()
-        return Flyer(simulator, lambda: float(airframe.state.Eval(in_dynamics)[6]))
+        return Flyer(
+            simulator,
+            lambda: float(airframe.state.Eval(in_dynamics)[6]),
+            lambda: float(airframe.state.Eval(in_dynamics)[10]),
+        )
 
     def _lifted(self, simulator: Simulator, plant: MultibodyPlant) -> Flyer:
         """Put a plant's drone in the air."""
@@ -187,5 +194,12 @@ class Hangar:
         plant.SetFreeBodyPose(context, base, RigidTransform([0.0, 0.0, HEIGHT]))
         simulator.Initialize()
         return Flyer(
-            simulator, lambda: float(plant.EvalBodyPoseInWorld(context, base).translation()[2])
+            simulator,
+            lambda: float(plant.EvalBodyPoseInWorld(context, base).translation()[2]),
+            lambda: speed_of(plant, context, base),
         )
+
+
+def speed_of(plant: MultibodyPlant, context: Context, body: RigidBody) -> float:
+    """Return how fast a body of a plant moves along x [m/s]."""
+    return float(plant.EvalBodySpatialVelocityInWorld(context, body).translational()[0])

@@ -27,7 +27,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
-from flyers import Flyer, Hangar
+from flyers import Flyer, Hangar, speed_of
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import Simulator
@@ -150,11 +150,7 @@ def _flight(name: str, rates: Rates, make: Callable[[Hangar], Flyer], speed: flo
             _command(flyer, speed)
         flyer.simulator.AdvanceTo(DURATION)
         seconds = time.process_time() - begun
-        root = flyer.simulator.get_context()
-        body = flyer.plant.GetBodyByName(flyer.base_link)
-        context = flyer.plant.GetMyContextFromRoot(root)
-        velocity = flyer.plant.EvalBodySpatialVelocityInWorld(context, body).translational()
-        return seconds, abs(float(velocity[0]) - speed)
+        return seconds, abs(flyer.speed() - speed)
 
     return Flight(name, 1 / rates.physics_step, 1 / rates.control_period if speed else 0.0, fly)
 
@@ -166,7 +162,10 @@ def _lone_body(rates: Rates) -> Flyer:
     plant.AddRigidBody("base", SpatialInertia.SolidBoxWithMass(1.5, 0.3, 0.3, 0.1))
     plant.mutable_gravity_field().set_gravity_vector(np.zeros(3))
     plant.Finalize()
-    return Flyer(Simulator(builder.Build()), plant, "base")
+    simulator = Simulator(builder.Build())
+    context = plant.GetMyContextFromRoot(simulator.get_context())
+    body = plant.GetBodyByName("base")
+    return Flyer(simulator, lambda: 0.0, lambda: speed_of(plant, context, body))
 
 
 def _command(flyer: Flyer, speed: float) -> None:
