@@ -36,7 +36,7 @@ from workbench.design.judge.gang_of_four import gang_of_four
 from workbench.design.judge.loop_judgement import growing_loops
 from workbench.design.judge.loop_measurement import loop_injection
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
-from workbench.design.judge.loop_shaping import End, LoopShaper, Shaped
+from workbench.design.judge.loop_shaping import LoopShaper, Shaped
 from workbench.design.judge.margins import LoopMargins, Robustness, all_margins
 from workbench.design.judge.modes import natural_poles
 from workbench.design.judge.multiloop import multiloop_margin
@@ -283,8 +283,7 @@ def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
             bandwidth = now.bandwidth if now.stable else 1.0
         if margin is None:
             margin = robustness.of(now) if now.stable else UNSTABLE_MARGINS[robustness]
-    shape = shaper.shape_disk if robustness is Robustness.DISK else shaper.shape
-    found = shape(bandwidth, margin)
+    found = shaper.shape(bandwidth, margin, robustness)
     names = subject.asked_names(question.gains)
     said = [_shape_said(subject, question, found)]
     if question.rests and found.margins.stable:
@@ -324,7 +323,7 @@ def _shape_said(subject: Subject, question: ShapeLoop, found: Shaped) -> str:
     """Return what limits the bandwidth, and, with the slider at rest, what consumes the phase."""
     reach = found.bandwidth
     cause = _cause(subject, question, found) if question.rests else ""
-    if reach.end is End.LARGEST:
+    if reach.gain:
         return f"Faster takes more {reach.gain} than its largest value. {cause}".rstrip()
     return cause
 

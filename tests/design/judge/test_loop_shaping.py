@@ -13,6 +13,7 @@ from scipy.optimize import differential_evolution
 from workbench.analysis.judging import opened_to_steer
 from workbench.analysis.subject import Subject
 from workbench.design.judge.loop_shaping import LoopShaper
+from workbench.design.judge.margins import Robustness
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 DRONES = Path(__file__).parents[2] / "drones"
@@ -115,7 +116,7 @@ def test_a_disk_margin_that_is_reached_is_the_asked_one_by_python_control(vehicl
     for share in (0.5, 0.8, 1.0, 1.3):
         for more in (-0.2, 0.0, 0.1):
             asked = share * own.bandwidth, own.disk_margin + more
-            found = shapes.shape_disk(*asked)
+            found = shapes.shape(*asked, Robustness.DISK)
             bandwidth, _, *opened = truth(vehicle, name, found.gains)
             disk = true_disk_margin(*opened)
             assert disk == pytest.approx(found.margins.disk_margin, abs=0.01)
