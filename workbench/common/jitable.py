@@ -10,7 +10,7 @@ from typing import Any, TypeVar, overload
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 _marked: list[tuple[Callable[..., Any], dict[str, Any]]] = []
-"""Functions that numba has not been told of yet."""
+"""Functions that are not registered with numba yet."""
 
 
 @overload
@@ -20,7 +20,7 @@ def register_jitable(
     *, forceinline: bool = False, boundscheck: bool = False
 ) -> Callable[[Function], Function]: ...
 def register_jitable(function: Any = None, **options: Any) -> Any:
-    """Leave a function as it is for Python, and let compiled code call it.
+    """Let compiled code call a function; in Python it stays as it is.
 
     Args:
         function: to be marked; without one, a decorator is returned.
@@ -39,7 +39,7 @@ def mark_functions(module: types.ModuleType, boundscheck: bool = False) -> None:
 
     Args:
         module: with the functions.
-        boundscheck: whether a place beyond an array's end is an error there, as in Python.
+        boundscheck: whether an index beyond the end of an array is an error there, as in Python.
     """
     for function in list(vars(module).values()):
         if inspect.isfunction(function) and function.__module__ == module.__name__:
@@ -47,26 +47,26 @@ def mark_functions(module: types.ModuleType, boundscheck: bool = False) -> None:
 
 
 def unique(function: Function, key: str) -> Function:
-    """Return a function, told from others of its name in machine code.
+    """Return a function after giving it a unique name.
 
-    numba names machine code by module, name and a count that begins anew in each process. Code of
-    two functions of one name, made in two processes and loaded from the cache into a third, would
-    be taken for the same: whoever makes functions in a function gives them names of their own.
+    numba names machine code by module, name, and a count that starts at 0 in each process. If two
+    processes compile different functions with one name, and a third process loads both from the
+    cache, it confuses them. So functions that are made inside a function need unique names.
 
     Args:
-        function: made in a function.
-        key: what its code depends on.
+        function: made inside a function.
+        key: everything that its code depends on.
     """
     function.__qualname__ = f"{function.__qualname__}_{key}"
     return function
 
 
 def made_function(source: str, names: dict[str, Any], key: str) -> Callable[..., Any]:
-    """Return the one function of a source, which compiled code may call.
+    """Return the only function in a source text; compiled code may call it.
 
     Args:
-        source: of a function.
-        names: that it uses.
+        source: the text.
+        names: used in it.
         key: see `unique`.
     """
     made: dict[str, Any] = {}
@@ -79,17 +79,17 @@ def made_function(source: str, names: dict[str, Any], key: str) -> Callable[...,
 
 
 def taking(size: int) -> Callable[..., Any]:
-    """Return a function that makes a tuple of the first numbers of a sequence, and compiles.
+    """Return a function that makes a tuple of the first numbers of a sequence.
 
-    Machine code keeps the numbers of a tuple in registers, where it reads those of an array anew
-    after each write to another one.
+    Machine code keeps the numbers of a tuple in registers, but reads those of an array again after
+    each write to any array.
     """
     numbers = "".join(f"s[{place}], " for place in range(size))
     return made_function(f"def take(s):\n    return ({numbers})", {}, f"take_{size}")
 
 
 def tell_numba() -> None:
-    """Tell numba of all functions marked so far; whoever compiles asks for it first."""
+    """Register all functions marked so far with numba; needed before any compilation."""
     from numba.extending import register_jitable as register
 
     while _marked:

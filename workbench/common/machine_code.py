@@ -1,13 +1,13 @@
-"""Machine code that numba made, kept on disk and loaded without numba.
+"""Store machine code that numba compiled, and load it without numba.
 
-numba takes longer to load than Drake, and tells its compiler of all types and functions that it
-knows before the first code can be loaded. What is compiled needs none of that: an object file whose
-places for addresses are to be filled in, with those of functions of C, of Python, and of numba's
-runtime, which is a library of its own.
+Importing numba takes longer than importing Drake, and numba must set up its compiler before it can
+load cached code. The compiled code itself needs neither. It is an object file, and its relocations
+refer only to functions of C, of Python, and of numba's runtime, which is a separate library.
 
-That is as much of the ELF format as LLVM writes for numba on x86-64 (System V ABI, AMD64
-Supplement, chapter 4). What has anything else is not kept: numba makes it anew. So it is where a
-file is not whole, or was made for another processor, Python, numpy, LLVM or numba.
+This module is a linker for the part of the ELF format that LLVM writes for numba on x86-64 (System
+V ABI, AMD64 Supplement, chapter 4). Code that uses any other part is not stored, and numba compiles
+it in every process. A file is ignored, and its code compiled again, if the file is damaged, or if
+it was made for another processor, or by another release of Python, numpy, LLVM or numba.
 """
 
 import builtins
@@ -36,25 +36,25 @@ from workbench.common.plain_files import write_atomically
 SUFFIX = ".code"
 _CHECK = hashlib.sha256().digest_size
 _C, _F, _LAYOUT = 0x1, 0x2, 0x501
-"""Bits of numpy's flags of an array: in the order of C, of Fortran; of C, aligned, writeable."""
-_TYPE, _AXES, _NUMBERS_OF, _FLAGS = 8, 24, 56, 64
-"""Where an object has its type, and an array its number of axes, type of numbers, and flags."""
-_ORDER, _NUMBER = 26, 28
-"""Where a type of numbers has the order of its bytes, and its own number."""
+"""Bits of numpy's array flags: C order; Fortran order; C order, aligned and writeable."""
+_TYPE, _AXES, _DTYPE, _FLAGS = 8, 24, 56, 64
+"""Offsets of an object's type, and of an array's number of axes, dtype and flags [bytes]."""
+_BYTE_ORDER, _TYPE_NUMBER = 26, 28
+"""Offsets of byte order and type number in a dtype [bytes]."""
 _SCALARS: dict[str, tuple[type, ...]] = {
     "none": (type(None),),
     "bool": (bool, np.bool_),
     "int": (int, np.int64),
     "float": (float, np.float64),
 }
-"""Types that machine code takes for the same."""
+"""Types that machine code does not distinguish."""
 _NUMBERS = (
     *("bool", "float32", "float64", "int8", "int16", "int32", "int64"),
     *("uint8", "uint16", "uint32", "uint64"),
 )
-"""That arrays may have, by their names."""
+"""Names of the supported dtypes of arrays."""
 _GUARD = "guard"
-"""Name of the function that `_Guard` makes."""
+"""Name of the function that `_Guard` defines."""
 _SECTION = np.dtype(
     {
         "names": ["type", "flags", "offset", "size", "link", "info", "align"],
@@ -71,36 +71,36 @@ _SYMBOL = np.dtype(
         "itemsize": 24,
     }
 )
-_PLACE = np.dtype([("offset", "<u8"), ("kind", "<u4"), ("symbol", "<u4"), ("addend", "<i8")])
+_RELOCATION = np.dtype([("offset", "<u8"), ("kind", "<u4"), ("symbol", "<u4"), ("addend", "<i8")])
 _ELF, _X86_64, _MACHINE = b"\x7fELF\x02\x01", 62, 18
-"""How a file of 64 bits, the lowest first, begins; its machine, and where that stands."""
+"""First bytes of a 64-bit little-endian ELF file; machine number, and its offset."""
 _TABLE_AT, _TABLE_SIZE = 40, 60
-"""Where a file's head says where its table of sections stands (8 bytes), and its length (2)."""
-_SYMBOLS, _PLACES, _EMPTY, _UNWINDING = 2, 4, 8, 0x70000001
-"""Types of sections: SYMTAB, RELA, NOBITS, X86_64_UNWIND."""
-_WRITTEN, _LOADED = 0x1, 0x2
+"""Offsets in the header: offset of the section table (8 bytes), and number of sections (2)."""
+_SYMBOL_TABLE, _RELOCATIONS, _ZEROS, _UNWINDING = 2, 4, 8, 0x70000001
+"""Types of sections: SYMTAB, RELA, NOBITS (zeros that are not in the file), X86_64_UNWIND."""
+_WRITEABLE, _LOADED = 0x1, 0x2
 """Flags of sections: WRITE, ALLOC."""
-_ELSEWHERE, _COMMON = 0, 0xFFF2
-"""In place of the section of symbols that stand in none: UNDEF, COMMON."""
+_UNDEFINED, _COMMON = 0, 0xFFF2
+"""Section numbers of symbols outside of sections: UNDEF (in another file), and COMMON."""
 _ADDRESS = 1
-"""The only kind of place for an address: R_X86_64_64, a whole one."""
-_STEP = 64
-"""What stands in memory begins at a multiple of this: as much as any section asks for."""
+"""The only supported type of relocation: R_X86_64_64, an absolute address of 8 bytes."""
+_ALIGNMENT = 64
+"""Alignment of sections in memory [bytes], the largest one that a section may require."""
 
 
 class OtherKindError(TypeError):
-    """Machine code was called with arguments of other kinds than it was made for."""
+    """Machine code was called with arguments of other kinds than it was compiled for."""
 
 
 class _Code(NamedTuple):
-    """What is kept of one function, for arguments of one kind.
+    """The stored code of one function, for arguments of certain kinds.
 
     Attributes:
         entry: name of the function that numba made for Python.
-        constants: of numba's environments, by the names of the places that lead to them; that of
-            the function itself is the first.
+        constants: of numba's environments, by the symbols of the pointers to them; the first one is
+            that of the function itself.
         content: of the object file.
-        guard: the object file of a function that looks at the arguments and calls the entry.
+        guard: object file of a function that checks the arguments and then calls the entry.
     """
 
     entry: str
@@ -110,11 +110,12 @@ class _Code(NamedTuple):
 
 
 Kind = str | tuple[Any, ...]
-"""A scalar's name; `array`, its numbers' name, axes and flags; a tuple's type and its parts'."""
+"""The kind of an argument: the name of a scalar; ("array", dtype, axes, flags) of an array; or the
+type of a tuple, followed by the kinds of its parts."""
 
 
 def kinds_of(args: Sequence[Any]) -> tuple[Kind, ...] | None:
-    """Return what machine code for some arguments depends on; None where it is not known here."""
+    """Return the kinds of arguments, or None if the kind of one is not supported."""
     kinds = [_kind_of(each) for each in args]
     known = tuple(kind for kind in kinds if kind is not None)
     return known if len(known) == len(kinds) else None
@@ -128,33 +129,33 @@ def _kind_of(value: Any) -> Kind | None:
         flags = value.flags.num & (_LAYOUT | _F)
         layout = flags if flags & _F and not flags & _C else flags & _LAYOUT
         return ("array", value.dtype.name, value.ndim, layout)
-    if isinstance(value, tuple) and "." not in type(value).__qualname__:  # named ones, too
+    if isinstance(value, tuple) and "." not in type(value).__qualname__:  # includes named tuples
         parts = kinds_of(value)
         return None if parts is None else (_name_of(type(value)), *parts)
     return None
 
 
 def _name_of(kind: type) -> str:
-    """Return where a type stands; `_address_of` finds it again."""
+    """Return the name of a type with its module, for `_address_of`."""
     return f"{kind.__module__}.{kind.__qualname__}"
 
 
 class _Guard:
-    """The text, for LLVM, of a function that calls another one if its arguments are of some kinds.
+    """LLVM's text of a function that calls another one if its arguments have certain kinds.
 
-    What numba makes for Python looks at the axes of an array and at the size of its numbers, not at
-    their type, nor whether they stand one behind the other. Each look costs a nanosecond here, and
-    a tenth of a microsecond in Python. Objects are read as Python and numpy lay them out for
-    compiled extensions (`PyObject`, `PyArrayObject_fields`, `PyArray_Descr`).
+    numba's entry for Python checks the number of axes of an array and the size of its numbers, but
+    neither their type nor whether they are contiguous. A check costs a nanosecond here, and 0.1 µs
+    in Python. Objects are read in the layout that Python and numpy define for compiled extensions
+    (`PyObject`, `PyArrayObject_fields`, `PyArray_Descr`).
 
     Args:
         kinds: of the arguments.
-        entry: name of the function that is called.
+        entry: name of the function to call.
     """
 
     def __init__(self, kinds: tuple[Kind, ...], entry: str) -> None:
         self._lines: list[str] = []
-        self._look_at_parts("%args", kinds)
+        self._check_parts("%args", kinds)
         types = sorted(set(re.findall(r'@"[\w.]+"', " ".join(self._lines))))
         self.text = "\n".join(
             [
@@ -176,36 +177,38 @@ class _Guard:
             ]
         )
 
-    def _look_at_parts(self, whole: str, kinds: tuple[Kind, ...]) -> None:
+    def _check_parts(self, whole: str, kinds: tuple[Kind, ...]) -> None:
         size = self._let(f"call i64 @PyTuple_Size(ptr {whole})")
-        self._demand(f"icmp eq i64 {size}, {len(kinds)}")
+        self._require(f"icmp eq i64 {size}, {len(kinds)}")
         for place, kind in enumerate(kinds):
             part = self._let(f"call ptr @PyTuple_GetItem(ptr {whole}, i64 {place})")
-            self._look_at(part, kind)
+            self._check(part, kind)
 
-    def _look_at(self, value: str, kind: Kind) -> None:
+    def _check(self, value: str, kind: Kind) -> None:
         if kind == "none":
-            self._demand(f"icmp eq ptr {value}, @_Py_NoneStruct")
+            self._require(f"icmp eq ptr {value}, @_Py_NoneStruct")
             return
         held = self._field(value, _TYPE, "ptr")
         if isinstance(kind, str):
             same = [f'icmp eq ptr {held}, @"{_name_of(each)}"' for each in _SCALARS[kind]]
-            self._demand("or i1 " + ", ".join(map(self._let, same)))
+            self._require("or i1 " + ", ".join(map(self._let, same)))
         elif kind[0] == "array":
-            self._look_at_array(value, held, *kind[1:])
+            self._check_array(value, held, *kind[1:])
         else:
-            self._demand(f'icmp eq ptr {held}, @"{kind[0]}"')
-            self._look_at_parts(value, kind[1:])
+            self._require(f'icmp eq ptr {held}, @"{kind[0]}"')
+            self._check_parts(value, kind[1:])
 
-    def _look_at_array(self, value: str, held: str, number: str, axes: int, layout: int) -> None:
-        self._demand(f'icmp eq ptr {held}, @"numpy.ndarray"')
-        self._demand(f"icmp eq i32 {self._field(value, _AXES, 'i32')}, {axes}")
+    def _check_array(self, value: str, held: str, number: str, axes: int, layout: int) -> None:
+        self._require(f'icmp eq ptr {held}, @"numpy.ndarray"')
+        self._require(f"icmp eq i32 {self._field(value, _AXES, 'i32')}, {axes}")
         known = _LAYOUT | (layout & _F)
         flags = self._let(f"and i32 {self._field(value, _FLAGS, 'i32')}, {known}")
-        self._demand(f"icmp eq i32 {flags}, {layout}")
-        numbers = self._field(value, _NUMBERS_OF, "ptr")
-        self._demand(f"icmp eq i32 {self._field(numbers, _NUMBER, 'i32')}, {np.dtype(number).num}")
-        self._demand(f"icmp ne i8 {self._field(numbers, _ORDER, 'i8')}, {ord('>')}")
+        self._require(f"icmp eq i32 {flags}, {layout}")
+        numbers = self._field(value, _DTYPE, "ptr")
+        self._require(
+            f"icmp eq i32 {self._field(numbers, _TYPE_NUMBER, 'i32')}, {np.dtype(number).num}"
+        )
+        self._require(f"icmp ne i8 {self._field(numbers, _BYTE_ORDER, 'i8')}, {ord('>')}")
 
     def _field(self, of: str, at: int, kind: str) -> str:
         place = self._let(f"getelementptr i8, ptr {of}, i64 {at}")
@@ -216,17 +219,17 @@ class _Guard:
         self._lines.append(f"{name} = {value}")
         return name
 
-    def _demand(self, condition: str) -> None:
+    def _require(self, condition: str) -> None:
         fits, then = self._let(condition), f"l{len(self._lines)}"
         self._lines += [f"br i1 {fits}, label %{then}, label %other", f"{then}:"]
 
 
 def code_file(folder: Path, function: Callable[..., Any], kinds: tuple[Kind, ...]) -> Path:
-    """Return where the code of a function is kept that can run here.
+    """Return the file for the code of a function on this machine.
 
     Args:
-        folder: of all that follows from the same sources.
-        function: in Python.
+        folder: for all code compiled from the same sources.
+        function: the Python function.
         kinds: of its arguments.
     """
     whose = f"{function.__module__} {function.__qualname__} {kinds}"
@@ -235,16 +238,16 @@ def code_file(folder: Path, function: Callable[..., Any], kinds: tuple[Kind, ...
 
 
 def has_code(folder: Path) -> bool:
-    """Return whether code is kept that can run here, of any function and kinds of arguments."""
+    """Return whether a folder has code for this machine, of any function and kinds of arguments."""
     return any(folder.glob(f"*.{_here()}{SUFFIX}"))
 
 
 @lru_cache(maxsize=1)
 def _here() -> str:
-    """Return a name for all but the sources that code depends on.
+    """Return a name for everything that code depends on besides its sources.
 
-    That is processor, Python with its way to lay out objects, numba's settings, and what makes,
-    keeps and loads the code.
+    That is the processor, Python and its layout of objects, numba's settings, the releases of the
+    compilers, and this module.
     """
     settings = sorted(each for each in os.environ.items() if each[0].startswith("NUMBA_"))
     made_by = [release(each) for each in ("numba", "llvmlite", "numpy")]
@@ -255,18 +258,18 @@ def _here() -> str:
 
 
 def _processor() -> str:
-    """Return what this machine's processor can do; others may not."""
+    """Return the model and features of the processor, as code may use all of its features."""
     known = ("vendor_id", "cpu family", "model", "stepping", "flags")
     try:
         with Path("/proc/cpuinfo").open(encoding="utf-8") as lines:
-            first = takewhile(str.strip, lines)  # of several processors
+            first = takewhile(str.strip, lines)  # several processors are separated by blank lines
             return "".join(line for line in first if line.partition("\t")[0] in known)
-    except OSError:  # no Linux, for which no code is kept anyway
+    except OSError:  # not Linux, where no code is stored anyway
         return ""
 
 
 def keep(file: Path, result: Any, kinds: tuple[Kind, ...]) -> None:
-    """Keep what numba has compiled, where it can be loaded without it.
+    """Store code that numba has compiled.
 
     Args:
         file: see `code_file`.
@@ -274,22 +277,22 @@ def keep(file: Path, result: Any, kinds: tuple[Kind, ...]) -> None:
         kinds: of the arguments that it was compiled for.
 
     Raises:
-        WorkbenchError: if it is not known how to load it, or it cannot be written.
+        WorkbenchError: if this module cannot load such code, or the file cannot be written.
     """
     try:
         code = _code(result, kinds)
         data = pickle.dumps(tuple(code))
         _in_memory(code)
-    except Exception as error:  # numba's inside is others', and changes
+    except Exception as error:  # numba's internals may change with any release
         raise WorkbenchError(f"{file}: this code cannot be kept: {error}") from error
     write_atomically(file, hashlib.sha256(data).digest() + data)
 
 
 def _code(result: Any, kinds: tuple[Kind, ...]) -> _Code:
-    """Return what is kept of a `CompileResult`.
+    """Return the code of a `CompileResult`, to be stored.
 
     Raises:
-        ValueError: if it leads to what only this process has.
+        ValueError: if it refers to objects of this process.
     """
     import llvmlite.binding as llvm
 
@@ -305,9 +308,9 @@ def _code(result: Any, kinds: tuple[Kind, ...]) -> _Code:
 
 
 def load(file: Path) -> Callable[..., Any] | None:
-    """Return what a file has as a function for Python; None where there is none that fits.
+    """Return the code in a file as a Python function, or None if there is none that can be used.
 
-    Called with arguments of other kinds, it raises `OtherKindError` and does nothing.
+    The function raises `OtherKindError` for arguments of other kinds, before it does anything.
 
     Args:
         file: see `code_file`.
@@ -317,12 +320,12 @@ def load(file: Path) -> Callable[..., Any] | None:
         if hashlib.sha256(data[_CHECK:]).digest() != data[:_CHECK]:
             return None
         return _function(file.stem, _Code(*pickle.loads(data[_CHECK:])))
-    except Exception:  # whatever is wrong with a file, what it should have can be made anew
+    except Exception:  # whatever is wrong with the file, the code can be compiled again
         return None
 
 
 def _function(name: str, code: _Code) -> Callable[..., Any]:
-    """Return code as a function for Python."""
+    """Return code as a Python function."""
     loaded, guard = _in_memory(code)
     runtime = _library("_dynfunc")
     environments = []
@@ -336,7 +339,7 @@ def _function(name: str, code: _Code) -> Callable[..., Any]:
         "",
         guard.address(_GUARD),
         environments[0],
-        (loaded, guard, environments),  # which live as long as it
+        (loaded, guard, environments),  # kept alive by the function
     )
     return made
 
@@ -345,21 +348,21 @@ def _in_memory(code: _Code) -> tuple["_Loaded", "_Loaded"]:
     """Return code and guard, ready to run.
 
     Raises:
-        ValueError: if they are not what is known here.
+        ValueError: if they use an unsupported part of ELF.
     """
     loaded = _Loaded(code.content, {})
     return loaded, _Loaded(code.guard, {code.entry: loaded.address(code.entry)})
 
 
 class _Loaded:
-    """An object file in memory, with all addresses filled in.
+    """An object file in memory, with all relocations applied.
 
     Args:
         content: of the file.
         known: addresses of functions that it may call, besides those of libraries.
 
     Raises:
-        ValueError: if it has what is not known here, or calls what is not there.
+        ValueError: if it uses an unsupported part of ELF, or refers to an unknown symbol.
     """
 
     def __init__(self, content: bytes, known: Mapping[str, int]) -> None:
@@ -369,57 +372,84 @@ class _Loaded:
         (table,) = np.frombuffer(content, "<u8", 1, _TABLE_AT)
         (count,) = np.frombuffer(content, "<u2", 1, _TABLE_SIZE)
         sections = np.frombuffer(content, _SECTION, count, table)
-        (own,) = sections[sections["type"] == _SYMBOLS]
+        if (sections["align"] > _ALIGNMENT).any():
+            raise ValueError("a section that begins where ours cannot")
+        kept = (sections["flags"] & _LOADED > 0) & (sections["type"] != _UNWINDING)
+        (own,) = sections[sections["type"] == _SYMBOL_TABLE]
         symbols = _entries(content, own, _SYMBOL)
         texts = content[sections["offset"][own["link"]] :]
         names = [texts[at : texts.index(b"\0", at)].decode() for at in symbols["name"]]
-        if (sections["align"] > _STEP).any():
-            raise ValueError("a section that begins where ours cannot")
-        kept = (sections["flags"] & _LOADED > 0) & (sections["type"] != _UNWINDING)
-        written = sections["flags"] & _WRITTEN > 0
-        common = symbols["section"] == _COMMON
-        sizes = np.where(kept, sections["size"], 0)
-        self._code, code = _room(np.where(written, 0, sizes))
-        self._data, data = _room(np.append(np.where(written, sizes, 0), symbols["size"][common]))
-        starts = np.where(written, data[:count], code)
-        values = symbols["value"].copy()
-        inside = (symbols["section"] != _ELSEWHERE) & (symbols["section"] < count)
-        values[inside] += starts[symbols["section"][inside]]
-        values[common] = data[count:]
-        elsewhere = np.flatnonzero(symbols["section"] == _ELSEWHERE)[1:]  # the first is no symbol
-        values[elsewhere] = [
-            known.get(names[place]) or _address_of(names[place]) for place in elsewhere
-        ]
+        starts, commons = self._allocate(sections, kept, symbols)
+        values = self._values(symbols, names, starts, commons, known)
         for section, start in zip(sections[kept], starts[kept].tolist(), strict=True):
-            if section["type"] != _EMPTY:
+            if section["type"] != _ZEROS:
                 part = content[section["offset"] :][: section["size"]]
                 ctypes.memmove(start, part, len(part))
-        for section in sections[sections["type"] == _PLACES]:
+        for section in sections[sections["type"] == _RELOCATIONS]:
             if kept[section["info"]]:
-                places = _entries(content, section, _PLACE)
-                if (places["kind"] != _ADDRESS).any():
-                    raise ValueError("an address that is not whole")
-                found = values[places["symbol"]] + places["addend"].view("<u8")
-                where = starts[section["info"]] + places["offset"]
-                for at, address in zip(where.tolist(), found.tolist(), strict=True):
-                    ctypes.c_uint64.from_address(at).value = address
+                relocations = _entries(content, section, _RELOCATION)
+                _relocate(relocations, starts[section["info"]], values)
         _make_executable(self._code)
         self._addresses = dict(zip(names, values.tolist(), strict=True))
 
+    def _allocate(
+        self, sections: np.ndarray, kept: np.ndarray, symbols: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Allocate memory; return the addresses of all sections, and of the common symbols."""
+        writeable = sections["flags"] & _WRITEABLE > 0
+        commons = symbols["size"][symbols["section"] == _COMMON]
+        sizes = np.where(kept, sections["size"], 0)
+        self._code, code = _allocated(np.where(writeable, 0, sizes))
+        self._data, data = _allocated(np.append(np.where(writeable, sizes, 0), commons))
+        count = len(sections)
+        return np.where(writeable, data[:count], code), data[count:]
+
+    def _values(
+        self,
+        symbols: np.ndarray,
+        names: Sequence[str],
+        starts: np.ndarray,
+        commons: np.ndarray,
+        known: Mapping[str, int],
+    ) -> np.ndarray:
+        """Return the address of each symbol."""
+        values = symbols["value"].copy()
+        section = symbols["section"]
+        inside = (section != _UNDEFINED) & (section < len(starts))
+        values[inside] += starts[section[inside]]
+        values[section == _COMMON] = commons
+        undefined = np.flatnonzero(section == _UNDEFINED)[1:]  # the first entry is not a symbol
+        values[undefined] = [known.get(names[at]) or _address_of(names[at]) for at in undefined]
+        return values
+
     def address(self, name: str) -> int:
-        """Return where something with a name stands."""
+        """Return the address of a symbol."""
         return self._addresses[name]
 
 
 def _entries(content: bytes, section: np.void, kind: np.dtype) -> np.ndarray:
     """Return the entries of a section that is a table."""
-    many = int(section["size"]) // kind.itemsize
-    return np.frombuffer(content, kind, many, int(section["offset"]))
+    count = int(section["size"]) // kind.itemsize
+    return np.frombuffer(content, kind, count, int(section["offset"]))
 
 
-def _room(sizes: np.ndarray) -> tuple[mmap.mmap, np.ndarray]:
+def _relocate(relocations: np.ndarray, start: np.uint64, values: np.ndarray) -> None:
+    """Write the address of a symbol at each relocation of a section that starts at an address.
+
+    Raises:
+        ValueError: if the type of a relocation is not supported.
+    """
+    if (relocations["kind"] != _ADDRESS).any():
+        raise ValueError("an address that is not whole")
+    addresses = values[relocations["symbol"]] + relocations["addend"].view("<u8")
+    places = start + relocations["offset"]
+    for at, address in zip(places.tolist(), addresses.tolist(), strict=True):
+        ctypes.c_uint64.from_address(at).value = address
+
+
+def _allocated(sizes: np.ndarray) -> tuple[mmap.mmap, np.ndarray]:
     """Return memory for parts of some sizes, and the address of each."""
-    whole = -(-sizes.astype("<u8") // _STEP) * _STEP
+    whole = -(-sizes.astype("<u8") // _ALIGNMENT) * _ALIGNMENT
     memory = mmap.mmap(-1, int(whole.sum()) or 1, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     return memory, _start(memory) + np.cumsum(whole) - whole
 
@@ -429,10 +459,10 @@ def _start(memory: mmap.mmap) -> int:
 
 
 def _make_executable(memory: mmap.mmap) -> None:
-    """Let memory be run, and no longer written.
+    """Make memory executable and read-only.
 
     Raises:
-        ValueError: if the system does not allow that.
+        ValueError: if the system does not allow it.
     """
     start, size = ctypes.c_void_p(_start(memory)), ctypes.c_size_t(len(memory))
     if ctypes.CDLL(None).mprotect(start, size, mmap.PROT_READ | mmap.PROT_EXEC):
@@ -440,12 +470,12 @@ def _make_executable(memory: mmap.mmap) -> None:
 
 
 def _address_of(name: str) -> int:
-    """Return where a function or an object of C, Python or numba's runtime stands.
+    """Return the address of a function or object of C, Python or numba's runtime.
 
-    Names are those that `numba.core.base` and `numba.core.runtime.nrt` tell LLVM.
+    Names are those that `numba.core.base` and `numba.core.runtime.nrt` register with LLVM.
 
     Raises:
-        ValueError: if there is none.
+        ValueError: if it is unknown.
     """
     if name == "_Py_NoneStruct":
         return id(None)
@@ -472,7 +502,7 @@ def _address_of(name: str) -> int:
 
 @lru_cache(maxsize=8)
 def _library(name: str) -> ModuleType:
-    """Return a library of numba's runtime, without the rest of numba.
+    """Load a library of numba's runtime without the rest of numba, and return it.
 
     Args:
         name: of the module below `numba`.
