@@ -1,4 +1,4 @@
-"""What is known of a flight at one time, as the terminal shows it."""
+"""The state of a served flight at one time, for the terminal."""
 
 import json
 import math
@@ -12,25 +12,25 @@ from workbench.link.sample import Sample
 from workbench.link.topics import PREFIX, Direction, Value
 
 WINDOW = 1.0
-"""Over which the rate is counted [s]."""
+"""Time over which samples are counted [s]."""
 SMALL = 64
-"""Topics with a field of more numbers than this are no reading for people."""
+"""Largest number of values in a field of the topics shown."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """What is known of a flight at one time.
+    """The state of a served flight at one time.
 
     Attributes:
-        vehicle: what is flown.
+        vehicle: its name.
         address: of the server.
         trouble: why there is no connection, "" while there is one.
-        control: who flies, None while that is unknown.
-        mine: whether it is this client.
-        rate: samples a second that come.
-        age: of the newest state, by both computers' clocks [s]; None where it is unknown.
-        strongest: thrust at the end of a bar [N].
-        samples: the newest, by the topic's short name.
+        control: who flies, None if unknown.
+        mine: whether this client flies.
+        rate: of received samples [1/s].
+        age: of the newest state, by the clocks of both computers [s]; None if unknown.
+        strongest: thrust of a full bar [N].
+        samples: the newest ones by short name of the topic.
     """
 
     vehicle: str
@@ -53,8 +53,8 @@ class Camera:
     """Takes pictures of a flight.
 
     Args:
-        client: of the flight's server, open.
-        address: of the server, for people.
+        client: of the server, open.
+        address: of the server, to show.
         clock: time now [s].
         wall: date [ns].
     """
@@ -75,7 +75,7 @@ class Camera:
         self._strongest = 0.0
 
     def picture(self) -> Picture:
-        """Return what is known now."""
+        """Return the present picture."""
         client = self._client
         hello = client.hello
         samples = {
@@ -87,7 +87,7 @@ class Camera:
         }
         if "rotors" in samples:
             thrusts = numbers(samples["rotors"], "thrust")
-            # Bars of a drone that hovers are two thirds long until it has shown more.
+            # At first, the bars of a hovering drone have two thirds of the full length.
             mean = sum(thrusts) / max(len(thrusts), 1)
             self._strongest = max(self._strongest, 1.5 * mean, *thrusts)
         control = client.control_state
@@ -109,7 +109,7 @@ class Camera:
         if now - since >= WINDOW:
             self._rate = (received - before) / (now - since)
             self._counted = (now, received)
-        elif self._rate == 0.0 and now > since:  # the first second has a rate too
+        elif self._rate == 0.0 and now > since:  # the rate in the first second
             return (received - before) / (now - since)
         return self._rate
 
@@ -120,25 +120,25 @@ class Camera:
 
 
 def number(sample: Sample, field: str) -> float:
-    """Return a field that is a number, NaN if there is none of that name."""
+    """Return a field that is a number, NaN if there is no such field."""
     value = sample.values.get(field)
     return value if isinstance(value, int | float) else math.nan
 
 
 def numbers(sample: Sample, field: str) -> tuple[float, ...]:
-    """Return a field of several numbers; of one, where the server has only one."""
+    """Return a field of several numbers, or of one number as a tuple."""
     value = sample.values.get(field, ())
     return value if isinstance(value, tuple) else (number(sample, field),)
 
 
 def text(sample: Sample, field: str) -> str:
-    """Return a field that is a text, without what a terminal might obey."""
+    """Return a field that is a text, without control characters of terminals."""
     value = str(sample.values.get(field, ""))
     return "".join(sign if sign.isprintable() else "?" for sign in value)
 
 
 def as_json(picture: Picture) -> str:
-    """Return the object; numbers are in SI units, and what is not finite is null."""
+    """Return the picture as JSON in SI units; numbers that are not finite are null."""
     control = picture.control
     said = {
         "vehicle": picture.vehicle,

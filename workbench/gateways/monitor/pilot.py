@@ -1,4 +1,4 @@
-"""A pilot at a keyboard: takes control, flies by keys, and gives it back."""
+"""A pilot at a keyboard: takes control, flies by keys, and releases control."""
 
 import contextlib
 import math
@@ -11,9 +11,9 @@ from workbench.link import Client
 from workbench.link.control import Control
 
 KEY_TIME = 0.3
-"""A key counts for so long [s], as terminals do not tell when it is let go; see `DECAY_TIME`."""
+"""Time for which a key counts [s], as terminals do not report its release; see `DECAY_TIME`."""
 DECAY_TIME = 0.3
-"""Then it fades to nothing in this time [s]."""
+"""Time in which its effect then fades out [s]."""
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
 """Speeds that + and - choose from [m/s]."""
 TURN = 0.4
@@ -28,20 +28,20 @@ KEYS = {
     "left": ("turn", 1.0),
     "right": ("turn", -1.0),
 }
-"""What keys move: along the heading, to its left, up, and counter-clockwise."""
+"""The axis of each key and its sign: along the heading, to the left, up, counter-clockwise."""
 Asked = tuple[float, float, float, float]
 
 
 class Sticks:
-    """Remembers keys, and says what they ask for.
+    """Converts pressed keys to a velocity.
 
     Args:
-        level_speed: largest level speed that may be asked for [m/s].
-        climb_rate: the same up or down [m/s].
-        yaw_rate: the same of a turn [rad/s].
+        level_speed: largest level speed [m/s].
+        climb_rate: largest speed up or down [m/s].
+        yaw_rate: largest yaw rate [rad/s].
 
     Attributes:
-        speed: at which keys fly [m/s].
+        speed: of flight by keys [m/s].
     """
 
     def __init__(self, level_speed: float, climb_rate: float, yaw_rate: float) -> None:
@@ -50,7 +50,7 @@ class Sticks:
         self._pushes: dict[str, tuple[float, float]] = {}  # direction and time [s]
 
     def press(self, key: str, now: float) -> bool:
-        """Push a stick by a key; return whether the key is one for that."""
+        """Press a key; return whether it moves the drone."""
         if key not in KEYS:
             return False
         stick, direction = KEYS[key]
@@ -58,7 +58,7 @@ class Sticks:
         return True
 
     def let_go(self) -> None:
-        """Let all sticks go to their middle at once."""
+        """Release all keys at once."""
         self._pushes.clear()
 
     def faster(self) -> None:
@@ -70,7 +70,7 @@ class Sticks:
         self.speed = max((each for each in SPEEDS if each < self.speed), default=self.speed)
 
     def asked(self, now: float, yaw: float) -> Asked:
-        """Return the velocity in W [m/s] and the yaw rate [rad/s] that keys ask for.
+        """Return the velocity in W [m/s] and the yaw rate [rad/s] that the keys request.
 
         Args:
             now: time [s].
@@ -78,7 +78,7 @@ class Sticks:
         """
         level, climb, turn = self._limits
         ahead, aside = self._push("ahead", now), self._push("aside", now)
-        length = max(1.0, math.hypot(ahead, aside))  # both at once are no faster than one
+        length = max(1.0, math.hypot(ahead, aside))  # two keys are not faster than one
         speed = min(self.speed, level) / length
         x = speed * (ahead * math.cos(yaw) - aside * math.sin(yaw))
         y = speed * (ahead * math.sin(yaw) + aside * math.cos(yaw))
@@ -92,17 +92,17 @@ class Sticks:
 
 
 class Pilot:
-    """Does what keys say; what is refused becomes a sentence.
+    """Flies by keys; rejections become a message.
 
-    It flies as long as `tick` is called: where the terminal takes no more output, or the program
-    stands still, the drone hears nothing, and holds its place after 0.5 s.
+    The drone flies while `tick` is called. If the terminal blocks or the program hangs, the drone
+    gets no commands, and holds its position after 0.5 s.
 
     Args:
-        client: of the flight's server, open.
+        client: of the server, open.
         clock: time now [s].
 
     Attributes:
-        said: what there is to tell, "" for nothing.
+        said: message to the user, "" if there is none.
     """
 
     def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
@@ -115,16 +115,16 @@ class Pilot:
 
     @property
     def flying(self) -> bool:
-        """Whether control is ours."""
+        """Whether this client has control."""
         return self._control is not None
 
     @property
     def speed(self) -> float:
-        """Speed at which keys fly [m/s]."""
+        """Speed of flight by keys [m/s]."""
         return self._sticks.speed
 
     def key(self, key: str) -> bool:
-        """Act on a key; return whether it means something."""
+        """Handle a key; return whether it has a meaning."""
         if key == "c":
             self._try(self.release if self._control else self.take)
         elif key == "+":
@@ -133,7 +133,7 @@ class Pilot:
             self._sticks.slower()
         elif key in OPERATIONS:
             self._sticks.let_go()
-            self.tick()  # an answer may take its time: what was flown must not go on until then
+            self.tick()  # the answer may take a while: stop the present motion first
             self._try(lambda: self._operate(key))
         elif key == "space":
             self._sticks.let_go()
@@ -147,24 +147,24 @@ class Pilot:
         return True
 
     def take(self) -> None:
-        """Ask for control.
+        """Request control.
 
         Raises:
-            WorkbenchError: if it is refused.
+            WorkbenchError: if it is rejected.
         """
         self._sticks.let_go()
         self._control = self._client.direct_control().__enter__()
         self.said = "you fly"
 
     def release(self) -> None:
-        """Give control back, if it is ours."""
+        """Release control, if this client has it."""
         control, self._control = self._control, None
         if control is not None:
             control.__exit__()
             self.said = "control was released: the drone holds its place"
 
     def tick(self) -> None:
-        """Fly as the sticks stand now; it is to be called 20 times a second."""
+        """Send the present velocity; call this 20 times a second."""
         if self._control is not None:
             self._try(self._steer)
 

@@ -1,4 +1,4 @@
-"""The full screen in a terminal, by curses: drawn as a whole, so that nothing flickers."""
+"""The full screen in a terminal, with curses; it is drawn completely each time, without flicker."""
 
 import curses
 import locale
@@ -41,7 +41,7 @@ def show(camera: Camera, pilot: Pilot) -> None:
 
     Args:
         camera: takes the pictures.
-        pilot: does what keys say.
+        pilot: handles the keys.
     """
     locale.setlocale(locale.LC_CTYPE, "")
     try:
@@ -51,7 +51,7 @@ def show(camera: Camera, pilot: Pilot) -> None:
 
 
 def is_capable() -> bool:
-    """Return whether this terminal can place what is drawn."""
+    """Return whether this terminal can move its cursor."""
     try:
         curses.setupterm()
     except curses.error:
@@ -60,7 +60,7 @@ def is_capable() -> bool:
 
 
 def can_show(text: str, encoding: str) -> bool:
-    """Return whether a terminal's encoding has the signs of a text."""
+    """Return whether the encoding of a terminal has all characters of a text."""
     try:
         text.encode(encoding)
     except (UnicodeEncodeError, LookupError):
@@ -69,7 +69,7 @@ def can_show(text: str, encoding: str) -> bool:
 
 
 class _Screen:
-    """A window that shows pictures."""
+    """The window of the terminal."""
 
     def __init__(self, window: "curses.window", camera: Camera, pilot: Pilot) -> None:
         self._window = window
@@ -80,7 +80,7 @@ class _Screen:
         self._full, self._empty = ("\u2588", "\u00b7") if blocks else ("#", ".")
 
     def run(self) -> None:
-        """Look at keys and draw until Q is pressed."""
+        """Handle keys and draw until Q is pressed."""
         if curses.tigetstr("civis"):
             curses.curs_set(0)
         self._window.timeout(round(1000.0 * PERIOD))
@@ -92,7 +92,7 @@ class _Screen:
                 self._draw()
 
     def _keys(self) -> bool:
-        """Act on the keys that were pressed; return whether to go on."""
+        """Handle the pressed keys; return whether to go on."""
         wait = True
         while True:
             code = self._window.getch()
@@ -116,12 +116,12 @@ class _Screen:
         foot = [self._pilot.said, self._short()]
         if self._helping:
             foot = [*HELP, "", *foot]
-        # Where there is no room, the middle goes: what happens and the keys stay.
+        # If the window is too small, the middle is cut: messages and keys stay.
         lines = [*lines[: max(height - len(foot) - 1, 0)], "", *foot]
         self._window.erase()
         for at, line in enumerate(lines[-height:]):
             style = curses.A_BOLD if at == 0 or line == self._pilot.said else curses.A_NORMAL
-            # The last column stays free: a sign there would scroll the last line.
+            # The last column stays free: a character there would scroll the last line.
             self._window.addnstr(at, 0, line, max(width - 1, 0), style)
         self._window.refresh()
 

@@ -1,1 +1,1 @@
-"""Our topics as messages of ROS 2, for logs and gateways; neither Drake nor ROS is needed."""
+"""The topics of the link as ROS 2 messages, for logs and gateways, without Drake or ROS."""

@@ -1,7 +1,7 @@
-"""Frames of the link as messages of ROS 2: which topics they become, of which types.
+"""Convert frames of the link to ROS 2 messages: their topics and types.
 
 Axes and names follow REP-103 and REP-105: x east, y north, z up in `world`, x forward, y left, z up
-in the body; quaternions go x, y, z, w. Time is that of the simulation.
+in the body; quaternions are x, y, z, w. Time is simulated time.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,11 +20,11 @@ Values = Mapping[str, Any]
 
 
 MANY = 256
-"""From so many numbers of one field on, they are an array."""
+"""Number of values of a field from which on it is read as a numpy array."""
 
 
 class Channel(NamedTuple):
-    """A topic of ROS 2, and the type of its messages, as std_msgs/msg/Header."""
+    """A ROS 2 topic, and the type of its messages, such as std_msgs/msg/Header."""
 
     topic: str
     type: str
@@ -32,11 +32,11 @@ class Channel(NamedTuple):
 
 @dataclass(frozen=True)
 class Conversion:
-    """What a topic of the link becomes.
+    """The conversion of a topic of the link.
 
     Attributes:
         topic: of the link.
-        made: of a frame of it: topics of ROS 2, and what makes their messages.
+        made: ROS 2 topics, and functions that make their messages from a frame.
     """
 
     topic: Topic
@@ -44,29 +44,29 @@ class Conversion:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Topics and types of the messages that it makes."""
+        """Topics and types of the ROS 2 messages."""
         return tuple(channel for channel, _ in self.made)
 
     def messages(self, t_ns: int, payload: bytes) -> list[tuple[Channel, Values]]:
         """Return the messages of a frame: their channels, and their values by field.
 
-        Values are numbers, texts, bytes, tuples, and mappings for messages within.
+        Values are numbers, texts, bytes, tuples, and mappings for nested messages.
 
         Args:
             t_ns: simulated time in the frame's header [ns].
             payload: of the frame.
 
         Raises:
-            ValueError: if the payload has not just the topic's size.
+            ValueError: if the payload does not have the size of the topic.
         """
         values = self.read(payload)
         return [(channel, make(t_ns, values)) for channel, make in self.made]
 
     def read(self, payload: bytes) -> Values:
-        """Return the fields of a payload by name, as `made` wants them.
+        """Return the fields of a payload by name, as the functions in `made` need them.
 
         Raises:
-            ValueError: if the payload has not just the topic's size.
+            ValueError: if the payload does not have the size of the topic.
         """
         if len(payload) != self.topic.packer.size or not self._places:
             return self.topic.unpack(payload)
@@ -78,7 +78,7 @@ class Conversion:
 
     @cached_property
     def _places(self) -> tuple[tuple[str, int | slice], ...]:
-        """Names and places of the numbers, which are read faster so; none where there is a text."""
+        """Names and indices of the fields, for faster reading; empty if a field is a text."""
         at, places = 0, []
         for field in self.topic.fields:
             if field.type == "char":
@@ -89,7 +89,7 @@ class Conversion:
 
     @cached_property
     def _records(self) -> np.dtype | None:
-        """What numpy calls a payload with thousands of numbers, which it reads faster."""
+        """The dtype of a payload with thousands of numbers, which numpy reads faster, else None."""
         if all(field.count < MANY for field in self.topic.fields):
             return None
         return np.dtype(
@@ -98,12 +98,12 @@ class Conversion:
 
 
 def _shape(field: Field) -> tuple[int, ...]:
-    """Return what numpy calls the shape of a field."""
+    """Return the shape of a field in a dtype."""
     return () if field.count == 1 else (field.count,)
 
 
 def conversion(topic: Topic) -> Conversion:
-    """Return what a topic of the link becomes; a topic that is not known here becomes nothing."""
+    """Return the conversion of a topic of the link; an unknown topic has no messages."""
     made = []
     if topic.id in _OURS:
         made.append((Channel(topic.name, f"dh_drone_msgs/msg/{_OURS[topic.id]}"), _ours(topic)))
@@ -113,7 +113,7 @@ def conversion(topic: Topic) -> Conversion:
 
 
 def _ours(topic: Topic) -> Make:
-    """Return what makes a message of ours, whose fields are named as the link's."""
+    """Return the maker of a message of our own type, with the field names of the link."""
     if not any(field.name == "stamp" for field in topic.fields):
         return lambda t_ns, values: {"header": header(t_ns, WORLD), **values}
     head = making.sensor_header(topic)
@@ -136,7 +136,7 @@ _OURS = {
     numbers.EVENTS: "Event",
     numbers.ESTIMATE: "EstimateData",
 }
-"""Our own types, by the number of their topic."""
+"""Our own message types by topic number."""
 
 _STANDARD: Mapping[int, tuple[tuple[str, str, Callable[[Topic], Make]], ...]] = {
     numbers.POSITION: ((f"{PREFIX}pose", "geometry_msgs/msg/PoseStamped", making.pose),),
@@ -155,4 +155,4 @@ _STANDARD: Mapping[int, tuple[tuple[str, str, Callable[[Topic], Make]], ...]] = 
     ),
     numbers.FRAMES: (("/tf", "tf2_msgs/msg/TFMessage", making.transforms),),
 }
-"""Topics and types of ROS 2 that are made of a topic, by its number."""
+"""Standard ROS 2 topics and types made from a topic, by topic number."""

@@ -1,4 +1,4 @@
-"""What a message of ROS 2 consists of, read from its definition as text."""
+"""Read the definitions of ROS 2 messages, as in .msg files."""
 
 import re
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ NUMBERS = {
     "float32": "f",
     "float64": "d",
 }
-"""Types of numbers, and what `struct` calls them."""
+"""Types of numbers, and their codes in `struct`."""
 TEXT = "string"
 SEPARATOR = "=" * 80
 _TYPE = re.compile(r"([A-Za-z]\w*(?:/\w+){0,2})(?:\[(\d*)\])?")
@@ -30,13 +30,13 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
 class Arity(Enum):
-    """How many values a field has."""
+    """The number of values of a field."""
 
     ONE = "one"
     FIXED = "fixed"
-    """An array of as many as the definition says."""
+    """An array with the length in the definition."""
     SEQUENCE = "sequence"
-    """Any number, which goes before them."""
+    """Any number of values, preceded by that number."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class MessageField:
 
     Attributes:
         name: in snake case.
-        type: one of `NUMBERS`, `TEXT`, or the name of a definition, as std_msgs/msg/Header.
-        arity: how many values it has.
-        count: of a fixed array, 1 otherwise.
-        unit: what the comment has in brackets, "" if none.
+        type: one of `NUMBERS`, `TEXT`, or the name of a type such as std_msgs/msg/Header.
+        arity: whether it is one value, or an array.
+        count: length of a fixed array, 1 otherwise.
+        unit: in brackets in the comment, "" if there is none.
     """
 
     name: str
@@ -59,18 +59,18 @@ class MessageField:
 
     @property
     def nested(self) -> bool:
-        """Whether its values are messages."""
+        """Whether its values are nested messages."""
         return "/" in self.type
 
 
 @dataclass(frozen=True)
 class Definition:
-    """A type of message.
+    """A message type.
 
     Attributes:
-        name: with its package, as std_msgs/msg/Header.
-        fields: in their order.
-        text: from which it was read.
+        name: with its package, such as std_msgs/msg/Header.
+        fields: in order.
+        text: of the definition.
     """
 
     name: str
@@ -79,14 +79,14 @@ class Definition:
 
 
 def read_definition(name: str, text: str) -> Definition:
-    """Return the definition that a text describes; constants stay in the text only.
+    """Return the definition in a text; constants are only in its text.
 
     Args:
-        name: of the type, as std_msgs/msg/Header.
+        name: of the type, such as std_msgs/msg/Header.
         text: as in a .msg file.
 
     Raises:
-        WorkbenchError: for a line that is no field.
+        WorkbenchError: for an invalid line.
     """
     package = name.partition("/")[0]
     lines = enumerate(text.splitlines(), start=1)
@@ -95,14 +95,15 @@ def read_definition(name: str, text: str) -> Definition:
 
 
 def split_schema(name: str, text: str) -> dict[str, Definition]:
-    """Return the definitions of a schema by name: a type, and all that it includes behind it.
+    """Return the definitions in a schema by name: a type, and then all types included in it.
 
     Args:
-        name: of the type that comes first.
-        text: parts between lines of `=`, each but the first headed `MSG: package/Name`.
+        name: of the first type.
+        text: definitions separated by lines of `=`; from the second on they begin with `MSG:
+            package/Name`.
 
     Raises:
-        WorkbenchError: for a line that is no field.
+        WorkbenchError: for an invalid line.
     """
     definitions = {}
     for part in re.split(r"^={3,}\n", text, flags=re.MULTILINE):
@@ -113,7 +114,7 @@ def split_schema(name: str, text: str) -> dict[str, Definition]:
 
 
 def _field(package: str, line: str, where: str) -> MessageField | None:
-    """Return the field of a line, None if it has none."""
+    """Return the field in a line, or None."""
     code, _, comment = line.partition("#")
     words = code.split()
     if not words or _CONSTANT.match(code):
@@ -133,7 +134,7 @@ def _field(package: str, line: str, where: str) -> MessageField | None:
 
 
 def _full_name(package: str, kind: str, where: str) -> str:
-    """Return a type's name with its package, where it is not built in."""
+    """Return the name of a type with its package, or of a built-in type."""
     if kind in NUMBERS or kind == TEXT:
         return kind
     *packages, name = kind.split("/")

@@ -1,6 +1,6 @@
-"""The shipped definitions, the files below msg/, one a type; and a package of ours for ROS 2.
+"""The shipped message definitions, one file per type below msg/, and our package for ROS 2.
 
-Users of ROS 2 build the package dh_drone_msgs, which is written from the definitions in use.
+Users of ROS 2 build the package dh_drone_msgs, which is written from these definitions.
 """
 
 from functools import cache
@@ -14,17 +14,17 @@ FOLDER = Path(__file__).parent / "msg"
 
 @cache
 def type_names() -> tuple[str, ...]:
-    """Return the names of all types, as std_msgs/msg/Header."""
+    """Return the names of all types, such as std_msgs/msg/Header."""
     files = sorted(FOLDER.glob("*/*.msg"))
     return tuple(f"{file.parent.name}/msg/{file.stem}" for file in files)
 
 
 @cache
 def definition(name: str) -> Definition:
-    """Return the definition of a type by its name, as std_msgs/msg/Header.
+    """Return the definition of a type by its name, such as std_msgs/msg/Header.
 
     Raises:
-        WorkbenchError: if there is none.
+        WorkbenchError: if it is unknown.
     """
     if name not in type_names():
         raise unknown_name("type of message", name, type_names())
@@ -35,7 +35,7 @@ def definition(name: str) -> Definition:
 
 @cache
 def included(name: str) -> tuple[Definition, ...]:
-    """Return the definitions of a type and of all that it includes, each once, itself first."""
+    """Return the definitions of a type, and then of all types included in it, each once."""
     found: dict[str, Definition] = {}
     todo = [name]
     while todo:
@@ -48,7 +48,7 @@ def included(name: str) -> tuple[Definition, ...]:
 
 @cache
 def schema_text(name: str) -> str:
-    """Return a type's definition followed by all that it includes, as files and viewers want it."""
+    """Return the schema of a type for files and viewers, with all types included in it."""
     first, *others = included(name)
     parts = [
         f"{SEPARATOR}\nMSG: {other.name.replace('/msg/', '/')}\n{other.text}" for other in others
@@ -61,13 +61,13 @@ VERSION = "0.1.0"
 
 
 def write_package(folder: Path) -> list[Path]:
-    """Write a package of ament_cmake, and return its files.
+    """Write a package for ament_cmake, and return its files.
 
     Args:
-        folder: where the package's folder is made, as the src of a workspace.
+        folder: for the folder of the package, such as the src of a workspace.
 
     Raises:
-        WorkbenchError: if something else stands there, or it cannot be written.
+        WorkbenchError: if something else has its name, or it cannot be written.
     """
     package = folder / PACKAGE
     manifest = package / "package.xml"
@@ -90,12 +90,12 @@ def write_package(folder: Path) -> list[Path]:
 
 
 def own_types() -> list[str]:
-    """Return the names of the package's types."""
+    """Return the names of the types in our package."""
     return [name for name in type_names() if name.startswith(f"{PACKAGE}/")]
 
 
 def _needed() -> list[str]:
-    """Return the packages whose types are included."""
+    """Return the packages with included types."""
     names = {each.name.partition("/")[0] for name in own_types() for each in included(name)}
     return sorted(names - {PACKAGE})
 

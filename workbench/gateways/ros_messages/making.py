@@ -1,4 +1,4 @@
-"""Fields of the link as messages of ROS 2, most of them standard ones: motion and sensors."""
+"""Make ROS 2 messages of motion and sensors, mostly standard ones, from fields of the link."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -10,15 +10,15 @@ import numpy as np
 from workbench.link.topics import Topic, Value
 
 WORLD = "world"
-"""Frame at the root: x east, y north, z up."""
+"""Name of the root frame: x east, y north, z up."""
 BODY = "base_link"
 Make = Callable[[int, Mapping[str, Any]], Mapping[str, Any]]
-"""Makes a message of the time [ns] and a topic's fields by name."""
+"""Makes a message from the time [ns] and the fields of a topic by name."""
 
 
 @lru_cache(maxsize=32)
 def header(t_ns: int, frame: str) -> Mapping[str, Any]:
-    """Return a std_msgs/msg/Header of a time [ns] and a frame; many messages share one."""
+    """Return a std_msgs/msg/Header for a time [ns] and a frame, cached for other messages."""
     seconds, rest = divmod(t_ns, 1_000_000_000)
     return {"stamp": {"sec": seconds, "nanosec": rest}, "frame_id": frame}
 
@@ -30,22 +30,22 @@ def vector(parts: Sequence[float]) -> Mapping[str, float]:
 
 
 def quaternion(parts: Sequence[float]) -> Mapping[str, float]:
-    """Return a geometry_msgs/msg/Quaternion of w, x, y, z."""
+    """Return a geometry_msgs/msg/Quaternion for w, x, y, z."""
     w, x, y, z = parts
     return {"x": x, "y": y, "z": z, "w": w}
 
 
 UNKNOWN = (0.0,) * 36
-"""Covariance of a pose or twist that nobody knows."""
+"""Unknown covariance of a pose or twist."""
 
 
 def pose(topic: Topic) -> Make:
-    """Return what makes a geometry_msgs/msg/PoseStamped of position_data."""
+    """Return the maker of a geometry_msgs/msg/PoseStamped from position_data."""
     return lambda t_ns, values: {"header": header(t_ns, WORLD), "pose": _pose(values)}
 
 
 def twist(topic: Topic) -> Make:
-    """Return what makes a geometry_msgs/msg/TwistStamped of velocity_data, in the world's axes."""
+    """Return the maker of a geometry_msgs/msg/TwistStamped from velocity_data, in world axes."""
     return lambda t_ns, values: {
         "header": header(t_ns, WORLD),
         "twist": {
@@ -58,7 +58,7 @@ def twist(topic: Topic) -> Make:
 def odometry(
     t_ns: int, position: Mapping[str, Value], velocity: Mapping[str, Value], body: str = BODY
 ) -> dict[str, Any]:
-    """Return a nav_msgs/msg/Odometry, whose velocities are in the body's axes.
+    """Return a nav_msgs/msg/Odometry, with velocities in body axes.
 
     Args:
         t_ns: simulated time [ns].
@@ -79,10 +79,10 @@ def odometry(
 
 
 def estimated_odometry(topic: Topic) -> Make:
-    """Return what makes a nav_msgs/msg/Odometry of estimate.
+    """Return the maker of a nav_msgs/msg/Odometry from estimate.
 
-    Covariances have their diagonal alone: of place and turn in the world's axes, of velocity in the
-    body's; zeros where the estimator knows none, and of the turning rate.
+    Covariances have only a diagonal: of position and orientation in world axes, of velocity in body
+    axes. They are zero for the angular velocity, and if the estimator states none.
     """
     body = str(topic.about.get("frame", BODY))
 
@@ -103,12 +103,12 @@ def estimated_odometry(topic: Topic) -> Make:
 
 
 def _diagonal(variances: list[float]) -> tuple[float, ...]:
-    """Return a covariance (36), row by row, of its diagonal (6)."""
+    """Return a covariance (36), row by row, from its diagonal (6)."""
     return tuple(variances[i // 6] if i % 7 == 0 else 0.0 for i in range(36))
 
 
 def _turned(turn: Mapping[str, float], variances: list[float]) -> list[float]:
-    """Return variances along the world's axes as those along the axes of the body."""
+    """Return the variances along body axes for variances along world axes."""
     columns = [_in_body(turn, [float(i == j) for i in range(3)]) for j in range(3)]
     return [
         sum(
@@ -120,7 +120,7 @@ def _turned(turn: Mapping[str, float], variances: list[float]) -> list[float]:
 
 
 def transforms(topic: Topic) -> Make:
-    """Return what makes a tf2_msgs/msg/TFMessage of the topic frames."""
+    """Return the maker of a tf2_msgs/msg/TFMessage from the topic frames."""
     pairs: Any = topic.about["frames"]
 
     def make(t_ns: int, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -142,7 +142,7 @@ def transforms(topic: Topic) -> Make:
 
 
 def _pose(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a geometry_msgs/msg/Pose of the fields of position_data."""
+    """Return a geometry_msgs/msg/Pose from the fields of position_data."""
     roll, pitch, yaw = 0.5 * values["roll"], 0.5 * values["pitch"], 0.5 * values["yaw"]
     c_r, c_p, c_y = math.cos(roll), math.cos(pitch), math.cos(yaw)
     s_r, s_p, s_y = math.sin(roll), math.sin(pitch), math.sin(yaw)
@@ -158,7 +158,7 @@ def _pose(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _in_body(turn: Mapping[str, float], parts: list[Any]) -> Mapping[str, float]:
-    """Return a vector of the world's axes in the axes of the body, which `turn` brings there."""
+    """Return a vector in body axes, given in world axes and the orientation of the body."""
     w, x, y, z = turn["w"], -turn["x"], -turn["y"], -turn["z"]
     a, b, c = parts
     t_x, t_y, t_z = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
@@ -170,7 +170,7 @@ def _in_body(turn: Mapping[str, float], parts: list[Any]) -> Mapping[str, float]
 
 
 UNKNOWN_OF_VECTOR = (0.0,) * 9
-"""Likewise of a vector."""
+"""Unknown covariance of a vector."""
 FIX = 0
 GPS = 1
 FLOAT32 = 7
@@ -179,13 +179,13 @@ POINT_SIZE = 12
 
 
 def sensor_header(topic: Topic) -> Callable[[Mapping[str, Any]], Mapping[str, Any]]:
-    """Return what makes a sample's header: when it was taken, and the sensor's frame."""
+    """Return the maker of the header of a sample: its time, and the frame of the sensor."""
     frame = str(topic.about.get("frame", BODY))
     return lambda values: header(int(values["stamp"]), frame)
 
 
 def imu(topic: Topic) -> Make:
-    """Return what makes a sensor_msgs/msg/Imu."""
+    """Return the maker of a sensor_msgs/msg/Imu."""
     head = sensor_header(topic)
     return lambda t_ns, values: {
         "header": head(values),
@@ -199,7 +199,7 @@ def imu(topic: Topic) -> Make:
 
 
 def fix(topic: Topic) -> Make:
-    """Return what makes a sensor_msgs/msg/NavSatFix, which is in degrees."""
+    """Return the maker of a sensor_msgs/msg/NavSatFix, in degrees."""
     head = sensor_header(topic)
     return lambda t_ns, values: {
         "header": head(values),
@@ -213,7 +213,7 @@ def fix(topic: Topic) -> Make:
 
 
 def fix_velocity(topic: Topic) -> Make:
-    """Return what makes a geometry_msgs/msg/TwistStamped of a fix: east, north, up."""
+    """Return the maker of a geometry_msgs/msg/TwistStamped from a GPS velocity: east, north, up."""
     nothing = {"x": 0.0, "y": 0.0, "z": 0.0}
     return lambda t_ns, values: {
         "header": header(values["stamp"], WORLD),
@@ -222,7 +222,7 @@ def fix_velocity(topic: Topic) -> Make:
 
 
 def magnetic_field(topic: Topic) -> Make:
-    """Return what makes a sensor_msgs/msg/MagneticField."""
+    """Return the maker of a sensor_msgs/msg/MagneticField."""
     head = sensor_header(topic)
     return lambda t_ns, values: {
         "header": head(values),
@@ -232,7 +232,7 @@ def magnetic_field(topic: Topic) -> Make:
 
 
 def cloud(topic: Topic) -> Make:
-    """Return what makes a sensor_msgs/msg/PointCloud2 of the rays that met something."""
+    """Return the maker of a sensor_msgs/msg/PointCloud2 from the rays that hit something."""
     head, directions = sensor_header(topic), scan_directions(topic)
     fields = [
         {"name": name, "offset": 4 * index, "datatype": FLOAT32, "count": 1}
@@ -259,7 +259,7 @@ def cloud(topic: Topic) -> Make:
 
 
 def scan_directions(topic: Topic) -> np.ndarray:
-    """Return the unit vectors of a cloud's rays in the sensor's axes, (n, 3)."""
+    """Return the unit vectors of the rays of a cloud in sensor axes, (n, 3)."""
     azimuth, elevation = (_angles(topic.about[name]) for name in ("azimuths", "elevations"))
     level = np.cos(elevation)[:, None]
     x, y = level * np.cos(azimuth), level * np.sin(azimuth)
@@ -268,6 +268,6 @@ def scan_directions(topic: Topic) -> np.ndarray:
 
 
 def _angles(said: Any) -> np.ndarray:
-    """Return evenly spaced angles of their first, step and count [rad]."""
+    """Return evenly spaced angles from the first one, step and count [rad]."""
     first, step, count = said
     return first + step * np.arange(count)

@@ -1,1 +1,1 @@
-"""The server of a flight: a process of its own, asyncio in one thread, standard library only."""
+"""The server of a flight: a separate process with asyncio in one thread."""

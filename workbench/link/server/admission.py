@@ -1,7 +1,7 @@
-"""Which clients are admitted: a maximum in all and for each address, none that guesses tokens.
+"""Admission of clients: limits in total and for each address, and waits after bad logins.
 
-A client has its place from the moment when it may look at anything: from its login where one is
-needed, so that strangers take no places.
+A client takes a place as soon as it may watch. If login is required, that is after its login, so
+clients without a token take no places.
 """
 
 from collections import Counter, deque
@@ -12,17 +12,17 @@ from workbench.link.codes import ErrorCode
 from workbench.link.messages import Error
 
 FREE_GUESSES = 3
-"""Bad logins in a row without a wait."""
+"""Number of consecutive bad logins without a wait."""
 FIRST_WAIT = 1.0
-"""Wait after a bad login, doubled at each further one [s]."""
+"""Wait after a further bad login; each is twice the one before [s]."""
 LONGEST_WAIT = 60.0
 MOST_GUESSERS = 256
-"""Networks whose bad logins are remembered; the oldest is forgotten."""
+"""Largest number of networks with remembered bad logins; the oldest is forgotten first."""
 OWN_WAIT = 1.0
-"""Until a program of this machine hears that its login was bad. It is never told to wait before the
-next one: any program would lock out the gateways and the operator's monitor with that [s]."""
+"""Delay of the answer to a bad login from this machine [s]. There is no wait before the next login:
+otherwise any local program could lock out the gateways and the operator's monitor."""
 OF_THIS_MACHINE = 0.75
-"""Share of all places that programs of this machine may have: gateways, monitors and the page."""
+"""Largest share of all places for programs of this machine: gateways, monitors and the page."""
 LONGEST_LOG = 20
 LONGEST_LINE = 200
 
@@ -33,14 +33,14 @@ class _Guesses(NamedTuple):
 
 
 class Admission:
-    """Counts who has a place; times are told [s].
+    """Counts the places taken; callers pass the time [s].
 
     Args:
-        clients: at once.
-        an_address: at once from one address of another machine.
+        clients: largest number at once.
+        an_address: largest number at once from one address of another machine.
 
     Attributes:
-        refusals: what was refused to clients.
+        refusals: rejections of clients.
     """
 
     def __init__(self, clients: int, an_address: int) -> None:
@@ -51,13 +51,13 @@ class Admission:
         self._guesses: dict[str, _Guesses] = {}
 
     def most_of(self, host: str) -> int:
-        """Return how many clients may come from an address."""
+        """Return the largest number of clients from an address."""
         if is_loopback(host):
             return max(self._an_address, int(OF_THIS_MACHINE * self._clients))
         return self._an_address
 
     def wait(self, host: str, now: float) -> Error | None:
-        """Refuse who has guessed, for a while."""
+        """Return an error if an address must wait after bad logins."""
         guesses = self._guesses.get(network_of(host))
         if guesses and now < guesses.until:
             return Error(
@@ -68,7 +68,7 @@ class Admission:
         return None
 
     def enter(self, host: str) -> Error | None:
-        """Give a client a place, unless there is none."""
+        """Give a client a place, or return an error if there is none."""
         if self._inside.total() >= self._clients:
             return Error(
                 ErrorCode.TOO_MANY,
@@ -84,13 +84,13 @@ class Admission:
         return None
 
     def leave(self, host: str) -> None:
-        """Note that a client has gone that had a place."""
+        """Release the place of a client."""
         self._inside[host] -= 1
         if not self._inside[host]:
             del self._inside[host]
 
     def bad_login(self, host: str, now: float) -> float:
-        """Note a bad login; return for how long not to answer it [s]."""
+        """Count a bad login, and return the delay of its answer [s]."""
         if is_loopback(host):
             return OWN_WAIT
         network = network_of(host)
@@ -104,15 +104,15 @@ class Admission:
         return 0.0
 
     def good_login(self, host: str) -> None:
-        """Forget the bad ones before."""
+        """Forget earlier bad logins."""
         self._guesses.pop(network_of(host), None)
 
 
 class Refusals:
-    """Counts refusals by their code.
+    """Counts rejections by code.
 
     Attributes:
-        changed: whether there were some since this was last set to False.
+        changed: whether there were any since this was last set to False.
     """
 
     def __init__(self) -> None:
@@ -121,11 +121,11 @@ class Refusals:
         self.changed = False
 
     def add(self, code: str, said: str) -> None:
-        """Note one.
+        """Add a rejection.
 
         Args:
-            code: of `link.codes`, so there are not many.
-            said: who was refused what, and why.
+            code: one of `link.codes`, a small set.
+            said: the rejected client, and the reason.
         """
         self._counts[str(code)] += 1
         self._log.append(said[:LONGEST_LINE])
@@ -133,10 +133,10 @@ class Refusals:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How often, by code."""
+        """Number of rejections by code."""
         return dict(self._counts)
 
     @property
     def log(self) -> tuple[str, ...]:
-        """The last ones, newest last."""
+        """The last rejections, newest last."""
         return tuple(self._log)

@@ -1,7 +1,4 @@
-"""One client of the server: what it may do, what its bytes ask for, and whether it is in time.
-
-Nothing here waits.
-"""
+"""The session of one client: its role, its requests, and its time limits. Nothing here blocks."""
 
 import math
 from typing import Protocol
@@ -41,42 +38,41 @@ from workbench.link.wire import (
 )
 
 FRAMES = 1000.0
-"""Frames a second, in the long run."""
+"""Sustained rate of frames [1/s]."""
 FRAME_BURST = 200.0
-"""Frames at once."""
+"""Largest burst of frames."""
 BYTES = 1_000_000.0
 BYTE_BURST = 128 * 1024.0
 OPERATIONS = 64_000.0
-"""Bytes of operations a second, and of the flight's answers to them: to read and to write JSON
-takes a hundred times as long as to pass on bytes."""
+"""Rate of bytes of operations, and of the answers to them [1/s]: parsing and writing JSON takes a
+hundred times as long as passing bytes on."""
 OPERATION_BURST = 2 * LARGEST_OPERATION
 LEAST_PAUSE = 0.02
-"""A pause costs a timer, so short ones are made longer [s]."""
+"""Shortest pause, as each one needs a timer [s]."""
 MOST_REQUESTS = 16
-"""Without an answer of the flight."""
+"""Largest number of requests that the flight has not answered."""
 FRAME_WORK = 128
-"""What a frame takes besides its operation [bytes of operations]."""
+"""Cost of a frame without its operation [bytes of operations]."""
 LABOUR = 512
-"""What an operation takes besides its reading, or a command that the flight has to refuse: it goes
-to the flight and back, makes subscriptions, or looks for what may have been meant. The same unit;
-a ping is for free."""
+"""Cost of processing an operation, or a command that the flight rejects [bytes of operations]. The
+flight may have to answer, topics are subscribed, or similar names are searched. A ping is free."""
 LOGIN_TIME = 3.0
-"""Until login [s]."""
+"""Time limit for login [s]."""
 SILENT_TIME = 5.0
-"""Until what was asked to be acknowledged is [s]."""
+"""Time limit for an acknowledgement [s]."""
 QUIET_TIME = 5.0
-"""Without a frame of a client, until it is asked whether it is there [s]."""
+"""Silence after which a client is asked for an acknowledgement [s]."""
 BLOCKED_TIME = 2.0
-"""While nothing that was written goes out [s]."""
+"""Time limit while the system sends no written bytes [s]."""
 ROOM = 32 * 1024
-"""Bytes that may wait in a transport before more is written."""
+"""Largest number of bytes waiting in a transport before more are written."""
 
 
 class RateLimiter:
-    """Three token buckets, of frames, bytes and operations: time fills them, input empties them.
+    """Three token buckets, for frames, bytes and operations.
 
     Args:
-        now: by any clock that only rises [s]; so in the methods.
+        now: time of a monotonic clock [s], here and in the methods.
     """
 
     def __init__(self, now: float) -> None:
@@ -86,7 +82,7 @@ class RateLimiter:
         self._filled = now
 
     def take(self, size: int, now: float) -> None:
-        """Take the bytes that have come, even below zero."""
+        """Take received bytes, even below zero."""
         passed = now - self._filled
         self._filled = now
         self._frames = min(FRAME_BURST, self._frames + FRAMES * passed)
@@ -94,19 +90,19 @@ class RateLimiter:
         self._operations = min(OPERATION_BURST, self._operations + OPERATIONS * passed)
 
     def take_frame(self) -> None:
-        """Take a frame, or what came and was none, even below zero."""
+        """Take a frame, or received bytes that completed none, even below zero."""
         self._frames -= 1.0
 
     def take_operation(self, size: int) -> None:
-        """Take the bytes of an operation, or of the answer to one, even below zero."""
+        """Take the bytes of an operation or of an answer, even below zero."""
         self._operations -= size
 
     def give_back(self) -> None:
-        """Put a frame back, as we asked for it."""
+        """Return a frame, as the server asked for it."""
         self._frames += 1.0
 
     def pause(self) -> float:
-        """Return how long not to read, 0 for not at all [s]."""
+        """Return for how long to stop reading [s], 0 to read on."""
         lacking = max(
             (1.0 - self._frames) / FRAMES,
             -self._bytes / BYTES,
@@ -116,52 +112,52 @@ class RateLimiter:
 
 
 class Transport(Protocol):
-    """A connection by TCP, TLS or WebSocket; after `close` or `abort` all methods do nothing."""
+    """A connection by TCP, TLS or WebSocket; after `close` or `abort`, methods have no effect."""
 
     @property
     def unsent(self) -> int:
-        """Bytes that were written here and not yet taken by the system, about."""
+        """Approximate number of written bytes that the system has not taken yet."""
 
     def write(self, data: bytes) -> None:
-        """Send bytes: whole frames, in their order."""
+        """Send complete frames."""
 
     def close(self) -> None:
-        """End the connection when all that was written is out, or after a second at most.
+        """End the connection after all written bytes are sent, or after a second at most.
 
-        What still comes in is dropped.
+        Further received bytes are dropped.
         """
 
     def abort(self) -> None:
-        """End it at once."""
+        """End the connection at once."""
 
 
 class ClientSession:
-    """One client and its connection; times are told, by any clock that only rises [s].
+    """One client and its connection; callers pass the time of a monotonic clock [s].
 
     Args:
-        number: never used twice.
+        number: of the client, never reused.
         transport: its connection.
         address: host and port.
         kind: tcp, tls or websocket.
-        decoder: keeps what it sends.
-        policy: that holds for all clients.
-        admission: who gets a place; this one has one as soon as it has a role.
+        decoder: holds the received bytes.
+        policy: for all clients.
+        admission: of clients; this one takes a place as soon as it has a role.
         tell: sends a record to the flight without waiting.
-        t_ns: the flight's newest time [ns].
-        now: when it came.
+        t_ns: newest simulated time [ns].
+        now: time of the connection.
 
     Attributes:
         number: see above.
         transport: see above.
         host: of the address.
-        name: what it calls itself.
-        role: what it may do, None before login.
+        name: chosen by the client.
+        role: None before login.
         nonce: for its login.
-        out: what goes to it.
-        last: what it is told last; None while it stays.
-        last_due: when it is told so.
-        asked: when it was last asked whether it is there.
-        flies: whether it has control, as the flight said last.
+        out: frames to the client.
+        last: last message to the client; None while it stays connected.
+        last_due: time at which to send that message.
+        asked: time at which it was last asked for an acknowledgement.
+        flies: whether it has control, as last reported by the flight.
         gone: whether it has left.
     """
 
@@ -206,15 +202,14 @@ class ClientSession:
         self._unsent = 0
 
     def count_bytes(self, size: int, now: float) -> None:
-        """Count what it has sent."""
+        """Count received bytes."""
         self._limiter.take(size, now)
 
     def work(self, now: float) -> int:
-        """Do what the next frame asks for.
+        """Process the next frame.
 
         Returns:
-            what it took, about [bytes of operations]; 0 if there is no frame that may be dealt
-            with now.
+            Approximate cost [bytes of operations]; 0 if there is no frame to process now.
         """
         if self.last is not None or self.pause(now) > 0.0:
             return 0
@@ -226,7 +221,7 @@ class ClientSession:
             self._worked = FRAME_WORK
             self._limiter.take_frame()
             if frame.kind == Kind.CONTROL:
-                self._charge(len(frame.payload))  # before it is read: that is what it costs
+                self._charge(len(frame.payload))  # before parsing, which is the main cost
                 self._operate(frame, now)
             elif frame.kind == Kind.DATA and self._is_in():
                 self._command(frame)
@@ -241,11 +236,11 @@ class ClientSession:
         return self._worked
 
     def count_fragment(self) -> None:
-        """Count a piece that finished no frame: pieces of a byte, and of none, are not for free."""
+        """Count received bytes that completed no frame, as tiny pieces cost time, too."""
         self._limiter.take_frame()
 
     def pause(self, now: float) -> float:
-        """Return how long to read nothing from it, 0 for not at all [s]."""
+        """Return for how long to stop reading from it [s], 0 to read on."""
         self._limiter.take(0, now)
         return self._limiter.pause()
 
@@ -263,23 +258,23 @@ class ClientSession:
         self.out.answer(payload)
 
     def refuse(self, code: str, said: str, id: int | None = None, seq: int | None = None) -> None:
-        """Say that something was not done."""
+        """Tell the client that something was rejected."""
         self._note(code, said)
         self.out.answer(write_message(Nack(str(code), said, id, seq)))
 
     def end(self, code: str, said: str) -> None:
-        """Say why the connection ends."""
+        """End the connection with an error."""
         if self.last is None:
             self._note(code, said)
             self.last = Error(code, said)
 
     def bye(self, said: str) -> None:
-        """Say that the connection ends as it should."""
+        """End the connection in order."""
         if self.last is None:
             self.last = Bye(said=said)
 
     def flush(self, now: float) -> bool:
-        """Write what may go out now; return whether the last message was sent with that."""
+        """Write the frames to send now, and return whether the last message was sent."""
         if self.last is None:
             while self.transport.unsent < ROOM and (data := self.out.take(now)):
                 self.transport.write(data)
@@ -309,13 +304,13 @@ class ClientSession:
             self.bye("the numbers of frames are used up: connect again")
 
     def is_quiet(self, now: float) -> bool:
-        """Return whether it is time to ask a client that says nothing whether it is there."""
+        """Return whether a silent client should be asked for an acknowledgement now."""
         if self.role is None or self.out.silence(now) > 0.0:
             return False
         return now - max(self._heard, self.asked) >= QUIET_TIME
 
     def status(self, now: float, wall_ns: int) -> ClientStatus:
-        """Return what the operator sees of it."""
+        """Return its status for the operator."""
         sampled = self.out.acknowledged_ns
         return ClientStatus(
             peer=self.number,
@@ -330,7 +325,7 @@ class ClientSession:
         )
 
     def _charge(self, work: int) -> None:
-        """Count what it makes us do [bytes of operations]."""
+        """Count work for this client [bytes of operations]."""
         self._worked += work
         self._limiter.take_operation(work)
 
@@ -345,7 +340,7 @@ class ClientSession:
         return self.role is not None
 
     def _command(self, frame: Frame) -> None:
-        """Send a velocity on to the flight, which decides on it."""
+        """Pass a velocity command on to the flight, which decides about it."""
         topic = self._policy.command
         if topic is None or frame.topic != topic.id:
             said = f"topic {frame.topic} is none that a client sends"
@@ -363,7 +358,7 @@ class ClientSession:
             self._tell(Command(self.number, frame.seq, frame.t_ns, lease, axes, velocity, yaw_rate))
 
     def _proves(self, frame: Frame) -> bool:
-        """Return whether a frame comes from who has logged in; else the connection ends."""
+        """Check the proof of a frame; without a valid one, end the connection and return False."""
         if self._key is None:
             return True
         if not is_proven(frame, self._key):
@@ -380,7 +375,7 @@ class ClientSession:
         return True
 
     def _operate(self, frame: Frame, now: float) -> None:
-        """Do what an operation asks for."""
+        """Process an operation."""
         try:
             operation = read_operation(frame.payload)
             match operation:
@@ -406,7 +401,7 @@ class ClientSession:
         if self._logged_in:
             self.end(ErrorCode.BAD_LOGIN, "this client has logged in already")
             return
-        # Others of its address may have guessed since it came.
+        # There may have been bad logins from its address since it connected.
         rejection = self._admission.wait(self.host, now)
         if rejection is not None:
             self.end(rejection.code, rejection.said)
@@ -430,7 +425,7 @@ class ClientSession:
         self.out.answer(write_message(Login(login.id, role=self.role)))
 
     def _request(self, operation: Operation, frame: Frame) -> None:
-        """Subscribe, or ask the flight."""
+        """Subscribe to topics, or pass a request on to the flight."""
         if isinstance(operation, Subscribe):
             topics = self._policy.topics(operation.topics, operation.id)
             self.out.subscribe(topics, operation.rate)
@@ -452,20 +447,20 @@ class ClientSession:
         if isinstance(operation, RequestControl):
             self.name = operation.name or self.name
             operation = RequestControl(operation.id, self.name or f"client {self.number}")
-        assert isinstance(operation, FlightRequest)  # all others are dealt with above
+        assert isinstance(operation, FlightRequest)  # all others are handled above
         self._tell(Request(self.number, operation))
 
 
 def check_login(login: Login, policy: Policy, nonce: str) -> tuple[Role, bytes | None]:
-    """Return what a client may do, and the key of its frames' proofs, None where none are asked.
+    """Return the role of a client, and the key for proofs of its frames, None without proofs.
 
     Args:
-        login: what it says.
+        login: of the client.
         policy: of the server.
-        nonce: that it was given.
+        nonce: of this connection, from the server.
 
     Raises:
-        DeniedError: if it does not know the token.
+        DeniedError: if the proof of the token is wrong.
     """
     if policy.tokens is None:
         return (Role.VIEW if login.role is Role.VIEW else policy.best_role), None

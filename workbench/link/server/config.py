@@ -1,4 +1,4 @@
-"""What a server is to do: where it listens, whom it lets in, and what they may do."""
+"""The configuration of a server: where it listens, its clients, and their permissions."""
 
 import os
 import ssl
@@ -17,19 +17,19 @@ MOST_BYTES = 1_000_000
 
 @dataclass(frozen=True)
 class ServerConfig:
-    """What a server is to do.
+    """The configuration of a server.
 
     Attributes:
-        host: name or address where it listens.
-        port: of TCP, 0 for one that is free.
+        host: name or address to listen at.
+        port: of TCP, 0 for a free one.
         token_file: two tokens, to view and to command; "" without login.
         tls_cert: certificate chain (PEM), "" without TLS.
         tls_key: its private key (PEM).
-        allow_commands: whether anybody may command; else all only watch.
-        web: whether a page for phones is served.
-        web_port: of the page, 0 for one that is free.
-        clients: at once, of any kind.
-        clients_an_address: at once from one address of another machine.
+        allow_commands: whether clients may send commands; otherwise all of them only watch.
+        web: whether to serve the page for phones.
+        web_port: port of the page, 0 for a free one.
+        clients: largest number at once, of any kind.
+        clients_an_address: largest number at once from one address of another machine.
     """
 
     host: str = LOOPBACK
@@ -44,10 +44,10 @@ class ServerConfig:
     clients_an_address: int = 4
 
     def check(self) -> None:
-        """Look whether all that is asked for can be had.
+        """Check that the configuration is valid.
 
         Raises:
-            WorkbenchError: if it cannot.
+            WorkbenchError: if it is not.
         """
         if not self.host or any(sign.isspace() or sign == "/" for sign in self.host):
             raise WorkbenchError(f"'{self.host}' is no host: write {LOOPBACK}, or 0.0.0.0 for all")
@@ -69,22 +69,22 @@ class ServerConfig:
 
     @property
     def is_local(self) -> bool:
-        """Whether only programs of this machine reach it."""
+        """Whether only programs of this machine can connect."""
         return is_loopback(self.host)
 
     def tokens(self) -> Tokens | None:
-        """Return the tokens, None if no login is asked for.
+        """Return the tokens, or None if no login is required.
 
         Raises:
-            WorkbenchError: if the token file cannot be used.
+            WorkbenchError: if the token file is invalid.
         """
         return read_tokens(Path(self.token_file)) if self.token_file else None
 
     def tls(self) -> ssl.SSLContext | None:
-        """Return what speaks TLS, None without.
+        """Return the context for TLS, or None without TLS.
 
         Raises:
-            WorkbenchError: if certificate and key cannot be used.
+            WorkbenchError: if certificate or key is invalid.
         """
         if not self.tls_cert and not self.tls_key:
             return None
@@ -95,7 +95,7 @@ class ServerConfig:
             read_plain(path, MOST_BYTES)
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
         try:
-            # A password is never asked for: nobody sits at the terminal of a server.
+            # Never ask for a password: nobody is at the terminal of a server.
             context.load_cert_chain(self.tls_cert, self.tls_key, password=lambda: "")
         except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
             raise WorkbenchError(
@@ -103,7 +103,7 @@ class ServerConfig:
                 f"a password: {getattr(error, 'reason', None) or error}"
             ) from error
         key = Path(self.tls_key).stat()
-        # As ssh does: a key that belongs to another is for its owner to share.
+        # As in ssh, only the user's own key is checked; another owner may share a key.
         if key.st_uid == os.getuid() and key.st_mode & 0o077:
             raise WorkbenchError(
                 f"{self.tls_key}: others may read this private key (mode "

@@ -1,4 +1,4 @@
-"""Where clients and the flight meet: who is here, who gets what, and who must go."""
+"""The hub between clients and the flight: passes messages on, and shares the time of the loop."""
 
 import asyncio
 import logging
@@ -31,33 +31,33 @@ STATUS_PERIOD = 0.45
 MOST_FAULTS = 10
 """Largest number of our own errors printed."""
 TURN = 4096
-"""Work of all clients but the holder of control in a turn of the loop, about a millisecond; with
-the last of their frames it may become three times as much [bytes of operations]."""
+"""Work for all clients except the holder of control in a turn of the loop, about a millisecond; the
+last frame may increase it to three times as much [bytes of operations]."""
 SHARE = 1024
-"""Work of one client in a turn while others wait [bytes of operations]."""
+"""Work for one client in a turn while others wait [bytes of operations]."""
 NEXT_TURN = 1e-6
-"""Until the next turn of the loop: a timer that is due at once [s]."""
+"""Delay of a timer that is due in the next turn of the loop [s]."""
 TICK_PERIOD = 0.1
 """Period between checks for timeouts [s]."""
 
 
 class Hub:
-    """Where clients and the flight meet.
+    """Connects clients with the flight.
 
     Args:
-        policy: that holds for all clients.
-        admission: who may come in.
+        policy: for all clients.
+        admission: of clients.
         tell: sends a record to the flight without waiting.
-        clock: rises, whatever happens to the date [s].
-        call_soon: calls a function when all else that is due has had its turn, as a loop's method
-            of that name; without it the work of a turn has no bound.
+        clock: a monotonic clock [s].
+        call_soon: the event loop's method; the default calls at once, so that the work of a turn
+            has no limit.
 
     Attributes:
         policy: see above.
-        refusals: what was refused.
-        address: where clients connect to, "HOST:PORT".
+        refusals: rejections of clients.
+        address: for clients to connect to, "HOST:PORT".
         page: address of the page for phones, "" without.
-        stopped: set when the flight has said so.
+        stopped: set when the flight stops the server.
     """
 
     def __init__(
@@ -90,13 +90,13 @@ class Hub:
     def open(
         self, transport: Transport, address: str, kind: str, decoder: Decoder
     ) -> ClientSession | None:
-        """Say hello to a client; None if it is refused, which it was told then.
+        """Greet a client and return its session; None after telling it that it is rejected.
 
         Args:
-            transport: where the answers go.
+            transport: for the frames to it.
             address: host and port of the client.
-            kind: websocket, for instance.
-            decoder: keeps what it sends, see `receive`.
+            kind: tcp, tls or websocket.
+            decoder: holds the received bytes, see `receive`.
         """
         now = self._clock()
         host = host_of(address)
@@ -130,14 +130,14 @@ class Hub:
         return session
 
     def receive(self, session: ClientSession, size: int | None = None) -> float:
-        """Do what a client asks for, by what its decoder keeps.
+        """Process the received bytes of a client, which its decoder holds.
 
         Args:
             session: of the client.
-            size: bytes that have just come; None after a pause, when none have.
+            size: number of bytes just received; None after a pause.
 
         Returns:
-            how long to read nothing more from it [s]; then this is to be called again.
+            For how long to stop reading from it [s]; the caller then calls this again.
         """
         if session.gone:
             return 0.0
@@ -148,7 +148,7 @@ class Hub:
         try:
             if not self._work(session, now) and size is not None:
                 session.count_fragment()
-        except Exception as error:  # a fault of ours must not reach the others
+        except Exception as error:  # a bug of ours must not affect other clients
             self.failed(f"client {session.number}", error)
             session.end(ErrorCode.INTERNAL, "the server has failed at this: tell who runs it")
         if session.role is not role:
@@ -174,7 +174,7 @@ class Hub:
         self._changed = True
 
     def hear(self, records: Iterable[object]) -> None:
-        """Take what the flight says."""
+        """Process records from the flight."""
         for record in records:
             match record:
                 case Published():
@@ -192,7 +192,7 @@ class Hub:
                         self._tell_control(session)
                 case Disconnect(number, reason) if number in self._sessions:
                     self._sessions[number].end(ErrorCode.DISCONNECTED, reason)
-                case Flight():  # another controller flies
+                case Flight():  # another controller took over
                     self.policy = replace(self.policy, flight=record)
                 case Stop.STOP:
                     self.stopped.set()
@@ -201,7 +201,7 @@ class Hub:
             self._flush(session, now)
 
     def tick(self) -> None:
-        """Look who takes too long, and tell the flight how all do, if it is time."""
+        """Check time limits, and report the status to the flight if it is due."""
         now = self._clock()
         for session in list(self._sessions.values()):
             session.check_times(now)
@@ -215,7 +215,7 @@ class Hub:
             self._tell(self.status())
 
     def status(self) -> ServerStatus:
-        """Return how the server does."""
+        """Return the status of the server."""
         now, wall_ns = self._clock(), time.time_ns()
         return ServerStatus(
             address=self.address,
@@ -226,24 +226,24 @@ class Hub:
         )
 
     def stop(self, said: str) -> None:
-        """Say goodbye to all."""
+        """Take leave of all clients."""
         for session in list(self._sessions.values()):
             session.bye(said)
             self._flush(session, self._clock())
 
     def failed(self, where: str, error: BaseException | None) -> None:
-        """Print a fault of ours with its trace, but only the first ones, as strangers make them."""
+        """Log a bug of ours with its trace; only the first ones, as clients may cause many."""
         self._faults += 1
         self.refusals.add(ErrorCode.INTERNAL, f"{where}: {type(error).__name__}: {error}")
         if self._faults <= MOST_FAULTS:
             logging.getLogger(__name__).error("%s", where, exc_info=error)
 
     def _work(self, session: ClientSession, now: float) -> bool:
-        """Deal with a client's frames; return whether there was one.
+        """Process the frames of a client, and return whether there was one.
 
-        Who flies is served at once. All others share a bounded work in each turn of the loop, so
-        that not even all of them together keep the holder waiting. They wait in a queue, and who
-        has had its share goes to the end of it.
+        The holder of control is served at once. All others share a limited amount of work in each
+        turn of the loop, so that all of them together cannot delay the holder. They wait in a
+        queue; a client that has used its share goes to the end of it.
         """
         number = session.number
         if session.flies:
@@ -264,7 +264,7 @@ class Hub:
             self._count_work(work)
         if done:
             self._queue.pop(number, None)
-        if session.pause(now) > 0.0:  # it rests for a reason of its own, and is in nobody's way
+        if session.pause(now) > 0.0:  # it pauses due to its own rate, and delays nobody
             self._queue.pop(number, None)
         else:
             self._queue[number] = None
@@ -280,11 +280,11 @@ class Hub:
         self._worked = 0
 
     def _tell_control(self, session: ClientSession) -> None:
-        """Say who commands, to a client that is in."""
+        """Send the control state to a client that may watch."""
         if self._control is not None and session.role is not None:
             session.out.answer(self._control)
 
     def _flush(self, session: ClientSession, now: float) -> None:
-        """Write what may go to a client, and note if its connection has ended with that."""
+        """Write the waiting frames of a client, and remove it after its last message."""
         if not session.gone and session.flush(now):
             self.lost(session)

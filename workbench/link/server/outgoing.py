@@ -1,8 +1,8 @@
-"""What goes to a client: answers, events and state, never more than it is able to read.
+"""The frames to a client: answers, events and states, at the rate at which it reads.
 
-Answers go at once. Events and state go in batches whose last frame asks for an acknowledgement, and
-no more than two batches are on their way: buffers on the way hold seconds of data, which would be
-old when they are read.
+Answers are sent at once. Events and states are sent in batches; the last frame of a batch requires
+an acknowledgement, and at most two batches are unacknowledged. Without that limit, buffers in the
+network would hold seconds of outdated data.
 """
 
 import math
@@ -15,37 +15,37 @@ from workbench.link.topics import Delivery, Topic
 from workbench.link.wire import HEADER, MAGIC, VERSION, Flag, Kind
 
 KEPT = 0.5
-"""Samples of a topic are kept for so long, so that a client may pause without a gap [s]."""
+"""Time for which samples of a topic are kept, so that a client may pause without a gap [s]."""
 LEAST_KEPT = 2
 EARLY = 0.01
-"""A sample may come so much of a period early where a client wants less than there are."""
+"""Share of the requested period by which a sample may be early."""
 LONGEST_QUEUE = 64
-"""Answers, or events, that may wait."""
+"""Largest number of waiting answers, and of waiting events."""
 BATCHES = 2
-"""On their way."""
+"""Largest number of unacknowledged batches."""
 SMALLEST_BATCH = 8
 BATCH_TIME = 0.1
-"""A batch has no more frames than the client reads in this time [s]."""
+"""Time in which the client should read a batch; it limits the size of the batch [s]."""
 KEPT_TIME = 0.4
-"""What it does not read in this time is dropped for newer [s]."""
+"""Samples that the client would not read within this time are replaced by newer ones [s]."""
 ACKNOWLEDGED_EVERY = 32
-"""In a long batch every so many frames ask too, as it may be long for a client that got slow."""
+"""Number of frames per acknowledgement in a long batch, in case the client has become slow."""
 LAST_SEQ = 2**32 - 2**20
-"""A connection with so high a number is to be made anew: numbers only rise."""
+"""Frame number at which the client must reconnect, as numbers only increase."""
 RATE_SPAN = 1.0
-"""Frames are counted over so long [s]."""
+"""Time over which frames are counted [s]."""
 LAST_BATCHES = 4
-"""Number of last batches for the rate."""
+"""Number of batches that determine the rate."""
 SHORTEST_BATCH = 1e-4
-"""No batch counts as read in less time [s]."""
-# Plain numbers: an enumeration's operations cost a microsecond, and there are many frames.
+"""Smallest time counted for reading a batch [s]."""
+# Plain numbers, as operations of an enumeration take a microsecond, at every frame.
 _CONTROL = int(Kind.CONTROL)
 _DATA = int(Kind.DATA)
 _ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
 
 
 class DataFrame(NamedTuple):
-    """A frame of data without its number; times in ns."""
+    """A data frame without its number; times in ns."""
 
     topic: int
     t_ns: int
@@ -54,15 +54,15 @@ class DataFrame(NamedTuple):
 
 
 class SampleBuffer:
-    """One ring buffer for each topic; when it is full, its oldest sample is dropped.
+    """A ring buffer for each topic; a full one drops its oldest sample.
 
     Args:
-        topics: of state, that the client wants.
-        rate: largest frames a second of each, None for all there are [1/s of simulated time].
+        topics: subscribed topics of state.
+        rate: largest number of frames per simulated second for each topic [1/s], None for all.
 
     Attributes:
-        waiting: samples in all buffers.
-        dropped: samples that went without being sent.
+        waiting: number of samples in all buffers.
+        dropped: number of samples dropped without being sent.
     """
 
     def __init__(self, topics: Iterable[Topic], rate: float | None) -> None:
@@ -78,13 +78,13 @@ class SampleBuffer:
         self.dropped = 0
 
     def add(self, topic: int, t_ns: int, wall_ns: int, payload: bytes) -> None:
-        """Keep a sample, if the client wants it."""
+        """Add a sample if its topic is subscribed."""
         buffer = self._buffers.get(topic)
         if buffer is None:
             return
         if self._period:
             last = self._last.get(topic)
-            # Time that went back is that of a flight that begins anew.
+            # Time goes back if the flight restarts.
             if last is not None and 0 <= t_ns - last < self._period:
                 return
             self._last[topic] = t_ns
@@ -95,9 +95,9 @@ class SampleBuffer:
         buffer.append(DataFrame(topic, t_ns, wall_ns, payload))
 
     def thin(self, keep: int) -> None:
-        """Drop the oldest samples where more wait than a client can be expected to read soon.
+        """Drop the oldest samples until about `keep` are left.
 
-        Each topic keeps its newest one.
+        Each topic keeps its newest sample.
         """
         if self.waiting <= keep:
             return
@@ -110,7 +110,7 @@ class SampleBuffer:
                 self.waiting -= 1
 
     def take(self, most: int) -> list[DataFrame]:
-        """Return the oldest samples, as many as may be, a topic after the other in turns."""
+        """Return up to `most` of the oldest samples, from each topic in turn."""
         taken: list[DataFrame] = []
         count = len(self._order)
         most = min(most, self.waiting)
@@ -126,7 +126,7 @@ class SampleBuffer:
 
 
 class _Batch(NamedTuple):
-    """What waits for an acknowledgement; without frames of data, a question."""
+    """A batch without an acknowledgement yet; with no data frames it is a question."""
 
     seq: int
     frames: int
@@ -135,15 +135,15 @@ class _Batch(NamedTuple):
 
 
 class Outgoing:
-    """What goes to one client; times are told [s].
+    """The frames to one client; callers pass the time [s].
 
     Args:
-        t_ns: the flight's newest time [ns].
+        t_ns: newest simulated time [ns].
 
     Attributes:
         t_ns: see above.
         seq: number of the last frame.
-        acknowledged_ns: when the newest sample was taken that it has acknowledged, 0 before.
+        acknowledged_ns: wall time of the newest acknowledged sample [ns], 0 before the first.
     """
 
     def __init__(self, t_ns: int = 0) -> None:
@@ -163,16 +163,16 @@ class Outgoing:
 
     @property
     def dropped(self) -> int:
-        """Samples that the client was too slow for."""
+        """Number of samples dropped as the client was too slow."""
         return self._dropped_before + self._states.dropped
 
     @property
     def overflowed(self) -> bool:
-        """Whether more is left after a `take` than may wait, so that the connection must end."""
+        """Whether too much is left after `take`, so that the connection must end."""
         return max(len(self._answers), len(self._events)) > LONGEST_QUEUE
 
     def subscribe(self, topics: Sequence[Topic], rate: float | None) -> None:
-        """Send these topics from now on, of state ones at most so many frames a second each."""
+        """Subscribe to topics; `rate` limits the frames per second of each topic of state."""
         self._dropped_before += self._states.dropped
         self._states = SampleBuffer(
             (each for each in topics if each.delivery is Delivery.STATE), rate
@@ -186,11 +186,11 @@ class Outgoing:
         self._answers.append(payload)
 
     def ask(self, payload: bytes) -> None:
-        """Send an operation that is to be acknowledged, so that a client shows that it is there."""
+        """Send an operation that requires an acknowledgement, to check that the client responds."""
         self._question = payload
 
     def publish(self, published: Published) -> None:
-        """Keep what the client wants of this."""
+        """Add published samples of subscribed topics."""
         self.t_ns = t_ns = published.t_ns
         wall_ns = published.wall_ns
         add = self._states.add
@@ -202,7 +202,7 @@ class Outgoing:
                 add(topic, t_ns, wall_ns, payload)
 
     def take(self, now: float) -> bytes:
-        """Return what may be written now: whole frames, perhaps none."""
+        """Return the bytes of the frames to write now, possibly none."""
         parts: list[bytes] = []
         while self._answers:
             self._add_frame(parts, _CONTROL, 0, 0, self.t_ns, self._answers.popleft())
@@ -215,13 +215,13 @@ class Outgoing:
         return b"".join(parts)
 
     def last(self, payload: bytes) -> bytes:
-        """Return the frame of an operation that is the last one."""
+        """Return the last frame, with an operation."""
         parts: list[bytes] = []
         self._add_frame(parts, _CONTROL, 0, 0, self.t_ns, payload)
         return b"".join(parts)
 
     def acknowledge(self, seq: int, now: float) -> bool:
-        """Note the last frame that the client has processed; return whether that can be."""
+        """Process an acknowledgement of a frame number, and return whether it is valid."""
         if not self._acknowledged < seq <= self.seq or not self._batches:
             return False
         self._reading.acknowledged(seq - self._acknowledged, now)
@@ -235,19 +235,19 @@ class Outgoing:
         return True
 
     def silence(self, now: float) -> float:
-        """Return for how long an acknowledgement is due [s]."""
+        """Return the time since an acknowledgement became due [s]."""
         if not self._batches:
             return 0.0
         return now - max(self._heard, self._batches[0].sent)
 
     def rate(self, now: float) -> float:
-        """Return the frames that the client reads [1/s]."""
+        """Return the rate at which the client reads frames [1/s]."""
         return self._reading.shown(now)
 
     def _add_batch(self, parts: list[bytes], now: float) -> None:
         shown = self._reading.shown(now)
         most = max(SMALLEST_BATCH, int(BATCH_TIME * shown))
-        # A client that is fast may have been sent little yet, so its last batch counts too.
+        # A fast client may not have received many frames yet, so its last batches count, too.
         keep = max(SMALLEST_BATCH, int(KEPT_TIME * shown), int(BATCH_TIME * self._reading.of_batch))
         self._states.thin(keep)
         samples = [*self._events, *self._states.take(most)]
@@ -270,7 +270,7 @@ class Outgoing:
 
 
 class ReadRate:
-    """How fast a client reads, by its acknowledgements; times are told [s]."""
+    """The rate at which a client reads, from its acknowledgements; callers pass the time [s]."""
 
     def __init__(self) -> None:
         self._batches: deque[float] = deque(maxlen=LAST_BATCHES)
@@ -279,24 +279,24 @@ class ReadRate:
 
     @property
     def of_batch(self) -> float:
-        """Frames a second of the fastest of the last batches, from its sending to its reading.
+        """Rate of the fastest of the last batches, from sending to acknowledgement [1/s].
 
-        One late reading is a hiccup of the machine; who is slow is slow each time.
+        A single late batch may be a delay of the machine; a slow client is slow every time.
         """
         return max(self._batches, default=0.0)
 
     def acknowledged(self, frames: int, now: float) -> None:
-        """Note frames that were read."""
+        """Count frames that were read."""
         self._counts.append((now, frames))
         self._sum += frames
         self._forget(now)
 
     def batch(self, frames: int, seconds: float) -> None:
-        """Note how long it took until a batch was read."""
+        """Add the time that it took to read a batch."""
         self._batches.append(frames / max(seconds, SHORTEST_BATCH))
 
     def shown(self, now: float) -> float:
-        """Return the frames that were read in the last second [1/s]."""
+        """Return the number of frames read in the last second [1/s]."""
         self._forget(now)
         return self._sum / RATE_SPAN
 

@@ -1,4 +1,4 @@
-"""The policy of a server: what it tells all clients, and what it allows them."""
+"""The policy of a server: its greeting, and the permissions of clients."""
 
 import secrets
 from collections.abc import Sequence
@@ -20,15 +20,15 @@ SESSION_BYTES = 8
 
 @dataclass(frozen=True)
 class Policy:
-    """What a server tells all clients, and what it allows them.
+    """The greeting of a server, and the permissions of clients.
 
     Attributes:
-        flight: what is flown.
-        tokens: None where no login is needed.
-        allow_commands: whether anybody may command.
-        clients: at once.
+        flight: the flight served.
+        tokens: None if no login is required.
+        allow_commands: whether clients may send commands.
+        clients: largest number at once.
         server: name and version.
-        session: differs from start to start.
+        session: id of this start of the server.
     """
 
     flight: Flight
@@ -40,18 +40,18 @@ class Policy:
 
     @property
     def open_role(self) -> Role | None:
-        """What a client may do without login; None if it must log in."""
+        """The role of a client without login; None if login is required."""
         if self.tokens is not None:
             return None
         return self.best_role
 
     @property
     def best_role(self) -> Role:
-        """The most that anybody may do."""
+        """The highest role of any client."""
         return Role.COMMAND if self.allow_commands else Role.VIEW
 
     def hindrance(self, role: Role | None) -> str | None:
-        """Say why a client of this role may not command, None if it may."""
+        """Return why a client with this role may not send commands, or None if it may."""
         if not self.allow_commands:
             return "this server takes no commands: start it with commands allowed"
         if role is not Role.COMMAND:
@@ -65,10 +65,10 @@ class Policy:
         return found[0] if found else None
 
     def topics(self, names: Sequence[str], id: int) -> tuple[Topic, ...]:
-        """Return topics by their names, "*" for all that the server sends.
+        """Return topics by name, "*" for all that the server sends.
 
         Raises:
-            DeniedError: if there is no such topic.
+            DeniedError: if a topic is unknown.
         """
         sent = {
             topic.name: topic for topic in self.flight.topics if topic.direction is not Direction.IN
@@ -87,7 +87,7 @@ class Policy:
         Args:
             peer: number of the client.
             nonce: for its login.
-            an_address: how many clients may come from its address.
+            an_address: largest number of clients from its address.
         """
         limits = {**asdict(self._limits), "clients_an_address": an_address}
         own = write_json({"op": Hello.op, "peer": peer, "nonce": nonce, "limits": limits})
@@ -100,7 +100,7 @@ class Policy:
 
     @cached_property
     def _hello(self) -> bytes:
-        """What the first frame says to all, written once: anybody can ask for one."""
+        """The part of the first frame that is equal for all clients, encoded once."""
         hello = Hello(
             server=self.server,
             session=self.session,

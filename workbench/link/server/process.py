@@ -1,6 +1,7 @@
-"""The server's process: `python -P -m workbench.link.server.process FD`, a socket to the flight.
+"""The process of the server: `python -P -m workbench.link.server.process FD`.
 
-It ends when it is told to, or when the flight does. It loads neither Drake nor numpy.
+FD is a socket to the flight. The process ends on request, or when the flight ends. It loads neither
+Drake nor numpy.
 """
 
 import asyncio
@@ -27,29 +28,29 @@ from workbench.link.server.policy import Policy
 from workbench.link.server.tcp import TcpListener
 
 MOST_RECEIVED = 64
-"""Records of the flight that are passed on at once."""
+"""Largest number of records of the flight processed in a turn of the loop."""
 BUFFER = 16 * 1024
-"""Bytes on their way to the flight: a command that waits there for long is of no use."""
+"""Size of the buffer to the flight [bytes]; it is small, as old commands are useless."""
 LARGEST = 1_000_000
-"""No record has more bytes."""
+"""Largest size of a record [bytes]."""
 CLOSING = 2.0
-"""Time to send what waits at the end [s]."""
+"""Time limit to send waiting records at the end [s]."""
 RETRY = 0.01
 NAME = "drake-drone-workbench"
 FAREWELL = "the server stops"
 
 
 class FlightConnection:
-    """Sends records to the flight, which may stand still, and hands over what it says.
+    """Sends records to the flight, which may be stopped, and receives records from it.
 
-    All is done in the server's loop: a thread would have to wait for its turn with each record, and
-    these are to be passed on within a millisecond.
+    Everything runs in the server's event loop: a thread would have to wait for the interpreter at
+    each record, and records should be passed on within a millisecond.
 
-    What waits to be sent is little, however long the flight stands still: of each client its first
-    and its newest command and its few requests, and the newest status.
+    The queue stays short even if the flight is stopped for long. It has the first and the newest
+    command and the few requests of each client, and the newest status.
 
     Args:
-        connection: to the flight; it belongs to this from now on.
+        connection: to the flight; this object owns it from now on.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -58,15 +59,15 @@ class FlightConnection:
         self._connection = connection
         self._channel = Channel(connection)
         self._waiting: deque[FromServer] = deque()
-        self._known: set[int] = set()  # clients that the flight has heard of
+        self._known: set[int] = set()  # clients that the flight knows
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def start(self, receive: Callable[[list[object]], None], ended: Callable[[], None]) -> None:
-        """Begin to send and to receive, in the running loop.
+        """Start to send and receive, in the running loop.
 
         Args:
-            receive: is called with the records that have come.
-            ended: is called when the flight's end is closed.
+            receive: called with received records.
+            ended: called when the flight has closed its end.
         """
         self._receive, self._ended = receive, ended
         self._loop = asyncio.get_running_loop()
@@ -74,7 +75,7 @@ class FlightConnection:
         self._write()
 
     def tell(self, record: FromServer) -> None:
-        """Send a record when the flight reads; a newer one may take its place before that."""
+        """Queue a record; a newer one may replace it before it is sent."""
         match record:
             case Command():
                 if (older := self._superseded(record.peer)) is None:
@@ -94,7 +95,7 @@ class FlightConnection:
         self._write()
 
     async def close(self) -> None:
-        """Send what waits, and let go of the connection."""
+        """Send waiting records, and close the connection."""
         end = time.monotonic() + CLOSING
         while self._write() and time.monotonic() < end:
             await asyncio.sleep(RETRY)
@@ -106,7 +107,7 @@ class FlightConnection:
         self._connection.close()
 
     def _write(self) -> bool:
-        """Send what goes without waiting; return whether anything is left."""
+        """Send as much as possible without blocking; return whether anything is left."""
         if self._loop is None:
             return False
         self._channel.flush()
@@ -139,10 +140,10 @@ class FlightConnection:
             self._loop.call_soon(self._read)
 
     def _superseded(self, peer: int) -> int | None:
-        """Return the place of a client's last command if a newer one may take it, else None.
+        """Return the index of the last command of a client that a newer one may replace, or None.
 
-        The first one stays, as it may be the neutral one that a new holder begins with; and none
-        comes before a request that it was sent after.
+        The first command stays, as it may be the neutral one of a new holder. Commands and requests
+        stay in order.
         """
         own = [at for at, each in enumerate(self._waiting) if _is_of(each, peer)]
         if len(own) > 1 and all(isinstance(self._waiting[at], Command) for at in own[-2:]):
@@ -150,9 +151,9 @@ class FlightConnection:
         return None
 
     def _forget(self, peer: int) -> None:
-        """Leave out the commands of a client that is gone; what it asked for last still counts.
+        """Remove the waiting commands of a client that is gone, but not its requests.
 
-        Of one that the flight has never heard of, nothing does.
+        If the flight does not know the client, remove its requests, too.
         """
         known = peer in self._known
         self._waiting = deque(
@@ -167,7 +168,7 @@ def _is_of(record: FromServer, peer: int) -> bool:
 
 
 def _socket_of(connection: Connection) -> socket.socket:
-    """Return the connection's socket, under another number."""
+    """Return the socket of a connection with a new file descriptor."""
     return socket.socket(fileno=os.dup(connection.fileno()))
 
 
@@ -179,12 +180,12 @@ def main(connection: Connection) -> int:
         return 0
     if not isinstance(config, ServerConfig) or not isinstance(flight, Flight):
         return 1
-    gc.freeze()  # modules are no garbage, and to look through them all stops the server for 16 ms
+    gc.freeze()  # a garbage collection of all modules would stop the server for 16 ms
     try:
         config.check()
         uvloop.run(serve(connection, config, flight))
     except WorkbenchError as error:
-        with contextlib.suppress(OSError):  # nobody is there to be told
+        with contextlib.suppress(OSError):  # the flight is gone
             connection.send(ServerFailed(str(error)))
     return 0
 
@@ -194,11 +195,11 @@ async def serve(connection: Connection, config: ServerConfig, flight: Flight) ->
 
     Args:
         connection: to the flight; closed at the end.
-        config: where, and whom; checked.
-        flight: what is flown.
+        config: of the server, checked.
+        flight: the flight to serve.
 
     Raises:
-        WorkbenchError: if the token file is no good any more.
+        WorkbenchError: if the token file is no longer valid.
     """
     policy = Policy(flight, config.tokens(), config.allow_commands, config.clients, _server())
     flight_connection = FlightConnection(connection)
@@ -219,7 +220,7 @@ async def serve(connection: Connection, config: ServerConfig, flight: Flight) ->
             hub.stop(FAREWELL)
     except WorkbenchError as error:
         flight_connection.tell(ServerFailed(str(error)))
-    except Exception as error:  # a fault of ours: the flight is to know
+    except Exception as error:  # a bug of ours: report it to the flight
         flight_connection.tell(ServerFailed(f"the server failed: {type(error).__name__}: {error}"))
         raise
     finally:
@@ -227,7 +228,7 @@ async def serve(connection: Connection, config: ServerConfig, flight: Flight) ->
 
 
 async def _open(stack: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig) -> None:
-    """Listen, and serve the page if it is wanted.
+    """Listen, and serve the page if requested.
 
     Raises:
         WorkbenchError: if it is not possible to listen there.
@@ -236,7 +237,7 @@ async def _open(stack: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig
     stack.push_async_callback(listener.close)
     hub.address = listener.address
     if config.web:
-        from workbench.link.server import web  # loads what only the page needs
+        from workbench.link.server import web  # loads packages that only the page needs
 
         page = web.Page(hub, config)
         await page.open()
@@ -245,7 +246,7 @@ async def _open(stack: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig
 
 
 async def _run(hub: Hub) -> None:
-    """Look after the clients until the flight stops."""
+    """Check the clients regularly until the flight stops the server."""
     while not hub.stopped.is_set():
         hub.tick()
         try:
@@ -263,5 +264,5 @@ def _server() -> str:
 
 
 if __name__ == "__main__":
-    # the clients have heard goodbye: nothing is left to be taken down
+    # all connections are closed: skip the cleanup
     os._exit(main(Connection(int(sys.argv[1]))))

@@ -1,8 +1,8 @@
-"""Connections at a port, with TLS where there is a certificate, and frames over TCP for programs.
+"""Connections at a port, with TLS if there is a certificate, and frames over TCP for programs.
 
-Programs and the page are accepted alike: only so many connections, counted before anything else.
-Who has never said a word, shakes hands for TLS or hears its last words counts as well as a client
-does, so strangers cost so many descriptors and no more.
+The limits of the number of connections are the same for programs and the page. Every connection
+counts, even during the TLS handshake or while it closes. So strangers use only a limited number of
+file descriptors.
 """
 
 import asyncio
@@ -21,35 +21,35 @@ from workbench.link.server.hub import Hub
 from workbench.link.wire import Decoder
 
 WAITING = 512
-"""Connections that the system keeps until they are accepted."""
+"""Largest number of connections waiting in the system to be accepted."""
 MOST = 128
-"""Connections at once."""
+"""Largest number of connections."""
 MOST_OF_A_NETWORK = 32
 """Largest number of connections from one address (for IPv6, one network of 64 bits); a browser
 opens half a dozen for a page."""
 AT_ONCE = 2
-"""Connections that are accepted before anything else is done: each takes about a millisecond until
-its client has received hello."""
+"""Number of connections accepted in a turn of the loop; each takes about a millisecond up to the
+greeting."""
 REST = 0.2
-"""Until accepting is tried again when the system has no more descriptors [s]."""
+"""Pause before accepting again if the system has no free file descriptor [s]."""
 HANDSHAKE_TIME = 3.0
 GOODBYE_TIME = 1.0
-"""For the end of TLS [s]."""
+"""Time limit for the end of TLS [s]."""
 IDLE = 5
-"""Silence after which the system asks whether the other side is there [s]."""
+"""Silence after which the system probes the other side (TCP keepalive) [s]."""
 ASK_EVERY = 2
 ASK_TIMES = 3
 UNHEARD_MS = 10_000
-"""Until the system gives up on what the other side does not confirm."""
+"""Time after which the system gives up on unacknowledged data (TCP_USER_TIMEOUT)."""
 
 
 class Acceptor:
-    """Accepts connections within the running loop, until it is closed.
+    """Accepts connections in the running loop.
 
     Args:
-        listener: the socket that listens; it belongs to this from now on.
-        make: makes what a connection is handed to, whose "HOST:PORT" it is told.
-        refuse: counts who is refused: a code and a sentence.
+        listener: the listening socket; this object owns it from now on.
+        make: makes the protocol of a connection from its "HOST:PORT".
+        refuse: counts a rejection, by code and sentence.
         context: for TLS, None without.
     """
 
@@ -71,11 +71,11 @@ class Acceptor:
 
     @property
     def address(self) -> Address:
-        """Where it listens."""
+        """The address that it listens at."""
         return Address(*self._listener.getsockname()[:2])
 
     async def close(self) -> None:
-        """Listen no longer, and end what still shakes hands."""
+        """Stop listening, and end unfinished handshakes."""
         self._loop.remove_reader(self._listener)
         self._listener.close()
         for task in self._handshakes:
@@ -110,13 +110,13 @@ class Acceptor:
             task.add_done_callback(self._handshakes.discard)
 
     def _has_room(self, network: str) -> bool:
-        """Return whether one more may come; a socket that was closed has no number any more."""
+        """Return whether one more connection is allowed; a closed socket has the descriptor -1."""
         self._open = {end: of for end, of in self._open.items() if end.fileno() >= 0}
         same = sum(of == network for of in self._open.values())
         return len(self._open) < MOST and same < MOST_OF_A_NETWORK
 
     async def _begin(self, end: socket.socket, address: str) -> None:
-        """Shake hands, if need be; the connection runs by itself then."""
+        """Make the TLS handshake, if any, and start the protocol of the connection."""
         tls = self._context is not None
         try:
             await self._loop.connect_accepted_socket(
@@ -126,7 +126,7 @@ class Acceptor:
                 ssl_handshake_timeout=HANDSHAKE_TIME if tls else None,
                 ssl_shutdown_timeout=GOODBYE_TIME if tls else None,
             )
-        except OSError as error:  # TLS that is none, a reset, or silence
+        except OSError as error:  # not TLS, a reset, or a timeout
             end.close()
             if tls:
                 reason = getattr(error, "reason", None) or error
@@ -136,7 +136,7 @@ class Acceptor:
 
 def _set_up(end: socket.socket) -> None:
     end.setblocking(False)
-    with contextlib.suppress(OSError):  # the other side may have gone already
+    with contextlib.suppress(OSError):  # the other side may be gone
         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         end.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, IDLE)
@@ -146,7 +146,7 @@ def _set_up(end: socket.socket) -> None:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens and never waits: one, also where a name has several addresses.
+    """Return a non-blocking listening socket, at the first address of a name.
 
     Raises:
         WorkbenchError: if it is not possible to listen there.
@@ -154,7 +154,7 @@ def listen(host: str, port: int) -> socket.socket:
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
         family, *_, address = found[0]
-        # All of the address: that of a link counts only with its number.
+        # The complete tuple, as a link-local address needs its scope.
         listener = socket.create_server(address, family=family, backlog=WAITING)
     except socket.gaierror as error:
         raise WorkbenchError(f"'{host}' is no host of this machine: {error.strerror}") from error
@@ -176,18 +176,18 @@ def _reason(error: Exception, host: str, port: int) -> str:
 
 
 LINGER = 1.0
-"""Time for the last words to go out [s]."""
+"""Time limit to send the last frames [s]."""
 MOST_DROPPED = 256 * 1024
-"""Bytes that are read after the last words, so that these are not lost with them."""
+"""Largest number of bytes read after the last frame, so that a reset does not lose that frame."""
 
 
 class TcpListener:
-    """Brings the connections at a port to the hub.
+    """Accepts the connections of programs.
 
     Args:
-        host: name or address where to listen.
-        port: 0 for one that is free.
-        hub: whom clients talk to.
+        host: name or address to listen at.
+        port: 0 for a free one.
+        hub: handles the clients.
         context: for TLS, None without.
 
     Raises:
@@ -206,11 +206,11 @@ class TcpListener:
 
     @property
     def address(self) -> str:
-        """Where it listens, "HOST:PORT"."""
+        """The address that it listens at, "HOST:PORT"."""
         return str(self._acceptor.address)
 
     async def close(self) -> None:
-        """Listen no longer; wait until the last words are out."""
+        """Stop listening, and wait until the last frames are sent."""
         await self._acceptor.close()
         for connection in list(self._open):
             connection.close()
@@ -220,7 +220,7 @@ class TcpListener:
 
 
 class TcpConnection(asyncio.Protocol):
-    """One connection: the hub's transport, and asyncio's protocol."""
+    """One connection: a transport for the hub, and a protocol for asyncio."""
 
     def __init__(self, hub: Hub, all_open: set["TcpConnection"], address: str, kind: str) -> None:
         self.ended = asyncio.Event()
@@ -272,14 +272,14 @@ class TcpConnection(asyncio.Protocol):
         if self._timer is not None:
             self._timer.cancel()
         self._timer = asyncio.get_running_loop().call_later(LINGER, self.abort)
-        # A socket that is closed with bytes unread takes back what it has sent last, so the other
-        # side is to close first. TLS has an exchange of its own.
+        # Closing a socket with unread bytes resets the connection, which may lose the last frame.
+        # So the other side closes first. TLS has its own exchange.
         if not self._transport.can_write_eof():
             self._transport.close()
             return
         try:
             self._transport.write_eof()
-        except OSError:  # the other side was faster
+        except OSError:  # the other side has closed already
             self.abort()
         else:
             self._transport.resume_reading()
@@ -289,7 +289,7 @@ class TcpConnection(asyncio.Protocol):
         self._transport.abort()
 
     def _pause(self, pause: float) -> None:
-        """Read nothing for a time [s]."""
+        """Stop reading for a time [s]."""
         if pause > 0.0 and not self._closing:
             self._transport.pause_reading()
             self._timer = asyncio.get_running_loop().call_later(pause, self._resume)

@@ -1,8 +1,7 @@
 """The page for phones: its files over HTTP, and the link in a WebSocket with the same frames.
 
-A page of anybody can make a browser connect to a WebSocket of this machine; its Origin tells. A
-name that an attacker points to this machine makes the attacker's page look like ours; the Host
-tells.
+Any web page can make a browser connect to a WebSocket of this machine, so Origin is checked. An
+attacker can let a name of his own resolve to this machine, so Host is checked.
 """
 
 import asyncio
@@ -26,11 +25,11 @@ from workbench.link.server.tcp import Acceptor, TcpConnection, listen
 from workbench.link.wire import HEADER, LARGEST, SKIPPABLE, Decoder, Frame, WireError
 
 LARGEST_MESSAGE = HEADER.size + LARGEST
-"""Size limit of a message of a client [bytes]; it may hold several frames, or a part of one."""
+"""Size limit of a client's message [bytes]; it may have several frames, or a part of one."""
 LONGEST_CONTROL = 125
 """Size limit of a ping, a pong or a close [bytes]."""
 _NOTHING = Frame(SKIPPABLE, 0, 0, 0, 0, b"")
-"""What a message comes to that finishes no frame: it counts as one that is skipped."""
+"""Stands for a message that completes no frame; it counts as a skipped frame."""
 TYPES = {
     ".html": "text/html",
     ".css": "text/css",
@@ -38,13 +37,13 @@ TYPES = {
     ".svg": "image/svg+xml",
 }
 WEB_SOCKET = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
-"""What is hashed with a client's key, to show that it was understood (RFC 6455, section 1.3)."""
+"""Constant hashed with the key of a client in the handshake (RFC 6455, section 1.3)."""
 IDLE_TIME = 10.0
-"""Without a whole request, until a connection is closed [s]."""
+"""Time without a complete request after which a connection is closed [s]."""
 LONGEST_LINE = 2048
-"""The first of a request [bytes]."""
+"""Size limit of the first line of a request [bytes]."""
 LONGEST_HEADER = 8192
-"""Other programs of this machine may have set cookies for its name [bytes]."""
+"""Size limit of a header [bytes]; other programs of this machine may have set cookies."""
 MOST_HEADERS = 64
 STRICT = {
     "Cache-Control": "no-store",
@@ -63,7 +62,7 @@ POLICY = (
 
 
 class Opcode(IntEnum):
-    """What a message of a WebSocket is (RFC 6455, section 5.2)."""
+    """The types of WebSocket frames (RFC 6455, section 5.2)."""
 
     CONTINUATION = 0
     TEXT = 1
@@ -77,7 +76,7 @@ _OPCODES = frozenset(int(each) for each in Opcode)
 
 
 class CloseCode(IntEnum):
-    """Why a WebSocket is closed (RFC 6455, section 7.4.1)."""
+    """Reasons to close a WebSocket (RFC 6455, section 7.4.1)."""
 
     NORMAL = 1000
     PROTOCOL_ERROR = 1002
@@ -86,16 +85,16 @@ class CloseCode(IntEnum):
 
 
 class WebSocketDecoder(Decoder):
-    """Takes the bytes of a client's WebSocket, and returns the frames within.
+    """Decodes the bytes of a client's WebSocket into frames of the link.
 
-    Each message that finishes no frame is returned as one that is to be skipped, so that it counts
-    as a frame does: pings, pongs and empty messages cost as much time.
+    A message that completes no frame yields a frame to skip, and so counts as a frame: pings, pongs
+    and empty messages take as much time.
 
     Args:
-        control: told of a client's ping or close, with its payload, and why it is told.
+        control: called with the opcode and payload of a ping, pong or close.
 
     Attributes:
-        close_code: with which the WebSocket is to be closed.
+        close_code: the code to close the WebSocket with.
     """
 
     def __init__(self, control: Callable[[Opcode, bytes], None]) -> None:
@@ -107,14 +106,14 @@ class WebSocketDecoder(Decoder):
         self._is_in_message = False
 
     def keep(self, data: bytes) -> None:
-        """Take bytes of the WebSocket, and look at them later."""
+        """Take bytes of the WebSocket, and decode them later."""
         self._raw += data
 
     def next(self) -> Frame | None:
-        """Return the next frame, None if none is whole.
+        """Return the next complete frame, or None.
 
         Raises:
-            WireError: if what came is no frame of a WebSocket, or none of the link in it.
+            WireError: if the bytes are not a WebSocket frame, or not frames of the link in it.
         """
         frame = super().next()
         if frame is not None:
@@ -130,7 +129,7 @@ class WebSocketDecoder(Decoder):
         return super().next() or _NOTHING
 
     def _next_message(self) -> tuple[Opcode, bytes] | None:
-        """Return the next message, or part of one, without its mask; None if none is whole."""
+        """Return the next complete WebSocket frame, unmasked, or None."""
         raw = self._raw
         if len(raw) < 2:
             return None
@@ -159,12 +158,12 @@ class WebSocketDecoder(Decoder):
         return opcode, payload
 
     def _opcode(self, first: int) -> Opcode:
-        """Return what begins with a byte.
+        """Return the opcode in the first byte of a frame.
 
         Raises:
-            WireError: if it may not stand there.
+            WireError: if it is not allowed here.
         """
-        number = first & 0x7F  # with the bits that only extensions use
+        number = first & 0x7F  # includes the bits reserved for extensions
         if number not in _OPCODES:
             raise self._broken(f"it has the opcode {number}")
         opcode = Opcode(number)
@@ -181,14 +180,14 @@ class WebSocketDecoder(Decoder):
 
 
 class WebSocketConnection(TcpConnection):
-    """One connection; HTTP's protocol hands over what comes, see `aiohttp.web`."""
+    """One connection; the HTTP protocol of `aiohttp.web` passes received bytes on to it."""
 
     def __init__(self, hub: Hub, all_open: set[TcpConnection], address: str) -> None:
         super().__init__(hub, all_open, address, "websocket")
         self._decoder = self._web = WebSocketDecoder(self._answer)
 
     def feed_data(self, data: bytes) -> tuple[bool, bytes]:
-        """Take what has come; say that it was all used."""
+        """Process received bytes; all of them are consumed."""
         self.data_received(data)
         return False, b""
 
@@ -209,7 +208,7 @@ class WebSocketConnection(TcpConnection):
     def _answer(self, opcode: Opcode, payload: bytes) -> None:
         if opcode is Opcode.PING and not self._closing:
             self._transport.write(_message(Opcode.PONG, payload))
-        elif opcode is Opcode.CLOSE:  # after what is being done now
+        elif opcode is Opcode.CLOSE:  # after the present call
             asyncio.get_running_loop().call_soon(self._end)
 
     def _end(self) -> None:
@@ -218,7 +217,7 @@ class WebSocketConnection(TcpConnection):
 
 
 def _message(opcode: Opcode, payload: bytes) -> bytes:
-    """Return a message of a server."""
+    """Return a WebSocket frame of the server."""
     size = len(payload)
     if size <= LONGEST_CONTROL:
         head = bytes((0x80 | opcode, size))
@@ -243,14 +242,14 @@ class File(NamedTuple):
 
 
 class Page:
-    """Serves the page, once it is opened.
+    """The server of the page.
 
     Args:
-        hub: where its clients connect to.
-        config: what the server is to do.
+        hub: handles its clients.
+        config: of the server.
 
     Attributes:
-        address: of the page, as a browser is to open it, once it is there.
+        address: of the page for a browser, "" before it is open.
         port: that it listens at, 0 before.
     """
 
@@ -292,7 +291,7 @@ class Page:
         self.address = page_address(self._host, self.port, self._scheme).url
 
     async def close(self) -> None:
-        """Listen no more, and end what is open."""
+        """Stop listening, and end all connections."""
         if self._acceptor is None or self._server is None:
             return
         await self._acceptor.close()
@@ -300,7 +299,7 @@ class Page:
         await self._server.shutdown(timeout=2.0)
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
-        """Answer any request."""
+        """Answer a request."""
         address = str(Address(*(request.get_extra_info("peername") or ("unknown", 0))[:2]))
         local = (request.get_extra_info("sockname") or ("",))[0]
         if request.version < HttpVersion11 or len(request.headers.getall("Host", ())) != 1:
@@ -323,7 +322,7 @@ class Page:
         )
 
     async def _join(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
-        """Let a page connect, if it is ours."""
+        """Open the WebSocket, if the page is ours."""
         origins = request.headers.getall("Origin", ())
         origin = ", ".join(origins)
         if len(origins) != 1 or not is_own_origin(origin, request.host, self._scheme):
@@ -339,7 +338,7 @@ class Page:
         )
         answer.force_close()
         await answer.prepare(request)
-        if request.transport is None:  # gone meanwhile
+        if request.transport is None:  # the client is gone
             return answer
         connection = WebSocketConnection(self._hub, self._open, address)
         connection.connection_made(request.transport)
@@ -353,7 +352,7 @@ class Page:
 
 
 def page_files() -> Mapping[str, File]:
-    """Return the page's files by their names; nothing else is ever served."""
+    """Return the files of the page by name; nothing else is served."""
     folder = resources.files("workbench.link") / "page"
     return {
         file.name: File(file.read_bytes(), TYPES[suffix])
@@ -363,17 +362,17 @@ def page_files() -> Mapping[str, File]:
 
 
 def plain(status: int, said: str, more: Mapping[str, str] | None = None) -> web.Response:
-    """Return a sentence as an answer."""
+    """Return an answer with a sentence."""
     return web.Response(status=status, text=said + "\n", headers=STRICT | dict(more or {}))
 
 
 def is_own_host(asked: str, local: str, named: str) -> bool:
-    """Return whether a request is addressed to this machine as it listens.
+    """Return whether the Host of a request is this server.
 
     Args:
         asked: the Host of the request, with or without a port.
-        local: address of this machine that the connection came to.
-        named: the host that the server was told to listen at.
+        local: address of this machine in the connection.
+        named: the host that the server listens at.
     """
     host = _host_in(asked).lower()
     if not host:
@@ -385,10 +384,10 @@ def is_own_host(asked: str, local: str, named: str) -> bool:
 
 
 def is_own_origin(origin: str, asked: str, scheme: str) -> bool:
-    """Return whether a WebSocket is asked for by the page that this server gave.
+    """Return whether a WebSocket is opened by the page of this server.
 
     Args:
-        origin: of the request, as the browser says; only browsers cannot lie here.
+        origin: of the request; a browser always states it correctly.
         asked: the Host of the request.
         scheme: http or https, of the connection.
     """
@@ -396,7 +395,7 @@ def is_own_origin(origin: str, asked: str, scheme: str) -> bool:
 
 
 def _host_in(asked: str) -> str:
-    """Return the name or address in a Host, without port and brackets; "" if it is none."""
+    """Return the name or address in a Host without port and brackets; "" if it is invalid."""
     if asked.startswith("["):
         name, bracket, rest = asked[1:].partition("]")
         understood = bool(bracket) and (not rest or rest.startswith(":"))
@@ -410,10 +409,10 @@ def _host_in(asked: str) -> str:
 
 
 def _plain(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Return an address; of IPv4 within IPv6, that of IPv4.
+    """Return an address; an IPv4 address mapped to IPv6 as IPv4.
 
     Raises:
-        ValueError: if it is a name.
+        ValueError: if the text is a name.
     """
     address = ipaddress.ip_address(text.partition("%")[0])
     return getattr(address, "ipv4_mapped", None) or address

@@ -1,1 +1,1 @@
-"""Readers of logs that others write, a format a file; each returns a FlightRecord."""
+"""Readers of other programs' logs, one file per format; each returns a FlightRecord."""

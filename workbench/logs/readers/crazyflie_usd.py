@@ -1,12 +1,13 @@
-"""Logs of a Crazyflie's micro-SD card (usd), version 1 and 2, packed with gzip or not.
+"""Read the logs of a Crazyflie's micro-SD card (usd), versions 1 and 2, also compressed with gzip.
 
-The file: 0xBC; version (u16); number of events (u16); of each event its number (u16), its name, the
-number of its variables (u16), and those as "acc.x(f)", texts ending with 0. Then events: number
-(u16), time (version 1: u32 [ms], 2: u64 [us]), values. At the end CRC-32 of all before.
+A file has a header: 0xBC; version (u16); number of events (u16); and for each event its number
+(u16), its name, the number of its variables (u16), and the variables as "acc.x(f)"; texts end with
+0. Samples follow: number of the event (u16), time (version 1: u32 [ms], 2: u64 [us]), and values.
+The last four bytes are the CRC-32 of everything before.
 
 Accelerations are in g, the gyro in degrees per second, angles in degrees, and the firmware's pitch
-is positive nose up. `pwm.m*_pwm` is what goes to the motors, after the battery compensation; where
-it was not logged, `motor.m*` is taken.
+is positive nose up. `pwm.m*_pwm` are the commands to the motors after battery compensation; if they
+were not logged, `motor.m*` is used.
 
 Source: tools/usdlog/cfusdlog.py of bitcraze/crazyflie-firmware, as a description of the format.
 """
@@ -30,7 +31,7 @@ FORMAT = "Crazyflie usd log"
 MAGIC = b"\xbc"
 FULL_PWM = 65535.0
 MOST_VARIABLES = 500
-"""Largest number of variables of all events; the firmware's buffers hold far fewer."""
+"""Largest number of variables of all events; the buffers of the firmware hold far fewer."""
 _NAME = re.compile(r"([\w.]+)\(([BHIQbhiqef])\)")
 _DEG = np.pi / 180.0
 
@@ -62,9 +63,10 @@ RENAMED: Mapping[str, tuple[str, str, float]] = {
     **{f"motor.m{i}": (f"motors.command_{i}", "1", 1.0 / FULL_PWM) for i in (1, 2, 3, 4)},
     **{f"pwm.m{i}_pwm": (f"motors.command_{i}", "1", 1.0 / FULL_PWM) for i in (1, 2, 3, 4)},
 }
-"""The firmware's variables: the workbench's name, its unit, and what to multiply by.
+"""For each variable of the firmware: name and unit of the signal, and factor to that unit.
 
-Of two that are one signal, the later one is taken; the other one keeps its own name.
+If a log has two variables of one signal, the later one in this table counts; the other one keeps
+its own name.
 """
 
 
@@ -75,10 +77,10 @@ class _Event(NamedTuple):
 
 
 def read_usd(path: Path) -> FlightRecord:
-    """Read a Crazyflie's usd log as far as it is whole.
+    """Read a usd log of a Crazyflie as far as it is intact.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is none.
+        WorkbenchError: if it cannot be read, or is not such a log.
     """
     data, cut = read_packed(path)
     events, at, version = _events(path, data)
@@ -122,7 +124,7 @@ def read_usd(path: Path) -> FlightRecord:
 
 
 def _events(path: Path, data: bytes) -> tuple[dict[int, _Event], int, int]:
-    """Return the events by number, where the first sample stands, and the version."""
+    """Return the events by number, the offset of the first sample, and the version."""
     if not data.startswith(MAGIC):
         raise WorkbenchError(f"{path}: is no Crazyflie usd log: it does not begin with 0xBC")
     try:
@@ -160,13 +162,13 @@ def _event(version: int, name: str, variables: list[str]) -> _Event:
 
 
 def _text(data: bytes, at: int) -> tuple[str, int]:
-    """Return a text that ends with 0, and what stands behind it."""
+    """Return a text that ends with 0, and the offset after it."""
     end = data.index(b"\0", at, at + 200)
     return data[at:end].decode("ascii"), end + 1
 
 
 def _rows(data: bytes, at: int, events: Mapping[int, _Event]) -> tuple[dict[int, bytearray], int]:
-    """Return the bytes of each event's samples, and where what is no sample begins."""
+    """Return the bytes of the samples of each event, and the offset after the last sample."""
     rows = {number: bytearray() for number in events}
     sizes = {number: event.kind.itemsize for number, event in events.items()}
     while at + 2 <= len(data):
@@ -175,7 +177,7 @@ def _rows(data: bytes, at: int, events: Mapping[int, _Event]) -> tuple[dict[int,
         if size is None or at + size > len(data):
             break
         end = at + size
-        if len(sizes) == 1:  # one kind of event: all at once, up to the first that is another
+        if len(sizes) == 1:  # only one kind of event: read all samples at once
             whole = (len(data) - at) // size
             numbers = np.frombuffer(data, f"<u2,V{size - 2}", whole, at)["f0"]
             other = np.nonzero(numbers != number)[0]
@@ -186,7 +188,7 @@ def _rows(data: bytes, at: int, events: Mapping[int, _Event]) -> tuple[dict[int,
 
 
 def _checked(data: bytes, rest: int) -> str:
-    """Return what is wrong with the file's end: bytes left over, or the checksum; "" if nothing."""
+    """Return what is wrong with the end of the file: extra bytes or checksum; "" if nothing."""
     left = len(data) - rest
     if left == 4:
         (said,) = struct.unpack_from("<I", data, rest)
@@ -199,7 +201,7 @@ def _checked(data: bytes, rest: int) -> str:
 
 
 def _signals(columns: Mapping[str, tuple[np.ndarray, np.ndarray]], end: float) -> dict[str, Signal]:
-    """Return the signals of the firmware's variables."""
+    """Return the signals of the variables."""
     source = {RENAMED[each][0]: each for each in RENAMED if each in columns}
     signals = {}
     for each, (time, values) in columns.items():

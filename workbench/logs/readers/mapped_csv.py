@@ -1,4 +1,4 @@
-r"""CSV files whose columns a mapping file names.
+r"""Read a CSV file with a mapping file that names its columns.
 
     delimiter: ","                  # or ";" or "\t"; a comma if left out
     firmware: my own, version 3     # what you like, or nothing
@@ -9,8 +9,8 @@ r"""CSV files whose columns a mapping file names.
       m1: {signal: motors.command_1, unit: "1", scale: 0.001, offset: -1.0}
       vbat: {signal: battery.voltage, unit: mV, delay: 0.1}
 
-A value is `sign * (scale * x + offset)`, in the unit; it becomes SI. Units that are not in `UNITS`
-stay as they are. Cells that are empty, or no number, were not measured.
+A value is `sign * (scale * x + offset)` in the unit, and is converted to SI. Units that are not in
+`UNITS` stay unchanged. Empty cells, and cells without a number, count as not measured.
 """
 
 import csv
@@ -49,7 +49,7 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "mA": ("A", 1e-3),
     "%": ("1", 1e-2),
 }
-"""What becomes of units that are not SI."""
+"""Conversions of units to SI."""
 LARGEST_MAPPING = 1_000_000
 _KEYS = ("delimiter", "firmware", "time", "columns")
 _COLUMN_KEYS = ("signal", "unit", "scale", "offset", "sign", "delay")
@@ -57,7 +57,7 @@ _COLUMN_KEYS = ("signal", "unit", "scale", "offset", "sign", "delay")
 
 @dataclass(frozen=True)
 class _Column:
-    """What becomes of a column."""
+    """The conversion of a column."""
 
     signal: str
     unit: str
@@ -67,10 +67,10 @@ class _Column:
 
 
 def read_csv(path: Path, mapping: Path) -> FlightRecord:
-    """Read a CSV file, packed or not, by a mapping.
+    """Read a CSV file, which may be compressed, with a mapping.
 
     Raises:
-        WorkbenchError: if one of them cannot be read, or they do not fit.
+        WorkbenchError: if one of them cannot be read, or the mapping does not fit the file.
     """
     delimiter, firmware, clock, wanted = _mapping(mapping)
     data, cut = read_packed(path)
@@ -104,7 +104,7 @@ def read_csv(path: Path, mapping: Path) -> FlightRecord:
 
 
 def _mapping(path: Path) -> tuple[str, str, _Column, dict[str, _Column]]:
-    """Return delimiter, firmware, the column of time, and the others by their name."""
+    """Return delimiter, firmware, the time column, and the other columns by name."""
     try:
         found = yaml.safe_load(read_plain(path, LARGEST_MAPPING))
     except (yaml.YAMLError, ValueError, RecursionError) as error:
@@ -178,7 +178,7 @@ def _column(path: Path, name: str, what: object) -> _Column:
 def _table(
     path: Path, data: bytes, delimiter: str, wanted: list[str]
 ) -> tuple[dict[str, np.ndarray], str]:
-    """Return the wanted columns by name, and a remark on what is no number."""
+    """Return the wanted columns by name, and a remark on cells without a number."""
     reader = csv.reader(io.StringIO(data.decode("utf-8-sig", "replace")), delimiter=delimiter)
     try:
         heads = [head.strip() for head in next(reader, [])]
@@ -200,7 +200,7 @@ def _table(
 
 
 def _number(text: str) -> float | None:
-    """Return the number of a cell, NaN of an empty one, None of what is no number."""
+    """Return the number in a cell, NaN for an empty one, None for any other text."""
     text = text.strip()
     try:
         return float(text) if text else math.nan

@@ -1,15 +1,16 @@
-"""NanoBench's CSV files: a Crazyflie's own log beside motion capture, on one grid of 100 Hz.
+"""Read NanoBench's CSV files: the log of a Crazyflie and motion capture, on one grid of 100 Hz.
 
-What the columns are was measured, and differs in places from what their authors say of them:
+The meaning of the columns was measured; it differs in places from that stated by their authors:
 
-- Columns from on board were received at 66 .. 100 Hz and filled in linearly: rows where all columns
-  of a stream lie on a straight line over `flight_record.GAP` periods were not measured. They are
-  left out, as is the straight line that a stream goes on with when the radio link is lost.
-- Accelerations are in g (those of the estimate, too), the gyro in rad/s, `roll`, `pitch` and `yaw`
-  of motion capture in rad, `w*_vicon` in the body's axes.
+- On-board columns were received at 66 .. 100 Hz and interpolated linearly. Rows in which all
+  columns of a stream lie on a straight line over `flight_record.GAP` periods were not measured, and
+  are left out. So is the straight line by which a stream is extrapolated after the loss of the
+  radio link.
+- Accelerations are in g, including those of the estimate, the gyro in rad/s, `roll`, `pitch` and
+  `yaw` of motion capture in rad, and `w*_vicon` in body axes.
 - Attitudes of the firmware are in degrees, and its pitch is positive nose up.
-- The motors' PWM is what the firmware sends after its battery compensation: a share of the voltage.
-- `pid_controller_*` are wanted attitudes. They stay 0 where the Mellinger controller flew.
+- The PWM of the motors is that after battery compensation: a share of the voltage.
+- `pid_controller_*` are attitude setpoints. They stay 0 if the Mellinger controller flew.
 
 Source: Ullah and Baca, "NanoBench", arXiv:2603.09908 (2026), and its files.
 """
@@ -28,7 +29,7 @@ from workbench.plant.gravity import GRAVITY
 
 FORMAT = "NanoBench CSV"
 HEAD = b"t,px,py,pz,qx,qy,qz,qw,roll,pitch,yaw,"
-"""A file begins with it."""
+"""First bytes of a file."""
 FULL_PWM = 65535.0
 STREAMS: Mapping[str, tuple[str, ...]] = {
     "imu": tuple(f"imu_{kind}_{axis}" for kind in ("acc", "gyro") for axis in "xyz"),
@@ -41,13 +42,13 @@ STREAMS: Mapping[str, tuple[str, ...]] = {
     "pid_output": tuple(f"pid_controller_{x}" for x in ("roll", "pitch", "yaw", "cmd_thrust")),
     "power": ("pwr_pm_vbat",),
 }
-"""Columns that came in one packet, by the names that the metadata's row counts have."""
+"""Columns that were sent in one packet, by their names in the row counts of the metadata."""
 NOISY = ("imu", "estimator", "estimator_acc", "attitude", "attitude_qw")
-"""Streams that are never straight by themselves: their ends are those of the radio link."""
+"""Streams with noise, which are never straight: they end with the radio link."""
 STRAIGHT = ("setpoint",)
-"""Streams that may well be straight, and of which only the end is looked at."""
+"""Streams that may be straight, so that only their end is checked."""
 Add = Callable[[str, str, str, np.ndarray], None]
-"""Adds a signal: its stream, its name, its unit, and its values at all rows."""
+"""Adds a signal: its stream, name, unit, and values in all rows."""
 _ROUNDING = 2e-9
 """Twice the rounding error of a value in the file."""
 _SLOPE = 1e-6
@@ -55,10 +56,10 @@ _SLOPE = 1e-6
 
 
 def read_nanobench(path: Path) -> FlightRecord:
-    """Read a flight of NanoBench, packed or not, and the metadata beside it, if any.
+    """Read a flight of NanoBench, which may be compressed, and the metadata next to it, if any.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is none.
+        WorkbenchError: if it cannot be read, or is not such a file.
     """
     data, cut = read_packed(path)
     table, damage = _table(path, data)
@@ -108,7 +109,7 @@ def read_nanobench(path: Path) -> FlightRecord:
 
 
 def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
-    """Return the columns by name, times from 0 on, and a remark on rows that were left out."""
+    """Return the columns by name, with times from 0 on, and a remark on rows left out."""
     if not data.startswith(HEAD):
         raise WorkbenchError(f"{path}: is no file of NanoBench: its first line is another one")
     lines = data.decode("ascii", "replace").splitlines()
@@ -122,7 +123,7 @@ def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
     good = []
     for row in whole:
         try:
-            # Whole seconds apart: as one number, the time would be rounded to 0.2 us.
+            # Convert whole seconds separately: as one number, the time would be rounded to 0.2 us.
             seconds, _, rest = row[0].partition(".")
             good.append([int(seconds) - begin + float(f"0.{rest}"), *map(float, row[1:])])
         except (ValueError, OverflowError):
@@ -139,7 +140,7 @@ def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
 
 
 def _metadata(path: Path) -> tuple[dict[str, object], str]:
-    """Return what the file beside says, and a remark if it cannot be read."""
+    """Return the metadata in the file next to a log, and a remark if it cannot be read."""
     beside = path.with_name(f"{stem(path)}_metadata.yaml")
     if not beside.is_file():
         return {}, ""
@@ -153,7 +154,7 @@ def _metadata(path: Path) -> tuple[dict[str, object], str]:
 
 
 def _flat(said: object, before: str = "") -> dict[str, float | str]:
-    """Return nested names and values as one table, as params.altitude_m."""
+    """Return nested values by names such as params.altitude_m."""
     if not isinstance(said, dict):
         plain = isinstance(said, int | float) and not isinstance(said, bool)
         return {before: said if plain else str(said)}  # type: ignore[dict-item]
@@ -169,13 +170,13 @@ def _measured(
     """Return which rows of each stream were measured, and remarks."""
     bends = {name: _bends(time, values) for name, values in streams.items()}
     noisy = [bends[name][-1] for name in NOISY if name in bends and len(bends[name])]
-    last = min(noisy, default=len(time) - 1)  # where the on-board data end
+    last = min(noisy, default=len(time) - 1)  # end of the on-board data
     if time[-1] - time[last] < GAP * np.median(np.diff(time)):
         last = len(time) - 1
     measured, shares = {}, []
     for name, values in streams.items():
         found = bends[name]
-        held = np.ptp(values[last:], axis=0).max() == 0.0  # as motors on the ground are
+        held = np.ptp(values[last:], axis=0).max() == 0.0  # such as motors on the ground
         whole = held or not len(found) or last == len(time) - 1
         end = last if whole else int(found[-1])
         rows = np.arange(len(time)) <= end
@@ -202,7 +203,7 @@ def _measured(
 
 
 def _bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the rows (k) at which not all of a stream's columns (n, c) go on straight."""
+    """Return the rows (k) at which a column of a stream (n, c) is not straight."""
     slopes = np.diff(values, axis=0) / np.diff(time)[:, None]
     bend = np.abs(np.diff(slopes, axis=0))
     step = float(np.diff(time).min())
@@ -211,7 +212,7 @@ def _bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _add_motion(table: Mapping[str, np.ndarray], add: Add) -> None:
-    """Add what motion capture saw."""
+    """Add the signals of motion capture."""
     if not {"px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz"} <= table.keys():
         return
     for axis in "xyz":
@@ -233,7 +234,7 @@ def _add_motion(table: Mapping[str, np.ndarray], add: Add) -> None:
 
 
 def _add_on_board(streams: Mapping[str, np.ndarray], add: Add) -> None:
-    """Add what the Crazyflie sent."""
+    """Add the signals of the Crazyflie."""
     if "imu" in streams:
         for i, axis in enumerate("xyz"):
             force, turn = streams["imu"][:, i], streams["imu"][:, 3 + i]
@@ -269,12 +270,12 @@ def _add_on_board(streams: Mapping[str, np.ndarray], add: Add) -> None:
 
 
 def legacy(degrees: np.ndarray) -> np.ndarray:
-    """Return roll, pitch and yaw (n, 3) [rad] of the firmware's [deg], whose pitch is nose up."""
+    """Return roll, pitch and yaw (n, 3) [rad] for those of the firmware [deg], pitch nose up."""
     return np.asarray(np.radians(degrees) * [1.0, -1.0, 1.0])
 
 
 def _controller(streams: Mapping[str, np.ndarray]) -> str:
-    """Return who flew: the PID's wanted attitudes stay constant under the Mellinger controller."""
+    """Return the controller that flew; setpoints of the PID are constant if it did not."""
     if "motor" not in streams or "pid_output" not in streams or streams["motor"].max() <= 0.0:
         return "?"
     return "Mellinger" if np.ptp(streams["pid_output"], axis=0).max() == 0.0 else "PID"

@@ -1,4 +1,4 @@
-"""Files of logs, some of them packed with gzip: read whole, and never more than fits."""
+"""Read log files, also compressed with gzip, within limits of size."""
 
 import zlib
 from pathlib import Path
@@ -12,9 +12,9 @@ GZIP = b"\x1f\x8b"
 
 
 def read_packed(path: Path) -> tuple[bytes, str]:
-    """Return the content of a file, unpacked where it is a gzip file, and a remark.
+    """Return the content of a file, decompressed if it is a gzip file, and a remark.
 
-    A packed file that was cut is read as far as it goes; the remark says so, "" else.
+    A truncated gzip file is read as far as possible, and the remark states this; else it is "".
 
     Raises:
         WorkbenchError: if it cannot be read, or is larger than `LARGEST`.
@@ -43,13 +43,13 @@ def read_packed(path: Path) -> tuple[bytes, str]:
 
 
 def stem(path: Path) -> str:
-    """Return a log's name without its endings."""
+    """Return the name of a log without its endings."""
     name = path.name.removesuffix(".gz")
     return name.rpartition(".")[0] or name
 
 
 def read_head(path: Path, size: int) -> bytes:
-    """Return the first bytes of a file's content, unpacked where it is a gzip file.
+    """Return the first bytes of a file, decompressed if it is a gzip file.
 
     Raises:
         WorkbenchError: if it cannot be read.

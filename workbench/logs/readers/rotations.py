@@ -1,4 +1,4 @@
-"""Attitudes of logs as those of the workbench: quaternions, and angles of yaw, pitch and roll."""
+"""Convert attitudes of logs to those of the workbench: quaternions, roll, pitch and yaw."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ QUATERNION = ("q_w", "q_x", "q_y", "q_z")
 
 
 def continuous(q: np.ndarray) -> np.ndarray:
-    """Return unit quaternions (n, 4), w first, whose sign does not jump from row to row."""
+    """Return unit quaternions (n, 4), w first, with signs that do not jump between rows."""
     norm = np.linalg.norm(q, axis=1, keepdims=True)
     q = np.divide(q, norm, out=np.full(q.shape, np.nan), where=norm > 0.0)
     flips = np.sum(q[1:] * q[:-1], axis=1) < 0.0
@@ -18,7 +18,7 @@ def continuous(q: np.ndarray) -> np.ndarray:
 def angles(q: np.ndarray) -> np.ndarray:
     """Return roll, pitch and yaw (n, 3) of quaternions B to W (n, 4), w first.
 
-    R = Rz(yaw) Ry(pitch) Rx(roll), as of `position_data`.
+    R = Rz(yaw) Ry(pitch) Rx(roll), as in `position_data`.
     """
     w, x, y, z = q.T
     roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
@@ -28,7 +28,7 @@ def angles(q: np.ndarray) -> np.ndarray:
 
 
 def quaternion(roll: np.ndarray, pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray:
-    """Return quaternions B to W (n, 4), w first, of the angles that `angles` gives."""
+    """Return quaternions B to W (n, 4), w first, for roll, pitch and yaw (n), see `angles`."""
     c_r, c_p, c_y = (np.cos(0.5 * angle) for angle in (roll, pitch, yaw))
     s_r, s_p, s_y = (np.sin(0.5 * angle) for angle in (roll, pitch, yaw))
     return np.column_stack(
@@ -42,14 +42,14 @@ def quaternion(roll: np.ndarray, pitch: np.ndarray, yaw: np.ndarray) -> np.ndarr
 
 
 def in_world(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (n, 3), given in B, in W."""
+    """Return vectors in W (n, 3) for vectors in B."""
     w, part = q[:, :1], q[:, 1:]
     twice = 2.0 * np.cross(part, vectors)
     return np.asarray(vectors + w * twice + np.cross(part, twice))
 
 
 def from_ned_frd(q: np.ndarray) -> np.ndarray:
-    """Return quaternions FLU to ENU (n, 4), w first, of those FRD to NED.
+    """Return quaternions FLU to ENU (n, 4), w first, for those FRD to NED.
 
     q_ENU = q_T q_NED q_F: q_T turns NED into ENU (half a turn about x + y), q_F FRD into FLU (half
     a turn about x), see PX4's and MAVROS's conversions.
@@ -60,10 +60,10 @@ def from_ned_frd(q: np.ndarray) -> np.ndarray:
 
 
 def enu(ned: np.ndarray) -> np.ndarray:
-    """Return vectors (n, 3) of north, east, down as of east, north, up."""
+    """Return vectors east, north, up (n, 3) for vectors north, east, down."""
     return np.asarray(ned[:, [1, 0, 2]] * [1.0, 1.0, -1.0])
 
 
 def flu(frd: np.ndarray) -> np.ndarray:
-    """Return vectors (n, 3) of forward, right, down as of forward, left, up."""
+    """Return vectors forward, left, up (n, 3) for vectors forward, right, down."""
     return np.asarray(frd * [1.0, -1.0, -1.0])

@@ -1,6 +1,7 @@
-"""The CSV of a simulated flight that `workbench fly --csv` writes: states, and what was commanded.
+"""Read the CSV of a simulated flight that `workbench fly --csv` writes: states and commands.
 
-It has the true motion; gyro and accelerometer are those of a perfect IMU at the base link's origin.
+It has the true motion. Gyro and accelerometer are those of an ideal IMU at the origin of the base
+link.
 """
 
 import csv
@@ -25,14 +26,14 @@ _COMMANDS = {
     "command.yaw_rate": ("command_velocity.yaw_rate", "rad/s"),
     **{f"setpoint.{axis}": (f"setpoint.{axis}", "m") for axis in "xyz"},
 }
-"""Columns of what was asked for, their signals and units."""
+"""Columns of commands and setpoints, with their signals and units."""
 
 
 def read_states(path: Path) -> FlightRecord:
-    """Read the states of a flight, without the rows that are damaged.
+    """Read the states of a flight without damaged rows.
 
     Raises:
-        WorkbenchError: if it cannot be read, or lacks what such a file has.
+        WorkbenchError: if it cannot be read, or lacks columns.
     """
     data, cut = read_packed(path)
     lines = data.decode("utf-8", "replace").splitlines()
@@ -92,7 +93,7 @@ def read_states(path: Path) -> FlightRecord:
 
 
 def _table(lines: Sequence[str], width: int) -> np.ndarray:
-    """Return the rows of numbers (n, width) that are whole, with times that rise."""
+    """Return the complete rows of numbers (n, width) with increasing times."""
     rows = []
     for line in lines:
         try:
@@ -106,7 +107,7 @@ def _table(lines: Sequence[str], width: int) -> np.ndarray:
 
 
 def _from_then_on(values: np.ndarray) -> np.ndarray:
-    """Return what was asked for from each row on (n), of what was asked for until then."""
+    """Return the command from each row on (n), from the command up to each row."""
     return np.append(values[1:], values[-1:])
 
 

@@ -1,1 +1,1 @@
-"""Readers and writers of file formats: XML, xacro, URDF, SDF."""
+"""Readers and writers of file formats: XML, xacro, URDF, SDF, MJCF."""

@@ -1,4 +1,4 @@
-"""Colours that Gazebo knows by the name of a material script."""
+"""The colours of Gazebo's material scripts."""
 
 Colour = tuple[float, float, float, float]
 """Red, green, blue and opacity, 0 .. 1."""
@@ -31,4 +31,4 @@ GAZEBO_COLOURS: dict[str, Colour] = {
     "Gazebo/Turquoise": _opaque(0.0, 1.0, 1.0),
     "Gazebo/Wood": _opaque(0.6, 0.45, 0.3),
 }
-"""The plain ones of Gazebo classic's gazebo.material."""
+"""The plain colours in Gazebo classic's gazebo.material, by name."""

@@ -1,4 +1,4 @@
-"""Read MJCF, MuJoCo's own format: the body that flies, and the actuators at its sites."""
+"""Read MJCF, the format of MuJoCo: the free body, and the actuators at its sites."""
 
 import math
 from collections import Counter
@@ -21,15 +21,15 @@ from workbench.plant.remarks import Remarks
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 
 DEEPEST = 20
-"""Files that include each other."""
+"""Largest depth of nested includes."""
 _ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 _MAIN = "main"
-"""The class of defaults that holds where no other is named."""
+"""The default class of elements that name no other."""
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 _DRAWN = 3
-"""Groups from this on are not drawn, as in MuJoCo's viewer and in Drake's parser."""
+"""First group that is not drawn, as in MuJoCo's viewer and Drake's parser."""
 Placed = Iterable[tuple[Element, RigidTransform]]
-"""Geoms, each with the frame in its link that its pose is given in."""
+"""Geoms, each with the pose X_LF of the frame in its link that its pose is given in."""
 _FRAME = "name class pos quat axisangle xyaxes zaxis euler"
 _USED = {
     "mujoco": "compiler default asset worldbody actuator",
@@ -38,7 +38,7 @@ _USED = {
     "frame": "body frame inertial joint freejoint geom site",
     "asset": "mesh material",
 }
-"""Children that are read."""
+"""Children that are read, by parent."""
 _WORDS = {
     "compiler": "angle eulerseq meshdir assetdir texturedir autolimits inertiafromgeom",
     "body": f"{_FRAME} childclass",
@@ -53,7 +53,7 @@ _WORDS = {
     "motor": "name class site gear ctrlrange ctrllimited forcerange forcelimited group dyntype "
     "dynprm gainprm gaintype biastype joint body tendon",
 }
-"""Attributes that are read, or that say nothing of flight; those of other elements are not read."""
+"""Attributes that are read or irrelevant for flight, by element."""
 _WORDS["general"] = _WORDS["motor"]
 _WHY = {
     "option": "gravity and air are the workbench's own, and so is the integrator",
@@ -67,21 +67,21 @@ _WHY = {
     "texture": "colours alone are drawn",
 }
 _MOST = 50
-"""Largest number of such remarks; a file may cause very many."""
+"""Largest number of remarks on unused parts."""
 _KINDS = {"hinge": "continuous", "slide": "prismatic", "ball": "ball"}
 _ACTUATORS = ("motor", "general")
-"""Actuators with a force independent of the motion of the body."""
+"""Actuators with a force that is independent of the motion of the body."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """What `<compiler>` says of how the rest is meant.
+    """The settings in `<compiler>`.
 
     Attributes:
-        radians: whether angles are in radians; else in degrees.
-        eulerseq: axes of Euler angles in their order, capitals for those fixed in space.
+        radians: whether angles are in radians, and not in degrees.
+        eulerseq: sequence of the axes of Euler angles, capitals for axes fixed in space.
         meshdir: folder of meshes.
-        autolimits: whether a range without a word on limits is one.
+        autolimits: whether a range is a limit without `limited`.
         inertiafromgeom: `auto`, `true` or `false`.
     """
 
@@ -93,10 +93,10 @@ class Compiler:
 
 
 def read_compiler(path: Path, root: Element) -> Compiler:
-    """Return what all `<compiler>` elements say, the last of each word.
+    """Return the settings in all `<compiler>` elements; the last value of an attribute counts.
 
     Raises:
-        WorkbenchError: for Euler angles about no axes.
+        WorkbenchError: if the sequence of Euler angles is invalid.
     """
     words: dict[str, str] = {}
     for element in root.iterfind("compiler"):
@@ -114,32 +114,32 @@ def read_compiler(path: Path, root: Element) -> Compiler:
 
 
 def with_includes(path: Path, root: Element) -> Element:
-    """Return a document with what it includes in the place of its `<include>` elements.
+    """Return a document with its `<include>` elements replaced by the included content.
 
-    Files are looked for beside the one that was asked for, as MuJoCo does.
+    Paths are relative to the main file, as in MuJoCo.
 
     Raises:
-        WorkbenchError: naming the include that leads nowhere, in a circle, or too deep.
+        WorkbenchError: naming an include of a missing file, in a circle, or nested too deeply.
     """
     return _Includer(path).resolved(root, (path,))
 
 
 class _Includer:
-    """Counts what is included, so that it stays within bounds."""
+    """Replaces includes, and limits the number of elements."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._count = 0
 
     def resolved(self, element: Element, files: tuple[Path, ...]) -> Element:
-        """Return a copy of an element of the last of some files."""
+        """Return a copy of an element without includes; it is in the last of these files."""
         self._count += 1
         if self._count > MOST_ELEMENTS:
             raise WorkbenchError(f"{self._path}: with includes there are too many elements")
         copy = Element(element.tag, element.attrib)
         copy.text = element.text
         copy.line = element.line
-        if len(files) > 1:  # lines are those of the file that was asked for
+        if len(files) > 1:  # messages name the main file and its lines
             copy.line, copy.owner = 0, f"{files[-1].name}:{element.line}"
         for child in element:
             if isinstance(child, Element) and child.tag == "include":
@@ -166,7 +166,7 @@ class _Includer:
 
 
 class Defaults:
-    """Attributes that elements have where they do not say otherwise.
+    """The default attributes of elements, by class.
 
     Args:
         path: for messages.
@@ -189,14 +189,14 @@ class Defaults:
             self._collect(child, child.get("class", ""), known)
 
     def applied(self, element: Element, childclass: str) -> Element:
-        """Return an element with the attributes that its class gives it.
+        """Return a copy of an element with the default attributes of its class.
 
         Args:
-            element: whose own attributes count more.
-            childclass: the class of the bodies around it, "" for none.
+            element: its own attributes take precedence.
+            childclass: default class in its body, "" for none.
 
         Raises:
-            WorkbenchError: if its class is not there.
+            WorkbenchError: if its class does not exist.
         """
         name = element.get("class") or childclass or _MAIN
         if name not in self._classes:
@@ -214,10 +214,10 @@ class Defaults:
 
 
 def pose_of(path: Path, element: Element, compiler: Compiler) -> RigidTransform:
-    """Return the pose that an element's attributes give, in the frame of what is around it.
+    """Return the pose of an element in the frame of its parent.
 
     Raises:
-        WorkbenchError: for what is no position or orientation.
+        WorkbenchError: for an invalid position or orientation.
     """
     position = triple(path, element, "pos", "0 0 0")
     return RigidTransform(_orientation(path, element, compiler), np.array(position))
@@ -254,7 +254,7 @@ def _orientation(path: Path, element: Element, compiler: Compiler) -> RotationMa
 
 
 def _euler(angles: np.ndarray, sequence: str) -> RotationMatrix:
-    """Return the orientation of Euler angles, about moved axes or, in capitals, fixed ones."""
+    """Return the orientation for Euler angles, about moved axes or, in capitals, fixed ones."""
     turned = RotationMatrix()
     for angle, axis in zip(angles, sequence, strict=True):
         unit = np.eye(3)["xyz".index(axis.lower())]
@@ -264,7 +264,7 @@ def _euler(angles: np.ndarray, sequence: str) -> RotationMatrix:
 
 
 def shortest_to(z: np.ndarray) -> RotationMatrix:
-    """Return the orientation of the shortest turn from z to a unit vector."""
+    """Return the shortest rotation from z to a unit vector."""
     across = np.cross([0.0, 0.0, 1.0], z)
     length = float(np.linalg.norm(across))
     axis = across / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
@@ -284,7 +284,7 @@ def _fault(path: Path, element: Element, name: str, advice: str) -> WorkbenchErr
 
 
 def elements(parent: Element, *tags: str) -> Iterator[Element]:
-    """Yield the children of these tags, of all tags where none is given."""
+    """Yield the children with one of these tags; all children without tags."""
     for child in parent:
         if isinstance(child, Element) and (child.tag in tags or not tags):
             yield child
@@ -296,10 +296,10 @@ class GeomReader:
     Args:
         path: of the file.
         root: of the document.
-        compiler: how it is meant.
+        compiler: settings of the file.
         defaults: of its classes.
         finder: of meshes.
-        remarks: where to note what cannot be used.
+        remarks: receives remarks on unusable geoms.
     """
 
     def __init__(
@@ -332,10 +332,10 @@ class GeomReader:
     def shapes(
         self, link: str, placed: Placed
     ) -> tuple[tuple[LinkShape, ...], tuple[LinkShape, ...]]:
-        """Return what is drawn of a link's geoms, and what touches.
+        """Return the visuals and the collisions of the geoms of a link.
 
         Raises:
-            WorkbenchError: for sizes and colours that cannot be.
+            WorkbenchError: for an invalid size or colour.
         """
         visuals, collisions = [], []
         for name, element, X_LG, shape in self._geoms(link, placed):
@@ -347,10 +347,10 @@ class GeomReader:
         return tuple(visuals), tuple(collisions)
 
     def solids(self, link: str, placed: Placed) -> list[Solid]:
-        """Return a link's geoms as solids with mass.
+        """Return the geoms of a link with mass as solids.
 
         Raises:
-            WorkbenchError: for sizes and masses that cannot be.
+            WorkbenchError: for an invalid size or mass.
         """
         return [
             solid
@@ -361,7 +361,7 @@ class GeomReader:
     def _geoms(
         self, link: str, placed: Placed
     ) -> Iterator[tuple[str, Element, RigidTransform, Shape]]:
-        """Yield name, element, pose and shape of the geoms that have a shape."""
+        """Yield name, element, pose and shape of the geoms with a supported shape."""
         for index, (element, X_LF) in enumerate(placed):
             name = element.get("name") or f"geom_{index}"
             X_FG, shape = self._shape(element, f"geom '{shortened(name)}' of '{shortened(link)}'")
@@ -369,7 +369,7 @@ class GeomReader:
                 yield name, element, X_LF @ X_FG, shape
 
     def _shape(self, element: Element, what: str) -> tuple[RigidTransform, Shape | None]:
-        """Return a geom's pose and shape, None for one that is no shape of a drone."""
+        """Return the pose of a geom and its shape, None for an unsupported one."""
         kind = element.get("type", "sphere")
         pose = pose_of(self._path, element, self._compiler)
         if "mesh" in element.attrib:
@@ -390,7 +390,7 @@ class GeomReader:
     def _sized(
         self, element: Element, kind: str, pose: RigidTransform
     ) -> tuple[RigidTransform, Shape]:
-        """Return pose and shape of a geom that is given by sizes, or from one end to another."""
+        """Return pose and shape of a geom given by its sizes, or by its ends."""
         size = list(numbers(self._path, element, "size", ""))
         if "fromto" in element.attrib and kind != "sphere":
             ends = numbers(self._path, element, "fromto", "")
@@ -417,7 +417,7 @@ class GeomReader:
     def _solid(
         self, element: Element, X_LG: RigidTransform, shape: Shape, what: str
     ) -> list[Solid]:
-        """Return a geom as a solid with mass, none for one without."""
+        """Return a geom as a solid, or nothing if it has no mass."""
         given = number(self._path, element, "mass") if "mass" in element.attrib else None
         density = number(self._path, element, "density", "1000")
         if given is not None and given < 0.0 or density < 0.0:
@@ -453,10 +453,10 @@ def _rgba(path: Path, element: Element) -> Colour:
 
 
 def note_unused(path: Path, root: Element, remarks: Remarks) -> None:
-    """Note elements and attributes that are not read, once for each name.
+    """Add remarks on elements and attributes that are not read, one for each name.
 
-    What an element that is not read has in it is not looked at. Of defaults the words count like
-    those of the elements that have them.
+    Children of an element that is not read are skipped. Attributes in defaults are treated like
+    those of the elements.
     """
     found: Counter[tuple[str, str]] = Counter()
     _count(root, found)
@@ -466,7 +466,7 @@ def note_unused(path: Path, root: Element, remarks: Remarks) -> None:
 
 
 def _count(element: Element, found: Counter[tuple[str, str]]) -> None:
-    """Count what is not read of an element, and of those below it."""
+    """Count the unread parts of an element and of its descendants."""
     for child in elements(element):
         tag = child.tag
         known = _USED.get(element.tag)
@@ -483,19 +483,19 @@ def _count(element: Element, found: Counter[tuple[str, str]]) -> None:
 
 
 def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks) -> Model:
-    """Return what an MJCF file says of the one body in it that is free.
+    """Return the free body in an MJCF file as a model.
 
-    Poses, inertias and defaults mean what they mean to Drake's parser. The model frame is that of
-    the free body: where it stands in its world, a scenario says.
+    Poses, inertias and defaults are interpreted as by Drake's parser. The model frame is that of
+    the free body; its pose in the file is not used, as a scenario defines it.
 
     Args:
         path: the file, for messages and relative paths.
         root: its root element.
         finder: of meshes.
-        remarks: where to note what is left out.
+        remarks: receives remarks on unused parts.
 
     Raises:
-        WorkbenchError: naming file and element of what cannot be read.
+        WorkbenchError: naming file and element, for invalid content.
     """
     root = with_includes(path, root)
     note_unused(path, root, remarks)
@@ -516,7 +516,7 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
 
 
 def _free_body(path: Path, root: Element, remarks: Remarks) -> Element:
-    """Return the body of the world that moves freely, and note what stands around it."""
+    """Return the free body of the world, and add a remark on other bodies and geoms."""
     tops = [body for world in root.findall("worldbody") for body in _bodies(world)]
     free = [body for body in tops if any(map(_is_free, body.iter()))]
     if not free:
@@ -559,7 +559,7 @@ def _is_free(element: object) -> bool:
 
 @dataclass
 class _Parts:
-    """What a body has directly in it, or in frames: each with the frame its pose is given in."""
+    """The direct contents of a body, also in frames, each with the frame X_LF of its pose."""
 
     bodies: list[tuple[Element, RigidTransform, str]] = field(default_factory=list)
     geoms: list[tuple[Element, RigidTransform]] = field(default_factory=list)
@@ -570,7 +570,7 @@ class _Parts:
 
 @dataclass
 class _Bodies:
-    """Collects links, joints and sites of a body and of those in it."""
+    """Collects links, joints and sites of a body and its descendants."""
 
     path: Path
     compiler: Compiler
@@ -587,8 +587,8 @@ class _Bodies:
         Args:
             body: its element.
             X_ML: its pose.
-            parent: the link that it hangs on, "" for the one that flies.
-            childclass: of the bodies around it.
+            parent: its parent link, "" for the free body.
+            childclass: default class in its parent.
         """
         name = body.get("name") or f"body_{len(self.links)}"
         if any(link.name == name for link in self.links):
@@ -612,7 +612,7 @@ class _Bodies:
     def _collect(
         self, parent: Element, X_LF: RigidTransform, childclass: str, parts: _Parts
     ) -> None:
-        """Collect what a body or frame has in it, with defaults applied."""
+        """Collect the contents of a body or frame, with defaults applied."""
         for child in elements(parent):
             match child.tag:
                 case "body":
@@ -630,7 +630,7 @@ class _Bodies:
                     parts.sites.append((self.defaults.applied(child, childclass), X_LF))
 
     def _inertial(self, link: str, parts: _Parts) -> Inertial | None:
-        """Return mass and inertia of a body, of its geoms where it gives none."""
+        """Return mass and inertia of a body, computed from its geoms if it states none."""
         word = self.compiler.inertiafromgeom
         if parts.inertial and word != "true":
             return self._given_inertial(*parts.inertial)
@@ -658,7 +658,7 @@ class _Bodies:
         X_ML: RigidTransform,
         joints: list[tuple[Element, RigidTransform]],
     ) -> Joint:
-        """Return how a body hangs on another: by its first joint, fixed where it has none."""
+        """Return the first joint of a body, or a fixed joint if it has none."""
         if not joints:
             return Joint(f"{link}_weld", "fixed", parent, link, X_ML, (0.0, 0.0, 1.0))
         for other, _ in joints[1:]:
@@ -688,7 +688,7 @@ def _actuators(
     sites: dict[str, tuple[str, RigidTransform]],
     remarks: Remarks,
 ) -> Iterator[DeclaredActuator]:
-    """Yield the actuators that push or turn a site, whatever the body does."""
+    """Yield the actuators that apply a force or moment at a site."""
     for index, child in enumerate(
         element for block in root.iterfind("actuator") for element in _elements(block)
     ):
@@ -725,7 +725,7 @@ def _elements(block: object) -> Iterator[Element]:
 
 
 def _most(path: Path, element: Element, gain: float, compiler: Compiler) -> float | None:
-    """Return the largest control of an actuator, None where it has no limit."""
+    """Return the largest control of an actuator, None without a limit."""
     found = []
     for word, scale in (("ctrl", 1.0), ("force", abs(gain) or 1.0)):
         limited = element.get(f"{word}limited", "auto")

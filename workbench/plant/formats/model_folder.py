@@ -7,13 +7,13 @@ from workbench.plant.formats.xml import Element, read_xml
 
 
 def description_file(path: Path) -> Path:
-    """Return the description that a path means: the file itself, or the one of a model's folder.
+    """Return the description at a path: the file itself, or that in the folder of a model.
 
-    In a folder it is the newest `<sdf>` of its `model.config`, else `model.sdf`, else the only
-    description there, else the only `.urdf.xacro` (the others being parts of it).
+    In a folder it is the newest `<sdf>` in `model.config`, else `model.sdf`, else the only
+    description, else the only `.urdf.xacro` (others may be parts of it).
 
     Raises:
-        WorkbenchError: if there is none, or several and no word on which.
+        WorkbenchError: if there is none, or several.
     """
     if not path.is_dir():
         return path
@@ -35,7 +35,7 @@ def description_file(path: Path) -> Path:
 
 
 def _newest(config: Path) -> Path:
-    """Return the file of the largest SDF version that a model.config names."""
+    """Return the file with the highest SDF version in a model.config."""
     elements = [
         element
         for element in read_xml(config).iter("sdf")
@@ -51,7 +51,7 @@ def _newest(config: Path) -> Path:
 
 
 def _version(element: Element) -> tuple[int, ...]:
-    """Return an SDF version as numbers to compare; without one it is the oldest."""
+    """Return an SDF version as numbers to compare, (0,) without one."""
     words = element.get("version", "").split(".")
     known = all(word.isdecimal() and len(word) < 9 for word in words)
     return tuple(map(int, words)) if known else (0,)

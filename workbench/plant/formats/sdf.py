@@ -1,4 +1,4 @@
-"""Read SDF: a model with all that it includes."""
+"""Read SDF: a model with its includes."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -41,7 +41,7 @@ from workbench.plant.remarks import RemarkKind, Remarks
 _DENSITY = 1000.0
 """Density of water [kg/m³], the default of SDF."""
 _DEFAULT = Inertial(1.0, RigidTransform(), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
-"""What SDF, and Gazebo with it, take for a link that says nothing."""
+"""The default of SDF and Gazebo for a link without an inertial."""
 _KNOWN: dict[str, frozenset[str]] = {
     parent: frozenset(children.split())
     for parent, children in {
@@ -67,7 +67,7 @@ _KNOWN: dict[str, frozenset[str]] = {
         "ray rfid rfidtag sonar topic transceiver update_rate visualize",
     }.items()
 }
-"""Children by their parent: what any version from 1.4 to 1.12 has; source: sdformat.org/spec."""
+"""Children by parent, of all versions from 1.4 to 1.12; source: sdformat.org/spec."""
 _UNUSED: dict[str, dict[str, str]] = {
     "model": {
         "gripper": "no flight has grippers",
@@ -89,11 +89,11 @@ _UNUSED: dict[str, dict[str, str]] = {
     "joint": {"physics": "no joint moves but rotors"},
     "axis": {"dynamics": "a rotor's lag is that of its motor, and no other joint moves"},
 }
-"""Children that SDF knows and no flight uses, and what holds instead."""
+"""Children that are valid in SDF and not used here, with the reason."""
 _NOTHING = ("", "0", "false")
 _SENSOR_FRAMES = ("gz_frame_id", "ignition_frame_id")
 MOST_REMARKS = 50
-"""Strange elements of one description that are named one by one."""
+"""Largest number of remarks on unknown or unused elements."""
 _KINDS = (
     "ball",
     "continuous",
@@ -107,9 +107,9 @@ _KINDS = (
 )
 _WITHOUT_AXIS = ("ball", "fixed")
 _AXES_OF_THE_MODEL = (1, 4)
-"""The last version in which a joint's axis is given in the model's frame, not in the joint's."""
+"""The last version in which the axis of a joint is given in the model frame."""
 _NAMES = ("jointName", "linkName", "joint_name", "link_name")
-"""Elements of plugins that name a part of the model that the plugin belongs to."""
+"""Elements of plugins that name a joint or link of the model."""
 
 
 def read_inertial(link: Node, poses: Poses, remarks: Remarks) -> Inertial:
@@ -117,11 +117,11 @@ def read_inertial(link: Node, poses: Poses, remarks: Remarks) -> Inertial:
 
     Args:
         link: its element.
-        poses: to find its collisions, where its inertia is to be made from them.
-        remarks: where to note what is not in the file.
+        poses: of its collisions, from which its inertia may be computed.
+        remarks: receives remarks on missing values.
 
     Raises:
-        WorkbenchError: naming file and line of what is no number.
+        WorkbenchError: naming file and line, for an invalid number.
     """
     node = link.child("inertial")
     if not node:
@@ -146,7 +146,7 @@ def read_inertial(link: Node, poses: Poses, remarks: Remarks) -> Inertial:
 
 
 def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks) -> Inertial:
-    """Return what SDF's `<inertial auto="true">` asks for; a given mass scales it."""
+    """Return the inertia of `<inertial auto="true">`, from collisions, scaled by `mass`."""
     bodies = []
     density = number(inertial, "density", _DENSITY)
     for node in link.children("collision"):
@@ -169,7 +169,7 @@ def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks)
 
 @dataclass
 class _Strange:
-    """What is not in the schema or not used, how often, and the line of the first."""
+    """An element that is unknown or not used, how often it occurs, and the first line."""
 
     kind: RemarkKind
     file: Path
@@ -180,11 +180,11 @@ class _Strange:
 
 
 def note_unknown(sources: Iterable[Node], remarks: Remarks) -> None:
-    """Note what SDF does not know or no flight uses, once for each file, parent and name.
+    """Add remarks on unknown and unused elements, one for each file, parent and name.
 
     Args:
         sources: the `<model>` and `<include>` elements that were read.
-        remarks: where to note.
+        remarks: receives the remarks.
     """
     found: dict[tuple[Path, str], _Strange] = {}
     seen: set[int] = set()
@@ -201,8 +201,8 @@ def note_unknown(sources: Iterable[Node], remarks: Remarks) -> None:
 
 
 def _collect(parent: Node, seen: set[int], found: dict[tuple[Path, str], _Strange]) -> None:
-    """Collect what is strange about the children of an element, and theirs."""
-    if id(parent.element) in seen:  # a file that is included twice
+    """Collect the unknown and unused descendants of an element."""
+    if id(parent.element) in seen:  # of a file included twice
         return
     seen.add(id(parent.element))
     for child in parent.children():
@@ -215,7 +215,7 @@ def _collect(parent: Node, seen: set[int], found: dict[tuple[Path, str], _Strang
 
 
 def _strange(parent: Node, child: Node) -> _Strange | None:
-    """Return what is strange about an element, None where nothing is."""
+    """Return the finding about an element, or None if it is known and used."""
     tag, over = child.element.tag, parent.element.tag
     kind: RemarkKind = "ignored"
     what = f"element <{shortened(tag)}> of <{over}>"
@@ -235,40 +235,40 @@ def _strange(parent: Node, child: Node) -> _Strange | None:
         text = "it would change what is included; not applied"
     elif tag in _UNUSED.get(over, {}) and _says_something(child):
         text = f"{_UNUSED[over][tag]}; not used"
-    elif tag in _KNOWN[over] or ":" in tag:  # the specification allows elements of one's own
+    elif tag in _KNOWN[over] or ":" in tag:  # the specification allows custom elements
         return None
     return _Strange(kind, child.file, what, text, child.element.line)
 
 
 def _says_something(node: Node) -> bool:
-    """Return whether an element is more than empty, zero or false, all through."""
+    """Return whether an element or a descendant is neither empty, zero nor false."""
     texts = ((element.text or "").strip().lower() for element in node.element.iter())
     return any(text.rstrip("0").rstrip(".") not in _NOTHING for text in texts)
 
 
 def read_sdf(path: Path, finder: PackageFinder, remarks: Remarks) -> Model:
-    """Return what an SDF file says, versions 1.3 to 1.12.
+    """Return the model in an SDF file, versions 1.3 to 1.12.
 
-    Of a model in a model (not merged) the names begin with the inner model's: `child::link`.
+    Names in a nested model that is not merged begin with the name of that model: `child::link`.
 
     Args:
         path: the file, with a model or a world.
         finder: of included models and meshes.
-        remarks: where to note what is assumed, repaired and left out.
+        remarks: receives remarks on assumptions, repairs and unused parts.
 
     Raises:
-        WorkbenchError: naming file, line and element of what cannot be read.
+        WorkbenchError: naming file, line and element, for invalid content.
     """
     files = SdfFiles(finder)
     return _read(files.open(path), files, finder, remarks)
 
 
 def read_expanded_sdf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks) -> Model:
-    """Return what the SDF says that a xacro file stands for, see `read_sdf`.
+    """Return the model in the SDF that a xacro file expands to, see `read_sdf`.
 
     Args:
         path: the xacro file.
-        root: the `<sdf>` element that came of it.
+        root: the expanded `<sdf>` element.
         finder: see `read_sdf`.
         remarks: see `read_sdf`.
 
@@ -279,24 +279,24 @@ def read_expanded_sdf(path: Path, root: Element, finder: PackageFinder, remarks:
 
 
 def _read(file: SdfFile, files: SdfFiles, finder: PackageFinder, remarks: Remarks) -> Model:
-    """Return what a file says, and those that it includes."""
+    """Return the model in a file and in its includes."""
     tree = choose_model(file, files, remarks)
     if not tree.missing:
         return _model(file.path, tree, finder, remarks)
     try:
         return _model(file.path, _without_missing(tree, remarks), finder, remarks)
-    except WorkbenchError as error:  # most likely what is missing is what it lacks
+    except WorkbenchError as error:  # most likely caused by the missing include
         raise tree.missing[0][1] from error
 
 
 def _without_missing(tree: SdfTree, remarks: Remarks) -> SdfTree:
-    """Return a model without the joints to what it includes and is not here.
+    """Return a model without the joints to missing includes.
 
-    Gimbals, cameras and sensors may be missing. What carries rotors may not: then the motor-model
-    plugins are missing too, or they name links and joints that are not here.
+    Gimbals, cameras and sensors may be missing, but not parts with rotors: then the motor-model
+    plugins are missing, too, or name missing links and joints.
 
     Raises:
-        WorkbenchError: if what is missing may carry rotors.
+        WorkbenchError: if a missing include may have rotors.
     """
     named = motor_names(tree)
     here = {part.full_name for part in (*tree.links, *tree.joints)}
@@ -370,7 +370,7 @@ def _joint(joint: Node, poses: Poses) -> Joint:
     )
     if parent == child:
         raise joint.fault(f"{joint.title} joins '{shortened(child)}' to itself: name two links")
-    if child == WORLD:  # the same joint: the world is no child
+    if child == WORLD:  # the same joint, as the world cannot be a child
         parent, child = child, parent
     X_MJ = poses.X_MF(joint_key(joint))
     axis_J = (0.0, 0.0, 1.0) if kind in _WITHOUT_AXIS else _axis(joint, X_MJ, poses)
@@ -378,7 +378,7 @@ def _joint(joint: Node, poses: Poses) -> Joint:
 
 
 def _axis(joint: Node, X_MJ: RigidTransform, poses: Poses) -> tuple[float, float, float]:
-    """Return the unit vector of a joint's axis in its own frame."""
+    """Return the unit vector of the axis of a joint in the joint frame."""
     axis = joint.child("axis")
     if not axis:
         return (0.0, 0.0, 1.0)
@@ -398,7 +398,7 @@ def _axis(joint: Node, X_MJ: RigidTransform, poses: Poses) -> tuple[float, float
 
 
 def _is_in_model(axis: Node) -> bool:
-    """Return whether an axis of an old file is given in the model's frame."""
+    """Return whether the axis is given in the model frame, as in old files."""
     if axis.version >= FRAME_SEMANTICS:
         return False
     word = axis.child("use_parent_model_frame")
@@ -415,13 +415,13 @@ def _frame(frame: Node, poses: Poses) -> NamedFrame:
 
 
 def read_plugin(plugin: Node) -> DeclaredPlugin:
-    """Return a plugin, with the names in it as names of the whole."""
+    """Return a plugin, with full names of joints and links."""
     element = _with_scope(plugin.element, plugin.scope) if plugin.scope else plugin.element
     return DeclaredPlugin(plugin.file, element)
 
 
 def _with_scope(element: Element, scope: str) -> Element:
-    """Return a copy in which the names of links and joints have the scope in front."""
+    """Return a copy with a scope before the names of links and joints."""
     copy = Element(element.tag, element.attrib)
     copy.line = element.line
     copy.text, copy.tail = element.text, element.tail

@@ -1,4 +1,4 @@
-"""Read SDF files and find those that they include."""
+"""Read SDF files, and find their includes."""
 
 import re
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})(\.\d{1,4})*")
 
 
 class MissingIncludeError(WorkbenchError):
-    """The file of an `<include>` is not here."""
+    """The file of an `<include>` is not found."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class SdfFile:
     Attributes:
         path: of the file.
         root: its `<sdf>` element.
-        version: of SDF that it is written in.
-        size: number of its elements.
+        version: of SDF.
+        size: number of elements.
     """
 
     path: Path
@@ -42,28 +42,28 @@ class SdfFile:
 
 
 class SdfFiles:
-    """SDF files, each read once."""
+    """SDF files; each one is read once."""
 
     def __init__(self, finder: PackageFinder) -> None:
         self._finder = finder
         self._read: dict[Path, SdfFile] = {}
 
     def open(self, path: Path) -> SdfFile:
-        """Return a file's content.
+        """Return the content of a file.
 
         Raises:
-            WorkbenchError: naming file and line of what makes it no SDF file.
+            WorkbenchError: naming file and line, if it is not an SDF file.
         """
         if path not in self._read:
             self._read[path] = _read(path)
         return self._read[path]
 
     def included(self, include: Node) -> SdfFile:
-        """Return the file that an `<include>` means.
+        """Return the file of an `<include>`.
 
         Raises:
             MissingIncludeError: naming the `<include>`, if its file is not found.
-            WorkbenchError: if it is no SDF.
+            WorkbenchError: if it is not SDF.
         """
         uri = include.text_of("uri")
         if not uri:
@@ -74,7 +74,7 @@ class SdfFiles:
             raise include.fault(f"<include> of '{shortened(uri)}': {error}") from error
 
     def _find(self, include: Node, uri: str) -> Path:
-        """Return the file or folder that a URI of an `<include>` means."""
+        """Return the file or folder for the URI of an `<include>`."""
         name = model_name(uri)
         online = uri.startswith(("http://", "https://"))
         found = None if online else self._finder.resolve(uri, include.file)
@@ -94,9 +94,9 @@ class SdfFiles:
 
 
 def model_name(uri: str) -> str:
-    """Return the name of the model that a URI of an `<include>` means, "" where it has none.
+    """Return the name of the model in the URI of an `<include>`, or "".
 
-    That is the first part of a model:// or relative one; of an address at Fuel, which ends in
+    In a model:// URI or a relative path it is the first part; in an address at Fuel, which ends in
     `models/NAME` and perhaps a version, it is the part after `models`.
     """
     scheme, separator, rest = uri.partition("://")
@@ -114,17 +114,17 @@ def _read(path: Path) -> SdfFile:
     try:
         root = read_xml(path)
     except WorkbenchError:
-        refuse_template(path)  # a template is seldom XML, and this is the better sentence
+        refuse_template(path)  # a template is rarely XML, and this message is better
         raise
     refuse_template(path)
     return sdf_file(path, root)
 
 
 def sdf_file(path: Path, root: Element) -> SdfFile:
-    """Return a file by its root element, which may have been made from it.
+    """Return a file for its root element, which may be the result of xacro.
 
     Raises:
-        WorkbenchError: naming file and line of what makes it no SDF file.
+        WorkbenchError: naming file and line, if it is not an SDF file.
     """
     if root.tag == "robot":
         raise WorkbenchError(
@@ -150,10 +150,10 @@ def sdf_file(path: Path, root: Element) -> SdfFile:
 
 
 def refuse_template(path: Path) -> None:
-    """Refuse a jinja or erb template; what stands in comments makes none.
+    """Reject a jinja or erb template; comments are ignored.
 
     Raises:
-        WorkbenchError: naming file and line of its first mark.
+        WorkbenchError: naming file and line of the first template mark.
     """
     data = read_plain(path, MOST_BYTES)
     line = 1

@@ -1,4 +1,4 @@
-"""An element of an SDF file, and where its words hold."""
+"""An element of an SDF file, with the context of its names."""
 
 import dataclasses
 import math
@@ -16,7 +16,7 @@ from workbench.plant.formats.values import LARGEST, listed, shortened
 from workbench.plant.formats.xml import Element, place
 
 FRAME_SEMANTICS = (1, 7)
-"""The version from which on poses name the frame they are given in."""
+"""The first version in which poses name their reference frame."""
 LONGEST_NAME = 200
 _FLAGS = {"true": True, "1": True, "false": False, "0": False}
 _SMALLEST_QUATERNION = 1e-6
@@ -27,11 +27,11 @@ class Node:
     """An element with its context.
 
     Attributes:
-        element: itself.
-        file: it stands in.
-        version: of SDF that this file says it is written in.
-        scope: what a name gets in front to be a name of the whole: "" or `child::`.
-        model: the frame that `__model__` means, as a name of the whole.
+        element: the XML element.
+        file: that contains it.
+        version: of SDF stated in that file.
+        scope: prefix that makes a name in the element a full name: "" or `child::`.
+        model: full name of the frame that `__model__` refers to.
     """
 
     element: Element
@@ -41,11 +41,11 @@ class Node:
     model: str
 
     def child(self, tag: str) -> "Node | None":
-        """Return the first child of a tag, if there is one."""
+        """Return the first child with a tag, or None."""
         return next(iter(self.children(tag)), None)
 
     def children(self, *tags: str) -> "list[Node]":
-        """Return the children of these tags, of all tags where none is given."""
+        """Return the children with one of these tags; all children without tags."""
         return [
             dataclasses.replace(self, element=element)
             for element in self.element
@@ -53,7 +53,7 @@ class Node:
         ]
 
     def attribute(self, name: str) -> str:
-        """Return an attribute, "" where it is not given."""
+        """Return an attribute, or ""."""
         return self.element.get(name, "").strip()
 
     @property
@@ -62,16 +62,16 @@ class Node:
         return (self.element.text or "").strip()
 
     def text_of(self, tag: str) -> str:
-        """Return the text of the first child of a tag, "" where there is none."""
+        """Return the text of the first child with a tag, or ""."""
         child = self.child(tag)
         return child.text if child else ""
 
     @property
     def name(self) -> str:
-        """The `name` attribute, as the file has it.
+        """The `name` attribute, as in the file.
 
         Raises:
-            WorkbenchError: if there is none that could be referred to.
+            WorkbenchError: if it is missing or invalid.
         """
         name = self.attribute("name")
         if not name:
@@ -80,25 +80,25 @@ class Node:
 
     @property
     def full_name(self) -> str:
-        """The name in the whole."""
+        """The name with its scope."""
         return self.scope + self.name
 
     @property
     def title(self) -> str:
-        """What messages call the element: `link 'rotor_0'`, `<pose>`."""
+        """The element in messages: `link 'rotor_0'`, `<pose>`."""
         name = shortened(self.attribute("name"))
         return f"{self.element.tag} '{self.scope}{name}'" if name else f"<{self.element.tag}>"
 
     def fault(self, what: str) -> WorkbenchError:
-        """Return the error that names file, line and what is wrong."""
+        """Return an error with file, line and reason."""
         return WorkbenchError(f"{place(self.file, self.element)}: {what}")
 
 
 def checked_name(node: Node, name: str) -> str:
-    """Return a name, if it can be one.
+    """Return a name if it is valid.
 
     Raises:
-        WorkbenchError: if it is endless or would break a line.
+        WorkbenchError: if it is too long or not printable.
     """
     if len(name) > LONGEST_NAME or not name.isprintable():
         raise node.fault(
@@ -109,7 +109,7 @@ def checked_name(node: Node, name: str) -> str:
 
 
 def known_names(name: str, names: Iterable[str]) -> str:
-    """Return the end of a message on an unknown name: what is near it, or what there is."""
+    """Return the end of a message on an unknown name: similar names, or all names."""
     known = sorted(names)
     near = get_close_matches(name[:LONGEST_NAME], known, n=3)
     if near:
@@ -123,11 +123,11 @@ def numbers(node: Node, *counts: int) -> tuple[float, ...]:
 
     Args:
         node: the element.
-        counts: how many there may be.
+        counts: allowed numbers of them.
 
     Raises:
-        WorkbenchError: naming the element, if one is no finite number or of absurd size, or if
-            there are more or fewer.
+        WorkbenchError: naming the element, if one is not a finite number or too large, or if their
+            count is wrong.
     """
     try:
         found = tuple(float(word) for word in node.text.split())
@@ -143,7 +143,7 @@ def numbers(node: Node, *counts: int) -> tuple[float, ...]:
 
 
 def number(parent: Node, tag: str, default: float) -> float:
-    """Return the number of a child element, the default where it is missing or empty."""
+    """Return the number in a child element, a default if it is missing or empty."""
     node = parent.child(tag)
     return numbers(node, 1)[0] if node and node.text else default
 
@@ -151,7 +151,7 @@ def number(parent: Node, tag: str, default: float) -> float:
 def triple(
     parent: Node, tag: str, default: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """Return the three numbers of a child element, the default where it is missing or empty."""
+    """Return the three numbers in a child element, a default if it is missing or empty."""
     node = parent.child(tag)
     if not node or not node.text:
         return default
@@ -160,10 +160,10 @@ def triple(
 
 
 def flag(node: Node, text: str) -> bool:
-    """Return what a text of an element says: true or false; nothing is false.
+    """Return the truth value in a text of an element; an empty text is false.
 
     Raises:
-        WorkbenchError: naming the element, if it says neither.
+        WorkbenchError: naming the element, if it is neither true nor false.
     """
     if not text:
         return False
@@ -175,10 +175,10 @@ def flag(node: Node, text: str) -> bool:
 
 
 def pose(node: Node | None) -> RigidTransform:
-    """Return the pose that a `<pose>` gives; a missing or empty one is the identity.
+    """Return the pose in a `<pose>`; a missing or empty one is the identity.
 
     Raises:
-        WorkbenchError: naming the element, if its numbers or attributes make no pose.
+        WorkbenchError: naming the element, if its numbers or attributes are invalid.
     """
     if not node or not node.text:
         return RigidTransform()

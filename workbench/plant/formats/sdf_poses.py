@@ -1,4 +1,4 @@
-"""Find where the frames of a model are, and on which link each is."""
+"""Resolve the poses of the frames of a model, and the link of each frame."""
 
 from pydrake.math import RigidTransform
 
@@ -10,21 +10,21 @@ from workbench.plant.remarks import Remarks
 
 WORLD = "world"
 _JOINT = "\njoint"
-"""Ends the key of a joint's frame: in old files a joint may be called as a link is."""
+"""End of the key of a joint frame, as in old files a joint may have the name of a link."""
 
 
 class Poses:
-    """The frames of a model by their full names; M is the frame of the whole."""
+    """The frames of a model by full name; M is the model frame."""
 
     def __init__(self, tree: SdfTree, remarks: Remarks) -> None:
-        """Take up all frames.
+        """Add all frames.
 
         Args:
             tree: the model.
-            remarks: where to note what is repaired.
+            remarks: receives remarks on repairs.
 
         Raises:
-            WorkbenchError: naming the second of two of one name.
+            WorkbenchError: naming the second of two frames with one name.
         """
         self._remarks = remarks
         self._frames: dict[str, Frame] = {}
@@ -46,12 +46,12 @@ class Poses:
             self._add(Frame(joint_key(joint), joint, joint.child("pose"), child, joint, child))
 
     def _add(self, frame: Frame) -> None:
-        """Take up a frame, whose name no other may have."""
+        """Add a frame with a unique name."""
         name = frame.name
         twin = self._frames.get(name) or self._frames.get(f"{name}::{ROOT}")
         plain, mark, _ = name.partition(_JOINT)
         if mark and frame.owner.version >= FRAME_SEMANTICS:
-            # Before, a joint could be called like a link; nothing referred to joints by name.
+            # Before, joints could not be referred to, and could have the name of a link.
             twin = twin or self._frames.get(plain) or self._frames.get(f"{plain}::{ROOT}")
         if twin:
             line = f" (the other is in {twin.owner.file}:{twin.owner.element.line})"
@@ -61,10 +61,10 @@ class Poses:
         self._frames[name] = frame
 
     def find(self, words: Node, name: str) -> str:
-        """Return the full name of what a name in an element means.
+        """Return the full name for a name in an element.
 
         Raises:
-            WorkbenchError: naming file and line, with the names near it, if it means nothing.
+            WorkbenchError: naming file and line, with similar names, if it is unknown.
         """
         full = self._look_up(words, name) or self._without_scope(words, name)
         if full is None:
@@ -75,7 +75,7 @@ class Poses:
         return full
 
     def _look_up(self, words: Node, name: str) -> str | None:
-        """Return the full name of what a name in an element means, None where that is nothing."""
+        """Return the full name for a name in an element, or None."""
         if name == ROOT:
             return words.model
         if name == WORLD:
@@ -85,9 +85,9 @@ class Poses:
         return next((key for key in keys if key in self._frames), None)
 
     def _without_scope(self, words: Node, name: str) -> str | None:
-        """Return what a name means without a scope that is not there, in old files.
+        """Return the full name for a name without its unknown scope, in old files.
 
-        Gazebo classic let `iris::base_link` be said within a model, whatever that was called.
+        Gazebo classic accepts `iris::base_link` in a model of any name.
         """
         scope, mark, bare = name.rpartition("::")
         if not mark or words.version >= FRAME_SEMANTICS:
@@ -101,7 +101,7 @@ class Poses:
         return full
 
     def _names_in(self, scope: str) -> set[str]:
-        """Return the names that a scope could use."""
+        """Return the names that can be used in a scope."""
         return {
             name.removeprefix(scope).removesuffix(_JOINT).removesuffix(f"::{ROOT}")
             for name in self._frames
@@ -115,9 +115,9 @@ class Poses:
             name: its full name.
 
         Raises:
-            WorkbenchError: naming file and line, if poses are relative to one another in a circle.
+            WorkbenchError: naming file and line, if poses are relative to each other in a circle.
         """
-        way: dict[str, str] = {}  # each frame and the one it is given in
+        way: dict[str, str] = {}  # the base of each frame
         step = name
         while step not in self._X_MF:
             if step == WORLD:
@@ -135,10 +135,10 @@ class Poses:
         return self._X_MF[name]
 
     def X_LF(self, part: Node, link: str) -> RigidTransform:
-        """Return the pose of something F on a link L, such as a visual.
+        """Return the pose of a part F of a link L, such as a visual.
 
-        Where it is given in a frame that is not there, that of the link is taken: Gazebo too shows
-        the model all the same.
+        If its reference frame does not exist, it is relative to the link. Gazebo also shows such a
+        model.
 
         Args:
             part: its element.
@@ -161,14 +161,14 @@ class Poses:
         return self.X_MF(link).inverse() @ self.X_MF(full) @ sdf_node.pose(pose)
 
     def link_of(self, name: str) -> str:
-        """Return the full name of the link that a frame is fixed to, or `world`.
+        """Return the full name of the link that a frame is attached to, or `world`.
 
         Args:
             name: full name of the frame.
 
         Raises:
-            WorkbenchError: naming file and line, if frames are attached to one another in a
-                circle, or to a model without a link.
+            WorkbenchError: naming file and line, if frames are attached to each other in a circle,
+                or to a model without a link.
         """
         way: set[str] = set()
         while name not in self._links:
@@ -187,12 +187,12 @@ class Poses:
         return link
 
     def _base(self, name: str) -> str:
-        """Return the full name of the frame that a frame's pose is given in."""
+        """Return the full name of the reference frame of the pose of a frame."""
         frame = self._frames[name]
         return self.find(frame.pose or frame.owner, _relative_to(frame.pose) or frame.base)
 
     def _X_BF(self, name: str) -> RigidTransform:
-        """Return the pose of a frame F in the frame B that its pose is given in."""
+        """Return the pose of a frame F in the reference frame B of its pose."""
         frame = self._frames[name]
         X_BP = sdf_node.pose(frame.pose)
         if not frame.placement:
@@ -208,7 +208,7 @@ class Poses:
         return X_BP @ X_FP.inverse()
 
     def _X_in(self, name: str, model: str) -> RigidTransform:
-        """Return the pose of a frame P in that of the model F which it is to place."""
+        """Return the pose of a placement frame P in the frame F of its model."""
         X_FP = RigidTransform()
         way: set[str] = set()
         while name != model:
@@ -225,15 +225,15 @@ class Poses:
 
 
 def joint_key(joint: Node) -> str:
-    """Return the full name of a joint's frame, which no link can have."""
+    """Return the key of a joint frame, which no link can have."""
     return joint.full_name + _JOINT
 
 
 def joint_end(joint: Node, end: str) -> str:
-    """Return what a joint names as its parent or child.
+    """Return the name of the parent or child in a joint.
 
     Raises:
-        WorkbenchError: if it names nothing.
+        WorkbenchError: if it is missing.
     """
     node = joint.child(end)
     name = (node.text or node.attribute("link")) if node else ""
@@ -243,7 +243,7 @@ def joint_end(joint: Node, end: str) -> str:
 
 
 def _relative_to(pose: Node | None) -> str:
-    """Return the name of the frame that a `<pose>` says it is given in, "" if it says none."""
+    """Return the name of the reference frame in a `<pose>`, or ""."""
     if not pose:
         return ""
     old = pose.attribute("frame") if pose.version < FRAME_SEMANTICS else ""

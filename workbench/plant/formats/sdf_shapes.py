@@ -17,7 +17,7 @@ from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shap
 
 _PLANE_THICKNESS = 0.001
 _UNCOLOURED: Colour = (0.7, 0.7, 0.7, 1.0)
-"""What Gazebo gives to a shape without a material, about."""
+"""Approximate colour of a shape without a material in Gazebo."""
 
 
 _Placed = tuple[Shape, RigidTransform]
@@ -33,7 +33,7 @@ class ShapeReader:
         self._remarks = remarks
 
     def shapes(self, link: Node, tag: str) -> Iterator[LinkShape]:
-        """Yield the shapes of a link that are drawn (tag `visual`), or touch (`collision`)."""
+        """Yield the shapes of a link for drawing (tag `visual`) or contact (`collision`)."""
         for index, node in enumerate(link.children(tag)):
             title = _title(node, index, link)
             geometry = node.child("geometry")
@@ -52,7 +52,7 @@ class ShapeReader:
                 )
 
     def _placed(self, part: Node, title: str) -> _Placed | None:
-        """Return the shape of a visual or collision; None, with a remark, where there is none."""
+        """Return the shape of a visual or collision; None, with a remark, without a usable one."""
         shape = solid(part)
         if shape:
             return (shape, RigidTransform())
@@ -92,10 +92,10 @@ class ShapeReader:
 
 
 def solid(part: Node) -> Shape | None:
-    """Return the shape of a visual or collision, if it is one whose volume is known.
+    """Return the shape of a visual or collision if it has a known volume, or None.
 
     Raises:
-        WorkbenchError: naming file and line of a size that is not positive.
+        WorkbenchError: naming file and line, for a size that is not positive.
     """
     geometry = part.child("geometry")
     solids = ("box", "sphere", "cylinder", "capsule", "ellipsoid")
@@ -152,7 +152,7 @@ def _sides(parent: Node, tag: str) -> tuple[float, float, float]:
 
 
 def _colour(visual: Node) -> Colour | None:
-    """Return the colour of a visual's material, None where it gives none."""
+    """Return the colour of the material of a visual, or None."""
     opacity = 1.0 - min(1.0, max(0.0, number(visual, "transparency", 0.0)))
     material = visual.child("material")
     colour = _material_colour(material) if material else None

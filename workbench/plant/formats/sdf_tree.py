@@ -1,4 +1,4 @@
-"""Put a model together from its file, its nested models and what it includes."""
+"""Assemble a model from its file, its nested models and its includes."""
 
 import os
 from collections.abc import Container
@@ -11,12 +11,12 @@ from workbench.plant.formats.sdf_node import Node, checked_name, flag
 from workbench.plant.formats.xml import MOST_ELEMENTS, Element
 
 ROOT = "__model__"
-"""The frame of the model that words belong to."""
+"""Name of the frame of the model that contains an element."""
 DEEPEST = 20
-"""Models in models, whether included or written out."""
+"""Largest depth of nested models, included or not."""
 MOST_INCLUDES = 200
 MOST_PARTS = 5000
-"""Elements of models, links and joints: far more than a drone has."""
+"""Largest number of elements of models, links and joints."""
 
 
 @dataclass(frozen=True)
@@ -24,14 +24,13 @@ class Frame:
     """A frame F: of a model, a link or a joint, or a `<frame>`.
 
     Attributes:
-        name: in the whole: `__model__`, `child::__model__`.
-        owner: the element, in the words in which its pose is given: of a model those of what is
-            around it.
-        pose: its `<pose>`, if it has one.
-        base: the name of the frame that the pose is given in, unless it says otherwise.
-        inside: the element, in the words in which the next two are given.
-        carrier: the name of the frame that it moves with; "" for a link, or a model without one.
-        placement: the name of the frame that the pose places; "" for itself.
+        name: full name: `__model__`, `child::__model__`.
+        owner: the element, with the context of its pose; for a model, that around the model.
+        pose: its `<pose>`, or None.
+        base: name of the default reference frame of the pose.
+        inside: the element, with the context of the next two names.
+        carrier: name of the frame that it is attached to; "" for a link, or a model without one.
+        placement: name of the frame placed by the pose; "" for itself.
     """
 
     name: str
@@ -45,19 +44,18 @@ class Frame:
 
 @dataclass(frozen=True)
 class SdfTree:
-    """A model with all that belongs to it, in the order of the files.
+    """A model with all its parts, in the order of the files.
 
     Attributes:
         name: of the model.
-        static: whether it says that it never moves.
-        sources: the `<model>` and `<include>` elements that were read, of each file one.
-        models: frames of the model and of those in it.
+        static: whether it is declared static.
+        sources: the `<model>` and `<include>` elements that were read, one for each file.
+        models: frames of the model and of nested models.
         links: `<link>` elements.
         joints: `<joint>` elements.
         frames: `<frame>` elements.
         plugins: `<plugin>` elements of models and includes.
-        missing: `<include>`s in the model whose files are not here, each with the error that says
-            so.
+        missing: `<include>`s with a missing file, each with its error.
     """
 
     name: str
@@ -72,16 +70,16 @@ class SdfTree:
 
 
 def grow_tree(file: SdfFile, top: Node, files: SdfFiles) -> SdfTree:
-    """Return the whole of a model; what it includes and is not here is told, and left out.
+    """Return a model with all its parts; missing includes are listed and left out.
 
     Args:
-        file: it stands in.
-        top: its `<model>`, or the `<include>` that stands for it.
-        files: where to find included ones.
+        file: that contains it.
+        top: its `<model>`, or the `<include>` of it.
+        files: finds included ones.
 
     Raises:
-        WorkbenchError: naming file and line of an include that leads nowhere or in a circle, of
-            what is nested too deep, and of a model that is too large.
+        WorkbenchError: naming file and line, for an include in a circle, models nested too deeply,
+            and a model that is too large.
     """
     grower = _Grower(files, file, top)
     found = grower.follow(_Found(top, (), (file.path,)))
@@ -90,13 +88,13 @@ def grow_tree(file: SdfFile, top: Node, files: SdfFiles) -> SdfTree:
 
 
 def grow_in_world(file: SdfFile, top: Node, files: SdfFiles, taken: Container[str]) -> SdfTree:
-    """Return the whole of a model as a part of its world: its names begin with its own.
+    """Return a model as a part of its world, with its own name as the scope of its names.
 
     Args:
         file: see `grow_tree`.
         top: see `grow_tree`.
         files: see `grow_tree`.
-        taken: names that other models have; a second of one name gets a number behind it.
+        taken: names of other models; a second model with a name gets a number.
 
     Raises:
         WorkbenchError: see `grow_tree`.
@@ -112,7 +110,7 @@ def grow_in_world(file: SdfFile, top: Node, files: SdfFiles, taken: Container[st
 
 
 def _tree(grower: "_Grower", found: "_Found", name: str) -> SdfTree:
-    """Return what was collected of a model."""
+    """Return the collected parts of a model."""
     static = found.first("static")
     return SdfTree(
         name=name,
@@ -129,12 +127,12 @@ def _tree(grower: "_Grower", found: "_Found", name: str) -> SdfTree:
 
 @dataclass(frozen=True)
 class _Found:
-    """A model as it was found, in the words of what is around it.
+    """A model in the context of its parent.
 
     Attributes:
-        model: the `<model>`, or an `<include>` that is still to be followed.
-        includes: the `<include>`s that led here from what is around it, the outer ones first.
-        files: the files that led here from the first on, its own last.
+        model: the `<model>`, or an `<include>` to follow.
+        includes: the `<include>`s that lead to it from its parent, the outermost first.
+        files: the files that lead to it, its own last.
     """
 
     model: Node
@@ -143,7 +141,7 @@ class _Found:
 
     @property
     def name(self) -> str:
-        """What the model is called where it is used."""
+        """The name of the model in its parent."""
         for include in self.includes:
             name = include.child("name")
             if name and name.text:
@@ -152,12 +150,12 @@ class _Found:
 
     @property
     def placement(self) -> str:
-        """The name of the frame inside that its pose places, "" for the model's own."""
+        """The name of the frame placed by its pose, "" for the model frame."""
         given = [include.text_of("placement_frame") for include in self.includes]
         return next(filter(None, given), self.model.attribute("placement_frame"))
 
     def first(self, tag: str) -> Node | None:
-        """Return a child of the includes or the model; what an outer one says holds."""
+        """Return a child of the includes or the model; the outermost one takes precedence."""
         children = (over.child(tag) for over in (*self.includes, self.model))
         return next((child for child in children if child), None)
 
@@ -179,7 +177,7 @@ class _Grower:
         self.missing: list[tuple[Node, MissingIncludeError]] = []
 
     def follow(self, found: _Found) -> _Found:
-        """Return the model that includes lead to; a model is returned as it is."""
+        """Return the model that an include leads to; a model is returned unchanged."""
         while found.model.element.tag == "include":
             include = found.model
             file = self._open(include, found.files)
@@ -194,7 +192,7 @@ class _Grower:
         return found
 
     def _open(self, include: Node, files: tuple[Path, ...]) -> SdfFile:
-        """Return the file that an include means, within bounds."""
+        """Return the file of an include, within limits."""
         self._includes += 1
         if self._includes > MOST_INCLUDES:
             raise include.fault(f"there are more than {MOST_INCLUDES} includes: leave some out")
@@ -212,12 +210,12 @@ class _Grower:
         return file
 
     def add(self, found: _Found, inside: Node, depth: int) -> None:
-        """Add a model and all in it.
+        """Add a model and its contents.
 
         Args:
             found: the model.
-            inside: the same, where its own words hold.
-            depth: 1 for the whole, one more for a model in it.
+            inside: the same with the context of its contents.
+            depth: 1 for the outermost model, one more for each nested model.
         """
         if depth > DEEPEST:
             raise inside.fault(f"models are more than {DEEPEST} levels deep: leave some out")
@@ -248,7 +246,7 @@ class _Grower:
         )
 
     def _add_child(self, child: Node, files: tuple[Path, ...], depth: int) -> None:
-        """Add what a model has directly in it."""
+        """Add a direct child of a model."""
         tag = child.element.tag
         self._parts += 1 + (len(child.element) if tag in ("link", "joint") else 0)
         if self._parts > MOST_PARTS:
@@ -277,22 +275,22 @@ class _Grower:
                 )
 
     def _merged(self, found: _Found) -> Node:
-        """Return the inside of a model whose parts become those of the model around it.
+        """Return the context of a merged model, with its parts in the scope of its parent.
 
-        Its own frame remains, by a name that no file can refer to.
+        Its own frame remains, with a name that no file can refer to.
         """
         frame = f"{found.model.scope}{found.name}\n{self._includes}"
         return replace(found.model, model=frame)
 
 
 def only_model(file: SdfFile) -> Element | None:
-    """Return the `<model>` or `<include>` of a file that has just one and no world."""
+    """Return the only `<model>` or `<include>` of a file without a world, or None."""
     tops = [top for top in file.root if top.tag in ("model", "include", "world")]
     top = tops[0] if len(tops) == 1 else None
     return top if isinstance(top, Element) and top.tag != "world" else None
 
 
 def _nested(found: _Found, name: str) -> Node:
-    """Return the inside of a model that has a scope of its own."""
+    """Return the context of a model with its own scope."""
     scope = f"{found.model.scope}{name}::"
     return replace(found.model, scope=scope, model=f"{scope}__model__")

@@ -13,22 +13,22 @@ from workbench.plant.remarks import Remarks
 MOST_MODELS = 1000
 MOST_SHOWN = 10
 _SCENERY = ("sun", "ground_plane")
-"""What comes with Gazebo, and in most worlds."""
+"""Models that come with Gazebo and are in most worlds."""
 
 
 def choose_model(file: SdfFile, files: SdfFiles, remarks: Remarks) -> SdfTree:
-    """Return the one model of a file or of its world, or the one of several that flies.
+    """Return the only model of a file or of its world, or the flying one of several.
 
-    That is the only one with a motor-model plugin; where none has one, the only one that is not
-    static.
+    The flying model is the only one with a motor-model plugin or, if none has one, the only one
+    that is not static.
 
     Args:
         file: the file.
-        files: where to find included ones.
-        remarks: where to note the models that are left out.
+        files: finds included ones.
+        remarks: receives a remark on other models.
 
     Raises:
-        WorkbenchError: if there is no model, or none or several that may be meant.
+        WorkbenchError: if there is no such model, or several.
     """
     tops = top_models(file)
     if not tops:
@@ -47,11 +47,11 @@ def choose_model(file: SdfFile, files: SdfFiles, remarks: Remarks) -> SdfTree:
 
 
 def world_of(file: SdfFile, world: Node, trees: Iterable[SdfTree]) -> SdfTree:
-    """Return models as parts of one whole, whose own frame is that of their world.
+    """Return models as parts of one tree with the frame of their world.
 
     Args:
-        file: the world's.
-        world: its `<world>`, or what else has the models in it.
+        file: of the world.
+        world: its `<world>`, or the element that contains the models.
         trees: of the models, see `grow_in_world`.
     """
     trees = tuple(trees)
@@ -69,13 +69,13 @@ def world_of(file: SdfFile, world: Node, trees: Iterable[SdfTree]) -> SdfTree:
 
 
 def _flying(file: SdfFile, tops: list[Node], files: SdfFiles) -> tuple[Node, SdfTree]:
-    """Return the one of several models that flies."""
+    """Return the flying one of several models."""
     grown: list[tuple[Node, SdfTree]] = []
     faults: list[WorkbenchError] = []
     for top in tops:
         try:
             tree = grow_tree(file, top, files)
-        except WorkbenchError as fault:  # scenery that is not at hand need not keep us
+        except WorkbenchError as fault:  # scenery may be missing
             faults.append(fault)
             continue
         if tree.missing and not has_motors(tree):
@@ -109,7 +109,7 @@ def top_models(file: SdfFile) -> list[Node]:
 
 
 def is_scenery(top: Node) -> bool:
-    """Return whether something stands still for certain, found or not."""
+    """Return whether a model is certainly static, even if its file is missing."""
     static = top.child("static")
     if static and flag(static, static.text):
         return True
@@ -117,7 +117,7 @@ def is_scenery(top: Node) -> bool:
 
 
 def gazebos_own(top: Node) -> str:
-    """Return `sun` or `ground_plane` for an include of what comes with Gazebo, else ""."""
+    """Return `sun` or `ground_plane` for an include of that model of Gazebo, else ""."""
     name = model_name(top.text_of("uri")) if top.element.tag == "include" else ""
     name = name.lower().replace(" ", "_")
     return name if name in _SCENERY else ""
@@ -129,7 +129,7 @@ def has_motors(tree: SdfTree) -> bool:
 
 
 def motor_names(tree: SdfTree) -> list[str]:
-    """Return the links and joints that a model's motor-model plugins name."""
+    """Return the names of links and joints in the motor-model plugins of a model."""
     return [
         plugin.text_of(tag)
         for plugin in tree.plugins
@@ -139,7 +139,7 @@ def motor_names(tree: SdfTree) -> list[str]:
 
 
 def same_part(name: str, full_name: str) -> bool:
-    """Return whether a plugin's name for a link or joint may mean one, whatever its scope."""
+    """Return whether a name in a plugin may refer to a link or joint, ignoring scopes."""
     return _without_scopes(name) == _without_scopes(full_name)
 
 
@@ -153,7 +153,7 @@ def _is_motor(plugin: Node) -> bool:
 
 
 def top_name(top: Node) -> str:
-    """Return the name of a model, as far as it can be known without opening files."""
+    """Return the name of a model, as far as it is known without opening other files."""
     return top.attribute("name") or top.text_of("name") or model_name(top.text_of("uri"))
 
 

@@ -1,4 +1,4 @@
-"""Mass and inertia of solids of even density, and of several together."""
+"""Mass and inertia of homogeneous solids, and of several combined."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Shape, Sph
 
 @dataclass(frozen=True)
 class Solid:
-    """A shape with its mass [kg] and its pose in a link L; without a shape it is a point."""
+    """A shape with its mass [kg] and its pose in a link L; a point mass without a shape."""
 
     mass: float
     X_LS: RigidTransform
@@ -24,8 +24,8 @@ def together(solids: Sequence[Solid], scale: float = 1.0) -> Inertial:
     """Return mass and inertia of solids as one body.
 
     Args:
-        solids: one or more, their masses positive.
-        scale: on mass and inertia.
+        solids: one or more, with positive masses.
+        scale: factor on mass and inertia.
     """
     total = sum(solid.mass for solid in solids)
     p_LLcm = sum((solid.mass * solid.X_LS.translation() for solid in solids), np.zeros(3)) / total
@@ -57,10 +57,10 @@ def volume(shape: Shape) -> float:
 
 
 def unit_moments(shape: Shape) -> np.ndarray:
-    """Return the moments of inertia about the centre, of 1 kg [m²].
+    """Return the moments of inertia about the centre for 1 kg [m²].
 
-    Source: any table of moments of inertia; a capsule is a cylinder and two half spheres, whose
-    centres of mass are 3/8 of the radius from their flat sides.
+    Source: any table of moments of inertia. A capsule is a cylinder and two hemispheres, with
+    centres of mass 3/8 of the radius from their flat sides.
     """
     match shape:
         case Box(size=(x, y, z)):

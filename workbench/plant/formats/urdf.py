@@ -1,4 +1,4 @@
-"""Read URDF, with what Gazebo users write into its `<gazebo>` blocks."""
+"""Read URDF, with Gazebo's extensions in `<gazebo>` blocks."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -56,14 +56,14 @@ _ATTRIBUTES = {
     "child": "link",
 }
 _IN_GAZEBO = ["material", "sensor", "plugin", "preserveFixedJoint", "disableFixedJointLumping"]
-"""Children of `<gazebo>` that are used, or say what holds here always; others are Gazebo's own."""
+"""Children of `<gazebo>` that are used, or always hold here; others concern only Gazebo."""
 _CONTROL = ("transmission", "ros2_control")
 _MOST = 50
-"""Largest number of such remarks; a file may cause very many."""
+"""Largest number of remarks on unknown parts, and of those on unused ones."""
 
 
 def read_colours(path: Path, robot: Element) -> dict[str, Colour]:
-    """Return colours by name: the robot's materials, and `link NAME` for Gazebo's of a link."""
+    """Return colours by name: materials of the robot, and `link NAME` for Gazebo's of a link."""
     colours = {
         material.get("name", ""): colour
         for material in robot.iter("material")
@@ -84,7 +84,7 @@ def read_shapes(
     finder: PackageFinder,
     remarks: Remarks,
 ) -> Iterator[LinkShape]:
-    """Yield the shapes of a link that are drawn (tag `visual`), or touch (`collision`)."""
+    """Yield the shapes of a link for drawing (tag `visual`) or contact (`collision`)."""
     name = link.get("name", "")
     for index, element in enumerate(link.findall(tag)):
         assert isinstance(element, Element)
@@ -101,7 +101,7 @@ def read_shapes(
 def _shape(
     path: Path, parent: Element, what: str, finder: PackageFinder, remarks: Remarks
 ) -> Shape | None:
-    """Return the shape of a visual or collision; None, with a remark, where there is none."""
+    """Return the shape of a visual or collision; None, with a remark, without a usable one."""
     element = parent.find("geometry/*")
     if not isinstance(element, Element):
         remarks.add("ignored", path, what, "it has no geometry")
@@ -131,7 +131,7 @@ def _mesh(path: Path, element: Element, what: str, finder: PackageFinder) -> Mes
     """Return a mesh, found or not."""
     uri = element.get("filename", "") or element.get("uri", "")
     scale = numbers(path, element, "scale", "1 1 1")
-    if len(scale) == 1:  # not in the specification, but all parsers of ROS take it
+    if len(scale) == 1:  # not in the specification, but accepted by all parsers of ROS
         scale *= 3
     if len(scale) != 3 or 0.0 in scale:
         raise WorkbenchError(
@@ -153,7 +153,7 @@ def _all_positive(
 
 
 def _colour(path: Path, visual: Element, colours: Mapping[str, Colour]) -> Colour | None:
-    """Return a visual's own colour, or the one that its material's name stands for."""
+    """Return the colour of a visual, or that of its named material, or None."""
     material = visual.find("material")
     if not isinstance(material, Element):
         return None
@@ -161,7 +161,7 @@ def _colour(path: Path, visual: Element, colours: Mapping[str, Colour]) -> Colou
 
 
 def _rgba(path: Path, material: Element) -> Colour | None:
-    """Return the colour that a material gives, if it gives one."""
+    """Return the colour in a material, or None."""
     colour = material.find("color")
     if not isinstance(colour, Element):
         return None
@@ -178,10 +178,10 @@ def _rgba(path: Path, material: Element) -> Colour | None:
 
 
 def note_unknown(path: Path, robot: Element, remarks: Remarks) -> None:
-    """Note elements and attributes that URDF does not know, once for each place and name.
+    """Add remarks on elements and attributes unknown in URDF, one for each place and name.
 
-    What URDF, Gazebo and ROS know and no flight uses is noted as well, likewise. Blocks of Gazebo
-    and ROS are not looked into, nor are names with a prefix.
+    Elements of URDF, Gazebo and ROS that are not used here get remarks, too. The contents of blocks
+    of Gazebo and ROS, and names with a prefix, are skipped.
     """
     found: Counter[tuple[str, str]] = Counter()
     _count(robot, "the robot", found)
@@ -194,7 +194,7 @@ def note_unknown(path: Path, robot: Element, remarks: Remarks) -> None:
 
 
 def _unused(robot: Element) -> Counter[tuple[str, str]]:
-    """Return what URDF, Gazebo and ROS know and no flight uses, and why, with how often."""
+    """Return the unused elements of URDF, Gazebo and ROS, with reason and number."""
     found: Counter[tuple[str, str]] = Counter()
     for child in robot:
         if not isinstance(child, Element):
@@ -214,7 +214,7 @@ def _unused(robot: Element) -> Counter[tuple[str, str]]:
 
 
 def _count(element: Element, owner: str, found: Counter[tuple[str, str]]) -> None:
-    """Count what is unknown in an element, and in those below it."""
+    """Count the unknown parts of an element and of its descendants."""
     known = _CHILDREN[element.tag].split()
     for child in element:
         if not isinstance(child, Element) or ":" in child.tag:
@@ -238,16 +238,16 @@ def _count(element: Element, owner: str, found: Counter[tuple[str, str]]) -> Non
 
 
 def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remarks) -> Model:
-    """Return what a URDF says.
+    """Return the model in a URDF.
 
     Args:
         path: the file, for messages and relative paths.
         robot: its root element.
         finder: of packages and meshes.
-        remarks: where to note what is left out.
+        remarks: receives remarks on unused parts.
 
     Raises:
-        WorkbenchError: naming file and element of what cannot be read.
+        WorkbenchError: naming file and element, for invalid content.
     """
     if robot.tag != "robot":
         raise WorkbenchError(
@@ -299,7 +299,7 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
 
 
 def _children(element: Element, tag: str) -> list[Element]:
-    """Return the children of a tag."""
+    """Return the children with a tag."""
     return [child for child in element if isinstance(child, Element) and child.tag == tag]
 
 
@@ -311,12 +311,12 @@ def _name(path: Path, element: Element) -> str:
 
 
 def _short(element: Element) -> str:
-    """Return an element's name for a message."""
+    """Return the name of an element for a message."""
     return shortened(element.get("name", ""))
 
 
 def _refuse_twins(path: Path, elements: list[Element]) -> None:
-    """Refuse two links or joints of one name."""
+    """Reject two links or joints with one name."""
     seen: dict[str, Element] = {}
     for element in elements:
         name = _name(path, element)
@@ -365,11 +365,11 @@ def _inertial(path: Path, link: Element) -> Inertial | None:
 
 
 def _joint(path: Path, element: Element, parent: str, child: str, X_MJ: RigidTransform) -> Joint:
-    """Return a joint; its frame is the child link's."""
+    """Return a joint; its frame is that of the child link."""
     axis = element.find("axis")
     x, y, z = triple(path, axis, "xyz", "1 0 0") if isinstance(axis, Element) else (1.0, 0.0, 0.0)
     length = float(np.linalg.norm((x, y, z)))
-    if length < 1e-9 and element.get("type") == "fixed":  # which has no axis, whatever it says
+    if length < 1e-9 and element.get("type") == "fixed":  # a fixed joint has no axis
         x, y, z, length = 0.0, 0.0, 1.0, 1.0
     if length < 1e-9:
         raise WorkbenchError(
@@ -408,7 +408,7 @@ def _sensors(
 def link_poses(
     path: Path, links: list[str], joints: list[tuple[str, str, RigidTransform]]
 ) -> dict[str, RigidTransform]:
-    """Return every link's pose in the frame of the root that it hangs on.
+    """Return the pose of each link in the frame of its root link.
 
     Args:
         path: for messages.
@@ -416,7 +416,7 @@ def link_poses(
         joints: parent, child, and the child's pose in the parent.
 
     Raises:
-        WorkbenchError: if a link hangs on two joints, or joints go round in a circle.
+        WorkbenchError: if a link is the child of two joints, or joints form a circle.
     """
     above: dict[str, tuple[str, RigidTransform]] = {}
     for parent, child, X_PC in joints:

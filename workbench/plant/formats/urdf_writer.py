@@ -1,6 +1,6 @@
-"""Write a model as one URDF that Drake reads, and a description as files to keep.
+"""Write a model as a URDF for Drake, and a description as files to store.
 
-Shapes are plain, meshes go by path, and there is one tree of links.
+The model is one tree of links; meshes are referred to by path.
 """
 
 import copy
@@ -27,12 +27,12 @@ def write_urdf(model: Model, turning: Iterable[str] = ()) -> ET.Element:
     """Return a model as the `<robot>` element of a URDF.
 
     Args:
-        model: one tree of links; its meshes are files that Drake reads.
-        turning: names of joints to write as continuous; all others are fixed.
+        model: one tree of links, with meshes that Drake can read.
+        turning: names of joints to write as continuous; all others are written as fixed.
     """
     names = set(turning)
     robot = ET.Element("robot", name=model.name)
-    # Where a joint turns about another point than its link's origin, the link's frame moves there.
+    # If a joint turns about another point than the origin of its link, move the link frame there.
     frames = {
         link.name: joint.X_MJ
         if (joint := model.joint_of(link.name)) and joint.name in names
@@ -48,7 +48,7 @@ def write_urdf(model: Model, turning: Iterable[str] = ()) -> ET.Element:
 
 
 def _add_link(robot: ET.Element, link: Link, X_FL: RigidTransform) -> None:
-    """Add a link whose frame F is not that of the description."""
+    """Add a link with a frame F that may differ from that in the description."""
     element = ET.SubElement(robot, "link", name=link.name)
     if link.inertial:
         _add_inertial(element, link.inertial, X_FL)
@@ -67,7 +67,7 @@ def _add_inertial(link: ET.Element, inertial: Inertial, X_FL: RigidTransform) ->
 
 
 def _different(shapes: Sequence[LinkShape]) -> list[str]:
-    """Return names of shapes, with numbers behind if one came twice; Drake wants each once."""
+    """Return names of shapes, with numbers if one occurs twice; Drake requires unique names."""
     names = [shape.name for shape in shapes]
     if len(set(names)) == len(names):
         return names
@@ -120,7 +120,7 @@ def _add_origin(element: ET.Element, X: RigidTransform) -> None:
 
 
 def _uri(path: Path) -> str:
-    """Return an absolute path as file URI, a relative one as it is."""
+    """Return an absolute path as a file URI, a relative one unchanged."""
     return path.as_uri() if path.is_absolute() else path.as_posix()
 
 
@@ -129,10 +129,10 @@ def _text(values: Iterable[float]) -> str:
 
 
 def stored_files(description: Description) -> Iterator[tuple[PurePosixPath, bytes]]:
-    """Yield the files of a description, by path within a folder of their own, URDF first.
+    """Yield the files of a description by relative path, URDF first.
 
-    Rotors turn on continuous joints where they have mass, and stand as motor-model plugins;
-    reading the URDF again gives the same vehicle.
+    Rotors with mass turn on continuous joints. All rotors are written as motor-model plugins.
+    Reading the URDF yields the same vehicle.
     """
     meshes: dict[Path, PurePosixPath] = {}
     model = dataclasses.replace(
@@ -154,12 +154,12 @@ def stored_files(description: Description) -> Iterator[tuple[PurePosixPath, byte
 
 
 def safe_name(name: str) -> str:
-    """Return a name that is one plain file name, whatever a description calls itself."""
+    """Return a valid file name for the name of a description or file."""
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:80].strip("._") or "model"
 
 
 def _with_own_meshes(link: Link, meshes: dict[Path, PurePosixPath]) -> Link:
-    """Return a link whose meshes lie beside the URDF, and note which those are."""
+    """Return a link with meshes next to the URDF, and add them to `meshes`."""
 
     def moved(shape: LinkShape) -> LinkShape:
         mesh = shape.shape
@@ -176,7 +176,7 @@ def _with_own_meshes(link: Link, meshes: dict[Path, PurePosixPath]) -> Link:
 
 
 def turning_joints(model: Model, rotors: tuple[Rotor, ...]) -> set[str]:
-    """Return the rotors' joints that can be written as turning: Drake wants mass below those."""
+    """Return the joints of rotors to write as turning: Drake requires mass below those."""
     return {
         joint.name
         for rotor in rotors
@@ -190,14 +190,14 @@ def turning_joints(model: Model, rotors: tuple[Rotor, ...]) -> set[str]:
 def add_rotors(
     robot: ET.Element, model: Model, base_link: str, rotors: tuple[Rotor, ...], turning: set[str]
 ) -> None:
-    """Add a motor-model plugin for each rotor, and a link at the hub of those that do not turn."""
+    """Add a motor-model plugin for each rotor, and a hub link for those without a turning joint."""
     for number, rotor in enumerate(rotors):
         joint, link, direction = rotor.joint, rotor.link, rotor.direction
         if joint in turning:
             declared = model.joint(joint)
             base = model.link(base_link)
             assert declared and base
-            # Read again, the thrust is on the side of z, whichever way the rotor turns in flight.
+            # When read, thrust is on the side of z, whichever way the rotor turns in flight.
             direction = direction if declared.axis_J[2] >= 0.0 else -direction
         else:
             link = _free_name(robot, f"{rotor.name}_hub")
@@ -232,7 +232,7 @@ def add_rotors(
 
 
 def add_battery(robot: ET.Element, battery: BatteryPack) -> None:
-    """Add gz-sim's battery plugin, with the whole curve in a tag of ours."""
+    """Add gz-sim's battery plugin, with the whole curve in our own element."""
     full, empty = battery.open_circuit_voltage[-1][1], battery.open_circuit_voltage[0][1]
     plugin = ET.SubElement(
         ET.SubElement(robot, "gazebo"),
@@ -253,14 +253,14 @@ def add_battery(robot: ET.Element, battery: BatteryPack) -> None:
 
 
 def _free_name(robot: ET.Element, name: str) -> str:
-    """Return a name that no link or joint has: this one, or with a number behind."""
+    """Return a name that no link or joint has: this one, or with a number."""
     taken = {element.get("name") for tag in ("link", "joint") for element in robot.findall(tag)}
     names = (name if number == 1 else f"{name}_{number}" for number in count(1))
     return next(each for each in names if each not in taken)
 
 
 def add_sensors(robot: ET.Element, sensors: tuple[DeclaredSensor, ...]) -> None:
-    """Add the sensors' own elements, with their poses resolved."""
+    """Add the elements of sensors, with resolved poses."""
     for sensor in sensors:
         block = ET.SubElement(robot, "gazebo", reference=sensor.link)
         element = copy.deepcopy(sensor.element)
@@ -271,7 +271,7 @@ def add_sensors(robot: ET.Element, sensors: tuple[DeclaredSensor, ...]) -> None:
 
 
 def _add_hub(robot: ET.Element, base_link: str, rotor: Rotor, joint: str, link: str) -> None:
-    """Add a frame whose z is the rotor's axis."""
+    """Add a link whose z is the axis of a rotor."""
     R_BR = RotationMatrix.MakeFromOneVector(np.array(rotor.axis_B), axis_index=2)
     xyz, rpy = np.array(rotor.p_BR), RollPitchYaw(R_BR).vector()
     ET.SubElement(robot, "link", name=link)

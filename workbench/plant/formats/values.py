@@ -1,4 +1,4 @@
-"""Numbers, vectors and poses as URDF and its like write them in attributes."""
+"""Read numbers, vectors and poses from XML attributes, as in URDF and MJCF."""
 
 import math
 from collections.abc import Sequence
@@ -11,14 +11,14 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.xml import Element, place
 
 LARGEST = 1e6
-"""No length, mass or moment of a drone is as large as this in its unit."""
+"""Limit of the lengths, masses and moments of a drone, in their units."""
 
 
 def numbers(path: Path, element: Element, attribute: str, default: str) -> tuple[float, ...]:
-    """Return the numbers of an attribute.
+    """Return the numbers in an attribute.
 
     Raises:
-        WorkbenchError: naming the element, if one is no finite number, or of absurd size.
+        WorkbenchError: naming the element, if one is not a finite number, or too large.
     """
     text = element.get(attribute, default)
     try:
@@ -34,10 +34,10 @@ def numbers(path: Path, element: Element, attribute: str, default: str) -> tuple
 
 
 def number(path: Path, element: Element, attribute: str, default: str | None = None) -> float:
-    """Return the one number of an attribute.
+    """Return the number in an attribute.
 
     Raises:
-        WorkbenchError: naming the element, if it is missing or no number.
+        WorkbenchError: naming the element, if it is missing or not one number.
     """
     if default is None and attribute not in element.attrib:
         raise WorkbenchError(f"{place(path, element)}: <{element.tag}> without {attribute}: add it")
@@ -48,10 +48,10 @@ def number(path: Path, element: Element, attribute: str, default: str | None = N
 
 
 def positive(path: Path, element: Element, attribute: str) -> float:
-    """Return the one positive number of an attribute.
+    """Return the positive number in an attribute.
 
     Raises:
-        WorkbenchError: naming the element, if it is none.
+        WorkbenchError: naming the element, if it is not positive.
     """
     found = number(path, element, attribute)
     if found <= 0.0:
@@ -65,10 +65,10 @@ def positive(path: Path, element: Element, attribute: str) -> float:
 def triple(
     path: Path, element: Element, attribute: str, default: str
 ) -> tuple[float, float, float]:
-    """Return the three numbers of an attribute.
+    """Return the three numbers in an attribute.
 
     Raises:
-        WorkbenchError: naming the element, if they are not three.
+        WorkbenchError: naming the element, if there are more or fewer.
     """
     found = numbers(path, element, attribute, default)
     if len(found) != 3:
@@ -77,7 +77,7 @@ def triple(
 
 
 def origin(path: Path, element: Element) -> RigidTransform:
-    """Return the pose that an element's `<origin xyz rpy>` gives; none is the identity."""
+    """Return the pose in the `<origin xyz rpy>` of an element; the identity without one."""
     found = element.find("origin")
     if not isinstance(found, Element):
         return RigidTransform()
@@ -87,13 +87,13 @@ def origin(path: Path, element: Element) -> RigidTransform:
 
 
 def shortened(text: str) -> str:
-    """Return a text short enough for a message."""
+    """Return a text shortened for a message."""
     text = " ".join(text.split())
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return names for a message, the first dozen of them."""
+    """Return the first dozen names for a message."""
     more = f" and {len(names) - 12} more" if len(names) > 12 else ""
     return ", ".join(map(shortened, names[:12])) + more
 

@@ -1,4 +1,4 @@
-"""Expand a xacro file to URDF text, in a process of its own: xacro runs the file's expressions."""
+"""Expand a xacro file in a separate process, as xacro evaluates expressions in the file."""
 
 import hashlib
 import json
@@ -17,12 +17,12 @@ from workbench.plant.packages import PackageFinder
 _SECONDS = 20.0
 _MEGABYTES = 2000
 MOST_KEPT = 200
-"""Expansions; the oldest go first."""
+"""Largest number of cached expansions; the oldest are deleted first."""
 _MOST_NAMED = 40
 
 
 def is_xacro(root: Element) -> bool:
-    """Return whether a document has elements of xacro's, whatever its file is called."""
+    """Return whether a document has elements of xacro."""
     prefixes = tuple(
         f"{key.removeprefix('xmlns:')}:"
         for key, value in root.attrib.items()
@@ -32,7 +32,7 @@ def is_xacro(root: Element) -> bool:
 
 
 def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> str:
-    """Return the URDF text that a xacro file stands for.
+    """Return the text that a xacro file expands to.
 
     Args:
         path: the xacro file; includes are looked up beside it.
@@ -40,9 +40,9 @@ def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> 
         finder: looks up the packages of `$(find PACKAGE)`.
 
     Raises:
-        WorkbenchError: naming the file that was being read, the line where it is known, and the
-            fault; also for an argument that no file knows (xacro itself would ignore it), for
-            arguments that need a value, all of them at once, and for what never ends.
+        MissingArgumentsError: naming all arguments that need a value.
+        WorkbenchError: naming the file that was being read, the line if known, and the error; also
+            for an unknown argument, which xacro would ignore, and if expansion does not end.
     """
     request: dict[str, object] = {
         "path": str(path),
@@ -74,18 +74,18 @@ def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> 
 
 
 def kept_expansion(request: dict[str, object]) -> str | None:
-    """Return the text that a request of `expand_xacro` led to before, if it still would."""
+    """Return the cached result of a request of `expand_xacro`, if its files are unchanged."""
     try:
         entry = json.loads(_place(request).read_text(encoding="utf-8"))
         if all(_digest(Path(path)) == digest for path, digest in entry["read"].items()):
             return str(entry["text"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError, WorkbenchError):
-        return None  # not kept yet, or damaged: expand it
+        return None  # not cached, or damaged: expand it
     return None
 
 
 def keep_expansion(request: dict[str, object], text: str, read: Sequence[str]) -> None:
-    """Keep an expansion with what was read for it; where nothing can be written, do nothing."""
+    """Cache an expansion with digests of the files read; ignore errors of writing."""
     try:
         entry = {"read": {path: _digest(Path(path)) for path in read}, "text": text}
         place = _place(request)
@@ -97,11 +97,11 @@ def keep_expansion(request: dict[str, object], text: str, read: Sequence[str]) -
         for old in kept[:-MOST_KEPT]:
             old.unlink(missing_ok=True)
     except (OSError, WorkbenchError):
-        return  # it works without
+        return  # the cache is optional
 
 
 def _place(request: dict[str, object]) -> Path:
-    """Return the file for a request."""
+    """Return the cache file for a request."""
     asked = json.dumps([request, release("xacro"), str(Path.cwd())], sort_keys=True)
     return cache_folder("xacro") / f"{hashlib.sha256(asked.encode()).hexdigest()[:24]}.json"
 
@@ -116,7 +116,7 @@ class XacroArgument:
 
     Attributes:
         name: of the argument.
-        default: as the file writes it, None where it needs a value.
+        default: as in the file, None if it needs a value.
     """
 
     name: str
@@ -124,11 +124,11 @@ class XacroArgument:
 
 
 class MissingArgumentsError(WorkbenchError):
-    """A xacro file that cannot be expanded without more values, said for the command line.
+    """A xacro file that needs values for arguments; the message is for the command line.
 
     Args:
         path: of the file.
-        arguments: that it takes, those that need a value first.
+        arguments: of the file, those that need a value first.
     """
 
     def __init__(self, path: str, arguments: tuple[XacroArgument, ...]) -> None:

@@ -18,14 +18,14 @@ from workbench.plant.packages import PackageFinder
 
 _DEEPEST_INCLUDE = 50
 _STAND_IN = "1"
-"""A number, a name and a truth value, so that expansion goes on and finds what else is missing."""
+"""A valid number, name and truth value, so that expansion continues to other missing values."""
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _QUOTE = r"(?:'|\"|&quot;|&apos;)"
 _USED = re.compile(
     rf"\$\(arg\s+([^\s()${{}}]+)\s*\)|xacro\.arg\(\s*{_QUOTE}([^'\"&]+){_QUOTE}\s*\)"
 )
 _AROUND = re.compile(r"\$\(\s*(?:find|env|optenv)\b|xacro\.find")
-"""What looks at packages or the environment."""
+"""Pattern of accesses to packages or the environment."""
 _CODE = (".py", ".pyc", ".so")
 _WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _EFFECTS = frozenset({"os", "subprocess", "socket", "shutil", "ctypes", "fcntl", "pty", "resource"})
@@ -33,7 +33,7 @@ _READS = frozenset({"os.listdir", "os.scandir", "os.walk", "os.fwalk"})
 
 
 class _Args(dict[str, str]):
-    """Values of arguments; one that has none gets a stand-in, and is remembered."""
+    """Values of arguments; a missing one gets a placeholder and is listed in `missing`."""
 
     def __init__(self, given: dict[str, str]) -> None:
         super().__init__(given)
@@ -51,7 +51,7 @@ class _Args(dict[str, str]):
 
 
 class _Reading:
-    """What xacro asks for while it works on one file: files and packages."""
+    """Files and packages that xacro reads while it expands one file."""
 
     def __init__(self, finder: PackageFinder) -> None:
         self._finder = finder
@@ -63,7 +63,7 @@ class _Reading:
         self.looked_around = False
 
     def parse(self, inp: Any, filename: str | None = None) -> Any:
-        """Stand in for `xacro.parse`: refuse what is too much, and note arguments."""
+        """Replace `xacro.parse`: reject files that are too large, and note arguments."""
         if inp is not None or filename is None:
             return self._parse(inp, filename)
         path = Path(filename)
@@ -75,7 +75,7 @@ class _Reading:
             )
         if len(xacro.filestack) > 1 and not _is_there(path):
             self.looked_around = True
-            return self._parse(inp, filename)  # its error: an include may be optional
+            return self._parse(inp, filename)  # raises xacro's error
         read_xml(path)
         data = path.read_bytes()
         if filename not in self._texts:
@@ -95,7 +95,7 @@ class _Reading:
         return document
 
     def find(self, name: str) -> str:
-        """Return the folder that `$(find NAME)` stands for."""
+        """Return the folder for `$(find NAME)`."""
         folder = self._finder.folder(name) or self._guess(name)
         if folder is None:
             raise LookupError(
@@ -105,7 +105,7 @@ class _Reading:
         return str(folder)
 
     def note(self, event: str, args: tuple[Any, ...]) -> None:
-        """Stand in as an audit hook: refuse effects, and note what the answer hangs on."""
+        """Act as an audit hook: reject side effects, and note the files that were read."""
         _forbid_effects(event, args)
         if event == "open" and isinstance(args[0], str) and not args[0].endswith(_CODE):
             self.read[os.path.abspath(args[0])] = None  # noqa: PTH100 - resolve() would open it
@@ -113,9 +113,9 @@ class _Reading:
             self.looked_around = True
 
     def _guess(self, name: str) -> Path | None:
-        """Return the folder that has what the files expect of an unknown package.
+        """Return a folder with the files that are expected in an unknown package, or None.
 
-        A description that was taken out of its package keeps the folders around it, perhaps.
+        A description copied out of its package may still have the folders around it.
         """
         wanted = re.compile(rf"\$\(find\s+{re.escape(name)}\s*\)/([^\s\"'<>$]+)")
         for filename in reversed(xacro.filestack):
@@ -127,10 +127,10 @@ class _Reading:
 
 
 def expand(request: dict[str, Any]) -> dict[str, Any]:
-    """Return the URDF text for a request of `expand_xacro`, and the files that were read for it.
+    """Return the text for a request of `expand_xacro`, and the files that were read for it.
 
-    There are none of them where the text hangs on more: on what is in folders, what is missing, or
-    the environment. Where arguments need a value, return all that are not given instead.
+    The list of files is empty if the text also depends on the contents of folders, on missing
+    files, or on the environment. If arguments need a value, return all that are not given instead.
     """
     path, given = Path(request["path"]), request["args"]
     reading = _Reading(PackageFinder(Path(request["source"]), request["packages"]))
@@ -142,8 +142,8 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
         text = str(xacro.process_file(str(path), mappings=args).toxml())
     except WorkbenchError:
         raise
-    except (Exception, SystemExit) as error:  # a file's own expressions may raise anything
-        if not args.missing:  # else that may be why
+    except (Exception, SystemExit) as error:  # expressions in the file may raise any exception
+        if not args.missing:  # a missing value may be the cause
             raise WorkbenchError(f"{_being_read(path)}: xacro stopped: {_reason(error)}") from error
     _check_args(path, given, args, reading)
     if args.missing:
@@ -154,7 +154,7 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
 
 
 def _check_args(path: Path, given: dict[str, str], args: _Args, reading: _Reading) -> None:
-    """Refuse arguments that no file knows."""
+    """Reject unknown arguments."""
     known = reading.declared.keys() | reading.used.keys() | args.asked
     for name in given:
         if not known:
@@ -166,7 +166,7 @@ def _check_args(path: Path, given: dict[str, str], args: _Args, reading: _Readin
 def _arguments(
     given: dict[str, str], args: _Args, reading: _Reading
 ) -> list[tuple[str, str | None]]:
-    """Return name and default of each argument that is not given; first those that have none."""
+    """Return name and default of each argument that is not given, those without one first."""
     others = [name for name in reading.used if name not in reading.declared | given]
     missing = dict.fromkeys([*args.missing, *others])
     defaults = [each for each in reading.declared.items() if each[0] not in given]
@@ -174,7 +174,7 @@ def _arguments(
 
 
 def _answer_find(find: Callable[[str], str]) -> None:
-    """Let xacro, which asks ROS's ament_index_python for a package's folder, ask `find`."""
+    """Let xacro call `find` for the folder of a package, instead of ROS's ament_index_python."""
     packages = ModuleType("ament_index_python.packages")
     vars(packages)["get_package_share_directory"] = find
     sys.modules["ament_index_python"] = ModuleType("ament_index_python")
@@ -182,19 +182,19 @@ def _answer_find(find: Callable[[str], str]) -> None:
 
 
 def _forbid_effects(event: str, args: tuple[Any, ...]) -> None:
-    """Stop what writes, starts or sends; expressions can get around xacro's own sandbox."""
+    """Reject writing files, processes and networks; expressions can escape xacro's sandbox."""
     opened_to_write = event == "open" and bool(args[2] & _WRITES)
     if opened_to_write or (event.partition(".")[0] in _EFFECTS and event not in _READS):
         raise PermissionError(f"a description may read files, and nothing else ({event})")
 
 
 def _being_read(path: Path) -> str:
-    """Name the file that xacro had open when it stopped (an include, perhaps)."""
+    """Return the file that xacro was reading when it stopped, which may be an include."""
     return str(xacro.filestack[-1] if xacro.filestack else path)
 
 
 def _reason(error: BaseException) -> str:
-    """Return the first cause of an error, with the expression it is in."""
+    """Return the first cause of an error, with its expression."""
     expression = ""
     while isinstance(error, xacro.XacroException) and error.exc is not None:
         expression = " ".join(str(error.suffix or "")[:300].split())

@@ -1,4 +1,4 @@
-"""Read XML from a stranger: with line numbers, and within bounds of size, depth and entities."""
+"""Read untrusted XML with line numbers, and limits of size and depth, without entities."""
 
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -8,16 +8,16 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
 
 MOST_BYTES = 16_000_000
-"""Larger than any description; meshes are not XML of ours."""
+"""Size limit, larger than any description [bytes]."""
 MOST_ELEMENTS = 200_000
 DEEPEST = 100
 _OWNERS = ("link", "joint", "plugin", "sensor")
 
 
 class Element(ET.Element):
-    """An element that knows its line in the file, 0 where that would mean nothing.
+    """An element with its line in the file, or 0.
 
-    In a text that was made from a file it knows what it belongs to instead.
+    In a text made from a file, it has the name of the part that it belongs to instead.
     """
 
     line: int = 0
@@ -28,7 +28,7 @@ def read_xml(path: Path) -> Element:
     """Return the root element of an XML file.
 
     Raises:
-        WorkbenchError: naming file and line of what is no XML, or too much of it.
+        WorkbenchError: naming file and line, if it is not XML, or too large.
     """
     return _parse(read_plain(path, MOST_BYTES), path, None, lines=True)
 
@@ -63,9 +63,9 @@ def _parse(data: bytes, path: Path, encoding: str | None, *, lines: bool) -> Ele
 
 
 def _without_comments(data: bytes) -> bytes:
-    """Return a document with nothing but line ends in the place of its comments.
+    """Return a document with its comments replaced by their line ends.
 
-    XML forbids two hyphens in a comment, and Gazebo's own worlds have them.
+    XML forbids two hyphens in a comment, but Gazebo's own worlds have them.
     """
     first, *rest = data.split(b"<!--")
     kept = [first]
@@ -93,7 +93,7 @@ class _Reader:
         self._parser.EntityDeclHandler = self._entity
 
     def read(self, data: bytes) -> Element:
-        text = data.lstrip(b"\r\n\t ")  # not allowed before <?xml, and Gazebo lets it pass
+        text = data.lstrip(b"\r\n\t ")  # not allowed before <?xml, but accepted by Gazebo
         self._skipped = data[: len(data) - len(text)].count(b"\n")
         self._parser.Parse(text, True)
         root = self._builder.close()
@@ -128,7 +128,7 @@ class _Reader:
 
 
 def place(path: Path, element: ET.Element) -> str:
-    """Return file and line of an element, or what it belongs to, for the start of a message."""
+    """Return file and line of an element, or its part, for the beginning of a message."""
     line, owner = getattr(element, "line", 0), getattr(element, "owner", "")
     if line:
         return f"{path}:{line}"

@@ -1,1 +1,1 @@
-"""Meshes as Drake takes them, converted in a process of its own."""
+"""Convert meshes for Drake, in a separate process."""

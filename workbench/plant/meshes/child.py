@@ -1,4 +1,4 @@
-"""Read mesh files of any common format and convert them, in a child process: none is trusted."""
+"""Read and convert untrusted mesh files of common formats, in a child process."""
 
 import io
 import math
@@ -26,10 +26,10 @@ from workbench.plant.meshes.parts import MOST_FACES, Array, Part, joined
 from workbench.plant.meshes.side_files import find_side_file
 
 THINNEST = 1e-3
-"""Smallest thickness of a hull [m]: a sheet has no volume, and contact would pass through it."""
+"""Smallest thickness of a hull [m]; contact would pass through a sheet without volume."""
 MOST_VERTICES = 200
 _CLOSE = 5e-4
-"""What of a hull may be cut off by leaving out vertices, over its longest side."""
+"""Largest depth cut off a hull by leaving out vertices, over its longest side."""
 _MANY = 20_000
 _MANY_DIRECTIONS = 800
 _FEW_VERTICES = 50
@@ -47,20 +47,20 @@ _FORMATS = {
     ".glb": "glb",
     ".gltf": "gltf",
 }
-"""By suffix, for trimesh; `.dae` is read here."""
+"""Formats of trimesh by suffix; `.dae` is read here."""
 
 
 def convex_hull(points: Array) -> tuple[Array, Array]:
     """Return vertices (n, 3) and faces (m, 3) of a convex hull.
 
-    No vertex lies outside of the true hull by more than half of THINNEST, and that only where this
-    is thinner. Extremes along x, y and z are kept exactly: a drone stands as high as it should.
+    Vertices are outside of the true hull by half of THINNEST at most, and only if it is thinner
+    than that. Extremes along x, y and z are exact, so that a drone stands at the correct height.
 
     Args:
         points: (k, 3) [m], at least one.
 
     Raises:
-        WorkbenchError: if it cannot be found, a clause.
+        WorkbenchError: if it cannot be computed, with a clause as message.
     """
     points = np.asarray(points, dtype=float)
     if len(points) > _MANY:
@@ -92,14 +92,14 @@ def _normals(vertices: Array, faces: Array) -> Array:
 
 
 def _extremes(points: Array, count: int) -> Array:
-    """Return indices of the points that are farthest along x, y, z and `count` more directions.
+    """Return indices of the extreme points along x, y, z and `count` more directions.
 
-    Directions are spread evenly over the points' bounding box made a cube, or those of a long thin
-    part would all find its ends.
+    The directions are evenly spread after scaling the bounding box of the points to a cube;
+    otherwise all of them would find the ends of a long thin part.
     """
     size = np.ptp(points, axis=0)
     scaled = ((points - points.mean(axis=0)) / np.where(size > 0.0, size, 1.0)).astype(np.float32)
-    # The points of a Fibonacci sphere.
+    # points of a Fibonacci sphere
     turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
     z = np.linspace(-1.0, 1.0, count)
     r = np.sqrt(1.0 - z * z)
@@ -112,7 +112,7 @@ def _extremes(points: Array, count: int) -> Array:
 
 
 def _thickened(points: Array) -> Array:
-    """Return points, doubled along their principal axes where these are too short."""
+    """Return points, duplicated along principal axes in which they are too thin."""
     centred = points - points.mean(axis=0)
     _, axes = np.linalg.eigh(centred.T @ centred)
     for axis in axes.T:
@@ -123,12 +123,12 @@ def _thickened(points: Array) -> Array:
 
 
 def _few(points: Array) -> Array:
-    """Return indices of few points whose hull is close to that of all.
+    """Return indices of few points with a hull close to that of all points.
 
-    Begins with some extremes and adds the point that is farthest outside, until none is by much.
+    Starts with some extremes, and adds the point farthest outside until all are close enough.
     """
     corners = ConvexHull(points).vertices
-    if len(corners) > _MANY_DIRECTIONS:  # the loop below would take long
+    if len(corners) > _MANY_DIRECTIONS:  # or the loop below would take long
         corners = corners[_extremes(points[corners], _MANY_DIRECTIONS // 2)]
     if len(corners) <= _FEW_VERTICES:
         return corners
@@ -147,10 +147,10 @@ def _few(points: Array) -> Array:
 
 
 def convert_all(request: Any) -> list[str]:
-    """Make the files that are asked for; return for each why it could not be made, or "".
+    """Write the requested files; return for each the reason for a failure, or "".
 
     Args:
-        request: pairs of a job's fields and the path to write to.
+        request: pairs of the fields of a job and the path to write to.
     """
     return [_reason(MeshJob(**fields), Path(target)) for fields, target in request]
 
@@ -164,7 +164,7 @@ def _reason(job: MeshJob, target: Path) -> str:
         return "it takes more memory than it may"
     except RecursionError:
         return "it is nested too deeply"
-    except Exception as error:  # trimesh and pycollada raise anything on broken files
+    except Exception as error:  # trimesh and pycollada raise any exception on broken files
         return f"it cannot be read: {one_line(error)}"
     return ""
 
@@ -173,7 +173,7 @@ def convert(job: MeshJob) -> bytes:
     """Return the content of the converted file.
 
     Raises:
-        WorkbenchError: a clause without the file's name. Other exceptions come from readers.
+        WorkbenchError: with a clause as message. Readers raise other exceptions.
     """
     parts = [part for part in _placed(job) if len(part.faces)]
     if not parts:
@@ -184,7 +184,7 @@ def convert(job: MeshJob) -> bytes:
 
 
 def _placed(job: MeshJob) -> list[Part]:
-    """Return the parts that are used, scaled and centred, checked."""
+    """Return the parts in use, scaled, centred and checked."""
     scale = np.diag([*job.scale, 1.0])
     parts = [part.moved(scale).checked() for part in read_parts(Path(job.file), job.submesh)]
     if not job.center:
@@ -196,19 +196,18 @@ def _placed(job: MeshJob) -> list[Part]:
 
 
 def read_collada(data: bytes, resolver: Resolver) -> list[Part]:
-    """Return the parts of a COLLADA document, in metres, as Gazebo reads it.
+    """Return the parts of a COLLADA document in metres, as Gazebo reads it.
 
-    Gazebo's ColladaLoader (gz-common, graphics/src/ColladaLoader.cc) multiplies all by
-    `<unit meter=...>` and never looks at `<up_axis>`; RViz leaves it, too. So what a drone's file
-    has along z is along z of its link, whether it says Y_UP or Z_UP. Its submeshes bear the `name`
-    of their `<node>`, or of the nearest node above that has one.
+    Gazebo's ColladaLoader (gz-common, graphics/src/ColladaLoader.cc) scales by `<unit meter=...>`
+    and ignores `<up_axis>`, as RViz does. So z in the file is z of the link, even if the file
+    states Y_UP. A submesh has the `name` of its `<node>`, or of the nearest ancestor with one.
 
     Args:
         data: the document.
         resolver: finds pictures by name.
 
     Raises:
-        WorkbenchError: a clause without the file's name. Other exceptions are pycollada's own.
+        WorkbenchError: with a clause as message. pycollada raises other exceptions.
     """
     _refuse_entities(data)
     document = _load(data)
@@ -231,9 +230,9 @@ def _load(data: bytes) -> Any:
 
 
 def _without_broken_materials(document: Any) -> bytes:
-    """Return a document without references to materials that it lacks, or that are not understood.
+    """Return a document without references to missing or unsupported materials.
 
-    pycollada leaves out a geometry for one of these; Gazebo draws it without.
+    pycollada omits a geometry with such a reference; Gazebo draws it without material.
     """
     root = document.xmlnode.getroot()
     known = {f"#{material.id}" for material in document.materials}
@@ -245,7 +244,7 @@ def _without_broken_materials(document: Any) -> bytes:
 
 
 def _refuse_entities(data: bytes) -> None:
-    """Refuse a document that declares entities: they stand before the root element or nowhere."""
+    """Reject a document that declares entities, which are before the root element."""
 
     def refuse(*_: object) -> None:
         raise WorkbenchError("it declares entities of its own: write out what they stand for")
@@ -265,7 +264,7 @@ def _refuse_entities(data: bytes) -> None:
 
 
 class _Reader:
-    """Walks a scene, each instance on its own, within bounds of nodes and faces."""
+    """Walks through all instances of a scene, within limits of nodes and faces."""
 
     def __init__(self, resolver: Resolver) -> None:
         self.found: list[tuple[Part, Array]] = []
@@ -306,7 +305,7 @@ class _Reader:
             self.found.append((replace(part, names=names), T))
 
     def _part(self, primitive: Any, effect: Any) -> Part | None:
-        """Return the triangles of a primitive in an effect's looks, made once."""
+        """Return the triangles of a primitive with an effect, cached."""
         key = (id(primitive), id(effect))
         if key not in self._parts:
             self._parts[key] = self._triangles(primitive, effect)
@@ -325,12 +324,12 @@ class _Reader:
             corners.append((primitive.normal, primitive.normal_index))
         if primitive.texcoordset:
             corners.append((primitive.texcoordset[0][:, :2], primitive.texcoord_indexset[0]))
-        # Gazebo knows no colours of vertices; beside a material they are often leftovers.
+        # Gazebo ignores vertex colours; with a material they are often leftovers.
         colors = primitive.sources.get("COLOR", []) if material is None else []
         if colors:
             offset, data = colors[0][0], colors[0][4].data
             corners.append((data, primitive.index[:, :, offset]))
-        # One vertex for each set of indices that occurs together.
+        # one vertex for each combination of indices
         together = np.column_stack([np.ravel(index) for _, index in corners])
         rows, faces = np.unique(together, axis=0, return_inverse=True)
         values = [source[rows[:, column]] for column, (source, _) in enumerate(corners)]
@@ -352,10 +351,10 @@ class _Reader:
 
 
 def _make_material(effect: Any, resolver: Resolver) -> PBRMaterial | None:
-    """Return the material of an effect, None if it gives no colour."""
+    """Return the material of an effect, None without a colour."""
     looks = effect.diffuse
     if looks is None:
-        looks = effect.emission  # what the shader `constant` has instead
+        looks = effect.emission  # used by the shader `constant`
     if isinstance(looks, collada.material.Map):
         picture = _picture(looks, resolver)
         return make_material((1.0, 1.0, 1.0, _alpha(effect)), picture) if picture else None
@@ -367,15 +366,15 @@ def _make_material(effect: Any, resolver: Resolver) -> PBRMaterial | None:
 def _picture(found: Any, resolver: Resolver) -> Any:
     try:
         return open_picture(resolver.get(found.sampler.surface.image.path))
-    except (OSError, AttributeError, TypeError):  # missing, or a reference to nothing
+    except (OSError, AttributeError, TypeError):  # missing, or an invalid reference
         return None
 
 
 def _alpha(effect: Any) -> float:
-    """Return how opaque an effect is, 0 .. 1 (COLLADA 1.4.1, Determining Transparency).
+    """Return the opacity of an effect, 0 .. 1 (COLLADA 1.4.1, Determining Transparency).
 
-    As in Gazebo, it is opaque where `<transparent>` does not say how it is meant; exporters
-    disagree, and a drone that cannot be seen is of no use.
+    As in Gazebo, it is 1 if `<transparent>` does not state its mode; exporters disagree about the
+    default, and an invisible drone is useless.
     """
     transparent = effect.xmlnode.find(".//{*}transparent")
     color = effect.transparent
@@ -395,7 +394,7 @@ def _alpha(effect: Any) -> float:
 
 
 class Beside(Resolver):
-    """Finds the side files of a mesh for trimesh, and writes none."""
+    """Finds side files of a mesh for trimesh, read-only."""
 
     def __init__(self, mesh_file: Path) -> None:
         self._file = mesh_file
@@ -419,14 +418,14 @@ class Beside(Resolver):
 
 
 def read_parts(file: Path, submesh: str) -> list[Part]:
-    """Return the parts of a mesh file in metres, each as transformed by the file's own scene.
+    """Return the parts of a mesh file in metres, transformed by the scene in the file.
 
     Args:
         file: resolved.
-        submesh: name of the part that is asked for, or "" for all.
+        submesh: name of the requested part, or "" for all.
 
     Raises:
-        WorkbenchError: a clause without the file's name.
+        WorkbenchError: with a clause as message.
     """
     suffix = file.suffix.lower()
     data = file.read_bytes()
@@ -449,7 +448,7 @@ def read_parts(file: Path, submesh: str) -> list[Part]:
 
 
 def _repaired(data: bytes, kind: str) -> bytes:
-    """Return content that trimesh takes: it asks for UTF-8, and for an exact length of an STL."""
+    """Return content for trimesh, which requires UTF-8, and the exact length of an STL."""
     if kind == "stl":
         length = 84 + 50 * int.from_bytes(data[80:84], "little")
         return data[:length] if 84 < length <= len(data) else _as_utf8(data)
@@ -468,8 +467,8 @@ def _read_scene(data: bytes, kind: str, resolver: Resolver) -> list[Part]:
     scene = trimesh.load_scene(
         io.BytesIO(data), file_type=kind, resolver=resolver, process=False, validate=False
     )
-    # Gazebo draws glTF with z up, whatever the standard says; but what was written here is turned
-    # for Drake, which takes y for up.
+    # Gazebo draws glTF with z up, unlike the standard. Files written by this program are turned for
+    # Drake, which takes y as up.
     turn = to_z_up() if f'"generator":"{GENERATOR}"'.encode() in data else np.eye(4)
     plain = _Plain(_opaque if kind in ("gltf", "glb") else vertex_colors)
     parts = []
@@ -480,7 +479,7 @@ def _read_scene(data: bytes, kind: str, resolver: Resolver) -> list[Part]:
         if not isinstance(mesh, trimesh.Trimesh):
             continue  # points and lines
         if kind == "stl" and np.isfinite(mesh.vertices).all():
-            mesh.merge_vertices()  # each face has three of its own there
+            mesh.merge_vertices()  # in an STL, each face has its own three vertices
         faces += len(mesh.faces)
         if faces > MOST_FACES:
             raise WorkbenchError(f"it has more than {MOST_FACES} faces")
@@ -489,7 +488,7 @@ def _read_scene(data: bytes, kind: str, resolver: Resolver) -> list[Part]:
 
 
 class _Plain:
-    """Makes parts of trimesh's meshes; those that share a material share one again."""
+    """Converts trimesh's meshes to parts; meshes with one material share the converted one."""
 
     def __init__(self, light: Callable[[Any], Array]) -> None:
         self._light = light
@@ -505,7 +504,7 @@ class _Plain:
         elif visual.kind in ("vertex", "face"):
             colors = visual.vertex_colors
         n = len(mesh.vertices)
-        # Only what the file has: without normals faces are drawn flat, as an STL's should be.
+        # Only normals in the file: without any, faces are drawn flat, as in an STL.
         normals = mesh.vertex_normals if "vertex_normals" in mesh._cache else None
         return Part(
             names=names,
@@ -526,16 +525,16 @@ class _Plain:
 
 
 def _opaque(colors: Any) -> Array:
-    """Return glTF's colours of vertices, which are light already."""
+    """Return vertex colours of glTF, which are linear already, as opaque."""
     found = np.array(to_rgba(colors))
     found[:, 3] = 255
     return found
 
 
 def _only_object(data: bytes, name: str) -> bytes:
-    """Return an OBJ file's content without the faces of all but one object or group.
+    """Return the content of an OBJ file with the faces of only one object or group.
 
-    Its last `o` or `g` names a face, as in tinyobjloader, which Gazebo reads with.
+    The last `o` or `g` names a face, as in tinyobjloader, which Gazebo uses.
     """
     kept = []
     names = []

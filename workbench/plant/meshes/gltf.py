@@ -1,4 +1,4 @@
-"""Write parts as one glTF file with everything in it, turned as Drake reads glTF."""
+"""Write parts as one self-contained glTF file, turned for Drake."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from workbench.plant.meshes.materials import make_material, without_pictures
 from workbench.plant.meshes.parts import Array, Part
 
 GENERATOR = "drake-drone-workbench"
-"""In the file's `asset`: by that it is known when it is read again."""
+"""Generator in the `asset` of a file, which identifies our files."""
 _GREY = (0.7, 0.7, 0.7, 1.0)
 _MOST_LOOKS = 1000
 
@@ -26,16 +26,16 @@ def to_z_up() -> Array:
 def write_gltf(parts: Sequence[Part], rgba: Rgba | None) -> bytes:
     """Return the content of a .gltf file.
 
-    glTF and no OBJ: Drake's renderers draw both, OBJ only with normals, and its colours and
-    pictures lie in further files. Drake takes y for up in glTF (Gazebo, which does not, would draw
-    the file on its side).
+    The format is glTF and not OBJ because Drake draws OBJ only with normals, and OBJ has colours
+    and pictures in separate files. Drake takes y as up in glTF; Gazebo does not, and would draw the
+    file on its side.
 
     Args:
-        parts: z up, not too many different looks: `joined`.
-        rgba: colour 0 .. 1 of parts that have none.
+        parts: z up, joined by `joined`.
+        rgba: colour 0 .. 1 of parts without one.
 
     Raises:
-        WorkbenchError: a clause without the file's name.
+        WorkbenchError: with a clause as message.
     """
     if len(parts) > _MOST_LOOKS:
         raise WorkbenchError(f"it has more than {_MOST_LOOKS} materials")
@@ -72,4 +72,4 @@ def write_gltf(parts: Sequence[Part], rgba: Rgba | None) -> bytes:
 
 def _sign(tree: dict[str, Any]) -> None:
     tree["asset"]["generator"] = GENERATOR
-    tree.pop("extras", None)  # the seal stands there
+    tree.pop("extras", None)  # used for the seal

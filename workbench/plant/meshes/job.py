@@ -1,4 +1,4 @@
-"""What one conversion of a mesh is given, and the seal on the file that it makes."""
+"""The input of one mesh conversion, and the seal of its output file."""
 
 import contextlib
 import hashlib
@@ -13,26 +13,26 @@ from typing import Literal
 from workbench.plant.meshes.side_files import side_files
 
 VERSION = 2
-"""Version of the conversion; increase it with every change of its results."""
+"""Version of the conversion; increase it with every change of results."""
 _SEAL = b"crc32:%08x"
 _SEAL_LENGTH = len(_SEAL % 0)
 _WRAPPED = {".gltf": (b',"extras":{"seal":"', b'"}}'), ".obj": (b"# ", b"\n")}
-"""What stands before and after the seal, so that a reader of the format takes no offence."""
+"""Bytes before and after the seal, so that the file stays valid."""
 
 Rgba = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
 class MeshJob:
-    """One conversion; plain enough to be sent to another process as JSON.
+    """One conversion, in types that JSON can hold.
 
     Attributes:
         file: the mesh file, resolved.
-        use: `visual`: as it is, to be drawn; `collision`: its convex hull.
-        scale: along each axis; negative ones mirror.
-        submesh: name of the one part that is used, or "" for all of it.
-        center: whether what is used is moved to its own centre.
-        rgba: colour 0 .. 1 of what has none in the file.
+        use: `visual` for drawing; `collision` for the convex hull.
+        scale: along each axis; negative values mirror.
+        submesh: name of the only part used, or "" for all.
+        center: whether to move the used part to its own centre.
+        rgba: colour 0 .. 1 of parts without one in the file.
     """
 
     file: str
@@ -43,11 +43,11 @@ class MeshJob:
     rgba: Rgba | None
 
     def target(self, folder: Path, data: bytes) -> Path:
-        """Return the path in a folder that belongs to this conversion of this content.
+        """Return the path in a cache folder for this conversion of a content.
 
         Args:
             folder: of the cache.
-            data: what is in the mesh file.
+            data: content of the mesh file.
         """
         file = Path(self.file)
         key = hashlib.sha256(data)
@@ -62,7 +62,7 @@ class MeshJob:
 
 
 def sealed(data: bytes, suffix: str) -> bytes:
-    """Return the content of a glTF or OBJ file with the checksum of it at its end."""
+    """Return the content of a glTF or OBJ file with its checksum at the end."""
     before, after = _WRAPPED[suffix]
     if suffix == ".gltf":
         data = data.rstrip().removesuffix(b"}")
@@ -70,7 +70,7 @@ def sealed(data: bytes, suffix: str) -> bytes:
 
 
 def is_sealed(path: Path) -> bool:
-    """Return whether a file is there and as it was sealed."""
+    """Return whether a file exists and its checksum is correct."""
     before, after = _WRAPPED[path.suffix]
     try:
         data = path.read_bytes()
@@ -81,7 +81,7 @@ def is_sealed(path: Path) -> bool:
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all, whoever else writes it at the same time."""
+    """Write a file atomically, even if others write it at the same time."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-")
     try:
         with os.fdopen(handle, "wb") as file:

@@ -1,4 +1,4 @@
-"""Colours and pictures of meshes as glTF has them: colours linear, pictures small and checked."""
+"""Colours and pictures of meshes for glTF: linear colours, checked and reduced pictures."""
 
 import io
 from typing import Any
@@ -11,11 +11,11 @@ from workbench.plant.meshes.parts import Array
 
 _MOST_PIXELS = 64_000_000
 _SIDE = 2048
-"""Pictures are made smaller than that [pixels]."""
+"""Largest side of a picture after reduction [pixels]."""
 _OPAQUE = 250
 """Smallest alpha, of 255, that counts as opaque."""
 _KINDS = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "DDS")
-"""Pictures that Pillow reads by itself; for others it may start programs."""
+"""Formats that Pillow reads itself; for others it may start programs."""
 _PICTURES = (
     "baseColorTexture",
     "emissiveTexture",
@@ -26,10 +26,10 @@ _PICTURES = (
 
 
 def linear(color: Any) -> Array:
-    """Return colours 0 .. 1 as light, from what a screen shows (sRGB, IEC 61966-2-1).
+    """Return linear colours 0 .. 1 for sRGB colours (IEC 61966-2-1).
 
-    COLLADA, OBJ and URDF give colours for the screen, glTF wants light. Alpha, the fourth column
-    if there is one, is as it was.
+    COLLADA, OBJ and URDF have sRGB colours, glTF has linear ones. Alpha, an optional fourth column,
+    stays unchanged.
     """
     c = np.clip(np.nan_to_num(np.asarray(color, dtype=float)), 0.0, 1.0)
     light = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
@@ -38,20 +38,20 @@ def linear(color: Any) -> Array:
 
 
 def vertex_colors(color: Any) -> Array:
-    """Return (n, 4) colours 0 .. 255 as light, from (n, 3 or 4) colours 0 .. 255 on a screen.
+    """Return linear colours (n, 4), 0 .. 255, for sRGB colours (n, 3 or 4), 0 .. 255.
 
-    They are opaque: the alpha of vertices is often a leftover, and Drake's renderer would not sort
-    what is behind from what is in front.
+    They are opaque: the alpha of vertices is often a leftover, and Drake's renderer does not sort
+    transparent faces by depth.
     """
     light = linear(np.asarray(color, dtype=float)[:, :3] / 255.0)
     return np.column_stack([np.round(255.0 * light), np.full(len(light), 255)]).astype(np.uint8)
 
 
 def make_material(color: Any, picture: Image.Image | None = None) -> PBRMaterial:
-    """Return a dull material.
+    """Return a matt material.
 
     Args:
-        color: as on a screen: red, green, blue, alpha, 0 .. 1.
+        color: sRGB: red, green, blue, alpha, 0 .. 1.
         picture: from `usable_picture`.
     """
     light = linear(color)
@@ -60,13 +60,13 @@ def make_material(color: Any, picture: Image.Image | None = None) -> PBRMaterial
         baseColorTexture=picture,
         metallicFactor=0.0,
         roughnessFactor=0.8,
-        doubleSided=True,  # published meshes are often inside out here and there
+        doubleSided=True,  # published meshes often have inverted faces
         alphaMode="BLEND" if light[3] < 1.0 or _is_translucent(picture) else "OPAQUE",
     )
 
 
 def material_of(found: PBRMaterial | SimpleMaterial) -> PBRMaterial | None:
-    """Return the material for one that trimesh read; None where that is only its default."""
+    """Return the material for one of trimesh; None if that is only its default."""
     if isinstance(found, SimpleMaterial):
         picture = usable_picture(found.image)
         if picture is not None:
@@ -88,7 +88,7 @@ def material_of(found: PBRMaterial | SimpleMaterial) -> PBRMaterial | None:
 
 
 def _dissolve(found: SimpleMaterial) -> float:
-    """Return the opacity in an MTL file; 0 is what some exporters write for 1."""
+    """Return the opacity in an MTL file; some exporters write 0 for 1."""
     try:
         opaque = float(found.kwargs["d"][0])
     except (KeyError, IndexError, ValueError):
@@ -97,7 +97,7 @@ def _dissolve(found: SimpleMaterial) -> float:
 
 
 def without_pictures(material: PBRMaterial) -> PBRMaterial:
-    """Return a material for a part that does not say where on it pictures go."""
+    """Return a material without pictures, for a part without texture coordinates."""
     if all(getattr(material, name) is None for name in _PICTURES):
         return material
     plain = material.copy()
@@ -107,7 +107,7 @@ def without_pictures(material: PBRMaterial) -> PBRMaterial:
 
 
 def open_picture(data: bytes) -> Image.Image | None:
-    """Return the picture in a file's content, None if it is none that is known."""
+    """Return the picture in the content of a file, None if it is not supported."""
     try:
         return usable_picture(Image.open(io.BytesIO(data), formats=_KINDS))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
@@ -115,7 +115,7 @@ def open_picture(data: bytes) -> Image.Image | None:
 
 
 def usable_picture(picture: Image.Image | None) -> Image.Image | None:
-    """Return a picture read in and small enough, None if it cannot be read."""
+    """Return a loaded and reduced picture, None if it cannot be read."""
     if picture is None or picture.format not in _KINDS:
         return None
     if picture.width * picture.height > _MOST_PIXELS:
@@ -126,7 +126,7 @@ def usable_picture(picture: Image.Image | None) -> Image.Image | None:
     except (OSError, ValueError, SyntaxError):
         return None
     plain.thumbnail((_SIDE, _SIDE))
-    plain.format = picture.format if plain.mode == "RGB" else None  # a JPEG stays one
+    plain.format = picture.format if plain.mode == "RGB" else None  # a JPEG stays a JPEG
     return plain
 
 

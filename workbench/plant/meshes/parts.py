@@ -1,4 +1,4 @@
-"""Pieces of a mesh as plain arrays, whatever file they came from."""
+"""Parts of a mesh as arrays, independent of the file format."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,23 +12,23 @@ from workbench.common.errors import WorkbenchError
 
 MOST_FACES = 2_000_000
 FARTHEST = 1e5
-"""From the origin [m]: what reaches farther is in millimetres, or broken."""
+"""Largest distance from the origin [m]; a larger mesh is in millimetres, or broken."""
 
 Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Triangles that look alike, n vertices and m faces.
+    """Triangles with one material: n vertices and m faces.
 
     Attributes:
-        names: by which a description may ask for it, the most usual first.
+        names: for use in descriptions, the most common first.
         vertices: (n, 3) [m].
-        faces: (m, 3), vertices of each in mathematical sense seen from outside.
-        normals: (n, 3), or None: then faces are flat.
+        faces: (m, 3), vertices counter-clockwise seen from outside.
+        normals: (n, 3), or None for flat faces.
         uv: (n, 2), origin at the bottom left of the picture, or None.
         colors: (n, 4), 0 .. 255, linear, or None.
-        material: its colour and picture, or None where the file gives it none.
+        material: colour and picture, or None if the file has none.
     """
 
     names: tuple[str, ...]
@@ -40,14 +40,14 @@ class Part:
     material: PBRMaterial | None = None
 
     def moved(self, T: Array) -> "Part":
-        """Return the part transformed by a (4, 4) matrix, which may mirror; faces look outward."""
+        """Return the part transformed by a (4, 4) matrix, which may mirror; faces stay outward."""
         A = T[:3, :3]
         normals = None
-        with np.errstate(all="ignore"):  # what is no number is found in `checked`
+        with np.errstate(all="ignore"):  # `checked` finds invalid numbers
             determinant = np.linalg.det(A)
             vertices = self.vertices @ A.T + T[:3, 3]
             if self.normals is not None and determinant != 0.0:
-                # n' = A⁻ᵀ n, so that it stays perpendicular to a stretched surface
+                # n' = A⁻ᵀ n stays perpendicular to a scaled surface
                 normals = self.normals @ np.linalg.inv(A)
                 lengths = np.linalg.norm(normals, axis=1, keepdims=True)
                 normals = normals / np.where(lengths > 0.0, lengths, 1.0)
@@ -58,7 +58,7 @@ class Part:
         """Return the part without unused vertices and faces without area.
 
         Raises:
-            WorkbenchError: a clause without the file's name.
+            WorkbenchError: with a clause as message.
         """
         if len(self.faces) and not 0 <= self.faces.min() <= self.faces.max() < len(self.vertices):
             raise WorkbenchError("a face names a vertex that is not there")
@@ -82,14 +82,14 @@ class Part:
 
 
 def _of(rows: Array | None, used: Array) -> Array | None:
-    """Return the rows in use, None if any of them is no number."""
+    """Return the rows in use, None if one of them is not finite."""
     if rows is None or not np.isfinite(rows[used]).all():
         return None
     return rows[used]
 
 
 def joined(parts: Sequence[Part]) -> list[Part]:
-    """Return parts with those that look alike made one: a file may have thousands."""
+    """Return parts after joining those of equal appearance; a file may have thousands."""
     alike: dict[tuple[object, ...], list[Part]] = {}
     for part in parts:
         looks = (id(part.material), part.normals is None, part.uv is None, part.colors is None)

@@ -1,4 +1,4 @@
-"""The files that a mesh file names, its textures and materials: found only close to it."""
+"""Find the textures and materials that a mesh file names, near that file only."""
 
 import html
 import re
@@ -9,7 +9,7 @@ MOST_BYTES = 64_000_000
 """Size limit of a side file [bytes]."""
 _MOST_NAMES = 200
 _SUFFIXES = re.compile(r"\.(png|jpe?g|bmp|tga|gif|tiff?|webp|dds|mtl|bin)")
-"""Endings of pictures, materials and buffers; nothing else is read."""
+"""Endings of pictures, materials and buffers; no other files are read."""
 _NAMES_IN = {
     ".dae": re.compile(rb"init_from>\s*(?:<[\w:]*ref>\s*)?([^<>\s][^<>]{0,999})"),
     ".obj": re.compile(rb"mtllib[ \t]+([^\r\n]{1,1000})"),
@@ -20,15 +20,15 @@ _NAMES_IN = {
 
 
 def find_side_file(mesh_file: Path, name: str) -> Path | None:
-    """Return the file that a mesh file means by a name, or None.
+    """Return the file for a name in a mesh file, or None.
 
-    What is named by an absolute path or an address is looked for by its last part, where Gazebo
-    looks: beside the mesh, and in `../materials/textures`. Nothing is found outside of the folder
-    above the mesh's own, symbolic links resolved, nor what is no texture, material or buffer.
+    For an absolute path or an address, the last part is searched where Gazebo searches: next to the
+    mesh, and in `../materials/textures`. Only textures, materials and buffers in the parent of the
+    mesh's folder or below are found, after resolving symbolic links.
 
     Args:
         mesh_file: resolved.
-        name: as the mesh file has it: a path, perhaps with %20 for spaces, or a URI.
+        name: as in the mesh file: a path, which may have %20 for spaces, or a URI.
     """
     folder = mesh_file.parent
     package = folder.parent if folder.parent != folder.parent.parent else folder
@@ -47,16 +47,16 @@ def find_side_file(mesh_file: Path, name: str) -> Path | None:
                 and found.stat().st_size <= MOST_BYTES
             ):
                 return found
-        except (OSError, ValueError, RuntimeError):  # too long, NUL bytes, links in a circle
+        except (OSError, ValueError, RuntimeError):  # too long, NUL bytes, circular links
             continue
     return None
 
 
 def side_files(mesh_file: Path, data: bytes) -> list[Path]:
-    """Return the files that a mesh file of that content names, and those that these name.
+    """Return the files named in the content of a mesh file, and the files named in those.
 
-    It is a search for words, quick enough for each start, and no reading of the format: it tells
-    when a mesh must be converted anew.
+    It searches for patterns without parsing the format, fast enough for every start. A change in
+    one of these files requires a new conversion.
     """
     found = list(_named_in(mesh_file, mesh_file.suffix.lower(), data))
     for material in [path for path in found if path.suffix.lower() == ".mtl"]:

@@ -1,1 +1,1 @@
-"""Where rotors are found in a description: one file a way of writing them."""
+"""Readers of rotors in descriptions, one file for each way to write them."""

@@ -1,4 +1,4 @@
-"""Rotors of MuJoCo's actuators: motors that push a site, and turn it by their gear."""
+"""Read rotors from MuJoCo's actuators: motors with a force and a moment at a site."""
 
 import math
 
@@ -16,27 +16,27 @@ from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST, refuse_crowd
 from workbench.plant.rotors import Rotor
 
 _ALONG = 1e-6
-"""A moment across the thrust larger than this share of it is said."""
+"""Share of the thrust above which a moment perpendicular to it gets a remark."""
 
 
 def read_mjcf_actuators(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor, ...]:
-    """Return a rotor for each actuator that pushes a site, in the file's order.
+    """Return a rotor for each actuator with a force at a site, in file order.
 
-    Its control is a force: thrust is the first half of its gear times control, and the moment
-    about it the second half. MuJoCo knows no speed, so one is assumed at the largest thrust;
-    thrusts and moments do not depend on it. A filter of an actuator is a lag of thrust, which near
-    hover is that of speed.
+    The control is a force: thrust is the first half of the gear times the control, and the moment
+    about it the second half. MuJoCo has no rotor speeds, so the speed at the largest thrust is
+    assumed; thrusts and moments do not depend on it. The filter of an actuator is a lag of thrust,
+    which near hover equals that of speed.
 
-    Where an actuator only turns its site, thrust and moments are those of the drone as a whole, as
-    in MuJoCo menagerie's Crazyflie; that tells nothing of rotors.
+    If an actuator has only a moment, the actuators are thrust and moments of the whole drone, as in
+    MuJoCo menagerie's Crazyflie, and state nothing about rotors.
 
     Args:
         model: with the actuators.
-        base_link: whose frame is the body frame.
-        remarks: where to note what was assumed.
+        base_link: its frame is the body frame.
+        remarks: receives remarks on assumptions.
 
     Raises:
-        WorkbenchError: for a control without a positive end, or a force that is no rotor's.
+        WorkbenchError: for a control without a positive limit, or an implausible force.
     """
     whole = [each for each in model.actuators if not np.linalg.norm(each.force_S) > 0.0]
     if whole:

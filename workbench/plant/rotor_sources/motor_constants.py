@@ -1,4 +1,4 @@
-"""The constants of Gazebo's motor model, and what holds where a description leaves them out."""
+"""The constants of Gazebo's motor model, and their values if a description omits them."""
 
 import math
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ _DEFAULTED = {
     "max_rot_velocity": "maxRotVelocity",
     "velocity_slowdown": "rotorVelocitySlowdownSim",
 }
-"""Tags of constants that Gazebo has a default for, by the fields of `Rotor`."""
+"""Tags of constants with a default in Gazebo, by field of `Rotor`."""
 _OPTIONAL = {
     "rotor_drag_coefficient": "rotorDragCoefficient",
     "rolling_moment_coefficient": "rollingMomentCoefficient",
@@ -31,17 +31,17 @@ _OPTIONAL = {
     "propeller_radius": "propellerRadius",
     "linear_motor_constant": "linearMotorConstant",
 }
-"""Likewise of those that count as 0; of the inertia that of the rotor's link counts."""
+"""Tags of constants that are 0 if omitted; the inertia is then that of the rotor's link."""
 COEFFICIENTS = tuple(_OPTIONAL)
 """Fields of `Rotor` that are 0 if not stated, with `inertia`, which is that of the rotor's link."""
 CONSTANTS = ("motorConstant", *_DEFAULTED.values(), *_OPTIONAL.values())
 """Names of the tags used."""
 _TURNING = ("continuous", "revolute")
 _WIDEST = 0.75
-"""Radius of gyration over the radius of a propeller: a rod's is 0.58, no tip is heavy, and
-the radius that follows from the thrust is right to a fifth."""
+"""Largest radius of gyration over the radius of a propeller. A rod has 0.58, tips are light, and
+the radius computed from the thrust is accurate to a fifth."""
 _NARROWEST = 0.04
-"""Likewise: of a motor's bell alone it is 0.1."""
+"""The smallest one; the bell of a motor alone has 0.1."""
 
 
 # kDefault... in rotors_gazebo_plugins' gazebo_motor_model.h and common.h (the slowdown), the same
@@ -53,34 +53,34 @@ GAZEBO = {
     "max_rot_velocity": 838.0,
     "velocity_slowdown": 10.0,
 }
-"""Defaults by the fields of `Rotor`."""
+"""Defaults by field of `Rotor`."""
 
 
 def read_constants(
     tags: Tags, otherwise: Mapping[str, float], source: str, element: str, remarks: Remarks
 ) -> dict[str, float]:
-    """Return the constants that a plugin gives, with others for those that it leaves out.
+    """Return the constants in a plugin by field of `Rotor`, with defaults for omitted ones.
 
-    They are by the fields of `Rotor`; the inertia is there where it is stated.
+    The inertia is only included if it is stated.
 
     Args:
         tags: of the plugin.
-        otherwise: what to take for the missing ones.
-        source: whose figures those are, for the remark.
-        element: what the remark is about.
-        remarks: where to note what was missing.
+        otherwise: the defaults.
+        source: of the defaults, for the remark.
+        element: for the remark.
+        remarks: receives a remark on omitted constants.
 
     Raises:
-        WorkbenchError: for a constant that is no positive number, or a negative coefficient.
+        WorkbenchError: for a constant that is not positive, or a negative coefficient.
     """
     found, missing = dict(otherwise), []
     for name, tag in _DEFAULTED.items():
         if tags.has(tag):
             found[name] = tags.positive(tag)
-        elif name != "velocity_slowdown":  # which is for the picture only
+        elif name != "velocity_slowdown":  # used for the picture only
             missing.append(f"{tag} {otherwise[name]:g}")
     for name, tag in _OPTIONAL.items():
-        # left out it is 0: Gazebo's drag of 1e-4 would hold a small drone fast
+        # 0 if omitted: Gazebo's default drag of 1e-4 is too much for a small drone
         if tags.has(tag):
             found[name] = tags.not_negative(tag)
     note_assumed(missing, source, tags.file, element, remarks)
@@ -90,7 +90,7 @@ def read_constants(
 def note_assumed(
     missing: list[str], source: str, file: Path, element: str, remarks: Remarks
 ) -> None:
-    """Note constants that a description leaves out, each as a name and the value taken."""
+    """Add a remark on omitted constants, each given by name and assumed value."""
     if missing:
         remarks.add("assumed", file, element, f"{', '.join(missing)}: not given, {source}")
 
@@ -106,18 +106,18 @@ def make_rotor(
     tags: Tags,
     remarks: Remarks,
 ) -> Rotor:
-    """Return the rotor that a plugin turns, with the inertia of its link where none is stated.
+    """Return the rotor of a plugin, with the inertia of its link if none is stated.
 
     Args:
-        model: which declares the plugin.
-        joint: that turns.
+        model: that declares the plugin.
+        joint: of the rotor.
         link: that turns with it.
-        mount: where the hub is, and which way it pushes.
+        mount: position and axis of the rotor.
         direction: +1 turns counter-clockwise seen from the tip of the axis, -1 clockwise.
         motor_constant: thrust over squared speed [N·s²].
         constants: the others.
         tags: of the plugin.
-        remarks: where to note what was assumed.
+        remarks: receives remarks on assumptions.
     """
     if "inertia" not in constants:
         inertia = spin_inertia(
@@ -150,22 +150,22 @@ def spin_inertia(
     file: Path,
     remarks: Remarks,
 ) -> float:
-    """Return the inertia about a joint's axis of all links that turn with it [kg·m²].
+    """Return the inertia about the axis of a joint of all links that turn with it [kg·m²].
 
-    It is 0 for a joint that does not turn: what hangs on it may be a motor and its mount.
+    It is 0 for a joint that does not turn, as its links may be a motor and its mount.
 
-    RotorS and PX4 let rotors turn slower in the simulation and write their inertia as many times
-    larger, so that the angular momentum is right (`rotor_velocity_slowdown_sim` in RotorS'
-    multirotor_base.xacro). Where a propeller of that mass and size cannot have what is written,
-    and can have it over that factor, the latter is taken.
+    RotorS and PX4 let rotors turn slower in the simulation, and state an inertia larger by the same
+    factor, so that the angular momentum is correct (`rotor_velocity_slowdown_sim` in RotorS'
+    multirotor_base.xacro). If the stated inertia is impossible for a propeller of this mass and
+    size, but possible when divided by that factor, it is divided.
 
     Args:
-        model: to which the joint belongs.
-        joint: the rotor's.
-        motor_constant: of the rotor, which tells its size [N·s²].
-        slowdown: how many times slower the description lets the joint turn, 1 for not at all.
+        model: with the joint.
+        joint: of the rotor.
+        motor_constant: of the rotor, which determines its size [N·s²].
+        slowdown: factor by which the joint turns slower in the description, 1 for none.
         file: for remarks.
-        remarks: where it is noted if the factor is taken out, or what is written is implausible.
+        remarks: receives a remark if the inertia is divided or implausible.
     """
     if joint.kind not in _TURNING:
         return 0.0
@@ -175,7 +175,7 @@ def spin_inertia(
         if link.name in names and link.inertial:
             mass += link.inertial.mass
             inertia += _about(joint, link)
-    if not (mass > 0.0 and 0.0 < inertia < math.inf):  # a frame, or it is refused later
+    if not (mass > 0.0 and 0.0 < inertia < math.inf):  # a frame, or rejected later
         return 0.0
     squared = mass * (propeller_diameter(motor_constant) / 2.0) ** 2
     least, widest = _NARROWEST**2 * squared, _WIDEST**2 * squared
@@ -198,7 +198,7 @@ def spin_inertia(
 
 
 def _about(joint: Joint, link: Link) -> float:
-    """Return the inertia of a link about a joint's axis [kg·m²]."""
+    """Return the inertia of a link about the axis of a joint [kg·m²]."""
     assert link.inertial
     X_MI = link.X_ML @ link.inertial.X_LI
     axis_M = joint.X_MJ.rotation().matrix() @ np.array(joint.axis_J)

@@ -1,4 +1,4 @@
-"""Where a rotor sits on the body, which way it pushes, and what the turning of its joint means."""
+"""Position and axis of a rotor on the body, and the sense of rotation of its joint."""
 
 import math
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ Triple = tuple[float, float, float]
 
 _ASKEW = math.radians(1.0)
 _ACROSS = math.radians(80.0)
-"""A joint's axis farther than this off its link's z is no axis of thrust."""
+"""Largest angle between the axis of a joint and the z axis of its link for an axis of thrust."""
 
 
 @dataclass(frozen=True)
 class Mount:
-    """A rotor's place on the body B.
+    """Position and axis of a rotor on the body B.
 
     Attributes:
-        p_BR: the hub [m].
+        p_BR: position of the hub [m].
         axis_B: unit vector of thrust.
-        sense: what a positive turn about the joint is about `axis_B`: 1 or -1.
+        sense: sign of a positive rotation of the joint about `axis_B`: 1 or -1.
     """
 
     p_BR: Triple
@@ -37,7 +37,7 @@ def body_pose(model: Model, base_link: str) -> RigidTransform:
     """Return the pose of the model frame M in the body frame B.
 
     Raises:
-        WorkbenchError: if there is no such base link.
+        WorkbenchError: if the base link does not exist.
     """
     base = model.link(base_link)
     if base is None:
@@ -48,20 +48,20 @@ def body_pose(model: Model, base_link: str) -> RigidTransform:
 def mount_on_joint(
     model: Model, base_link: str, joint: Joint, link: Link, file: Path, remarks: Remarks
 ) -> Mount:
-    """Return the mount of a rotor whose link hangs on a joint.
+    """Return the mount of a rotor with a joint.
 
-    The hub is the joint's origin and thrust is along the line of the joint's axis, to the side of
-    the link's z, along which Gazebo pushes. Where the two differ, the one that leans counts: who
-    leans a rotor means it. An axis across the link's z (as URDF's x, where none is given) is no
-    direction of thrust. A fixed joint has no axis: see `mount_on_link`.
+    The hub is the origin of the joint. Thrust is along the axis of the joint, on the side of the
+    link's z axis, along which Gazebo applies thrust. If the two axes differ, the tilted one counts,
+    as a tilt is intentional. An axis perpendicular to the link's z (such as URDF's default x) is
+    not an axis of thrust. A fixed joint has no axis: see `mount_on_link`.
 
     Args:
-        model: to which they belong.
-        base_link: whose frame is B.
-        joint: with the rotor's link as its child.
+        model: with joint and link.
+        base_link: its frame is B.
+        joint: its child is the link of the rotor.
         link: that child.
         file: for remarks.
-        remarks: where it is noted if the joint's axis points against the thrust, or off link z.
+        remarks: receives a remark if the axis is opposite to the thrust, or not along link z.
     """
     if joint.kind == "fixed":
         return mount_on_link(model, base_link, link)
@@ -87,12 +87,12 @@ def mount_on_joint(
 
 
 def _leans(axis_B: np.ndarray) -> bool:
-    """Return whether an axis is not along the body's z, up or down."""
+    """Return whether an axis is tilted from the body's z axis, up or down."""
     return math.acos(min(1.0, abs(float(axis_B[2])))) > _ASKEW
 
 
 def mount_on_link(model: Model, base_link: str, link: Link) -> Mount:
-    """Return the mount of a rotor on a link: its centre of mass or else its origin, and its z."""
+    """Return the mount of a rotor along z of a link, at its centre of mass or else its origin."""
     X_BL = body_pose(model, base_link) @ link.X_ML
     p_LR = link.inertial.X_LI.translation() if link.inertial else np.zeros(3)
     return Mount(triple(X_BL.multiply(p_LR)), triple(X_BL.rotation().matrix()[:, 2]), 1)

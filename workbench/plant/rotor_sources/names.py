@@ -1,4 +1,4 @@
-"""Find links and joints by the names that a plugin gives, which may lack or have extra scopes."""
+"""Find links and joints by names in plugins, which may lack scopes or have additional ones."""
 
 from collections.abc import Sequence
 
@@ -10,36 +10,36 @@ _SCOPES = ("::", "/")
 
 
 def find_joint(model: Model, name: str, where: str) -> Joint:
-    """Return the joint that a plugin means.
+    """Return the joint for a name in a plugin.
 
     Args:
-        model: to which it belongs.
-        name: as the plugin has it.
+        model: with the joint.
+        name: as in the plugin.
         where: the beginning of a message.
 
     Raises:
-        WorkbenchError: if it is none, or one of several.
+        WorkbenchError: if it is unknown or ambiguous.
     """
     return model.joints[_find("joint", [joint.name for joint in model.joints], name, where)]
 
 
 def find_link(model: Model, name: str, where: str) -> Link:
-    """Return the link that a plugin means; arguments and errors as for `find_joint`."""
+    """Return the link for a name in a plugin; arguments and errors as for `find_joint`."""
     return model.links[_find("link", [link.name for link in model.links], name, where)]
 
 
 def same_name(one: str, other: str) -> bool:
-    """Return whether two names are the same but for scopes that one of them lacks."""
+    """Return whether two names are equal, except for scopes missing in one of them."""
     return one == other or _within(one, other) or _within(other, one)
 
 
 def _within(short: str, long: str) -> bool:
-    """Return whether the longer name is the shorter one in some scope."""
+    """Return whether a longer name is a shorter one with a scope."""
     return bool(short) and any(long.endswith(f"{scope}{short}") for scope in _SCOPES)
 
 
 def _find(kind: str, known: Sequence[str], name: str, where: str) -> int:
-    """Return the index of a name: the same, or the only one that has more or fewer scopes."""
+    """Return the index of the equal name, or of the only name with more or fewer scopes."""
     if name in known:
         return known.index(name)
     found = [index for index, other in enumerate(known) if _within(name, other)]

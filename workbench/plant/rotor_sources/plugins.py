@@ -1,6 +1,6 @@
-"""Rotors of Gazebo's plugins: motor models of RotorS, PX4 and gz-sim, and the velocity plugin.
+"""Read rotors from Gazebo plugins: motor models of RotorS, PX4 and gz-sim, and velocity plugins.
 
-The velocity plugin is the paper's. It names links and joints, and hardly any constants.
+The velocity plugin is that of the paper. It names links and joints, and hardly any constants.
 """
 
 import math
@@ -31,7 +31,7 @@ _VELOCITY_KIND = "velocity plugin"
 _NUMBERED = re.compile(r"(?:joint|link)([0-9]{1,4})")
 
 THRUST_TO_WEIGHT = 2.0
-# RotorS' figures, with a rounder speed: what the shipped drone has.
+# RotorS' values with a rounder speed, as in the shipped drone.
 ASSUMED = GAZEBO | {"max_rot_velocity": 1000.0}
 _FILES = ("gazebo_motor_model", "multicopter-motor-model")
 _CLASS = "::MulticopterMotorModel"
@@ -51,7 +51,7 @@ _USED = (
 
 @dataclass(frozen=True)
 class _Named:
-    """A rotor as the block names it."""
+    """A rotor as named in the block."""
 
     number: str
     joint: Joint
@@ -60,12 +60,12 @@ class _Named:
 
 
 def is_velocity_plugin(plugin: DeclaredPlugin) -> bool:
-    """Return whether a plugin is the paper's: its file, with numbered joints."""
+    """Return whether a plugin is that of the paper, by its file name and numbered joints."""
     return _FILE in plugin.element.get("filename", "").lower() and bool(_numbers(plugin))
 
 
 def velocity_plugin_joints(plugin: DeclaredPlugin) -> list[str]:
-    """Return the names of the joints that the block turns, as it has them."""
+    """Return the names of the joints in the block."""
     return [
         (plugin.element.findtext(f"joint{number}") or "").strip() for number in _numbers(plugin)
     ]
@@ -74,20 +74,20 @@ def velocity_plugin_joints(plugin: DeclaredPlugin) -> list[str]:
 def read_velocity_plugin(
     model: Model, plugin: DeclaredPlugin, base_link: str, remarks: Remarks
 ) -> tuple[Rotor, ...]:
-    """Return the rotors that the block names, in the order of its numbers.
+    """Return the rotors named in the block, by number.
 
-    Constants stand in the block under the names that Gazebo's motor model has for them, for all
-    rotors, and `turningDirectionN` for each. What is missing is assumed: see `ASSUMED`; turning
-    directions alternate around the drone, and thrust is `THRUST_TO_WEIGHT` times the weight.
+    The block may have constants for all rotors, with the names in Gazebo's motor model, and
+    `turningDirectionN` for each rotor. Missing constants are assumed, see `ASSUMED`; turning
+    directions then alternate around the drone, and thrust is `THRUST_TO_WEIGHT` times the weight.
 
     Args:
-        model: which declares the plugin.
+        model: that declares the plugin.
         plugin: the block.
-        base_link: whose frame is the body frame.
-        remarks: where to note what was assumed.
+        base_link: its frame is the body frame.
+        remarks: receives remarks on assumptions.
 
     Raises:
-        WorkbenchError: with file and line, if a joint or link is not there or a tag cannot be.
+        WorkbenchError: with file and line, for a missing joint or link, or an invalid tag.
     """
     tags = Tags(plugin, _VELOCITY_KIND)
     numbers = _numbers(plugin)
@@ -123,13 +123,13 @@ def read_velocity_plugin(
 
 
 def _numbers(plugin: DeclaredPlugin) -> list[str]:
-    """Return the numbers of all jointN and linkN, as written, in their order."""
+    """Return the numbers in all jointN and linkN, as written, in order."""
     matches = (_NUMBERED.fullmatch(str(child.tag)) for child in plugin.element)
     return sorted({match[1] for match in matches if match}, key=lambda text: (int(text), text))
 
 
 def _named(tags: Tags, number: str, model: Model, base_link: str, remarks: Remarks) -> _Named:
-    """Return the rotor of one number."""
+    """Return the rotor with a number."""
     joint_tag, link_tag = f"joint{number}", f"link{number}"
     joint = find_joint(model, tags.text(joint_tag), tags.where(joint_tag))
     link = find_link(model, tags.text(link_tag), tags.where(link_tag))
@@ -145,7 +145,7 @@ def _named(tags: Tags, number: str, model: Model, base_link: str, remarks: Remar
 def _motor_constant(
     tags: Tags, model: Model, rotors: int, max_rot_velocity: float, remarks: Remarks
 ) -> float:
-    """Return the motor constant of the block, or that of the assumed thrust-to-weight ratio."""
+    """Return the motor constant in the block, or that for the assumed thrust-to-weight ratio."""
     if tags.has("motorConstant"):
         return tags.positive("motorConstant")
     weight = total_mass(model) * GRAVITY
@@ -158,7 +158,7 @@ def _motor_constant(
 
 
 def _turns(tags: Tags, named: list[_Named], remarks: Remarks) -> list[int]:
-    """Return each rotor's direction about its axis, those not given alternating all around."""
+    """Return the direction of each rotor; missing ones alternate around the drone."""
     assumed: list[str] = []
     turns: list[int] = []
     for rotor, place in zip(named, _places_around(named), strict=True):
@@ -173,9 +173,9 @@ def _turns(tags: Tags, named: list[_Named], remarks: Remarks) -> list[int]:
 
 
 def _places_around(named: list[_Named]) -> list[int]:
-    """Return each rotor's place in the round seen from above, counter-clockwise from the first.
+    """Return the position of each rotor in counter-clockwise order from the first, seen from above.
 
-    Rotors above each other follow each other, the upper one first.
+    Rotors above each other are consecutive, the upper one first.
     """
     x_mid = sum(rotor.mount.p_BR[0] for rotor in named) / len(named)
     y_mid = sum(rotor.mount.p_BR[1] for rotor in named) / len(named)
@@ -188,7 +188,7 @@ def _places_around(named: list[_Named]) -> list[int]:
 
 
 def is_motor_plugin(plugin: DeclaredPlugin) -> bool:
-    """Return whether a plugin is a motor model, by its file or its class."""
+    """Return whether a plugin is a motor model, by its file or class name."""
     return plugin.element.get("name", "").strip().endswith(_CLASS) or any(
         file in plugin.element.get("filename", "") for file in _FILES
     )
@@ -199,12 +199,12 @@ def read_motor_plugins(model: Model, base_link: str, remarks: Remarks) -> tuple[
 
     Args:
         model: with the plugins.
-        base_link: whose frame is the body frame.
-        remarks: where to note what was assumed.
+        base_link: its frame is the body frame.
+        remarks: receives remarks on assumptions.
 
     Raises:
-        WorkbenchError: with file and line, if a tag is missing or cannot be, if a joint or link
-            is not there, or if two plugins have one number or one joint.
+        WorkbenchError: with file and line, for a missing or invalid tag, a missing joint or link,
+            or two plugins with one number or joint.
     """
     turning = [
         plugin
@@ -233,7 +233,7 @@ def read_motor_plugins(model: Model, base_link: str, remarks: Remarks) -> tuple[
         else:
             numbered[number] = rotor
     free = (number for number in count() if number not in numbered)
-    for number, rotor in zip(free, unnumbered):  # noqa: B905 - the free numbers are endless
+    for number, rotor in zip(free, unnumbered):  # noqa: B905 - `free` is infinite
         text = f"motorNumber {number}: not given, the order in the file"
         remarks.add("assumed", model.source, f"motor model of '{rotor.name}'", text)
         numbered[number] = rotor
@@ -241,7 +241,7 @@ def read_motor_plugins(model: Model, base_link: str, remarks: Remarks) -> tuple[
 
 
 def _turns_a_rotor(plugin: DeclaredPlugin, remarks: Remarks) -> bool:
-    """Return whether a motor model is one of speed and thrust, and note where it is not."""
+    """Return whether a motor model has the type velocity; add a remark if not."""
     kind = (plugin.element.findtext("motorType") or "").strip()
     if kind in ("", "velocity"):
         return True
@@ -271,7 +271,7 @@ def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
 
 
 def _joint(tags: Tags, model: Model, link: Link, remarks: Remarks) -> Joint:
-    """Return the joint that a plugin names, or the one that its link hangs on."""
+    """Return the joint named in a plugin, or else the parent joint of its link."""
     name = tags.text("jointName")
     try:
         return find_joint(model, name, tags.where("jointName"))
@@ -287,7 +287,7 @@ def _joint(tags: Tags, model: Model, link: Link, remarks: Remarks) -> Joint:
 
 
 def _number(tags: Tags) -> int | None:
-    """Return the place of a motor in the list of commands; gz-sim's own name for it goes first."""
+    """Return the index of a motor in the commands; gz-sim's name of the tag takes precedence."""
     for tag in ("actuator_number", "motorNumber"):
         if tags.has(tag):
             text = tags.text(tag)

@@ -1,4 +1,4 @@
-"""Rotors of gym-pybullet-drones' `<properties>` tag and propN_link links."""
+"""Read rotors from gym-pybullet-drones' `<properties>` tag and propN_link links."""
 
 import math
 import re
@@ -13,9 +13,9 @@ from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST, refuse_crowd
 from workbench.plant.rotors import Rotor
 
 RPM = 2.0 * math.pi / 60.0
-"""One turn a minute [rad/s]."""
+"""One revolution per minute [rad/s]."""
 GRAVITY = 9.8
-"""Gravity in gym-pybullet-drones [m/s²], the reference of its thrust2weight."""
+"""Gravity in gym-pybullet-drones [m/s²], which its thrust2weight refers to."""
 _PROPELLER = re.compile(r"(?:.*(?:::|/))?prop([0-9]{1,4})_link", re.DOTALL)
 _USED = ("kf", "km", "thrust2weight", "gnd_eff_coeff", "prop_radius", "drag_coeff_z")
 _EFFECTS = {
@@ -26,9 +26,9 @@ _EFFECTS = {
     "dw_coeff_2": "no flight has downwash",
     "dw_coeff_3": "no flight has downwash",
 }
-"""Why properties are not used."""
+"""Reasons why properties are not used."""
 _REVERSED = "racer"
-"""The one model of theirs whose propellers turn the other way (RACE in `BaseAviary._physics`)."""
+"""Their only model with opposite turning directions (RACE in `BaseAviary._physics`)."""
 
 
 def is_pybullet(model: Model) -> bool:
@@ -37,20 +37,20 @@ def is_pybullet(model: Model) -> bool:
 
 
 def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor, ...]:
-    """Return the rotors of gym-pybullet-drones' properties, by the number in their links' names.
+    """Return the rotors of gym-pybullet-drones' properties, by the number in their link names.
 
-    Thrust is kf n² and torque km n² with n in turns a minute, and the largest speed is that at
-    which all rotors lift thrust2weight times the weight (their `BaseAviary`: MAX_RPM, `_physics`;
-    forces act at the links' centres of mass along their z). The torque on the body about z is
-    -t0 + t1 - t2 + t3: even rotors turn counter-clockwise.
+    Thrust is kf n² and torque km n² with n in RPM. At the largest speed, all rotors together lift
+    thrust2weight times the weight (`BaseAviary`: MAX_RPM, `_physics`; forces act at the centres of
+    mass of the links along their z). The torque on the body about z is -t0 + t1 - t2 + t3: even
+    rotors turn counter-clockwise.
 
     Args:
         model: with the properties.
-        base_link: whose frame is the body frame.
-        remarks: where to note what was assumed.
+        base_link: its frame is the body frame.
+        remarks: receives remarks on assumptions.
 
     Raises:
-        WorkbenchError: if a coefficient is missing or cannot be.
+        WorkbenchError: for a missing or invalid coefficient.
     """
     links = _propellers(model)
     if not links:
@@ -75,9 +75,9 @@ def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor
                 f"{model.source}: properties kf {kf:g} and km {km:g} are no rotor's: give thrust "
                 "[N] and torque [N m] for one turn a minute"
             )
-    # The package has no lag at all, and the drone may be any. RotorS' figures come nearest, and
-    # are what published Gazebo models of the Crazyflie fly with (CrazyS; Bitcraze's own leaves
-    # Gazebo's defaults). A real one's motors are slower: 0.07 s (Eschmann et al. 2024, RotorPy).
+    # The package has no rotor lag. RotorS' values are used by published Gazebo models of the
+    # Crazyflie (CrazyS; Bitcraze's own model has Gazebo's defaults). The motors of a real one are
+    # slower: 0.07 s (Eschmann et al. 2024, RotorPy).
     up, down = GAZEBO["time_constant_up"], GAZEBO["time_constant_down"]
     missing = [f"time constants {up:g} s up and {down:g} s down"]
     note_assumed(missing, "Gazebo's defaults", model.source, "properties", remarks)
@@ -111,7 +111,7 @@ def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor
 
 
 def _propellers(model: Model) -> list[Link]:
-    """Return the links of propellers by their numbers."""
+    """Return the links of propellers, by number."""
     found = [
         (int(match[1]), link) for link in model.links if (match := _PROPELLER.fullmatch(link.name))
     ]
@@ -119,7 +119,7 @@ def _propellers(model: Model) -> list[Link]:
 
 
 def _coefficient(model: Model, name: str) -> float:
-    """Return a positive number of the properties."""
+    """Return a positive number in the properties."""
     text = dict(model.properties).get(name)
     if text is None:
         raise WorkbenchError(f"{model.source}: <properties> without {name}: add it")
@@ -135,7 +135,7 @@ def _coefficient(model: Model, name: str) -> float:
 
 
 def _or_none(model: Model, name: str, remarks: Remarks) -> float:
-    """Return a number that no flight needs, 0 where it is missing or cannot be."""
+    """Return an optional number in the properties, 0 if it is missing or invalid."""
     text = dict(model.properties).get(name, "0")
     try:
         value = float(text)

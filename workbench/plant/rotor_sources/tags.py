@@ -1,4 +1,4 @@
-"""The children of a plugin element as texts and numbers, with file and line of what is wrong."""
+"""Read the children of a plugin element as texts and numbers; errors have file and line."""
 
 import math
 import re
@@ -13,10 +13,10 @@ from workbench.plant.remarks import Remarks
 
 SMALLEST = 1e-20
 LARGEST = 1e6
-"""No constant of a motor lies beyond these, in SI or per RPM."""
+"""Limits of the constants of a motor, in SI or per RPM."""
 
 _NOT_PHYSICAL = re.compile(r"(?i)topic|namespace|node_?name|frame_?id|channel|pub_?rate")
-"""Tags about how Gazebo talks with others."""
+"""Pattern of tags about Gazebo's communication."""
 _MOST_NAMED = 10
 
 TURNS = {"ccw": 1, "cw": -1}
@@ -24,11 +24,11 @@ MOST_ROTORS = 128
 
 
 class Tags:
-    """What one plugin says.
+    """The children of one plugin.
 
     Args:
-        plugin: where it was declared.
-        kind: what messages call it.
+        plugin: as declared.
+        kind: name of the plugin in messages.
     """
 
     def __init__(self, plugin: DeclaredPlugin, kind: str) -> None:
@@ -37,11 +37,11 @@ class Tags:
         self._kind = kind
 
     def has(self, tag: str) -> bool:
-        """Return whether the plugin has a child of that name, be it empty."""
+        """Return whether there is a child with a name, possibly empty."""
         return self._element.find(tag) is not None
 
     def where(self, tag: str = "") -> str:
-        """Return file and line of a child, or of the plugin where there is none."""
+        """Return file and line of a child, or of the plugin without such a child."""
         child = self._element.find(tag) if tag else None
         return place(self.file, self._element if child is None else child)
 
@@ -49,7 +49,7 @@ class Tags:
         """Return the text of a child.
 
         Raises:
-            WorkbenchError: if there is none.
+            WorkbenchError: if it is missing or empty.
         """
         value = (self._element.findtext(tag) or "").strip()
         if not value:
@@ -57,10 +57,10 @@ class Tags:
         return value
 
     def turn(self, tag: str) -> int:
-        """Return the turning direction that a child gives, 1 for ccw and -1 for cw.
+        """Return the turning direction in a child, 1 for ccw and -1 for cw.
 
         Raises:
-            WorkbenchError: if it gives none.
+            WorkbenchError: if it is invalid.
         """
         value = self.text(tag)
         if value not in TURNS:
@@ -68,10 +68,10 @@ class Tags:
         return TURNS[value]
 
     def positive(self, tag: str) -> float:
-        """Return the positive number that a child gives.
+        """Return the positive number in a child.
 
         Raises:
-            WorkbenchError: if it gives none.
+            WorkbenchError: if it is missing or invalid.
         """
         if not self.has(tag):
             raise WorkbenchError(f"{self.where()}: {self._kind} without <{tag}>: add it")
@@ -81,10 +81,10 @@ class Tags:
         return value
 
     def not_negative(self, tag: str) -> float:
-        """Return the number that a child gives, 0 or positive.
+        """Return the number in a child, 0 or positive.
 
         Raises:
-            WorkbenchError: if it gives none.
+            WorkbenchError: if it is invalid.
         """
         value = self._number(tag)
         if not 0.0 <= value <= LARGEST:
@@ -92,10 +92,10 @@ class Tags:
         return value
 
     def numbers(self, tag: str) -> list[float]:
-        """Return the numbers that a child gives.
+        """Return the numbers in a child.
 
         Raises:
-            WorkbenchError: if it gives none.
+            WorkbenchError: if one is invalid.
         """
         try:
             found = [float(word) for word in self.text(tag).split()]
@@ -106,19 +106,19 @@ class Tags:
         return found
 
     def _number(self, tag: str) -> float:
-        """Return the number of a child, NaN where it is none."""
+        """Return the number in a child, NaN if it is invalid."""
         try:
             return float(self._element.findtext(tag) or "")
         except ValueError:
             return math.nan
 
     def note_unused(self, used: Container[str], element: str, remarks: Remarks) -> None:
-        """Note the children that are neither used nor about topics and names of Gazebo's.
+        """Add a remark on children that are neither used nor about Gazebo's communication.
 
         Args:
-            used: names of those that are.
-            element: what the remark is about.
-            remarks: where to note.
+            used: names of the used ones.
+            element: for the remark.
+            remarks: receives the remark.
         """
         unused = [
             f"<{shortened(str(child.tag))}>{shortened(child.text or '')}"
@@ -132,7 +132,7 @@ class Tags:
             remarks.add("ignored", self.file, element, text)
 
     def fault(self, tag: str, advice: str) -> WorkbenchError:
-        """Return the error for a child whose text cannot be."""
+        """Return the error for a child with an invalid text."""
         text = shortened(self._element.findtext(tag) or "")
         return WorkbenchError(
             f"{self.where(tag)}: {self._kind} has <{tag}>{text}</{tag}>: {advice}"
@@ -140,7 +140,7 @@ class Tags:
 
 
 def refuse_crowd(file: Path, number: int) -> None:
-    """Refuse more rotors than any multirotor has.
+    """Reject more rotors than any multirotor has.
 
     Raises:
         WorkbenchError: for more than `MOST_ROTORS`.

@@ -1,1 +1,1 @@
-"""Worlds: what stands and moves around the drone, from YAML and from Gazebo's SDF."""
+"""Worlds: static and moving obstacles around the drone, from YAML and Gazebo's SDF."""

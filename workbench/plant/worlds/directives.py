@@ -1,4 +1,4 @@
-"""Drake's model directives in a world file: read by Drake, kept as obstacles."""
+"""Read Drake's model directives in a world file, with Drake, as obstacles."""
 
 import logging
 from bisect import bisect_left
@@ -43,7 +43,7 @@ from workbench.plant.worlds.geometry import drawn_if_none
 from workbench.plant.worlds.world import Obstacle
 
 DEEPEST = 20
-"""So deep may files include each other."""
+"""Largest depth of nested includes."""
 MOST_FILES = 1000
 """Largest number of included files; repeated ones count again."""
 MOST_DIRECTIVES = 1000
@@ -58,7 +58,7 @@ _KINDS = (
     "add_weld",
 )
 FARTHEST = 1e6
-"""So large may be sides of obstacles and coordinates of their places [m]."""
+"""Limit of the sides and coordinates of obstacles [m]."""
 
 
 class _File(NamedTuple):
@@ -67,30 +67,30 @@ class _File(NamedTuple):
 
 
 class Includes:
-    """Walks what the directives of one world include."""
+    """Checks the includes in the directives of one world."""
 
     def __init__(self, finder: PackageFinder) -> None:
-        """Begin to count.
+        """Start counting.
 
         Args:
-            finder: of the files that are named.
+            finder: of the named files.
         """
         self._finder = finder
         self._count = 0
         self._inner: dict[_File, tuple[_File, ...]] = {}
 
     def check(self, path: Path, *, has_directives: bool) -> None:
-        """Refuse what would keep Drake busy for ever, or end in a crash.
+        """Reject files that would let Drake run for ever, or crash.
 
-        What cannot be found is left for Drake to name.
+        Drake reports missing files.
 
         Args:
-            path: the file that a directive names.
-            has_directives: whether it is one of directives, and not a model.
+            path: the file in a directive.
+            has_directives: whether it has directives, and is not a model.
 
         Raises:
-            WorkbenchError: beginning with the file that includes itself, that lies too deep, is
-                one too many, cannot be read, or is a model of MuJoCo's.
+            WorkbenchError: beginning with the file that includes itself, is nested too deeply,
+                exceeds the number of files, cannot be read, or is a MuJoCo model.
         """
         self._walk(_File(path.resolve(), has_directives), ())
 
@@ -112,7 +112,7 @@ class Includes:
             self._walk(inner, (*above, file))
 
     def _named(self, file: _File) -> Iterator[_File]:
-        """Yield the files that a file names, as far as they are found."""
+        """Yield the files named in a file that are found."""
         if file.has_directives:
             yield from self._in_directives(file.path)
         elif file.path.suffix.lower() == ".xml":
@@ -131,7 +131,7 @@ class Includes:
                     yield _File(found.resolve(), kind == "add_directives")
 
     def _of_uri(self, uri: str, file: Path) -> Iterator[_File]:
-        """Yield what an `<include>` may mean: Drake looks in the working directory as well."""
+        """Yield the possible files of an `<include>`; Drake also searches the working directory."""
         places = (file, Path.cwd() / file.name)
         for found in dict.fromkeys(self._finder.resolve(uri, place) for place in places):
             if found and found.is_dir():
@@ -141,7 +141,7 @@ class Includes:
 
 
 def _of_folder(folder: Path) -> Iterator[Path]:
-    """Yield the models of a model's folder, of all versions of SDF."""
+    """Yield the files in the folder of a model, for all versions of SDF."""
     for config in (folder / "model.config", folder / "manifest.xml"):
         for element in read_xml(config).iter("sdf") if config.is_file() else ():
             path = folder / (element.text or "").strip()
@@ -150,18 +150,17 @@ def _of_folder(folder: Path) -> Iterator[Path]:
 
 
 def read_directives(file: YamlFile, finder: PackageFinder) -> tuple[Obstacle, ...]:
-    """Return what the `directives` of a world file add, each body an obstacle.
+    """Return the bodies in the `directives` of a world file as obstacles.
 
-    A plant of their own takes them up, so that whatever is wrong shows here, and the plant that
-    flies has no bodies but the drone's. Packages of Drake's that it would fetch from the internet
-    are not known.
+    They are added to a separate plant, so that errors occur here, and the plant of the flight has
+    no other bodies than the drone. Packages that Drake would download are unknown.
 
     Args:
-        file: whose key `directives` is a list of mappings.
-        finder: of the files that they name; these may name, in turn, the packages given to it.
+        file: its key `directives` is a list of mappings.
+        finder: of the named files, which may refer to the packages given to it.
 
     Raises:
-        WorkbenchError: naming file and line of what Drake refuses, and of a model that could move.
+        WorkbenchError: naming file and line, if Drake rejects a directive, or a model could move.
     """
     items, includes = _items(file), Includes(finder)
     if len(items) > MOST_DIRECTIVES:
@@ -181,10 +180,10 @@ def read_directives(file: YamlFile, finder: PackageFinder) -> tuple[Obstacle, ..
 def _accepted(
     file: YamlFile, items: Sequence[yaml.Node], finder: PackageFinder
 ) -> tuple[MultibodyPlant, SceneGraph]:
-    """Return a plant that is finalised, with what directives add.
+    """Return a finalised plant with directives.
 
     Raises:
-        WorkbenchError: for the first directive that Drake refuses.
+        WorkbenchError: for the first directive that Drake rejects.
     """
     try:
         plant, scene_graph = _processed(items, finder.packages)
@@ -203,7 +202,7 @@ def _accepted(
 
 @contextmanager
 def _quiet_drake() -> Iterator[None]:
-    """Hold back what Drake logs: what matters of it is in its exception."""
+    """Suppress Drake's log messages, as its exception has the reason."""
     logger = logging.getLogger("drake")
     logger.addFilter(_nothing)
     try:
@@ -219,7 +218,7 @@ def _nothing(_: logging.LogRecord) -> bool:
 def _processed(
     items: Sequence[yaml.Node], packages: Mapping[str, Path]
 ) -> tuple[MultibodyPlant, SceneGraph]:
-    """Return a plant that is not finalised, with what directives add."""
+    """Return a plant with directives that is not finalised."""
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     parser = Parser(plant)
@@ -238,7 +237,7 @@ def _processed(
 
 
 def _fails(items: Sequence[yaml.Node], finder: PackageFinder) -> bool:
-    """Return whether Drake refuses these directives; with more of them it does so too."""
+    """Return whether Drake rejects these directives; it then rejects any longer list, too."""
     try:
         _processed(items, finder.packages)
     except (RuntimeError, ValueError, SystemExit):
@@ -259,10 +258,10 @@ def _find(
     finder: PackageFinder,
     includes: Includes,
 ) -> None:
-    """Find the file that a directive names, and write its path into the directive.
+    """Find the file in a directive, and write its path into the directive.
 
     Raises:
-        WorkbenchError: if it is no directive, or its file is not there or includes itself.
+        WorkbenchError: if the directive is invalid, or its file is missing or includes itself.
     """
     where = file.where("directives", index)
     kinds = [key.value for key, _ in item.value]
@@ -297,7 +296,7 @@ def _obstacle(
     """Return a body as an obstacle.
 
     Raises:
-        WorkbenchError: if it could move, or is endless or too far away.
+        WorkbenchError: if it could move, or is infinite or too far away.
     """
     name = body.scoped_name().get_full()
     collisions = _geometries(inspector, name, plant.GetCollisionGeometriesForBody(body))
@@ -337,13 +336,13 @@ def _geometries(
 
 
 def refuse_endless(where: str, name: str, X_WO: RigidTransform, geometry: GeometryInstance) -> None:
-    """Refuse an obstacle's geometry that has no size or no place.
+    """Reject a geometry of an obstacle with an invalid size or position.
 
     Args:
         where: "file:line: ", for the beginning of the message.
         name: of the obstacle.
-        X_WO: where it stands.
-        geometry: one of its own, posed in it.
+        X_WO: pose of the obstacle.
+        geometry: of the obstacle, with its pose in O.
 
     Raises:
         WorkbenchError: if a number is not finite or beyond `FARTHEST`, or a side not positive.
@@ -365,11 +364,11 @@ def refuse_endless(where: str, name: str, X_WO: RigidTransform, geometry: Geomet
 
 def _is_place(X: RigidTransform) -> bool:
     matrix = X.GetAsMatrix34()
-    return bool((np.abs(matrix) <= FARTHEST).all())  # false for what is no number
+    return bool((np.abs(matrix) <= FARTHEST).all())  # false for NaN
 
 
 def _sides(shape: Shape) -> tuple[float, ...]:
-    """Return the sides and radii of a shape [m], the scale of a mesh, whichever way it mirrors."""
+    """Return the sides and radii of a shape [m], or the absolute scale of a mesh."""
     match shape:
         case Box():
             return tuple(shape.size())

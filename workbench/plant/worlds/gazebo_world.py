@@ -1,4 +1,4 @@
-"""Read a world from Gazebo's SDF: every model in it, standing still."""
+"""Read a world from Gazebo's SDF, with all models static."""
 
 import dataclasses
 import math
@@ -35,25 +35,24 @@ from workbench.plant.worlds.world import Obstacle, World
 MOST_MODELS = 5000
 MOST_LINKS = 20_000
 _NOT_BUILT = ("actor", "population", "road", "state")
-"""What a world may have besides models, and is not built."""
+"""Elements of a world, besides models, that get a remark and are not built."""
 _FLAT = 1e-6
-"""How far from upright the normal of the ground may be [rad]."""
+"""Largest tilt of the ground [rad]."""
 _THIN = 1e-3
-"""How far from z = 0 it may be [m]."""
+"""Largest distance of the ground from z = 0 [m]."""
 
 
 def read_gazebo_world(path: Path, packages: Mapping[str, Path | str]) -> World:
-    """Return the world of an SDF file, versions 1.3 to 1.12.
+    """Return the world in an SDF file, versions 1.3 to 1.12.
 
-    Lights, physics, plugins and what else does not stand in the way are left out without a word.
+    Lights, physics, plugins and other elements that are no obstacles are left out without a remark.
 
     Args:
         path: the file.
-        packages: folders by name, besides those that are found.
+        packages: folders by name, in addition to those that are found.
 
     Raises:
-        WorkbenchError: naming file and line of what cannot be read. A model that is not found is
-            no failure but a remark.
+        WorkbenchError: naming file and line, for invalid content. A missing model is only a remark.
     """
     finder = PackageFinder(path, packages)
     files = SdfFiles(finder)
@@ -73,7 +72,7 @@ def read_gazebo_world(path: Path, packages: Mapping[str, Path | str]) -> World:
 
 
 def _world(file: SdfFile, remarks: Remarks) -> Node:
-    """Return the world of a file; where it has none, the file itself."""
+    """Return the world in a file, or its root element without a world."""
     worlds = [each for each in file.root.findall("world") if isinstance(each, Element)]
     if len(worlds) > 1:
         raise WorkbenchError(f"{file.path}: has {len(worlds)} worlds: leave one in it")
@@ -87,7 +86,7 @@ def _world(file: SdfFile, remarks: Remarks) -> Node:
 
 
 def _models(file: SdfFile, files: SdfFiles, remarks: Remarks) -> list[SdfTree]:
-    """Return the models of a world that can be had, but for drones."""
+    """Return the models of a world, without missing ones and drones."""
     tops = top_models(file)
     if len(tops) > MOST_MODELS:
         raise WorkbenchError(f"{file.path}: has more than {MOST_MODELS} models: leave some out")
@@ -119,7 +118,7 @@ def _models(file: SdfFile, files: SdfFiles, remarks: Remarks) -> list[SdfTree]:
 def _placed(
     file: SdfFile, trees: list[SdfTree], left_out: set[str], remarks: Remarks
 ) -> list[SdfTree]:
-    """Return the models that do not stand relative to one that is left out, or to such a one."""
+    """Return the models without those that are, even indirectly, relative to one left out."""
     while lost := [tree for tree in trees if _base(tree) in left_out]:
         for tree in lost:
             text = f"it stands relative to '{_base(tree)}', which is left out; left out"
@@ -134,8 +133,8 @@ def _placed(
 
 
 def _base(tree: SdfTree) -> str:
-    """Return the model that a model's pose is relative to, "" where it is to the world."""
-    pose = tree.models[-1].pose  # a model's own frame comes after those of the models in it
+    """Return the model that the pose of a model is relative to, "" for the world."""
+    pose = tree.models[-1].pose  # the frame of a model comes after those of nested models
     return pose.attribute("relative_to").partition("::")[0] if pose else ""
 
 
@@ -158,7 +157,7 @@ def _links(tree: SdfTree, poses: Poses, finder: PackageFinder, remarks: Remarks)
 
 
 def _home(world: Node, remarks: Remarks) -> Home | None:
-    """Return where on the earth a world says that it is, and what magnetic field it has there."""
+    """Return the position on the earth and the magnetic field in a world, if stated."""
     field = _magnetic_field(world, remarks)
     place = world.child("spherical_coordinates")
     if place is None:
@@ -176,7 +175,7 @@ def _home(world: Node, remarks: Remarks) -> Home | None:
 
 
 def _magnetic_field(world: Node, remarks: Remarks) -> Triple | None:
-    """Return the field that a world states: east, north and up [T]."""
+    """Return the magnetic field in a world: east, north and up [T]."""
     stated = world.child("magnetic_field")
     if stated is None or not stated.text:
         return None
@@ -189,14 +188,14 @@ def _magnetic_field(world: Node, remarks: Remarks) -> Triple | None:
 
 
 def without_planes(link: Node, poses: Poses, remarks: Remarks) -> Node:
-    """Return a link without the planes that touch, and without the picture of the ground.
+    """Return a link without planes for contact, and without the visual of the ground.
 
-    The ground is the half space of every world; planes that are not at z = 0 cannot be had.
+    The ground is the half space in every world; other planes are not supported.
 
     Args:
         link: with its `<visual>` and `<collision>` elements.
         poses: of all links.
-        remarks: where to note planes that touch and are not the ground.
+        remarks: receives remarks on planes for contact other than the ground.
     """
     left_out = []
     for part in link.children("visual", "collision"):
@@ -223,12 +222,12 @@ def without_planes(link: Node, poses: Poses, remarks: Remarks) -> Node:
 
 
 def obstacles_of(source: Path, links: Sequence[Link], remarks: Remarks) -> tuple[Obstacle, ...]:
-    """Return an obstacle for each link that has a shape, with its meshes as Drake takes them.
+    """Return an obstacle for each link with a shape, with meshes converted for Drake.
 
     Args:
-        source: the world's file.
-        links: with poses in the world in the place of the model's.
-        remarks: where to note meshes that were not found, could not be read, or touch as hulls.
+        source: file of the world.
+        links: with poses in the world.
+        remarks: receives remarks on meshes that are missing, unreadable, or replaced by hulls.
     """
     model = Model(source, source.stem, tuple(links), (), (), (), ())
     converted = with_converted_meshes(model, remarks, "left out")
@@ -254,7 +253,7 @@ def _obstacle(link: Link) -> Obstacle:
 
 
 def _names(link: Link, shapes: Sequence[LinkShape]) -> list[str]:
-    """Return names of a link's shapes, with numbers behind if one came twice."""
+    """Return names of the shapes of a link, with numbers if one occurs twice."""
     names = [shape.name.replace("::", "_") for shape in shapes]
     if len(set(names)) < len(names):
         names = [f"{name}_{index}" for index, name in enumerate(names)]

@@ -1,4 +1,4 @@
-"""Shapes of obstacles as geometries with the roles that Drake gives them."""
+"""Shapes of obstacles as Drake geometries with roles."""
 
 import copy
 import logging
@@ -23,11 +23,11 @@ from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shap
 
 Colour = tuple[float, float, float, float]
 GREY: Colour = (0.7, 0.7, 0.7, 1.0)
-"""For what has no colour of its own."""
+"""The default colour."""
 
 
 def collision(name: str, X_OG: RigidTransform, shape: Shape) -> GeometryInstance:
-    """Return a geometry to bump into; a mesh is the file of its convex hull."""
+    """Return a geometry for contact; the file of a mesh is its convex hull."""
     geometry = GeometryInstance(X_OG, _touched(shape), name)
     geometry.set_proximity_properties(contact_properties())
     return geometry
@@ -36,14 +36,14 @@ def collision(name: str, X_OG: RigidTransform, shape: Shape) -> GeometryInstance
 def visual(
     name: str, X_OG: RigidTransform, shape: Shape, colour: Colour | None
 ) -> GeometryInstance:
-    """Return a geometry that is drawn and seen; a mesh without `colour` has those of its file."""
+    """Return a geometry for drawing and sensors; without `colour` a mesh has that of its file."""
     if colour is None and not isinstance(shape, Mesh):
         colour = GREY
     return _seen(GeometryInstance(X_OG, _drawn(shape), name), colour)
 
 
 def solid(name: str, shape: Shape, colour: Colour | None) -> GeometryInstance:
-    """Return a geometry that is all of it: touched, drawn and seen."""
+    """Return a geometry for contact, drawing and sensors."""
     geometry = _seen(GeometryInstance(RigidTransform(), _drawn(shape), name), colour or GREY)
     geometry.set_proximity_properties(contact_properties())
     return geometry
@@ -52,9 +52,9 @@ def solid(name: str, shape: Shape, colour: Colour | None) -> GeometryInstance:
 def drawn_if_none(
     visuals: Iterable[GeometryInstance], collisions: Iterable[GeometryInstance]
 ) -> tuple[GeometryInstance, ...]:
-    """Return the visuals; without any, the collision shapes as visuals.
+    """Return the visuals, or the collision shapes as visuals if there are none.
 
-    What one can bump into, sensors have to see.
+    Sensors must see everything that the drone can touch.
     """
     return tuple(visuals) or tuple(
         _seen(GeometryInstance(each.pose(), copy.copy(each.shape()), each.name()), GREY)
@@ -63,7 +63,7 @@ def drawn_if_none(
 
 
 def _seen(geometry: GeometryInstance, colour: Colour | None) -> GeometryInstance:
-    """Give a geometry the roles of what is drawn and of what sensors see."""
+    """Give a geometry the roles for drawing and sensors."""
     illustration, perception = IllustrationProperties(), PerceptionProperties()
     if colour is not None:
         illustration.AddProperty("phong", "diffuse", Rgba(*colour))
@@ -110,7 +110,7 @@ def add_ground(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
 
 
 def contact_properties() -> ProximityProperties:
-    """Return what ground and obstacles feel like: the friction of rubber on concrete.
+    """Return the contact properties of ground and obstacles: the friction of rubber on concrete.
 
     Stiffness and dissipation are left to Drake's defaults, which scale with the vehicle's weight
     (the static penetration stays below a tenth of a millimetre).

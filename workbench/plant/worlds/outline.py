@@ -1,4 +1,4 @@
-"""Obstacles as a map draws them: seen from above, in plain numbers; no Drake."""
+"""Obstacles for maps: seen from above, in plain numbers, without Drake."""
 
 import math
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Course:
-    """Where something that moves is; it moves straight and evenly between the corners.
+    """The path of a moving obstacle, at constant speed along straight lines between corners.
 
     Attributes:
-        times: of the corners [s], from 0 on, growing.
+        times: of the corners [s], from 0 on, increasing.
         corners: x, y, z [m] and yaw [rad] at these times.
-        repeat: whether it begins again at the end, where it is as it began; else it stays there.
+        repeat: whether it starts again at the end, which then equals the start; else it stays.
     """
 
     times: tuple[float, ...]
@@ -21,7 +21,7 @@ class Course:
     repeat: bool
 
     def at(self, time: float) -> tuple[float, float, float, float]:
-        """Return x, y, z [m] and yaw [rad] in W at a time of the flight [s]."""
+        """Return x, y, z [m] and yaw [rad] in W at a flight time [s]."""
         if self.repeat:
             time = math.fmod(time, self.times[-1])
         x, y, z, yaw = (np.interp(time, self.times, row) for row in np.transpose(self.corners))
@@ -30,14 +30,14 @@ class Course:
 
 @dataclass(frozen=True)
 class Outline:
-    """A convex part of an obstacle from above.
+    """A convex part of an obstacle seen from above.
 
     Attributes:
         name: of the obstacle.
-        corners: x, y of the corners, counter-clockwise [m]; in W, or where it moves in its frame.
-        low: height of its lowest point, likewise [m].
-        high: of its highest.
-        course: along which it moves, None where it stands.
+        corners: x, y of the corners, counter-clockwise [m]; in W, or in the frame of a moving one.
+        low: height of its lowest point in the same frame [m].
+        high: height of its highest point.
+        course: path of a moving obstacle, else None.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Outline:
     course: Course | None = None
 
     def at(self, time: float) -> "Outline":
-        """Return the outline in W, of what stands, at a time of the flight [s]."""
+        """Return the static outline in W at a flight time [s]."""
         if self.course is None:
             return self
         x, y, z, yaw = self.course.at(time)
@@ -56,7 +56,7 @@ class Outline:
         return Outline(self.name, corners, self.low + z, self.high + z)
 
     def holds(self, x: float, y: float) -> bool:
-        """Return whether a place in W [m] is inside, of what stands."""
+        """Return whether a point in W [m] is inside a static outline."""
         before = (*self.corners[-1:], *self.corners[:-1])
         return all(
             (b[0] - a[0]) * (y - a[1]) >= (b[1] - a[1]) * (x - a[0])

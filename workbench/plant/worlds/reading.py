@@ -1,4 +1,4 @@
-"""Read a world, whatever it is written in."""
+"""Read a world from YAML or Gazebo's SDF."""
 
 import math
 from collections.abc import Mapping
@@ -27,14 +27,14 @@ from workbench.plant.worlds.outline import Course
 from workbench.plant.worlds.world import MovingObstacle, Obstacle, World, first_twice
 
 MOST_SHAPES = 1000
-"""With so many a flight is slower than real time, and building it takes ten seconds."""
+"""Largest number of shapes; a flight is then slower than real time, and its start takes 10 s."""
 LONGEST_NAME = 100
 _RESERVED = ("ground", "world")
 MOST_MOVING = 100
 SHORTEST = 0.01
-"""Time between two rows of a path [s]."""
+"""Shortest time between two rows of a path [s]."""
 _SAME = 1e-9
-"""Places and angles that differ by less are the same [m, rad]."""
+"""Smallest difference of positions and angles that counts [m, rad]."""
 
 
 def read_world(path: Path | str, packages: Mapping[str, Path | str] | None = None) -> World:
@@ -42,11 +42,11 @@ def read_world(path: Path | str, packages: Mapping[str, Path | str] | None = Non
 
     Args:
         path: the file.
-        packages: folders of ROS packages and Gazebo models by name, besides those that are found
-            above and beside the file and through the environment.
+        packages: folders of ROS packages and Gazebo models by name, in addition to those found
+            near the file and through the environment.
 
     Raises:
-        WorkbenchError: in one sentence, with file and line where that is known.
+        WorkbenchError: with file and line if known.
     """
     path = Path(path)
     if path.is_dir():
@@ -69,7 +69,7 @@ def read_world(path: Path | str, packages: Mapping[str, Path | str] | None = Non
 
 @dataclass
 class ShapeWords:
-    """One shape: sides of a box; a radius; radius and length, along z; all in m."""
+    """One shape: sides of a box, a radius, or radius and length along z; all in m."""
 
     box: list[float] | None = None
     sphere: float | None = None
@@ -79,7 +79,7 @@ class ShapeWords:
 
 @dataclass
 class ObstacleWords:
-    """Something that stands still: a shape at a position [m], with roll, pitch and yaw [rad]."""
+    """A static obstacle: a shape at a position [m], with roll, pitch and yaw [rad]."""
 
     name: str = ""
     shape: ShapeWords = field(default_factory=ShapeWords)
@@ -90,7 +90,7 @@ class ObstacleWords:
 
 @dataclass
 class MovingWords:
-    """Something that moves: rows of time [s], x, y, z [m] and perhaps yaw [rad]."""
+    """A moving obstacle: rows of time [s], x, y, z [m] and optionally yaw [rad]."""
 
     name: str = ""
     shape: ShapeWords = field(default_factory=ShapeWords)
@@ -101,7 +101,7 @@ class MovingWords:
 
 @dataclass
 class HomeWords:
-    """Where the origin is on the earth, in the words of Gazebo: degrees, metres and tesla."""
+    """The position of the origin on the earth, in Gazebo's terms: degrees, metres and tesla."""
 
     latitude_deg: float = 0.0
     longitude_deg: float = 0.0
@@ -125,7 +125,7 @@ def read_name(file: YamlFile, keys: Keys, name: str) -> str:
     """Return the name of an obstacle.
 
     Raises:
-        WorkbenchError: if it cannot be one.
+        WorkbenchError: if it is invalid.
     """
     if not name:
         raise WorkbenchError(f"{file.where(*keys)}{dotted(keys)} has no name: add one")
@@ -142,7 +142,7 @@ def read_shape(file: YamlFile, keys: Keys, words: ShapeWords) -> Shape:
     """Return a shape.
 
     Raises:
-        WorkbenchError: if it is not one, or a size is not positive.
+        WorkbenchError: if there is none or several, or a size is not positive.
     """
     given = [kind for kind, value in vars(words).items() if value is not None]
     if len(given) != 1:
@@ -162,10 +162,10 @@ def read_shape(file: YamlFile, keys: Keys, words: ShapeWords) -> Shape:
 
 
 def read_colour(file: YamlFile, keys: Keys, color: list[float] | None) -> Colour | None:
-    """Return red, green, blue and opacity, None where no colour is given.
+    """Return red, green, blue and opacity, or None without a colour.
 
     Raises:
-        WorkbenchError: if it has not three or four numbers 0 .. 1.
+        WorkbenchError: if it is not three or four numbers 0 .. 1.
     """
     if color is None:
         return None
@@ -179,8 +179,7 @@ def read_numbers(file: YamlFile, keys: Keys, numbers: list[float], *counts: int)
     """Return numbers as floats.
 
     Raises:
-        WorkbenchError: if there are more or fewer than one of `counts`, or one is not finite or of
-            absurd size.
+        WorkbenchError: if their number is none of `counts`, or one is not finite or too large.
     """
     if len(numbers) not in counts or not all(abs(number) <= LARGEST for number in numbers):
         wanted = " or ".join(map(str, counts))
@@ -197,14 +196,14 @@ def _positive(file: YamlFile, keys: Keys, sizes: list[float], count: int) -> lis
 
 
 def read_world_yaml(path: Path, packages: Mapping[str, Path | str]) -> World:
-    """Return the world of a YAML file.
+    """Return the world in a YAML file.
 
     Args:
         path: the file.
-        packages: folders by name, besides those that are found.
+        packages: folders by name, in addition to those that are found.
 
     Raises:
-        WorkbenchError: naming file and line of what is wrong.
+        WorkbenchError: naming file and line, for invalid content.
     """
     file = read_yaml(path, tagged_loader())
     check_schema(file, WorldWords)
@@ -236,7 +235,7 @@ def read_world_yaml(path: Path, packages: Mapping[str, Path | str]) -> World:
 
 
 def _obstacle(file: YamlFile, keys: Keys, words: ObstacleWords) -> Obstacle:
-    """Return something that stands still."""
+    """Return a static obstacle."""
     name = read_name(file, keys, words.name)
     shape = read_shape(file, (*keys, "shape"), words.shape)
     colour = read_colour(file, keys, words.color)
@@ -251,7 +250,7 @@ def _obstacle(file: YamlFile, keys: Keys, words: ObstacleWords) -> Obstacle:
 
 
 def _home(file: YamlFile, words: HomeWords | None) -> Home | None:
-    """Return where on the earth the origin is."""
+    """Return the position of the origin on the earth."""
     if words is None:
         return None
     for key, most in (("latitude_deg", 90.0), ("longitude_deg", 180.0), ("elevation", 1e5)):
@@ -270,7 +269,7 @@ def _home(file: YamlFile, words: HomeWords | None) -> Home | None:
 
 
 def _magnetic_field(file: YamlFile, numbers: list[float]) -> Triple:
-    """Return the field that a home states: east, north and up [T]."""
+    """Return the magnetic field of a home: east, north and up [T]."""
     keys = ("home", "magnetic_field")
     east, north, up = read_numbers(file, keys, numbers, 3)
     if max(abs(east), abs(north), abs(up)) > STRONGEST_FIELD:
@@ -283,7 +282,7 @@ def read_moving(file: YamlFile, keys: Keys, words: MovingWords) -> MovingObstacl
     """Return a moving obstacle.
 
     Raises:
-        WorkbenchError: naming file and line of what makes it none.
+        WorkbenchError: naming file and line, for invalid content.
     """
     name = read_name(file, keys, words.name)
     shape = read_shape(file, (*keys, "shape"), words.shape)
@@ -309,7 +308,7 @@ def read_moving(file: YamlFile, keys: Keys, words: MovingWords) -> MovingObstacl
 
 
 def _alike(first: tuple[float, ...], last: tuple[float, ...]) -> bool:
-    """Return whether two corners are one place, with yaws that look alike."""
+    """Return whether two corners have the same position and equivalent yaws."""
     apart = [a - b for a, b in zip(first[:3], last[:3], strict=True)]
     return max(map(abs, (*apart, math.remainder(first[3] - last[3], math.tau)))) < _SAME
 

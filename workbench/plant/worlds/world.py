@@ -1,4 +1,4 @@
-"""A world as records: obstacles that stand, obstacles that move, and where on the earth it lies."""
+"""A world as records: static and moving obstacles, and its position on the earth."""
 
 import math
 from collections.abc import Iterable
@@ -26,22 +26,22 @@ from workbench.plant.remarks import Remark
 from workbench.plant.worlds.outline import Course, Outline
 
 GROUND = "ground"
-"""The name of the half space below z = 0, which no obstacle may have."""
+"""Reserved name of the half space below z = 0."""
 ROUND = 32
-"""Corners of a circle, which lie on it."""
+"""Number of corners of the polygon for a circle; they are on the circle."""
 _ANGLES = np.arange(ROUND) * (2.0 * math.pi / ROUND)
 _CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(ROUND)])
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A rigid thing O that stands still.
+    """A static rigid obstacle O.
 
     Attributes:
-        name: unique in its world; `model::link` where it is a model's.
-        X_WO: where it stands.
-        collisions: geometries to bump into, named `OBSTACLE::SHAPE`, with poses in O.
-        visuals: geometries that are drawn and that sensors see, likewise.
+        name: unique in its world; `model::link` for a link of a model.
+        X_WO: its pose.
+        collisions: geometries for contact, named `OBSTACLE::SHAPE`, with poses in O.
+        visuals: geometries for drawing and sensors, with such names and poses.
     """
 
     name: str
@@ -52,12 +52,12 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class MovingObstacle:
-    """A shape O that follows a path whatever it meets; it stays upright.
+    """An upright shape O that follows a path, regardless of contact.
 
     Attributes:
         name: unique in its world.
-        geometry: touchable for signed distances, drawn, and seen by sensors; centred on O.
-        course: along which it moves.
+        geometry: for signed distances, drawing and sensors; centred on O.
+        course: its path.
     """
 
     name: str
@@ -65,24 +65,24 @@ class MovingObstacle:
     course: Course
 
     def pose(self, time: float) -> RigidTransform:
-        """Return X_WO at a time of the flight [s]."""
+        """Return X_WO at a flight time [s]."""
         x, y, z, yaw = self.course.at(time)
         return RigidTransform(RollPitchYaw(0.0, 0.0, yaw), np.array([x, y, z]))
 
 
 @dataclass(frozen=True)
 class World:
-    """What is around the drone, with flat ground at z = 0 unless it says otherwise.
+    """The surroundings of the drone, by default with flat ground at z = 0.
 
     Attributes:
         source: the file that was read.
-        name: the file's, without its ending.
-        title: what people call it.
+        name: of the file without its ending.
+        title: for people.
         ground: whether there is ground.
-        obstacles: those that stand still.
-        moving: those that move.
-        home: where on the earth its origin lies, None where it does not say.
-        remarks: what was assumed, missing or left unused.
+        obstacles: static ones.
+        moving: moving ones.
+        home: position of its origin on the earth, None if not stated.
+        remarks: on what was assumed, missing or not used.
     """
 
     source: Path
@@ -96,14 +96,14 @@ class World:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all obstacles; the first are those that stand."""
+        """The names of all obstacles, static ones first."""
         return (*(each.name for each in self.obstacles), *(each.name for each in self.moving))
 
     def pose(self, name: str, time: float) -> RigidTransform:
-        """Return X_WO of an obstacle at a time of the flight [s].
+        """Return X_WO of an obstacle at a flight time [s].
 
         Raises:
-            WorkbenchError: if there is none of the name.
+            WorkbenchError: if the name is unknown.
         """
         for obstacle in self.obstacles:
             if obstacle.name == name:
@@ -115,16 +115,16 @@ class World:
 
 
 EMPTY = World(source=Path("empty"), name="empty")
-"""Nothing but the ground."""
+"""The world with only the ground."""
 
 
 def obstacle_of(geometry: str) -> str:
-    """Return the obstacle that a geometry's name in the scene graph belongs to, or `GROUND`."""
+    """Return the obstacle of a geometry by its name in the scene graph, or `GROUND`."""
     return geometry.rpartition("::")[0] or geometry
 
 
 def first_twice(names: Iterable[str]) -> str | None:
-    """Return the first name that came before, if one did."""
+    """Return the first name that occurs twice, or None."""
     seen: set[str] = set()
     for name in names:
         if name in seen:
@@ -134,9 +134,9 @@ def first_twice(names: Iterable[str]) -> str | None:
 
 
 def outlines(world: World) -> tuple[Outline, ...]:
-    """Return the outlines of all that can be bumped into, a convex part each, but the ground's.
+    """Return the outlines of all obstacles with contact, without the ground, for each convex part.
 
-    Parts without an area from above, and without an end, have none.
+    Infinite parts, and parts without an area seen from above, have no outline.
     """
     standing = (
         _outline(obstacle.name, obstacle.X_WO, geometry)
@@ -167,9 +167,9 @@ def _outline(
 
 
 def _points(shape: Shape, R: np.ndarray) -> np.ndarray:
-    """Return points about the middle of a turned shape (N, 3) [m] whose shadow is its own.
+    """Return points (N, 3) [m] around the centre of a rotated shape with the same shadow as it.
 
-    None of what has no end, or no hull.
+    Infinite shapes, and shapes without a hull, have no points.
     """
     match shape:
         case Box():
@@ -204,7 +204,7 @@ def _ball(M: np.ndarray) -> np.ndarray:
 
 
 def _corners(shape: Mesh | Convex) -> Iterable[np.ndarray]:
-    """Return the corners of a mesh's convex hull; none of a kind of file that Drake has none of."""
+    """Return the corners of the convex hull of a mesh; none for an unsupported file format."""
     try:
         hull = shape.GetConvexHull()
     except RuntimeError:
