@@ -48,15 +48,14 @@ class CrashGuard(QObject):
 
     Args:
         notices: takes the report.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     interrupted = pyqtSignal()
     """Ctrl-C was pressed in the terminal."""
     _caught = pyqtSignal(object)
 
-    def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, notices: Notices) -> None:
+        super().__init__()
         self._notices = notices
         queued = Qt.ConnectionType.QueuedConnection  # in whatever thread it happened
         self._caught.connect(self._tell, queued)  # type: ignore[call-arg]

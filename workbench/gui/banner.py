@@ -6,22 +6,22 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PyQt6.QtCore import QSettings, Qt, QTimer
-from PyQt6.QtGui import QAction, QGuiApplication
+from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import (
     QFrame,
     QLabel,
     QPushButton,
     QSizePolicy,
-    QToolButton,
     QWidget,
 )
 
 from workbench.control.mode import FlightMode
+from workbench.gui.file_dialogs import clipboard
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.icons import icon, picture
-from workbench.gui.layout import hbox, vbox
+from workbench.gui.layout import button, hbox, label, named, tool_button, vbox
 from workbench.gui.notices import Notice, Notices, Severity
-from workbench.gui.style import dressed, set_class
+from workbench.gui.style import set_class
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 
@@ -117,33 +117,25 @@ class Banner(QFrame):
     Args:
         workspace: source of the notices.
         actions: actions that a remedy may name.
-        parent: the Qt parent.
     """
 
-    def __init__(
-        self, workspace: Workspace, actions: Mapping[str, QAction], parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, actions: Mapping[str, QAction]) -> None:
+        super().__init__()
         self.setObjectName("banner")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._look = workspace.look
         self._actions = actions
         self._queue = BannerQueue()
         self._shape = QLabel()
-        self._word = dressed(QLabel(), "heading")
-        self._what = QLabel()
-        self._what.setWordWrap(True)
+        self._word = label(kind="heading")
+        self._what = label(wraps=True)
         self._what.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._remedy = dressed(QLabel(), "muted")
-        self._remedy.setWordWrap(True)
-        self._more = dressed(QLabel(), "muted")
+        self._remedy = label(kind="muted", wraps=True)
+        self._more = label(kind="muted")
         self._offers: list[QPushButton] = []
-        self._copy = QPushButton("&Copy details")
-        self._copy.clicked.connect(self._copy_details)
-        self._close = dressed(QToolButton(), "quiet compact")
-        self._close.setAccessibleName("Dismiss the notice, Ctrl+Shift+D")
-        self._close.setToolTip("Dismiss (Ctrl+Shift+D)")
-        self._close.clicked.connect(self.dismiss)
+        self._copy = button("&Copy details", self._copy_details)
+        close = tool_button("", self.dismiss, "quiet compact", "Dismiss (Ctrl+Shift+D)")
+        self._close = named(close, "Dismiss the notice, Ctrl+Shift+D")
         self._lay_out()
         self._timer = QTimer(self)
         self._timer.setInterval(TICK)
@@ -225,36 +217,30 @@ class Banner(QFrame):
         """Make a button for each action that the remedy names."""
         words = remedy.lower()
         names = [name for said, name in REMEDIES if said in words and name in self._actions]
-        if names == [button.objectName() for button in self._offers]:
+        if names == [each.objectName() for each in self._offers]:
             return
-        for button in self._offers:
-            self._buttons.removeWidget(button)
-            button.deleteLater()
+        for each in self._offers:
+            self._buttons.removeWidget(each)
+            each.deleteLater()
         self._offers = []
         for at, name in enumerate(names):
             action = self._actions[name]
-            button = QPushButton(action.iconText())
-            button.setObjectName(name)
-            button.setToolTip(action.toolTip())
-            button.clicked.connect(action.trigger)
-            self._buttons.insertWidget(at, button)
-            self._offers.append(button)
+            offer = button(action.iconText(), action.trigger, help=action.toolTip())
+            offer.setObjectName(name)
+            self._buttons.insertWidget(at, offer)
+            self._offers.append(offer)
 
     def _copy_details(self) -> None:
-        notice = self.shown
-        clipboard = QGuiApplication.clipboard()
-        if notice is not None and clipboard is not None:
-            clipboard.setText(notice.details)
+        if self.shown is not None:
+            clipboard().setText(self.shown.details)
 
     def _lay_out(self) -> None:
         words = vbox(self._what, self._remedy, spacing=1)
         self._buttons = hbox(self._copy, self._more, self._close, spacing=6)
-        layout = hbox(of=self, margins=(12, 7, 10, 7), spacing=10)
-        for label in (self._shape, self._word):
-            label.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
-            layout.addWidget(label)
-        layout.addLayout(words, 1)
-        layout.addLayout(self._buttons)
+        for each in (self._shape, self._word):
+            each.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
+        parts = (self._shape, self._word, (words, 1), self._buttons)
+        hbox(*parts, of=self, margins=(12, 7, 10, 7), spacing=10)
 
 
 DONE = "guide/done"
@@ -311,11 +297,9 @@ class Guide(QFrame):
         self._stage = len(STAGES)
         self._excited = False
         self._gains: GainEditor | None = None
-        self._what, self._how = dressed(QLabel(), "heading"), QLabel()
-        self._how.setWordWrap(True)
-        self.skip = QPushButton("Ski&p")
-        self.skip.setToolTip("Close these hints, and do not show them again")
-        self.skip.clicked.connect(self.end)
+        self._what, self._how = label(kind="heading"), label(wraps=True)
+        help = "Close these hints, and do not show them again"
+        self.skip = button("Ski&p", self.end, help=help)
         hbox(self._what, (self._how, 1), self.skip, of=self)
         flight.viewed.connect(self._follow)
         self.hide()

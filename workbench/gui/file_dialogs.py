@@ -1,8 +1,10 @@
-"""File dialogs, as the whole app opens them."""
+"""File dialogs and the clipboard, as the whole app uses them."""
 
 from collections.abc import Callable
+from pathlib import Path
 
-from PyQt6.QtWidgets import QFileDialog
+from PyQt6.QtGui import QClipboard, QGuiApplication
+from PyQt6.QtWidgets import QFileDialog, QWidget
 
 from workbench.logs.flight_record import LOG_ENDINGS
 
@@ -10,7 +12,55 @@ LOG_FILES = "Logs ({})".format(" ".join(f"*{ending} *{ending.upper()}" for endin
 """Filter of file dialogs for logs."""
 
 
-def show_file_dialog(dialog: QFileDialog, chosen: Callable[[str], None]) -> None:
+def clipboard() -> QClipboard:
+    """Return the desktop's clipboard."""
+    found = QGuiApplication.clipboard()
+    assert found is not None
+    return found
+
+
+def open_file(
+    parent: QWidget, title: str, chosen: Callable[[Path], object], at: str = "", kinds: str = ""
+) -> QFileDialog:
+    """Show a dialog for an existing file, and return it.
+
+    Args:
+        parent: the Qt parent.
+        title: title of the dialog.
+        chosen: called with the path.
+        at: folder or file that it shows first; "" for the present folder.
+        kinds: filter of names as Qt writes it; "" for all.
+    """
+    dialog = QFileDialog(parent, title, at, kinds)
+    dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+    show_file_dialog(dialog, lambda path: chosen(Path(path)))
+    return dialog
+
+
+def save_file(
+    parent: QWidget, title: str, chosen: Callable[[Path], object], at: str = "", kinds: str = ""
+) -> QFileDialog:
+    """Show a dialog for a file to write, and return it; arguments as for `open_file`.
+
+    It does not ask before an existing file is chosen: use it where nothing in such a file is lost.
+    """
+    dialog = QFileDialog(parent, title, at, kinds)
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)
+    dialog.selectFile(at)
+    show_file_dialog(dialog, lambda path: chosen(Path(path)))
+    return dialog
+
+
+def choose_folder(parent: QWidget, title: str, chosen: Callable[[str], object], at: str) -> None:
+    """Show a dialog for a folder; arguments as for `open_file`."""
+    dialog = QFileDialog(parent, title, at)
+    dialog.setFileMode(QFileDialog.FileMode.Directory)
+    dialog.setOption(QFileDialog.Option.ShowDirsOnly)
+    show_file_dialog(dialog, chosen)
+
+
+def show_file_dialog(dialog: QFileDialog, chosen: Callable[[str], object]) -> None:
     """Show a dialog, while the flight and the key that stops it keep working.
 
     Args:

@@ -184,6 +184,18 @@ def label(text: str = "", kind: str = "", *, wraps: bool = False) -> QLabel:
     return made
 
 
+def buddy(text: str, widget: QWidget, help: str = "", kind: str = "muted") -> QLabel:
+    """Return a label with a mnemonic for a widget; name the widget if it has no name."""
+    made = label(text, kind)
+    made.setBuddy(widget)
+    if not widget.accessibleName():
+        widget.setAccessibleName(text.replace("&", ""))
+    if help:
+        widget.setToolTip(help)
+        widget.setAccessibleDescription(help)
+    return made
+
+
 def choice(name: str, texts: Iterable[str] = (), help: str = "") -> QComboBox:
     """Return a box with texts to choose from; its tool tip is its name without other help."""
     box = named(QComboBox(), name, help or name)
@@ -217,7 +229,7 @@ def scroll_area(part: QWidget | None = None, *, sideways: bool = True) -> QScrol
     return area
 
 
-def column(*parts: Part, spacing: int) -> QWidget:
+def column(*parts: Part, spacing: int | None = None) -> QWidget:
     """Return a widget with parts one below the other, and no margins; arguments as for `vbox`."""
     made = QWidget()
     vbox(*parts, of=made, margins=NO_MARGINS, spacing=spacing)

@@ -24,14 +24,11 @@ from PyQt6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QFrame,
-    QLabel,
     QLineEdit,
     QMainWindow,
     QMenuBar,
     QMessageBox,
     QPlainTextEdit,
-    QScrollArea,
     QSplitter,
     QTextEdit,
     QWhatsThis,
@@ -44,12 +41,11 @@ from workbench.gui.actions import RECENT, SPEEDS, THEMES, fill_menus, make_actio
 from workbench.gui.banner import Banner, Guide
 from workbench.gui.flight_control import FlightControl, possible
 from workbench.gui.help import about_page, keys_page
-from workbench.gui.layout import NO_MARGINS, hbox, vbox
+from workbench.gui.layout import NO_MARGINS, hbox, label, scroll_area, vbox
 from workbench.gui.opener import FileKind, Opener, RecentFiles, fill_recent
 from workbench.gui.recorder import Camera, Recorder
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
 from workbench.gui.screens import Screen, ScreenStack, SideBar
-from workbench.gui.style import dressed
 from workbench.gui.top_bar import TopBar
 from workbench.gui.view3d.view3d_panel import LOOKS, PARTS, View3d
 from workbench.gui.workspace import Workspace
@@ -118,21 +114,18 @@ class ArgumentsDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._arguments, self._given = tuple(arguments), given
         self.lines: dict[str, QLineEdit] = {}
-        said = QLabel(f"{file} takes arguments. Give a value to each that is marked with ✱.")
-        said.setWordWrap(True)
+        said = label(
+            f"{file} takes arguments. Give a value to each that is marked with ✱.", wraps=True
+        )
         form = QWidget()
         self._form = QFormLayout(form)
         for each in self._arguments:
             self._add(each)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setWidget(form)
         box = QDialogButtonBox.StandardButton
         self.buttons = QDialogButtonBox(box.Open | box.Cancel)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
-        vbox(said, (area, 1), self.buttons, of=self)
+        vbox(said, (scroll_area(form), 1), self.buttons, of=self)
         self.resize(460, min(520, 160 + 36 * len(self._arguments)))
         self._look()
 
@@ -154,8 +147,8 @@ class ArgumentsDialog(QDialog):
         line.setAccessibleName(f"{argument.name}, {NEEDED}" if needed else argument.name)
         line.textChanged.connect(self._look)
         self.lines[argument.name] = line
-        label = QLabel(f"{argument.name} ✱" if needed else argument.name)
-        self._form.addRow(label if needed else dressed(label, "muted"), line)
+        name = label(f"{argument.name} ✱") if needed else label(argument.name, "muted")
+        self._form.addRow(name, line)
 
     def _look(self) -> None:
         """Enable Open when every argument that needs a value has one."""

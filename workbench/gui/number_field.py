@@ -8,10 +8,10 @@ import re
 
 from PyQt6.QtCore import QLocale, QPoint, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QValidator, QWheelEvent
-from PyQt6.QtWidgets import QDoubleSpinBox, QLabel, QToolTip, QWidget
+from PyQt6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
-from workbench.gui.style import dressed, set_class
+from workbench.gui.style import set_class
 from workbench.gui.units import Unit
 
 NUMBER = r"[-+\N{MINUS SIGN}]?[\d.,]+(?:[eE][-+\N{MINUS SIGN}]?\d+)?"
@@ -306,15 +306,3 @@ class NumberField(QDoubleSpinBox):
         while symbol and plain.endswith(symbol):  # Qt adds another if a part is deleted
             plain = plain.removesuffix(symbol).strip()
         return plain
-
-
-def buddy(text: str, widget: QWidget, help: str = "") -> QLabel:
-    """Return a label with a mnemonic for a widget; name the widget if it has no name."""
-    label = dressed(QLabel(text), "muted")
-    label.setBuddy(widget)
-    if not widget.accessibleName():
-        widget.setAccessibleName(text.replace("&", ""))
-    if help:
-        widget.setToolTip(help)
-        widget.setAccessibleDescription(help)
-    return label

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from enum import Enum
+from functools import partial
 from pathlib import Path
 
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
@@ -11,7 +12,7 @@ from PyQt6.QtWidgets import QFileDialog, QMenu, QWidget
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import controllers_dir, models_dir, worlds_dir
 from workbench.control.controller import load_controller
-from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
+from workbench.gui.file_dialogs import LOG_FILES, open_file
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.notices import Notices
 from workbench.logs.flight_record import LOG_ENDINGS
@@ -220,8 +221,8 @@ class Opener:
 
     def ask(self, kind: FileKind) -> QFileDialog:
         """Show a file dialog, while the flight and the key that stops it keep working."""
-        dialog = QFileDialog(self._window, f"Open {kind.value}", str(self._folders[kind]))
-        dialog.setNameFilters([FILTERS[kind], "All files (*)"])
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        show_file_dialog(dialog, lambda path: self.open(kind, Path(path)))
-        return dialog
+        kinds = f"{FILTERS[kind]};;All files (*)"
+        folder = str(self._folders[kind])
+        return open_file(
+            self._window, f"Open {kind.value}", partial(self.open, kind), folder, kinds
+        )

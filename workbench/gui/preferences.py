@@ -219,14 +219,13 @@ class Preferences(QObject):
 
     Args:
         store: storage of the values.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal(str)
     """Name of a preference whose value has changed."""
 
-    def __init__(self, store: QSettings | None = None, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, store: QSettings | None = None) -> None:
+        super().__init__()
         self.store = store or QSettings()
         self._values: dict[str, PreferenceValue] = {}
 

@@ -39,8 +39,8 @@ class Screen(QWidget):
     title = ""
     icon = ""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self.workspace = workspace
         self.setAccessibleName(f"{self.title} screen")
 
@@ -80,13 +80,10 @@ class SideBar(QFrame):
     Args:
         actions: actions that show screens, by name.
         look: source of colours.
-        parent: the Qt parent.
     """
 
-    def __init__(
-        self, actions: Mapping[str, QAction], look: Look, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
+        super().__init__()
         self.setObjectName("side_bar")
         self.setAccessibleName("Screens")
         self._look = look
@@ -194,7 +191,6 @@ class ScreenStack(QStackedWidget):
     Args:
         workspace: services that they share.
         rows: the existing screens.
-        parent: the Qt parent.
     """
 
     completed = pyqtSignal()
@@ -202,13 +198,8 @@ class ScreenStack(QStackedWidget):
     switched = pyqtSignal(str)
     """Name of the visible screen."""
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        rows: tuple[ScreenRow, ...] = SCREENS,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, rows: tuple[ScreenRow, ...] = SCREENS) -> None:
+        super().__init__()
         self._workspace = workspace
         self._rows = rows
         self._screens: dict[str, Screen] = {}
@@ -306,7 +297,7 @@ class ScreenStack(QStackedWidget):
         if row.name in self._pages:
             return self._pages[row.name]
         try:
-            screen: Screen = row.load()(self._workspace, self)
+            screen: Screen = row.load()(self._workspace)
         except Exception as error:
             said = f"the {row.title} screen cannot be shown: {type(error).__name__}: {error}"
             self._workspace.notices.fail(said, "The other screens work; restart to try again.")

@@ -106,14 +106,13 @@ class Look(QObject):
 
     Args:
         preferences: source of the theme.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()
     """The colours have changed: repaint."""
 
-    def __init__(self, preferences: Preferences, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, preferences: Preferences) -> None:
+        super().__init__()
         self._preferences = preferences
         self.colours = self._wanted()
         preferences.changed.connect(lambda name: self._update() if name == "theme" else None)

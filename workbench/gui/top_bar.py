@@ -8,7 +8,6 @@ from PyQt6.QtCore import QEvent, QSize, Qt, QTimer
 from PyQt6.QtGui import QAction, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import (
     QFrame,
-    QHBoxLayout,
     QLabel,
     QSizePolicy,
     QToolButton,
@@ -19,10 +18,10 @@ from workbench.control.mode import FlightMode
 from workbench.gui.actions import SPEEDS, find_row
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.icons import icon, picture
-from workbench.gui.layout import NO_MARGINS, hbox, vbox
+from workbench.gui.layout import NO_MARGINS, buddy, fill, hbox, vbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.recorder import Recorder
-from workbench.gui.style import dressed, set_class
+from workbench.gui.style import set_class
 from workbench.gui.theme import Look
 from workbench.gui.units import Unit
 from workbench.gui.workspace import Workspace
@@ -188,13 +187,10 @@ class Chip(QWidget):
         name: name of the quantity, for screen readers.
         look: source of colours.
         characters: length of the longest usual text, so that neighbours do not move.
-        parent: the Qt parent.
     """
 
-    def __init__(
-        self, name: str, look: Look, characters: int = 0, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, name: str, look: Look, characters: int = 0) -> None:
+        super().__init__()
         self._name, self._look = name, look
         self._said: Said | None = None
         self._shape = QLabel()
@@ -243,11 +239,10 @@ class StatusStrip(QFrame):
 
     Args:
         look: source of colours.
-        parent: the Qt parent.
     """
 
-    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Look) -> None:
+        super().__init__()
         self.time = Chip("Simulated time", look, 7)
         self.battery = Chip("Battery", look, 5)
         self.reached = Chip("Speed", look, 14)
@@ -300,14 +295,10 @@ class StatusStrip(QFrame):
 
 
 class SpeedBox(NumberField):
-    """The real-time factor; its arrows step through the usual factors.
+    """The real-time factor; its arrows step through the usual factors."""
 
-    Args:
-        parent: the Qt parent.
-    """
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Speed wanted, in times real time", parent=parent)
+    def __init__(self) -> None:
+        super().__init__("Speed wanted, in times real time")
         self.set_range(Unit("×"), SLOWEST, FASTEST)
         self.show_si(1.0)
         self.setFixedWidth(SPEED_WIDTH * self.fontMetrics().horizontalAdvance("0"))
@@ -342,7 +333,6 @@ class TopBar(QFrame):
         actions: actions of the table, by name.
         control: controls the flight.
         recorder: model of the Record button.
-        parent: the Qt parent.
     """
 
     def __init__(
@@ -351,9 +341,8 @@ class TopBar(QFrame):
         actions: Mapping[str, QAction],
         control: FlightControl,
         recorder: Recorder,
-        parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self.setObjectName("top_bar")
         self.setAccessibleName("Flight")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
@@ -447,30 +436,20 @@ class TopBar(QFrame):
         self._actions[name].setIcon(made)
 
     def _lay_out(self) -> None:
-        row = self._row = QHBoxLayout()
-        row.setContentsMargins(10, 8, 10, 5)
-        row.setSpacing(6)
         badge = QFrame()
         badge.setObjectName("mode_badge")
         hbox(self.badge, of=badge, margins=(9, 4, 9, 4))
-        row.addWidget(badge)
+        row = self._row = hbox(badge, margins=(10, 8, 10, 5), spacing=6)
         row.addSpacing(6)
-        for name in FLYING:
-            row.addWidget(self._make_button(name, with_text=True))
+        fill(row, *(self._make_button(name, with_text=True) for name in FLYING))
         self._buttons["stop"].setProperty("class", "danger")
         self._buttons["stop"].setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its only key is F12
         row.addSpacing(10)
-        for name in HOLDING:
-            row.addWidget(self._make_button(name, with_text=False))
+        fill(row, *(self._make_button(name, with_text=False) for name in HOLDING))
         row.addSpacing(10)
-        label = self._speed_label = dressed(QLabel("Sp&eed"), "muted")
-        label.setBuddy(self.speed)
-        row.addWidget(label)
-        row.addWidget(self.speed)
-        row.addStretch(1)
-        row.addWidget(self._make_button("record", with_text=True))
-        row.addWidget(self._make_button("screenshot", with_text=False))
-        row.addWidget(self._make_button("view_3d", with_text=False))
+        self._speed_label = buddy("Sp&eed", self.speed)
+        fill(row, self._speed_label, self.speed, 1, self._make_button("record", with_text=True))
+        fill(row, *(self._make_button(name, with_text=False) for name in ("screenshot", "view_3d")))
         vbox(row, self.strip, of=self, margins=NO_MARGINS, spacing=0)
 
     def _make_button(self, name: str, *, with_text: bool) -> QToolButton:

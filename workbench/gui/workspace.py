@@ -31,8 +31,8 @@ class OpenedLog(QObject):
     what_if_wanted = pyqtSignal()
     """The log should be flown again."""
 
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.path: Path | None = None
 
     def open(self, path: Path) -> None:

@@ -109,11 +109,11 @@ def test_new_tokens_are_written_for_their_owner_only_and_never_shown(workspace, 
     screen = ServerScreen(workspace)
     qtbot.addWidget(screen)
     path = tmp_path / "new.tokens"
-    screen.form.make_tokens(str(path))
+    screen.form.make_tokens(path)
     assert path.stat().st_mode & 0o777 == 0o600
     assert screen.form.config.token_file == str(path)
     assert screen.form.fault("token_file") == ""
-    screen.form.make_tokens(str(path))
+    screen.form.make_tokens(path)
     assert "is there already" in screen.form.fault("token_file")
     kept = {
         key: workspace.preferences.store.value(key) for key in workspace.preferences.store.allKeys()
@@ -169,7 +169,7 @@ def test_a_page_for_phones_has_its_address_and_code(bench, qtbot):
 def test_clients_are_listed_taken_over_from_and_sent_away(bench, qtbot):
     screen = bench.screen
     path = bench.folder / "link.tokens"
-    screen.form.make_tokens(str(path))
+    screen.form.make_tokens(path)
     bench.press(screen.start_button)
     qtbot.waitUntil(lambda: bench.running is Running.LISTENING, timeout=LONG)
     assert "--token-file FILE" in screen.connect_panel.texts["command"].text()

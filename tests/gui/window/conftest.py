@@ -15,8 +15,8 @@ from workbench.gui.screens import Screen
 class Page(Screen):
     """A screen that notes what is done to it."""
 
-    def __init__(self, workspace, parent=None):
-        super().__init__(workspace, parent)
+    def __init__(self, workspace):
+        super().__init__(workspace)
         self.heard = []
         layout = QVBoxLayout(self)
         self.number, self.line = QDoubleSpinBox(), QLineEdit()
@@ -40,7 +40,7 @@ class Page(Screen):
 
 
 class BrokenPage(Screen):
-    def __init__(self, workspace, parent=None):
+    def __init__(self, workspace):
         raise RuntimeError("no more paint")
 
 

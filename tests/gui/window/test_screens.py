@@ -81,8 +81,8 @@ def test_a_screen_that_fails_as_it_begins_is_made_once(
     class Stumbling(light.Page):
         made = 0
 
-        def __init__(self, workspace, parent=None):
-            super().__init__(workspace, parent)
+        def __init__(self, workspace):
+            super().__init__(workspace)
             Stumbling.made += 1
 
         def begin(self, view):

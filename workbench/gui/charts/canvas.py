@@ -14,7 +14,6 @@ from PyQt6.QtWidgets import (
     QGraphicsSceneResizeEvent,
     QGraphicsSimpleTextItem,
     QSizePolicy,
-    QWidget,
 )
 from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
 
@@ -182,7 +181,6 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     Args:
         look: source of colours.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         view: the area of the curves.
@@ -202,8 +200,8 @@ class Canvas(pg.GraphicsLayoutWidget):
     resized = pyqtSignal()
     """The size has changed, so the content must be made again."""
 
-    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Look) -> None:
+        super().__init__()
         self._look = look
         self._content = Content()
         self._mouse: float | None = None

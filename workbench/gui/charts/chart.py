@@ -14,7 +14,6 @@ from PyQt6.QtGui import (
     QAction,
     QContextMenuEvent,
     QFocusEvent,
-    QGuiApplication,
     QKeyEvent,
     QKeySequence,
     QShowEvent,
@@ -35,6 +34,7 @@ from workbench.gui.charts.statistics import (
 )
 from workbench.gui.charts.ticks import Scale, decimals_for, round_step
 from workbench.gui.errands import Answers, single_shot
+from workbench.gui.file_dialogs import clipboard
 from workbench.gui.icons import icon
 from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.preferences import Preferences, log_folder
@@ -533,7 +533,6 @@ class Chart(QWidget):
         workspace: source of colours, units and preferences.
         smallest: shown range of values if the data hardly vary.
         kind: name of its kind, before its title.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         legend: title and names.
@@ -552,10 +551,8 @@ class Chart(QWidget):
     focused = pyqtSignal()
     """It has received the keyboard focus."""
 
-    def __init__(
-        self, workspace: Workspace, smallest: float, kind: str, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, smallest: float, kind: str) -> None:
+        super().__init__()
         self._workspace, self._kind = workspace, kind
         self._model = ChartModel(workspace.preferences, workspace.look, smallest)
         self._answers = Answers(workspace.notices.warn, self)
@@ -718,10 +715,8 @@ class Chart(QWidget):
 
     def copy_picture(self) -> None:
         """Copy the chart as a picture."""
-        clipboard = QGuiApplication.clipboard()
-        if clipboard is not None:
-            clipboard.setPixmap(self.grab())
-            self._workspace.notices.inform("The chart is on the clipboard, as a picture.")
+        clipboard().setPixmap(self.grab())
+        self._workspace.notices.inform("The chart is on the clipboard, as a picture.")
 
     def columns(self) -> tuple[Column, ...]:
         """Return the visible samples in SI units, as views that must be used at once."""
@@ -729,10 +724,8 @@ class Chart(QWidget):
 
     def copy_data(self) -> None:
         """Copy the visible samples in SI units, separated by tabs."""
-        clipboard = QGuiApplication.clipboard()
-        if clipboard is not None:
-            clipboard.setText(table_text(self.columns(), self._model.over))
-            self._workspace.notices.inform("The chart's data are on the clipboard, in SI units.")
+        clipboard().setText(table_text(self.columns(), self._model.over))
+        self._workspace.notices.inform("The chart's data are on the clipboard, in SI units.")
 
     def save_picture(self) -> None:
         """Write the chart as a picture (PNG) to the folder for logs."""

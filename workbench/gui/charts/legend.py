@@ -6,7 +6,7 @@ from html import escape
 
 from PyQt6.QtCore import QEvent, Qt, pyqtSignal
 from PyQt6.QtGui import QColor, QResizeEvent
-from PyQt6.QtWidgets import QLabel, QSizePolicy, QWidget
+from PyQt6.QtWidgets import QLabel, QSizePolicy
 
 from workbench.gui.charts.curve import CurveStyle, make_pen
 from workbench.gui.theme import Look
@@ -40,14 +40,13 @@ class Legend(QLabel):
 
     Args:
         look: source of colours.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     toggled = pyqtSignal(int)
     """Index of the entry that was clicked."""
 
-    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Look) -> None:
+        super().__init__()
         self._look = look
         self._entries: tuple[Entry, ...] = ()
         self._names: list[Entry] = []

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QComboBox, QLabel, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QComboBox, QLabel, QVBoxLayout
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.response_metrics import NUMBERS
@@ -57,11 +57,10 @@ class StaticPlot(Chart):
 
     Args:
         workspace: source of colours, units and preferences.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, 1e-3, "Plot", parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace, 1e-3, "Plot")
         self._unit = ""
         self._ends: tuple[float, float] | None = None
         self._model.hint = "Nothing to show yet"
@@ -193,7 +192,6 @@ class WindowPlot(StaticPlot):
 
     Args:
         workspace: source of colours, units and preferences.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         signals: signals over time that it uses.
@@ -202,14 +200,14 @@ class WindowPlot(StaticPlot):
     PERIOD = 0.2
     """Period between pictures [s]."""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+    def __init__(self, workspace: Workspace) -> None:
         self.signals = CurveSet()
         self._firsts: dict[Curve, Curve] = {}
         span = workspace.preferences.number("chart_seconds")
         self._view = TimeView(-span, 0.0, True)
         self._made = -math.inf
         self._now = 0.0
-        super().__init__(workspace, parent)
+        super().__init__(workspace)
 
     def add_curve(
         self,
@@ -324,14 +322,13 @@ class SpectrumChart(WindowPlot):
 
     Args:
         workspace: source of colours, units, preferences and errands.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     welch_changed = pyqtSignal()
     """The user has chosen another window, averaging or detrending."""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace)
         self._waits = self._again = False
         self._model.x_name, self._model.x_unit = "Frequency", "Hz"
         self._window, self._averages, self._detrend = QComboBox(), QComboBox(), QComboBox()
@@ -490,18 +487,17 @@ class StepChart(WindowPlot):
 
     Args:
         workspace: source of colours, units and preferences.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         steps: the shown steps, the newest last.
     """
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+    def __init__(self, workspace: Workspace) -> None:
         self.steps: list[StepResponse] = []
         self._names: list[str] = []
         self._limits: Limits = lambda _: ()
         self._hidden: set[str] = set()
-        super().__init__(workspace, parent)
+        super().__init__(workspace)
         self._model.x_name = "Time after the step"
         self._model.hint = "Drag a command here, then what it commands"
         self.statistics.setAccessibleName("Metrics of the steps that the chart shows")
@@ -606,7 +602,6 @@ class XYChart(WindowPlot):
 
     Args:
         workspace: source of colours, units and preferences.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         is_equal: whether both axes have the same scale.
@@ -617,8 +612,8 @@ class XYChart(WindowPlot):
     equal_changed = pyqtSignal()
     """The user has switched equal scales on or off."""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace)
         self.is_equal = False
         self._when: float | None = None
         self._zoomed = False

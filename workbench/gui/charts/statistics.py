@@ -13,7 +13,6 @@ from PyQt6.QtWidgets import (
     QSizePolicy,
     QTableWidget,
     QTableWidgetItem,
-    QWidget,
 )
 
 from workbench.gui.charts.ticks import Scale
@@ -114,14 +113,10 @@ def value_at(time: np.ndarray, values: np.ndarray, when: float) -> float:
 
 
 class StatisticsTable(QTableWidget):
-    """Shows rows; only changed cells are written.
+    """Shows rows; only changed cells are written."""
 
-    Args:
-        parent: the Qt parent; this object is deleted with it.
-    """
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(0, 0, parent)
+    def __init__(self) -> None:
+        super().__init__(0, 0)
         self._heads: list[str] = []
         self.setAccessibleName("Statistics of what the chart shows")
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.charts.chart import SEPARATOR, Chart, Command
 from workbench.gui.charts.curve import Curve, CurveStyle, Source
@@ -40,7 +39,6 @@ class StripChart(Chart):
 
     Args:
         workspace: source of colours, units and preferences.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         pause: pauses the picture.
@@ -49,8 +47,8 @@ class StripChart(Chart):
     view_changed = pyqtSignal()
     """The time window or the cursors A and B may have changed."""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, 0.1, "Chart", parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace, 0.1, "Chart")
         self._read = self._built = -np.inf
         self._column = 0.0
         self._phase = id(self) // 64 % 8 / 8  # charts do not all build in the same frame

@@ -128,11 +128,10 @@ class StabilityWarning(QFrame):
 
     Args:
         editor: has the gains.
-        parent: the Qt parent.
     """
 
-    def __init__(self, editor: GainEditor, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, editor: GainEditor) -> None:
+        super().__init__()
         self.setProperty("class", "card")
         self.said = named(label(wraps=True), "Why the gains are not flown")
         self.fly = button(
@@ -157,11 +156,10 @@ class SetBar(QWidget):
 
     Args:
         editor: has the gains.
-        parent: the Qt parent.
     """
 
-    def __init__(self, editor: GainEditor, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, editor: GainEditor) -> None:
+        super().__init__()
         self._editor = editor
         self.choice = choice(
             "Set of gains",
@@ -206,13 +204,10 @@ class GainPanel(QWidget):
     Args:
         workspace: colours and units.
         editor: sets them.
-        parent: the Qt parent.
     """
 
-    def __init__(
-        self, workspace: Workspace, editor: GainEditor, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, editor: GainEditor) -> None:
+        super().__init__()
         self._workspace, self._editor = workspace, editor
         self.setAccessibleName("Gains")
         self.setStyleSheet(COMPACT)
@@ -227,8 +222,8 @@ class GainPanel(QWidget):
         self.linked = QCheckBox("Link &x and y")
         self.linked.setToolTip("Let gains of x and y move together; linking moves none yet")
         self.linked.setChecked(editor.linked)
-        self.warning = StabilityWarning(editor, self)
-        self.set_bar = SetBar(editor, self)
+        self.warning = StabilityWarning(editor)
+        self.set_bar = SetBar(editor)
         self.nothing = label(NOTHING, "muted", wraps=True)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._area = scroll_area(sideways=False)

@@ -16,11 +16,11 @@ from PyQt6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PyQt6.QtWidgets import QAbstractSpinBox, QGridLayout, QLabel, QSlider, QToolButton, QWidget
+from PyQt6.QtWidgets import QAbstractSpinBox, QGridLayout, QSlider, QWidget
 
 from workbench.gui.gains.gain_editor import GainEditor, Mark
 from workbench.gui.gains.gain_rows import partner
-from workbench.gui.layout import ElidedLabel
+from workbench.gui.layout import ElidedLabel, label, tool_button
 from workbench.gui.number_field import NumberField
 from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look
@@ -190,7 +190,6 @@ class GainSlider(QSlider):
     Args:
         scale: scale of its values.
         look: source of colours.
-        parent: the Qt parent.
 
     Attributes:
         scale: scale of its values; a new scale takes effect when values are shown again.
@@ -205,8 +204,8 @@ class GainSlider(QSlider):
     edit_ended = pyqtSignal()
     """The change is complete."""
 
-    def __init__(self, scale: GainScale, look: Look, parent: QWidget | None = None) -> None:
-        super().__init__(Qt.Orientation.Horizontal, parent)
+    def __init__(self, scale: GainScale, look: Look) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
         self.scale, self._look = scale, look
         self.setRange(0, SLIDER_PLACES)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -354,11 +353,7 @@ class GainSlider(QSlider):
 
 
 class GainField(NumberField):
-    """A number with its unit, as shown; the model determines its value.
-
-    Args:
-        parent: the Qt parent.
-    """
+    """A number with its unit, as shown; the model determines its value."""
 
     stepped = pyqtSignal(int, object)
     """Direction, -1 or 1, and a `StepSize`."""
@@ -367,8 +362,8 @@ class GainField(NumberField):
     edit_ended = pyqtSignal()
     """The change is complete."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent=parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.set_range(Unit(""), -LARGEST_TYPED, LARGEST_TYPED)
         self.setButtonSymbols(QAbstractSpinBox.ButtonSymbols.NoButtons)
         self.setProperty("class", "bare")
@@ -452,19 +447,16 @@ class GainRow(QWidget):
         self._stable: tuple[float, float] | None = None
         self._fresh = False
         self._wanted = 0, 0
-        self.slider = GainSlider(GainScale(row, self._unit), workspace.look, self)
-        self.field = GainField(self)
-        self.mark = QLabel(self)
-        self.reset = QToolButton(self)
-        self.reset.setText("↺")
-        self.reset.setProperty("class", "quiet compact")
+        self.slider = GainSlider(GainScale(row, self._unit), workspace.look)
+        self.field = GainField()
+        self.mark = label()
+        self.reset = tool_button("↺", self._reset, "quiet compact")
         self.reset.setFixedWidth(24)
-        self.error = dressed(QLabel(self), "bad")
-        self.error.setWordWrap(True)
+        self.error = label(kind="bad", wraps=True)
         self.error.hide()
-        self._name = QLabel(self)
-        self.own_name = dressed(ElidedLabel(self), "muted small")
-        self._unit_shown = dressed(QLabel(self), "muted")
+        self._name = label()
+        self.own_name = dressed(ElidedLabel(), "muted small")
+        self._unit_shown = label(kind="muted")
         self._name.setBuddy(self.field)
         self._lay_out()
         for part in (self.slider, self.field):
@@ -474,7 +466,6 @@ class GainRow(QWidget):
         self.slider.dragged.connect(partial(editor.propose, row.name))
         self.field.edited.connect(self._type)
         self.field.refused.connect(self._show_error)
-        self.reset.clicked.connect(self._reset)
         self.show_unit()
 
     @property

@@ -6,10 +6,9 @@ from functools import partial
 from pathlib import Path
 
 from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QAction, QGuiApplication, QKeySequence
+from PyQt6.QtGui import QAction, QKeySequence
 from PyQt6.QtWidgets import (
     QCheckBox,
-    QFileDialog,
     QFrame,
     QInputDialog,
     QMenu,
@@ -20,7 +19,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.control.schedule import QUANTITIES
 from workbench.gains.gains import GainChange
-from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.file_dialogs import clipboard, open_file, save_file
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
 from workbench.gui.gains.profiles import OWN, GainProfiles, ProfileDiff, percent_text
 from workbench.gui.layout import (
@@ -75,16 +74,13 @@ class ProfileDiffView(QFrame):
     Args:
         profiles: compares profiles.
         preferences: units.
-        parent: the Qt parent.
 
     Attributes:
         ticks: tick boxes of the lines, by the parameter's name.
     """
 
-    def __init__(
-        self, profiles: GainProfiles, preferences: Preferences, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, profiles: GainProfiles, preferences: Preferences) -> None:
+        super().__init__()
         self._profiles, self._preferences = profiles, preferences
         self.ticks: dict[str, QCheckBox] = {}
         self.setProperty("class", "card")
@@ -241,21 +237,14 @@ class ProfileBar(QWidget):
         workspace: units, notices.
         editor: keeps, reverts, undoes and compares.
         profiles: loads and saves.
-        parent: the Qt parent.
 
     Attributes:
         actions_by_name: actions of the table `PROFILE_ACTIONS`.
         buttons: buttons of the actions that have one.
     """
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        editor: GainEditor,
-        profiles: GainProfiles,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, editor: GainEditor, profiles: GainProfiles) -> None:
+        super().__init__()
         self._workspace, self._editor, self._profiles = workspace, editor, profiles
         self.setAccessibleName("Profile of gains")
         self.setStyleSheet(COMPACT)
@@ -265,7 +254,7 @@ class ProfileBar(QWidget):
         self._said: dict[str, str] = {}
         self.name = label()
         self.state = named(dressed(ElidedLabel(), "muted"), "State of the gains")
-        self.diff = ProfileDiffView(profiles, workspace.preferences, self)
+        self.diff = ProfileDiffView(profiles, workspace.preferences)
         changes = map(self._button, ("keep", "revert", "undo", "redo"))
         slots = (self._button(f"compare_{slot}") for slot in SLOTS)
         row = hbox(*changes, 0, *slots, spacing=3)
@@ -370,15 +359,12 @@ class ProfileBar(QWidget):
         ask_to_load(self, self._profiles.load)
 
     def _import(self) -> None:
-        dialog = QFileDialog(self, "Import gains from an autopilot's file", "", AUTOPILOTS)
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        show_file_dialog(dialog, lambda path: self._profiles.load_autopilot(Path(path)))
+        title = "Import gains from an autopilot's file"
+        open_file(self, title, self._profiles.load_autopilot, kinds=AUTOPILOTS)
 
     def _export(self) -> None:
-        dialog = QFileDialog(self, "Export gains to an autopilot's file", "", AUTOPILOTS)
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # everything but the gains stays
-        show_file_dialog(dialog, lambda path: self._profiles.export(Path(path)))
+        title = "Export gains to an autopilot's file"  # everything in it but the gains stays
+        save_file(self, title, self._profiles.export, kinds=AUTOPILOTS)
 
     def _save(self) -> None:
         ask_to_save(self, self._write)
@@ -392,15 +378,11 @@ class ProfileBar(QWidget):
             )
 
     def _copy(self) -> None:
-        clipboard = QGuiApplication.clipboard()
-        assert clipboard is not None
-        clipboard.setText(self._profiles.as_yaml())
+        clipboard().setText(self._profiles.as_yaml())
         self._workspace.notices.inform("The gains that fly are on the clipboard, as YAML.")
 
     def _paste(self) -> None:
-        clipboard = QGuiApplication.clipboard()
-        assert clipboard is not None
-        self._profiles.paste(clipboard.text())
+        self._profiles.paste(clipboard().text())
 
     def _button(self, name: str) -> QToolButton:
         """Return the button of an action; Tab can focus it, too."""
@@ -429,9 +411,7 @@ def ask_to_load(parent: QWidget, chosen: Callable[[Path], None]) -> None:
         parent: the Qt parent.
         chosen: called with the path.
     """
-    dialog = QFileDialog(parent, "Load gains", "", FILTER)
-    dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-    show_file_dialog(dialog, lambda path: chosen(Path(path)))
+    open_file(parent, "Load gains", chosen, kinds=FILTER)
 
 
 def ask_to_save(parent: QWidget, chosen: Callable[[Path], None]) -> None:
@@ -441,9 +421,4 @@ def ask_to_save(parent: QWidget, chosen: Callable[[Path], None]) -> None:
         parent: the Qt parent.
         chosen: called with the path.
     """
-    dialog = QFileDialog(parent, "Save gains", OWN, FILTER)
-    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-    dialog.setDefaultSuffix("yaml")
-    dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the history has the earlier values
-    dialog.selectFile(OWN)
-    show_file_dialog(dialog, lambda path: chosen(Path(path)))
+    save_file(parent, "Save gains", chosen, OWN, FILTER).setDefaultSuffix("yaml")

@@ -358,20 +358,14 @@ class HomeScreen(Screen):
 
     Args:
         workspace: services that all screens share.
-        parent: the Qt parent.
         clock: returns a monotonic time [s].
     """
 
     title = "Home"
     icon = "home"
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        parent: QWidget | None = None,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        super().__init__(workspace, parent)
+    def __init__(self, workspace: Workspace, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(workspace)
         self._clock = clock
         self._watch = StreamWatch()
         self._last: LiveView | None = None

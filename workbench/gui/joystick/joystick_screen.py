@@ -7,9 +7,7 @@ from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QShowEvent
 from PyQt6.QtWidgets import (
     QFrame,
-    QGridLayout,
     QLabel,
-    QPushButton,
     QSizePolicy,
     QSlider,
     QWidget,
@@ -35,7 +33,19 @@ from workbench.gui.joystick.piloting import (
     heading_velocity,
     within_circle,
 )
-from workbench.gui.layout import NO_MARGINS, Pair, fit_page, hbox, vbox
+from workbench.gui.layout import (
+    NO_MARGINS,
+    Pair,
+    Part,
+    buddy,
+    button,
+    fit_page,
+    grid,
+    hbox,
+    label,
+    named,
+    vbox,
+)
 from workbench.gui.preferences import Preferences, find_preference
 from workbench.gui.screens import Screen
 from workbench.gui.style import dressed, set_class
@@ -126,11 +136,10 @@ class ResponseView(QWidget):
     Args:
         look: source of colours.
         preferences: source of units.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, look: Look, preferences: Preferences, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Look, preferences: Preferences) -> None:
+        super().__init__()
         self._look, self._preferences = look, preferences
         self._rows: tuple[Answered, ...] = ()
         self._texts: tuple[tuple[str, str], ...] = ()
@@ -300,37 +309,31 @@ class HandlingPanel(QWidget):
     Args:
         preferences: storage of the values.
         look: source of colours.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         curve: the curve beside them.
         sliders: sliders by the name of their preference.
     """
 
-    def __init__(self, preferences: Preferences, look: Look, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, preferences: Preferences, look: Look) -> None:
+        super().__init__()
         self._preferences = preferences
         self.curve = CurveView(look, self)
         self.sliders: dict[str, QSlider] = {}
         self._values: dict[str, QLabel] = {}
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(12)
-        grid.setVerticalSpacing(2)
-        grid.setColumnStretch(1, 1)
-        for line, name in enumerate(HANDLING):
-            self._add(grid, line, name)
-        defaults = dressed(QPushButton("Defaults", self), "quiet compact")
-        defaults.setToolTip("Give all five their defaults.")
-        defaults.setAccessibleName("Give the sticks their default handling")
-        defaults.clicked.connect(self._reset)
-        grid.setRowStretch(len(HANDLING) + 1, 1)
-        heading = dressed(QLabel("Feel of the sticks", self), "heading")
-        top = hbox(heading, 1, defaults)
-        left = vbox(top, (grid, 1), spacing=0)
+        rows = map(self._make_row, HANDLING)
+        fields = grid(*rows, spacing=(12, 2), stretches=(0, 1))
+        fields.setRowStretch(len(HANDLING) + 1, 1)
+        defaults = named(
+            button("Defaults", self._reset, "quiet compact", "Give all five their defaults."),
+            "Give the sticks their default handling",
+        )
+        top = hbox(label("Feel of the sticks", "heading"), 1, defaults)
+        left = vbox(top, (fields, 1), spacing=0)
         hbox((left, 3), (self.curve, 1), of=self, margins=NO_MARGINS, spacing=16)
         preferences.changed.connect(self._follow)
 
-    def _add(self, grid: QGridLayout, line: int, name: str) -> None:
+    def _make_row(self, name: str) -> tuple[QWidget, ...]:
         row = find_preference(name)
         slider = QSlider(Qt.Orientation.Horizontal, self)
         slider.setRange(0, SLIDER_STEPS)
@@ -338,17 +341,15 @@ class HandlingPanel(QWidget):
         slider.setToolTip(row.help)
         low, high = self._text(name, row.minimum), self._text(name, row.maximum)
         slider.setAccessibleName(f"{row.label}, {low} to {high}")
-        label = QLabel(row.label, self)
-        label.setBuddy(slider)
-        label.setToolTip(row.help)
-        value = QLabel(self)
+        value = label()
         value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         value.setMinimumWidth(9 * self.fontMetrics().averageCharWidth())
         self.sliders[name], self._values[name] = slider, value
-        for column, widget in enumerate((label, slider, value)):
-            grid.addWidget(widget, line, column)
         self._follow(name)
         slider.valueChanged.connect(lambda place: self._move(name, place))
+        before = buddy(row.label, slider, kind="")
+        before.setToolTip(row.help)
+        return before, slider, value
 
     def _move(self, name: str, place: int) -> None:
         row = find_preference(name)
@@ -621,27 +622,29 @@ class StateBar(QFrame):
     Args:
         pilot: pilot of the sticks.
         workspace: services that all screens share.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, pilot: Pilot, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, pilot: Pilot, workspace: Workspace) -> None:
+        super().__init__()
         self._pilot, self._workspace = pilot, workspace
         self.setProperty("class", "card")
         explain(self, "Who flies")
-        self.state = dressed(QLabel(self), "value")
-        self.state.setWordWrap(True)
-        self.control = dressed(QLabel(self), "muted")
-        self.control.setWordWrap(True)
-        self.take_off = self._button("Take off", "take off", "primary")
-        self.take_over = self._button(
-            "Take over", "take control from the client that flies", "primary"
-        )
-        self.give_back = self._button("Give back", "let clients ask for control again", "")
+        self.state = label(kind="value", wraps=True)
+        self.control = label(kind="muted", wraps=True)
         flight = workspace.flight
-        self.take_off.clicked.connect(lambda: flight.order(lambda live: live.request("take_off")))
-        self.take_over.clicked.connect(lambda: flight.order(lambda live: live.take_over()))
-        self.give_back.clicked.connect(pilot.give_back)
+        self.take_off = button(
+            "Take off", lambda: flight.order(lambda live: live.request("take_off")), "primary"
+        )
+        self.take_over = button(
+            "Take over", lambda: flight.order(lambda live: live.take_over()), "primary"
+        )
+        self.give_back = button("Give back", pilot.give_back)
+        for each, help in (
+            (self.take_off, "take off"),
+            (self.take_over, "take control from the client that flies"),
+            (self.give_back, "let clients ask for control again"),
+        ):
+            named(each, f"{each.text()}: {help}").hide()
         words = vbox(self.state, self.control, spacing=2)
         hbox(
             (words, 1),
@@ -665,13 +668,6 @@ class StateBar(QFrame):
         self.take_over.setVisible(is_client(control))
         has_server = view.network.server is not None
         self.give_back.setVisible(has_server and is_operator(control))
-
-    def _button(self, text: str, help: str, kind: str) -> QPushButton:
-        button = QPushButton(text, self)
-        button.setProperty("class", kind)
-        button.setAccessibleName(f"{text}: {help}")
-        button.hide()
-        return button
 
 
 def _show(label: QLabel, text: str) -> None:
@@ -706,7 +702,6 @@ class JoystickScreen(Screen):
 
     Args:
         workspace: services that all screens share.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         pilot: reads the sticks and flies.
@@ -720,23 +715,20 @@ class JoystickScreen(Screen):
     title = "Joystick"
     icon = "joystick"
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace)
         look, preferences = workspace.look, workspace.preferences
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.pilot = Pilot(workspace.flight, preferences, self)
-        self.state_bar = StateBar(self.pilot, workspace, self)
+        self.state_bar = StateBar(self.pilot, workspace)
         self.left_pad = StickPad(LEFT_STICK, look, self)
         self.right_pad = StickPad(RIGHT_STICK, look, self)
-        self.response = ResponseView(look, preferences, self)
-        self.handling = HandlingPanel(preferences, look, self)
-        self._keys_line = dressed(QLabel(KEYS_HELP, self), "muted")
-        self._keys_line.setWordWrap(True)
-        self._pad_line = dressed(QLabel("", self), "muted")
-        self._pad_line.setWordWrap(True)
-        self.pads_button = dressed(QPushButton("Game pads…", self), "quiet compact")
-        self.pads_button.setToolTip("What the axes of each pad move, and which pad flies.")
-        self.pads_button.clicked.connect(self._map_pads)
+        self.response = ResponseView(look, preferences)
+        self.handling = HandlingPanel(preferences, look)
+        self._keys_line = label(KEYS_HELP, "muted", wraps=True)
+        self._pad_line = label("", "muted", wraps=True)
+        help = "What the axes of each pad move, and which pad flies."
+        self.pads_button = button("Game pads…", self._map_pads, "quiet compact", help)
         self._keys = KeyWatcher(
             self, self._press, self._let_go_key, self.pilot.keyboard.release_all
         )
@@ -824,33 +816,24 @@ class JoystickScreen(Screen):
 
     def _lay_out(self) -> None:
         sticks = hbox((self.left_pad, 1), (self.right_pad, 1), spacing=16)
-        flying = dressed(QFrame(self), "card")
-        explain(flying, "Sticks")
-        vbox(
-            (sticks, 1),
-            dressed(QLabel(MODE_HELP, self), "muted"),
-            of=flying,
-            margins=(16, 12, 16, 12),
-        )
-        answer = dressed(QFrame(self), "card")
-        explain(answer, "Command and answer")
-        vbox(
-            dressed(QLabel("Command and answer", self), "heading"),
-            (self.response, 1),
-            of=answer,
-            margins=(16, 12, 16, 12),
-        )
-        feel = dressed(QFrame(self), "card")
-        explain(feel, "Feel of the sticks")
-        vbox((self.handling, 1), of=feel, margins=(16, 12, 16, 12))
+        flying = _card("Sticks", (sticks, 1), label(MODE_HELP, "muted"))
+        heading = label("Command and answer", "heading")
+        answer = _card("Command and answer", heading, (self.response, 1))
+        hints = vbox(self._keys_line, self._pad_line, spacing=2)
         page = vbox(
             self.state_bar,
             (Pair(flying, answer, (3, 2), 12), 1),
-            feel,
+            _card("Feel of the sticks", (self.handling, 1)),
+            hbox((hints, 1), self.pads_button),
             margins=(16, 12, 16, 12),
             spacing=12,
         )
-        hints = vbox(self._keys_line, self._pad_line, spacing=2)
-        foot = hbox((hints, 1), self.pads_button)
-        page.addLayout(foot)
         fit_page(self, page)
+
+
+def _card(title: str, *parts: Part) -> QFrame:
+    """Return a card with parts in it, and the help of its title."""
+    frame = dressed(QFrame(), "card")
+    explain(frame, title)
+    vbox(*parts, of=frame, margins=(16, 12, 16, 12))
+    return frame

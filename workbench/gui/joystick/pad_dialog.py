@@ -4,12 +4,10 @@ from PyQt6.QtCore import QRectF, Qt, QTimer
 from PyQt6.QtGui import QPainter
 from PyQt6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QGridLayout,
     QLabel,
-    QPushButton,
     QSpinBox,
     QWidget,
 )
@@ -18,7 +16,7 @@ from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadReading
 from workbench.gui.joystick.pad_mapping import AXES, FUNCTIONS, Ends, PadMapping, name_axis
 from workbench.gui.joystick.pilot import Pilot
-from workbench.gui.layout import hbox, vbox
+from workbench.gui.layout import button, choice, hbox, label, named, vbox
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 
@@ -67,11 +65,8 @@ class AxisRow:
     """The widgets of one function: its axis, shaping, and result."""
 
     def __init__(self, function: str, look: Look, parent: QWidget) -> None:
-        self.axis = QComboBox(parent)
-        self.axis.addItems(AXES)
-        self.axis.setAccessibleName(f"{function}: moved by")
-        self.inverted = QCheckBox("inverted", parent)
-        self.inverted.setAccessibleName(f"{function}: inverted")
+        self.axis = choice(f"{function}: moved by", AXES)
+        self.inverted = named(QCheckBox("inverted", parent), f"{function}: inverted")
         self.dead_band, self.expo = QSpinBox(parent), QSpinBox(parent)
         for box, most, what in ((self.dead_band, 50, "dead band"), (self.expo, 100, "expo")):
             box.setRange(0, most)
@@ -113,22 +108,18 @@ class PadDialog(QDialog):
         self._pilot = pilot
         self._ends: Ends | None = None
         self._shown: tuple[tuple[int, str], ...] = ()
-        self.pads = QComboBox(self)
-        self.pads.setAccessibleName("Game pad")
-        self.fly = dressed(QPushButton("Let it fly", self), "compact")
-        self.flies = dressed(QLabel("", self), "value")
+        self.pads = choice("Game pad")
+        self.fly = button("Let it fly", self._let_fly, "compact")
+        self.flies = label(kind="value")
         self.rows = tuple(AxisRow(function, look, self) for function in FUNCTIONS)
-        self.moved = dressed(QLabel("", self), "muted")
-        self.said = QLabel(HELP, self)
-        self.said.setWordWrap(True)
-        self.calibrate = QPushButton("Calibrate", self)
+        self.moved = label(kind="muted")
+        self.said = label(HELP, wraps=True)
+        self.calibrate = button("Calibrate")
         self.calibrate.setCheckable(True)
-        self.defaults = dressed(QPushButton("Defaults", self), "quiet")
+        self.defaults = button("Defaults", lambda: self._keep(PadMapping()), "quiet")
         self._lay_out()
         self.pads.currentIndexChanged.connect(self._choose)
-        self.fly.clicked.connect(self._let_fly)
         self.calibrate.toggled.connect(self._calibrate)
-        self.defaults.clicked.connect(lambda: self._keep(PadMapping()))
         for index, row in enumerate(self.rows):
             row.axis.activated.connect(lambda _, at=index: self._change(at))
             row.inverted.clicked.connect(lambda _, at=index: self._change(at))

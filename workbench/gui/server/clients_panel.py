@@ -1,14 +1,13 @@
 """Connected clients and who has control, with the operator's actions on them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QAction, QKeySequence, QPainter, QPaintEvent
 from PyQt6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
-    QLabel,
     QPushButton,
     QTableWidget,
     QTableWidgetItem,
@@ -16,8 +15,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.layout import NO_MARGINS, ElidedLabel, hbox, vbox
-from workbench.gui.style import dressed
+from workbench.gui.layout import NO_MARGINS, ElidedLabel, buddy, button, fill, hbox, named, vbox
 from workbench.link.authority import NOBODY_YET
 from workbench.link.backplane import ClientStatus
 from workbench.link.messages import ControlState, Hand, Role, Stage
@@ -45,8 +43,8 @@ NOBODY = "No client is connected."
 class ClientsTable(QTableWidget):
     """Rows of clients, updated in place so that the selection stays."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(0, len(COLUMNS), parent)
+    def __init__(self) -> None:
+        super().__init__(0, len(COLUMNS))
         for column, (name, help) in enumerate(COLUMNS):
             heading = QTableWidgetItem(name)
             heading.setToolTip(help)
@@ -137,7 +135,6 @@ class ClientsPanel(QWidget):
 
     Args:
         flight: the clients' flight.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         table: the table of clients.
@@ -147,25 +144,28 @@ class ClientsPanel(QWidget):
         disconnect_button: disconnects the selected client.
     """
 
-    def __init__(self, flight: FlightModel, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, flight: FlightModel) -> None:
+        super().__init__()
         self._flight = flight
-        self.table = ClientsTable(self)
-        self.control = ElidedLabel(self)
-        self.take_over = self._button("Take over", "Take over: you fly, and clients wait")
-        self.give_back = self._button("Give back", "Give back: clients may ask for control")
-        self.disconnect_button = self._button("Disconnect", "Disconnect the chosen client")
+        self.table = ClientsTable()
+        self.control = ElidedLabel()
+        self.take_over = _button(
+            "Take over",
+            "Take over: you fly, and clients wait",
+            lambda: flight.order(lambda live: live.take_over()),
+        )
+        self.give_back = _button(
+            "Give back",
+            "Give back: clients may ask for control",
+            lambda: flight.order(lambda live: live.give_back()),
+        )
+        self.disconnect_button = _button(
+            "Disconnect", "Disconnect the chosen client", self._disconnect
+        )
         self._prepare_table()
-        self.take_over.clicked.connect(lambda: flight.order(lambda live: live.take_over()))
-        self.give_back.clicked.connect(lambda: flight.order(lambda live: live.give_back()))
-        self.disconnect_button.clicked.connect(self._disconnect)
-        heading = dressed(QLabel("Clients", self), "heading")
-        heading.setBuddy(self.table)
-        top = hbox(heading, spacing=8)
+        top = hbox(buddy("Clients", self.table, kind="heading"), spacing=8)
         top.addSpacing(8)
-        top.addWidget(self.control, 1)
-        for button in (self.take_over, self.give_back, self.disconnect_button):
-            top.addWidget(button)
+        fill(top, (self.control, 1), self.take_over, self.give_back, self.disconnect_button)
         vbox(top, (self.table, 1), of=self, margins=NO_MARGINS, spacing=6)
         self.show_network(NetworkView())
 
@@ -236,11 +236,9 @@ class ClientsPanel(QWidget):
             peer = self.table.peer_at(row)
             self._flight.order(lambda live: live.disconnect(peer))
 
-    def _button(self, text: str, name: str) -> QPushButton:
-        button = QPushButton(text, self)
-        button.setAccessibleName(name)
-        button.setToolTip(f"{name}.")
-        return button
+
+def _button(text: str, name: str, pressed: Callable[[], None]) -> QPushButton:
+    return named(button(text, pressed), name, f"{name}.")
 
 
 def say_control(network: NetworkView) -> str:

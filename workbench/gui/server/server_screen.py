@@ -6,14 +6,14 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from PyQt6.QtCore import QObject, QRect, QSettings, QSize, Qt, QTime, pyqtSignal
-from PyQt6.QtGui import QGuiApplication, QPainter, QPaintEvent, QPixmap
+from PyQt6.QtGui import QPainter, QPaintEvent, QPixmap
 from PyQt6.QtWidgets import (
     QCheckBox,
-    QFileDialog,
     QFrame,
     QGridLayout,
     QLabel,
@@ -21,16 +21,28 @@ from PyQt6.QtWidgets import (
     QPlainTextEdit,
     QPushButton,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.errands import single_shot
-from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.file_dialogs import clipboard, open_file, save_file
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.help import explain
-from workbench.gui.layout import NO_MARGINS, ElidedLabel, Pair, fit_page, hbox, vbox
+from workbench.gui.layout import (
+    NO_MARGINS,
+    ElidedLabel,
+    Pair,
+    Part,
+    buddy,
+    button,
+    fit_page,
+    grid,
+    hbox,
+    label,
+    named,
+    vbox,
+)
 from workbench.gui.number_field import read_whole_number
 from workbench.gui.screens import Screen
 from workbench.gui.server.clients_panel import ClientsPanel
@@ -106,8 +118,8 @@ def fingerprint(certificate: str) -> str:
 class CodeView(QWidget):
     """Shows a QR code, black on white in every theme, with a whole number of pixels per module."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._text = ""
         self._code = QPixmap()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
@@ -152,26 +164,19 @@ class ConnectPanel(QWidget):
         hint: further hints.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.address = ""
         self.texts: dict[str, QLineEdit] = {}
         self.copies: dict[str, QPushButton] = {}
-        self.code = CodeView(self)
-        self.hint = dressed(QLabel(NOT_YET, self), "muted")
-        self.hint.setWordWrap(True)
+        self.code = CodeView()
+        self.hint = label(NOT_YET, "muted", wraps=True)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self._known: tuple[str, str] = ("", "")
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(4)
-        grid.setColumnStretch(1, 1)
-        self._add(grid, "command", "Terminal")
-        self._add(grid, "page", "Page")
-        lower = hbox(self.code, (self.hint, 1), spacing=12)
-        grid.addLayout(lower, 3, 0, 1, 3)
-        grid.setRowStretch(3, 1)
+        rows = (self._make_line("command", "Terminal"), self._make_line("page", "Page"))
+        box = grid(*rows, of=self, margins=NO_MARGINS, spacing=(8, 4), stretches=(0, 1))
+        box.addLayout(hbox(self.code, (self.hint, 1), spacing=12), len(rows), 0, 1, 3)
+        box.setRowStretch(len(rows), 1)
         self.code.hide()
 
     def show_server(self, server: ServerStatus | None, config: ServerConfig) -> None:
@@ -194,23 +199,16 @@ class ConnectPanel(QWidget):
 
     def copy_address(self) -> None:
         """Copy the server's address."""
-        _copy(self.address)
+        clipboard().setText(self.address)
 
-    def _add(self, grid: QGridLayout, name: str, label: str) -> None:
-        text = QLineEdit(self)
+    def _make_line(self, name: str, said: str) -> tuple[QWidget, ...]:
+        text = named(QLineEdit(), f"{said}, to copy")
         text.setReadOnly(True)
         text.setPlaceholderText("–")
-        text.setAccessibleName(f"{label}, to copy")
-        before = QLabel(label, self)
-        before.setBuddy(text)
-        copy = dressed(QPushButton("Copy", self), "compact")
-        copy.setAccessibleName(f"Copy the {name}")
+        copy = button("Copy", lambda: clipboard().setText(text.text()), "compact")
         copy.setEnabled(False)
-        copy.clicked.connect(lambda: _copy(text.text()))
-        self.texts[name], self.copies[name] = text, copy
-        row = len(self.texts)
-        for column, widget in enumerate((before, text, copy)):
-            grid.addWidget(widget, row, column)
+        self.texts[name], self.copies[name] = text, named(copy, f"Copy the {name}")
+        return buddy(said, text, kind=""), text, copy
 
 
 def say_hint(command: str, page: str) -> str:
@@ -223,12 +221,6 @@ def say_hint(command: str, page: str) -> str:
     else:
         hints.append(PHONE_HINT if PageAddress(page).is_reachable else LOCAL_HINT)
     return "\n".join(hints)
-
-
-def _copy(text: str) -> None:
-    clipboard = QGuiApplication.clipboard()
-    if clipboard is not None:
-        clipboard.setText(text)
 
 
 def read_port(text: str) -> int | str:
@@ -306,7 +298,6 @@ class ServerForm(QWidget):
 
     Args:
         store: storage of the values.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         lines: text fields, by name.
@@ -319,8 +310,8 @@ class ServerForm(QWidget):
     entered = pyqtSignal()
     """Enter was pressed in a field."""
 
-    def __init__(self, store: QSettings, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, store: QSettings) -> None:
+        super().__init__()
         self._store = store
         self.lines: dict[str, QLineEdit] = {}
         self._faults: dict[str, QLabel] = {}
@@ -384,35 +375,31 @@ class ServerForm(QWidget):
         """Enable or disable the fields: a running server keeps its configuration."""
         for line in self.lines.values():
             line.setReadOnly(not may)
-        for button in self._buttons:
-            button.setEnabled(may)
+        for each in self._buttons:
+            each.setEnabled(may)
         self.allow_commands.setEnabled(may)
         self.web.setEnabled(may)
 
-    def make_tokens(self, path: str) -> None:
+    def make_tokens(self, path: Path) -> None:
         """Write a new file of tokens and enter its path; only its owner can read it."""
         try:
-            write_tokens(Path(path))
+            write_tokens(path)
         except WorkbenchError as error:
             self._say("token_file", str(error))
             self.changed.emit()
         else:
-            self.lines["token_file"].setText(path)
+            self.lines["token_file"].setText(str(path))
             self._look_at_files()
 
-    def _add(self, name: str, label: str, help: str) -> None:
+    def _add(self, name: str, text: str, help: str) -> None:
         """Add a line with a label before it and its error below."""
         row = self._grid.rowCount()
-        line = QLineEdit(self)
-        line.setToolTip(help[:1].upper() + help[1:] + ".")
-        line.setAccessibleName(f"{label.replace('&', '')}: {help}")
-        before = QLabel(label, self)
-        before.setBuddy(line)
-        fault = dressed(QLabel(self), "bad")
-        fault.setWordWrap(True)
+        tip = help[:1].upper() + help[1:] + "."
+        line = named(QLineEdit(self), f"{text.replace('&', '')}: {help}", tip)
+        fault = label(kind="bad", wraps=True)
         fault.hide()
         self.lines[name], self._faults[name] = line, fault
-        self._grid.addWidget(before, row, 0)
+        self._grid.addWidget(buddy(text, line, kind=""), row, 0)
         self._grid.addWidget(line, row, 1, 1, 1 if name not in ("host", "port") else 2)
         self._grid.addWidget(fault, row + 1, 1, 1, 2)
 
@@ -423,36 +410,30 @@ class ServerForm(QWidget):
             ("tls_key", "key"),
         ):
             buttons = hbox(spacing=4)
-            choose = self._button("Choose…", f"Choose a {what}")
-            choose.clicked.connect(lambda _, name=name, what=what: self._choose(name, what))
+            choose = self._button("Choose…", f"Choose a {what}", partial(self._choose, name, what))
             buttons.addWidget(choose)
             before: QWidget = self.lines[name]
             if name == "token_file":
-                new = self._button("New…", "Make a new file of tokens")
-                new.clicked.connect(self._choose_new)
+                new = self._button("New…", "Make a new file of tokens", self._choose_new)
                 buttons.addWidget(new)
                 self.setTabOrder(choose, new)
             self.setTabOrder(before, choose)
             place = self._grid.getItemPosition(self._grid.indexOf(before))
             self._grid.addLayout(buttons, place[0] or 0, 2)
 
-    def _button(self, text: str, name: str) -> QPushButton:
-        button = dressed(QPushButton(text, self), "compact")
-        button.setAccessibleName(name)
-        self._buttons.append(button)
-        return button
+    def _button(self, text: str, name: str, pressed: Callable[[], None]) -> QPushButton:
+        made = named(button(text, pressed, "compact"), name)
+        made.setParent(self)  # the order of Tab is set before it is placed
+        self._buttons.append(made)
+        return made
 
     def _choose(self, name: str, what: str) -> None:
-        dialog = QFileDialog(self, f"Choose a {what}", self.lines[name].text())
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        show_file_dialog(dialog, self.lines[name].setText)
+        line = self.lines[name]
+        open_file(self, f"Choose a {what}", lambda path: line.setText(str(path)), line.text())
 
     def _choose_new(self) -> None:
-        dialog = QFileDialog(self, "Make a file of tokens", "link.tokens")
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # no existing file is overwritten
-        dialog.selectFile("link.tokens")
-        show_file_dialog(dialog, self.make_tokens)
+        # no existing file is overwritten
+        save_file(self, "Make a file of tokens", self.make_tokens, "link.tokens")
 
     def _show(self, config: ServerConfig) -> None:
         for name, line in self.lines.items():
@@ -657,25 +638,20 @@ class RefusalsPanel(QWidget):
         list: the last refusals, newest below.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._log = RefusalLog()
         self._served = False
-        heading = dressed(QLabel("Refusals", self), "heading")
-        self.counts = ElidedLabel(say_counts({}), self)
-        self.counts.setProperty("class", "muted")
-        self.list = QPlainTextEdit(self)
+        self.counts = dressed(ElidedLabel(say_counts({})), "muted")
+        self.list = named(QPlainTextEdit(), "What was refused, newest last")
         self.list.setReadOnly(True)
         self.list.setMaximumBlockCount(LONGEST)
         self.list.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
         self.list.setTabChangesFocus(True)
-        self.list.setAccessibleName("What was refused, newest last")
         self.list.setMinimumHeight(46)
-        heading.setBuddy(self.list)
-        layout = vbox(of=self, margins=NO_MARGINS, spacing=6)
+        heading = buddy("Refusals", self.list, kind="heading")
         top = hbox(heading, (self.counts, 1), spacing=16)
-        layout.addLayout(top)
-        layout.addWidget(self.list, 1)
+        vbox(top, (self.list, 1), of=self, margins=NO_MARGINS, spacing=6)
 
     def show_server(self, server: ServerStatus | None) -> None:
         """Show a server's report; lines of earlier servers stay in the list."""
@@ -698,7 +674,6 @@ class ServerScreen(Screen):
 
     Args:
         workspace: services that all screens share.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         control: starts and stops the server.
@@ -716,26 +691,23 @@ class ServerScreen(Screen):
     title = "Server"
     icon = "server"
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace)
         self.control = ServerControl(workspace.flight, self)
-        self.state, self.said = QLabel(self), QLabel(self)
-        self.said.setWordWrap(True)
-        self.copy_button = QPushButton("&Copy address", self)
-        self.copy_button.setAccessibleName("Copy the address where others reach the server")
+        self.state, self.said = label(), label(wraps=True)
+        self.form = ServerForm(workspace.preferences.store)
+        self.connect_panel = ConnectPanel()
+        self.clients = ClientsPanel(workspace.flight)
+        self.refusals = RefusalsPanel()
+        self.copy_button = named(
+            button("&Copy address", self.connect_panel.copy_address),
+            "Copy the address where others reach the server",
+        )
         self.copy_button.hide()
-        self.start_button = QPushButton("&Start", self)
-        self.start_button.setAccessibleName("Start the server")
-        self.start_button.setProperty("class", "primary")
-        self.stop_button = QPushButton("Sto&p", self)
-        self.stop_button.setAccessibleName("Stop the server: all clients are sent away")
-        self.form = ServerForm(workspace.preferences.store, self)
-        self.connect_panel = ConnectPanel(self)
-        self.clients = ClientsPanel(workspace.flight, self)
-        self.refusals = RefusalsPanel(self)
-        self.copy_button.clicked.connect(self.connect_panel.copy_address)
-        self.start_button.clicked.connect(self.start)
-        self.stop_button.clicked.connect(self.control.stop)
+        self.start_button = named(button("&Start", self.start, "primary"), "Start the server")
+        self.stop_button = named(
+            button("Sto&p", self.control.stop), "Stop the server: all clients are sent away"
+        )
         self.form.entered.connect(self.start)
         self.form.changed.connect(self._show_state)
         self.control.changed.connect(self._show_state)
@@ -777,7 +749,7 @@ class ServerScreen(Screen):
         self.form.let_write(idle or running is Running.NO_FLIGHT)
 
     def _lay_out(self) -> None:
-        top = dressed(QFrame(self), "card")
+        top = dressed(QFrame(), "card")
         explain(top, "Server")
         hbox(
             self.state,
@@ -789,28 +761,22 @@ class ServerScreen(Screen):
             margins=(16, 8, 16, 8),
             spacing=12,
         )
-        page = vbox(margins=(16, 12, 16, 12), spacing=10)
-        form = self._titled("Where and who", self.form)
-        connect = self._titled("Connect", self.connect_panel)
-        page.addWidget(top)
-        page.addWidget(Pair(form, connect, (1, 1), page.spacing()))
-        page.addWidget(_around(self.clients, self, "Clients"), 2)
-        page.addWidget(_around(self.refusals, self, "Refusals"), 1)
+        form = _around("Where and who", label("Where and who", "heading"), (self.form, 1))
+        connect = _around("Connect", label("Connect", "heading"), (self.connect_panel, 1))
+        page = vbox(
+            top,
+            Pair(form, connect, (1, 1), 10),
+            (_around("Clients", (self.clients, 1)), 2),
+            (_around("Refusals", (self.refusals, 1)), 1),
+            margins=(16, 12, 16, 12),
+            spacing=10,
+        )
         fit_page(self, page)
 
-    def _titled(self, text: str, widget: QWidget) -> QFrame:
-        """Return a card with a heading."""
-        frame = _around(widget, self, text)
-        heading = dressed(QLabel(text, frame), "heading")
-        layout = frame.layout()
-        assert isinstance(layout, QVBoxLayout)
-        layout.insertWidget(0, heading)
-        return frame
 
-
-def _around(widget: QWidget, parent: QWidget, title: str) -> QFrame:
-    """Return a card with a widget in it, and the help of its title."""
-    frame = dressed(QFrame(parent), "card")
+def _around(title: str, *parts: Part) -> QFrame:
+    """Return a card with parts in it, and the help of its title."""
+    frame = dressed(QFrame(), "card")
     explain(frame, title)
-    vbox((widget, 1), of=frame, margins=(16, 10, 16, 10), spacing=6)
+    vbox(*parts, of=frame, margins=(16, 10, 16, 10), spacing=6)
     return frame

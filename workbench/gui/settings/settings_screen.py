@@ -14,30 +14,35 @@ from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QFileDialog,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
-    QPushButton,
-    QScrollArea,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import list_worlds
 from workbench.gui.errands import Answers
-from workbench.gui.file_dialogs import show_file_dialog
+from workbench.gui.file_dialogs import choose_folder
 from workbench.gui.first_flight import keep_setup, last_setup
 from workbench.gui.help import explain
-from workbench.gui.layout import NO_MARGINS, FlowLayout, hbox, vbox
+from workbench.gui.layout import (
+    NO_MARGINS,
+    FlowLayout,
+    buddy,
+    button,
+    fill,
+    hbox,
+    label,
+    named,
+    scroll_area,
+    vbox,
+)
 from workbench.gui.number_field import NumberField
 from workbench.gui.preferences import PREFERENCES, Preference, Preferences, PreferenceValue
 from workbench.gui.screens import Screen
 from workbench.gui.signals import ParameterReader
-from workbench.gui.style import dressed
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.link.backplane import Published
@@ -142,10 +147,8 @@ class Folder(QWidget):
         self.line.setPlaceholderText(empty)
         self.line.setAccessibleName(label)
         self.line.editingFinished.connect(lambda: changed(self.line.text().strip()))
-        button = QPushButton("Choose…", self)
-        button.setAccessibleName(f"Choose the {label.lower()}")
-        button.clicked.connect(self._choose)
-        hbox((self.line, 1), button, of=self, margins=NO_MARGINS)
+        browse = named(button("Choose…", self._choose), f"Choose the {label.lower()}")
+        hbox((self.line, 1), browse, of=self, margins=NO_MARGINS)
         self.setFocusProxy(self.line)
 
     def show_value(self, path: str) -> None:
@@ -154,10 +157,7 @@ class Folder(QWidget):
             self.line.setText(path)
 
     def _choose(self) -> None:
-        dialog = QFileDialog(self, "Choose a folder", self.line.text())
-        dialog.setFileMode(QFileDialog.FileMode.Directory)
-        dialog.setOption(QFileDialog.Option.ShowDirsOnly)
-        show_file_dialog(dialog, self._take)
+        choose_folder(self, "Choose a folder", self._take, self.line.text())
 
     def _take(self, path: str) -> None:
         self.show_value(path)
@@ -173,33 +173,22 @@ class Row(QWidget):
     """One setting.
 
     Args:
-        label: text, and accessible name of the control.
+        text: text, and accessible name of the control.
         help: what it does, as a sentence.
         control: the control.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         reset: restores the default.
     """
 
-    def __init__(
-        self, label: str, help: str, control: QWidget, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
-        self._words = f"{label} {help}".lower()
-        self._label, self._help = QLabel(label, self), QLabel(help, self)
-        self._mark = QLabel("", self)
-        self.reset = QPushButton("Default", self)
-        self._label.setBuddy(control)
-        self._help.setWordWrap(True)
-        self._help.setProperty("class", "muted")
-        if not control.accessibleName():
-            control.setAccessibleName(label)
-        control.setAccessibleDescription(help)
-        control.setToolTip(help)
+    def __init__(self, text: str, help: str, control: QWidget) -> None:
+        super().__init__()
+        self._words = f"{text} {help}".lower()
+        self._mark = QLabel()
+        self.reset = named(button("Default"), f"{text}: put the default back")
         control.setMinimumWidth(190)
-        self.reset.setAccessibleName(f"{label}: put the default back")
-        words = vbox(self._label, self._help, spacing=1)
+        said = label(help, "muted", wraps=True)
+        words = vbox(buddy(text, control, help, kind=""), said, spacing=1)
         hbox(
             (words, 1),
             (self._mark, Qt.AlignmentFlag.AlignVCenter),
@@ -316,8 +305,8 @@ class FlightForm(QWidget):
     edited = pyqtSignal()
     """A row differs from the present flight, or equals it again."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._flown: FlightSetup | None = None
         self._base: Scenario | None = None
         self._world = Choices(list_worlds(), lambda _: self._show_changes())
@@ -608,16 +597,8 @@ class Group(QFrame):
         self.setProperty("class", "card")
         explain(self, f"Settings: {heading}")
         self.rows = rows
-        layout = QVBoxLayout(self)
-        title = dressed(QLabel(heading), "heading")
-        layout.addWidget(title)
-        if note:
-            label = QLabel(note)
-            label.setWordWrap(True)
-            label.setProperty("class", "muted")
-            layout.addWidget(label)
-        for row in rows:
-            layout.addWidget(row)
+        notes = [label(note, "muted", wraps=True)] if note else []
+        self.box = vbox(label(heading, "heading"), *notes, *rows, of=self)
 
     def show_matching(self, wanted: str) -> int:
         """Show the rows that contain all words, and return their number."""
@@ -634,12 +615,11 @@ class SettingsScreen(Screen):
     title = "Settings"
     icon = "settings"
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace)
         self._answers = Answers(workspace.notices.warn, self)
-        self._search = QLineEdit()
+        self._search = named(QLineEdit(), "Search settings")
         self._search.setPlaceholderText("Search settings")
-        self._search.setAccessibleName("Search settings")
         self._search.setClearButtonEnabled(True)
         self._search.textChanged.connect(self._find)
         self._none = QLabel("No setting has these words.")
@@ -650,9 +630,8 @@ class SettingsScreen(Screen):
         self._reader = ParameterReader()
         self._form = FlightForm()
         self._form.edited.connect(self._show_edited)
-        self._fly = dressed(QPushButton("Fly with these"), "primary")
+        self._fly = button("Fly with these", self._begin_flight, "primary")
         self._fly.setAccessibleDescription("Ends the present flight and begins another")
-        self._fly.clicked.connect(self._begin_flight)
         self._groups = [
             *(
                 Group(heading, [PreferenceRow(workspace, row) for row in rows])
@@ -689,23 +668,15 @@ class SettingsScreen(Screen):
                     row.show_value(change.value)
 
     def _lay_out(self) -> None:
-        column = QWidget()
-        inside = vbox(*self._groups, of=column, margins=(8, 0, 8, 8), spacing=12)
-        self._groups[-1].layout().addWidget(self._fly, 0, Qt.AlignmentFlag.AlignRight)  # type: ignore[union-attr, call-arg]
-        inside.addWidget(self._none)
-        inside.addStretch(1)
-        column.setMaximumWidth(WIDEST)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
+        page = QWidget()
+        vbox(*self._groups, self._none, 1, of=page, margins=(8, 0, 8, 8), spacing=12)
+        fill(self._groups[-1].box, (self._fly, Qt.AlignmentFlag.AlignRight))
+        page.setMaximumWidth(WIDEST)
+        area = scroll_area(page)
         area.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        area.setWidget(column)
-        top = QHBoxLayout()
-        top.setContentsMargins(8, 0, 16, 0)  # aligned with the cards below
         self._search.setMaximumWidth(WIDEST - 16)
-        top.addStretch(1)
-        top.addWidget(self._search, 1000)
-        top.addStretch(1)
+        # aligned with the cards below
+        top = hbox(1, (self._search, 1000), 1, margins=(8, 0, 16, 0))
         vbox(top, (area, 1), of=self, margins=(0, 8, 0, 0))
 
     def _find(self, wanted: str) -> None:

@@ -23,8 +23,8 @@ from workbench.design.metrics import WISHED
 from workbench.design.tune.wish import groups_of, parse_wish, subjects_of
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
-from workbench.gui.layout import NO_MARGINS, button, column, hbox, label, named, vbox
-from workbench.gui.number_field import NUMBER, buddy, read_number
+from workbench.gui.layout import NO_MARGINS, buddy, button, column, hbox, label, named, vbox
+from workbench.gui.number_field import NUMBER, read_number
 from workbench.gui.style import set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.designs import gains_text
@@ -181,11 +181,10 @@ class AutoTuneCard(Card):
     Args:
         workspace: analysis, colours and units.
         trial: the gains that are being tried.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
-        super().__init__("Auto-tune", parent)
+    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+        super().__init__("Auto-tune")
         self._analysis, self._trial = workspace.analysis, trial
         self._running = False
         self._asked: Tune | None = None

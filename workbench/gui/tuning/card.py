@@ -13,8 +13,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.gui.help import explain
-from workbench.gui.layout import NO_MARGINS, ElidedLabel, grid, hbox, label, vbox
-from workbench.gui.number_field import buddy
+from workbench.gui.layout import NO_MARGINS, ElidedLabel, buddy, grid, hbox, label, vbox
 from workbench.gui.style import dressed, set_class
 
 SPACING = 6

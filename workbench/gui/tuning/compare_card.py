@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 from PyQt6.QtCore import QSize, Qt
-from PyQt6.QtGui import QAction, QContextMenuEvent, QGuiApplication, QResizeEvent
+from PyQt6.QtGui import QAction, QContextMenuEvent, QResizeEvent
 from PyQt6.QtWidgets import (
     QBoxLayout,
     QLayout,
@@ -23,6 +23,7 @@ from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.charts.ticks import Scale
 from workbench.gui.errands import single_shot
+from workbench.gui.file_dialogs import clipboard
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_editor import SLOTS
 from workbench.gui.layout import choice, hbox, menu_button, scroll_area
@@ -268,7 +269,6 @@ class CompareCard(Card):
         trial: the gains that are being tried, and the step.
         designs: the existing designs.
         limits: limits of the numbers.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         view: the shown results.
@@ -276,14 +276,9 @@ class CompareCard(Card):
     """
 
     def __init__(
-        self,
-        workspace: Workspace,
-        trial: Trial,
-        designs: Designs,
-        limits: Limits,
-        parent: QWidget | None = None,
+        self, workspace: Workspace, trial: Trial, designs: Designs, limits: Limits
     ) -> None:
-        super().__init__("Compare", parent)
+        super().__init__("Compare")
         self._look, self._notices = workspace.look, workspace.notices
         self._trial, self._designs, self._limits = trial, designs, limits
         self._control = FlightControl(workspace.flight, workspace.preferences, self)
@@ -599,10 +594,8 @@ class CompareCard(Card):
         _action(menu, "Copy table as &CSV, in SI units", lambda _: self.copy_csv())
 
     def _copy(self, text: str) -> None:
-        clipboard = QGuiApplication.clipboard()
-        if clipboard is not None:
-            clipboard.setText(text)
-            self._notices.inform("The table is on the clipboard.")
+        clipboard().setText(text)
+        self._notices.inform("The table is on the clipboard.")
 
     def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
         """Offer actions for the column under the pointer, or for the table."""

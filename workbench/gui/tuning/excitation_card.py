@@ -16,8 +16,8 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.control.mode import FlightMode
-from workbench.gui.layout import NO_MARGINS, button, choice, fill, grid
-from workbench.gui.number_field import NumberField, buddy
+from workbench.gui.layout import NO_MARGINS, buddy, button, choice, fill, grid
+from workbench.gui.number_field import NumberField
 from workbench.gui.style import set_class
 from workbench.gui.tuning.card import SPACING, Card, fields_beside
 from workbench.gui.tuning.excitation_form import (
@@ -244,14 +244,13 @@ class ExcitationCard(Card):
 
     Args:
         workspace: its flight is excited, and its preferences store the choice.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     chosen = pyqtSignal(object)
     """A new `ExcitationChoice`."""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__("Excitation", parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__("Excitation")
         self._flight = workspace.flight
         self._preferences = workspace.preferences
         store = workspace.preferences.store

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QCheckBox, QComboBox, QWidget
+from PyQt6.QtWidgets import QCheckBox, QComboBox
 
 from workbench.analysis.questions import Fork, Question, Step
 from workbench.analysis.replies import Forked, StepNumbers
@@ -74,14 +74,13 @@ class ForkCard(Card):
     Args:
         workspace: flight, analysis and colours.
         trial: the gains that are being tried.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     busy_changed = pyqtSignal(bool)
     """Whether a fork for the user is in progress: a ghost must not replace it."""
 
-    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
-        super().__init__("Fork the flight", parent)
+    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+        super().__init__("Fork the flight")
         self._flight, self._analysis, self._trial = workspace.flight, workspace.analysis, trial
         self._control = FlightControl(workspace.flight, workspace.preferences, self)
         self._others = OtherControllers(workspace.flight)

@@ -8,7 +8,6 @@ from PyQt6.QtCore import QObject, pyqtSignal
 from PyQt6.QtWidgets import (
     QComboBox,
     QStackedWidget,
-    QWidget,
 )
 
 from workbench.analysis.questions import DrawFrequency, PlanMeasurement, Question
@@ -301,7 +300,6 @@ class FrequencyCard(Card):
         trial: the gains that are being tried.
         judgement: stability of all loops.
         limits: limits that determine the weakest loop.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         curves: known curves of the loop.
@@ -315,14 +313,9 @@ class FrequencyCard(Card):
     """
 
     def __init__(
-        self,
-        workspace: Workspace,
-        trial: Trial,
-        judgement: Judgement,
-        limits: Limits,
-        parent: QWidget | None = None,
+        self, workspace: Workspace, trial: Trial, judgement: Judgement, limits: Limits
     ) -> None:
-        super().__init__("Frequency", parent)
+        super().__init__("Frequency")
         self._look = workspace.look
         self._trial, self._judgement, self._limits = trial, judgement, limits
         self._cursor: float | None = None

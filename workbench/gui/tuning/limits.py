@@ -8,8 +8,8 @@ from PyQt6.QtCore import QObject, QSettings, pyqtSignal
 from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError, find_row
-from workbench.gui.layout import NO_MARGINS, grid, named, tool_button
-from workbench.gui.number_field import NumberField, buddy
+from workbench.gui.layout import NO_MARGINS, buddy, grid, named, tool_button
+from workbench.gui.number_field import NumberField
 from workbench.gui.units import Unit
 
 GROUP = "tuning/limits"

@@ -85,7 +85,6 @@ class FrequencyPlots(QWidget):
     Args:
         workspace: source of colours.
         titles: titles in order.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         plots: the plots, in order.
@@ -94,13 +93,8 @@ class FrequencyPlots(QWidget):
     pointed = pyqtSignal(object)
     """Frequency under the mouse [rad/s], None when it has left."""
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        titles: Sequence[str],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, titles: Sequence[str]) -> None:
+        super().__init__()
         self._linking = False
         self.plots = tuple(StaticPlot(workspace) for _ in titles)
         self._box = grid(of=self, margins=NO_MARGINS, spacing=(2, 2))
@@ -147,8 +141,8 @@ class FrequencyPlots(QWidget):
 class BodePlots(FrequencyPlots):
     """Magnitude and phase of L, with crossover and margins."""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, ("Magnitude of L", "Phase of L"), parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace, ("Magnitude of L", "Phase of L"))
         magnitude, phase = self.plots
         magnitude.set_axes("Frequency", "Magnitude", "dB", "rad/s")
         phase.set_axes("Frequency", "Phase", "°", "rad/s")
@@ -246,7 +240,7 @@ FOUR: tuple[tuple[str, str, Response], ...] = (
 class GangPlots(FrequencyPlots):
     """Magnitudes of S, T, KS and GS, each with its peak."""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
+    def __init__(self, workspace: Workspace) -> None:
         super().__init__(
             workspace,
             (
@@ -255,7 +249,6 @@ class GangPlots(FrequencyPlots):
                 "KS, control sensitivity",
                 "GS, load sensitivity",
             ),
-            parent,
         )
         self.name_units("1", "1")
         for plot in self.plots:
@@ -317,7 +310,6 @@ class NyquistPlot(QWidget):
 
     Args:
         workspace: source of colours.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         canvas: the drawing area.
@@ -326,8 +318,8 @@ class NyquistPlot(QWidget):
     pointed = pyqtSignal(object)
     """Frequency of the curve under the mouse [rad/s], None without one."""
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self._look = workspace.look
         self._loops: tuple[DrawnLoop, ...] = ()
         self._cursor: float | None = None
@@ -572,7 +564,6 @@ class PhaseView(QWidget):
         workspace: source of colours.
         judgement: known results for both.
         limits: limits that determine the weakest loop.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         headline: summary as a sentence, and its tone.
@@ -583,14 +574,8 @@ class PhaseView(QWidget):
     changed = pyqtSignal()
     """The table changed."""
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        judgement: Judgement,
-        limits: Limits,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, judgement: Judgement, limits: Limits) -> None:
+        super().__init__()
         self._judgement = judgement
         self._limits = limits
         self.headline = "", "muted"

@@ -108,7 +108,6 @@ class LoopShaping(QWidget):
         workspace: colours and analysis.
         trial: the gains that are being tried.
         judgement: stability of all loops.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         bandwidth, phase, disk, factor: the sliders; of phase and disk margin one is shown.
@@ -120,14 +119,8 @@ class LoopShaping(QWidget):
     told = pyqtSignal()
     """The sentence about the loop's limits changed."""
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        trial: Trial,
-        judgement: Judgement,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, trial: Trial, judgement: Judgement) -> None:
+        super().__init__()
         self._trial, self._judgement = trial, judgement
         look, analysis = workspace.look, workspace.analysis
         self.bandwidth, self.phase, self.disk, self.factor = (

@@ -417,11 +417,10 @@ class MapCard(Card):
     Args:
         workspace: analysis and colours.
         trial: the gains that are being tried.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
-        super().__init__("Map", parent)
+    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+        super().__init__("Map")
         self._trial = trial
         self._axis = ""
         self._follower = Follower(workspace.analysis, DrawMap, self)

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput
 from workbench.gui.layout import fill, named, tool_button
@@ -169,21 +168,15 @@ class MarginsCard(Card):
         judgement: known results for both.
         limits: limits of the margins.
         title: title of the card.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     loop_chosen = pyqtSignal(str)
     """Name of the loop whose row was selected."""
 
     def __init__(
-        self,
-        workspace: Workspace,
-        judgement: Judgement,
-        limits: Limits,
-        title: str = "Margins",
-        parent: QWidget | None = None,
+        self, workspace: Workspace, judgement: Judgement, limits: Limits, title: str = "Margins"
     ) -> None:
-        super().__init__(title, parent)
+        super().__init__(title)
         self._judgement = judgement
         self._limits = limits
         self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)

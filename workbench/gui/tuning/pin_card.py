@@ -4,19 +4,15 @@ import re
 import shlex
 from pathlib import Path
 
-from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtWidgets import (
     QCheckBox,
-    QFileDialog,
     QLineEdit,
-    QWidget,
 )
 
 from workbench.analysis.questions import Pin, Question
 from workbench.analysis.replies import Pinned
-from workbench.gui.file_dialogs import show_file_dialog
-from workbench.gui.layout import button, fill, grid, hbox, named, tool_button
-from workbench.gui.number_field import buddy
+from workbench.gui.file_dialogs import choose_folder, clipboard
+from workbench.gui.layout import buddy, button, fill, grid, hbox, named, tool_button
 from workbench.gui.style import set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
 from workbench.gui.tuning.trial import Trial
@@ -56,11 +52,10 @@ class PinCard(Card):
     Args:
         workspace: analysis, preferences and colours.
         trial: the gains that are being tried; the flown ones are pinned.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
-        super().__init__("Pin as regression", parent)
+    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+        super().__init__("Pin as regression")
         self._analysis, self._trial = workspace.analysis, trial
         self._preferences = workspace.preferences
         self._asked: Pin | None = None
@@ -166,15 +161,11 @@ class PinCard(Card):
         set_class(self.button, "danger" if self._sure is not None else "primary")
 
     def _browse(self) -> None:
-        dialog = QFileDialog(self, "Folder for the regression", self.folder.text())
-        dialog.setFileMode(QFileDialog.FileMode.Directory)
-        dialog.setOption(QFileDialog.Option.ShowDirsOnly)
-        show_file_dialog(dialog, self.folder.setText)
+        title, folder = "Folder for the regression", self.folder
+        choose_folder(self, title, folder.setText, folder.text())
 
     def _copy(self) -> None:
-        clipboard = QGuiApplication.clipboard()
-        if clipboard is not None:
-            clipboard.setText(self.command.text())
+        clipboard().setText(self.command.text())
 
     def _lay_out(self) -> None:
         fields = grid(

@@ -460,7 +460,6 @@ class PolesCard(Card):
         workspace: colours and analysis.
         trial: the gains that are being tried.
         judgement: known results for the gains.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         plane: the plot.
@@ -468,14 +467,8 @@ class PolesCard(Card):
         reading: a pole in words, or what prevents its move.
     """
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        trial: Trial,
-        judgement: Judgement,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__("Poles", parent)
+    def __init__(self, workspace: Workspace, trial: Trial, judgement: Judgement) -> None:
+        super().__init__("Poles")
         self._judgement = judgement
         self.plane = PolePlane(workspace.look)
         self.plane.set_movable(True)

@@ -585,7 +585,6 @@ class ResponseCard(Card):
         limits: limits of a step.
         choice: selected excitation.
         designs: names of the gains that flew.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         table: the numbers.
@@ -594,14 +593,9 @@ class ResponseCard(Card):
     """
 
     def __init__(
-        self,
-        workspace: Workspace,
-        limits: Limits,
-        choice: ExcitationChoice,
-        designs: Designs,
-        parent: QWidget | None = None,
+        self, workspace: Workspace, limits: Limits, choice: ExcitationChoice, designs: Designs
     ) -> None:
-        super().__init__("Response", parent)
+        super().__init__("Response")
         self._designs = designs
         self._workspace = workspace
         self._limits = limits

@@ -262,7 +262,6 @@ class TuningScreen(Screen):
 
     Args:
         workspace: services that all screens share.
-        parent: the Qt parent.
 
     Attributes:
         gains: editor of the gains.
@@ -276,8 +275,8 @@ class TuningScreen(Screen):
     title = "Tuning"
     icon = "tuning"
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace)
         analysis = workspace.analysis
         self.gains = GainEditor(
             workspace.flight, analysis, workspace.preferences, workspace.notices, self

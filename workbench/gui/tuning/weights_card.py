@@ -11,8 +11,7 @@ from workbench.analysis.questions import Weigh
 from workbench.analysis.replies import Weighed
 from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
-from workbench.gui.layout import fill, hbox
-from workbench.gui.number_field import buddy
+from workbench.gui.layout import buddy, fill, hbox
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, wrapped
 from workbench.gui.tuning.limits import STEP_LIMITS, Limit, find_limit
@@ -118,11 +117,10 @@ class WeightsCard(Card):
     Args:
         workspace: analysis and colours.
         trial: the gains that are being tried.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
-        super().__init__("Sensitivity", parent)
+    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+        super().__init__("Sensitivity")
         self._trial = trial
         self._weighed: Weighed | None = None
         self._follower = Follower(workspace.analysis, Weigh, self)

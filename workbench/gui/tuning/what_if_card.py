@@ -1,9 +1,8 @@
 """The card that flies a log again with the proposed gains."""
 
 from dataclasses import replace
-from pathlib import Path
 
-from PyQt6.QtWidgets import QComboBox, QFileDialog, QWidget
+from PyQt6.QtWidgets import QComboBox
 
 from workbench.analysis.questions import FlyAgain
 from workbench.analysis.replies import FlownAgain
@@ -11,7 +10,7 @@ from workbench.gui.analysis import Follower
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.errands import single_shot
-from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
+from workbench.gui.file_dialogs import LOG_FILES, open_file
 from workbench.gui.layout import button, fill
 from workbench.gui.preferences import log_folder
 from workbench.gui.tuning.card import Card, Sentence, fields_beside, offer
@@ -47,7 +46,6 @@ class WhatIfCard(Card):
     Args:
         workspace: the opened log, flight, analysis and colours.
         trial: the gains that are being tried.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         flown: the controller that flew the log.
@@ -57,8 +55,8 @@ class WhatIfCard(Card):
         own: proposes the gains that flew the log.
     """
 
-    def __init__(self, workspace: Workspace, trial: Trial, parent: QWidget | None = None) -> None:
-        super().__init__("What if", parent)
+    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+        super().__init__("What if")
         self._workspace, self._trial = workspace, trial
         self._others = OtherControllers(workspace.flight)
         self._answer: FlownAgain | None = None
@@ -207,9 +205,7 @@ class WhatIfCard(Card):
 
     def _choose(self) -> None:
         folder = str(log_folder(self._workspace.preferences))
-        dialog = QFileDialog(self, "Open log", folder, f"{LOG_FILES};;All files (*)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        show_file_dialog(dialog, lambda name: self._workspace.log.open(Path(name)))
+        open_file(self, "Open log", self._workspace.log.open, folder, f"{LOG_FILES};;All files (*)")
 
     def _offer(self) -> None:
         """Offer all known controllers."""

@@ -29,8 +29,6 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import (
     QLabel,
-    QMenu,
-    QPushButton,
     QSizePolicy,
     QStackedLayout,
     QToolButton,
@@ -40,7 +38,7 @@ from PyQt6.QtWidgets import (
 from workbench.common.errors import WorkbenchError
 from workbench.common.system_libraries import remedy
 from workbench.gui.cloud_rays import CloudRays, find_rays, newest_points
-from workbench.gui.layout import NO_MARGINS, FlowLayout, vbox
+from workbench.gui.layout import NO_MARGINS, FlowLayout, button, label, menu_button, named, vbox
 from workbench.gui.poses import Viewpoint, rotation_of
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
@@ -79,11 +77,10 @@ class PlainView(QWidget):
 
     Args:
         look: source of colours.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Look) -> None:
+        super().__init__()
         self.setAccessibleName("Plain view of the flight")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumHeight(120)
@@ -467,7 +464,6 @@ class View3d(QWidget):
         workspace: has the flight.
         actions: actions of the camera and the trail, shown above the picture.
         load: returns the factory of web views.
-        parent: the Qt parent.
     """
 
     def __init__(
@@ -475,9 +471,8 @@ class View3d(QWidget):
         workspace: Workspace,
         actions: Mapping[str, QAction],
         load: Callable[[], Callable[[], QWidget]] = load_web_view,
-        parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self.setAccessibleName("3-D view of the flight")
         self.setMinimumWidth(NARROWEST)
         self._workspace, self._actions, self._load = workspace, actions, load
@@ -771,17 +766,12 @@ class View3d(QWidget):
         return self._missing or FAULTS.get(self._fault, LOADING)
 
     def _lay_out(self) -> None:
-        self._words = dressed(QLabel(), "muted")
-        self._words.setWordWrap(True)
-        self._words.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._address = QLabel()
-        self._address.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        for label in (self._words, self._address):
-            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._again = QPushButton("&Try again")
-        self._again.clicked.connect(self.reload)
-        self._browse = QPushButton("Open in the &browser")
-        self._browse.clicked.connect(self.browse)
+        self._words, self._address = label(kind="muted", wraps=True), QLabel()
+        for line in (self._words, self._address):
+            line.setAlignment(Qt.AlignmentFlag.AlignCenter)
+            line.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._again = button("&Try again", self.reload)
+        self._browse = button("Open in the &browser", self.browse)
         self.plain = PlainView(self._workspace.look)
         self._page = QWidget()
         vbox(
@@ -798,27 +788,22 @@ class View3d(QWidget):
         self._bar = QWidget()
         bar = FlowLayout(self._bar, spacing=2)
         bar.setContentsMargins(4, 2, 4, 2)
-        shown = QToolButton()
-        shown.setText("Show \N{BLACK DOWN-POINTING SMALL TRIANGLE}")
-        shown.setAccessibleName("Show trail, arrows or lidar points")
-        shown.setToolTip("What is seen besides the drone")
-        menu = QMenu(shown)
-        menu.addActions(self._actions[name] for name in PARTS)
-        shown.setMenu(menu)
-        shown.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        shown = menu_button(
+            "Show \N{BLACK DOWN-POINTING SMALL TRIANGLE}",
+            "What is seen besides the drone",
+            lambda menu: menu.addActions(self._actions[name] for name in PARTS),
+        )
+        named(shown, "Show trail, arrows or lidar points")
         ways = {way: QToolButton() for way in LOOKS}
-        for way, button in ways.items():
-            button.setDefaultAction(self._actions[f"look_{way}"])
-        for button in (*ways.values(), shown):
-            dressed(button, "quiet compact")
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            bar.addWidget(button)
-        self._strip = dressed(QLabel(BLANK), "warning")
-        self._strip.setWordWrap(True)
+        for way, each in ways.items():
+            each.setDefaultAction(self._actions[f"look_{way}"])
+        for each in (*ways.values(), shown):
+            dressed(each, "quiet compact").setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            bar.addWidget(each)
+        self._strip = label(BLANK, "warning", wraps=True)
         self._strip.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._strip.hide()
-        self._log_line = dressed(QLabel(), "muted")
-        self._log_line.setWordWrap(True)
+        self._log_line = label(kind="muted", wraps=True)
         self._log_line.setContentsMargins(8, 2, 8, 2)
         self._log_line.hide()
         stack = QWidget()

@@ -189,7 +189,6 @@ class ChartPane(QFrame):
         workspace: colours, units and notices.
         spec: content of the chart.
         source: source of the signals; missing ones are awaited.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         chart: the visible chart; another kind has another one.
@@ -206,14 +205,8 @@ class ChartPane(QFrame):
     split_wanted = pyqtSignal()
     """Each of its signals should get its own chart."""
 
-    def __init__(
-        self,
-        workspace: Workspace,
-        spec: ChartSpec,
-        source: SeriesSource,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, spec: ChartSpec, source: SeriesSource) -> None:
+        super().__init__()
         set_class(self, "card")
         self._workspace = workspace
         self._source = source
@@ -480,7 +473,6 @@ class ChartBoard(QWidget):
     Args:
         workspace: colours, units and notices.
         source: source of the signals.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     changed = pyqtSignal()
@@ -492,10 +484,8 @@ class ChartBoard(QWidget):
     view_changed = pyqtSignal()
     """The time window or the cursors A and B may have changed."""
 
-    def __init__(
-        self, workspace: Workspace, source: SeriesSource, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace, source: SeriesSource) -> None:
+        super().__init__()
         self._workspace = workspace
         self._source = source
         self._panes: list[ChartPane] = []
@@ -703,7 +693,7 @@ class ChartBoard(QWidget):
             pane.remove_signal(pane.spec.signals[-1])
 
     def _add(self, spec: ChartSpec) -> None:
-        pane = ChartPane(self._workspace, spec, self._source, self)
+        pane = ChartPane(self._workspace, spec, self._source)
         self._panes.append(pane)
         if self._overlays:
             pane.show_overlays(self._overlays)

@@ -8,7 +8,6 @@ from pathlib import Path
 from PyQt6.QtCore import QSettings, Qt, pyqtSignal
 from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import (
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QFileDialog,
@@ -17,7 +16,6 @@ from PyQt6.QtWidgets import (
     QLayout,
     QLineEdit,
     QMenu,
-    QPushButton,
     QSplitter,
     QWidget,
 )
@@ -25,8 +23,19 @@ from PyQt6.QtWidgets import (
 from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.errands import Answers
-from workbench.gui.file_dialogs import show_file_dialog
-from workbench.gui.layout import NO_MARGINS, FlowLayout, hbox, scrolled, vbox
+from workbench.gui.file_dialogs import open_file, show_file_dialog
+from workbench.gui.layout import (
+    NO_MARGINS,
+    FlowLayout,
+    buddy,
+    button,
+    choice,
+    column,
+    hbox,
+    named,
+    scrolled,
+    vbox,
+)
 from workbench.gui.opener import FileKind, RecentFiles
 from workbench.gui.preferences import log_folder
 from workbench.gui.style import set_class
@@ -149,11 +158,10 @@ class ChartsPage(QWidget):
 
     Args:
         workspace: signals, preferences and colours.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self._workspace = workspace
         self._store: QSettings = workspace.preferences.store
         self._answers = Answers(workspace.notices.warn, self)
@@ -168,26 +176,24 @@ class ChartsPage(QWidget):
         self.tree = SignalTree()
         self.overlays = OverlayBar()
         self.limits = QWidget()
-        self._limits_of = QLabel()
-        self.no_limits = QPushButton("Remove")
-        self.no_limits.setAccessibleName("Remove the limits of the spec")
-        self.new_signal = QPushButton("Derived si&gnal…")
-        self.new_signal.setToolTip("Make a signal from others by an expression")
-        self.presets = QComboBox()
-        self.presets.addItems([*PRESETS, OWN])
-        self.presets.setAccessibleName("Layout of the charts")
-        self.files = QPushButton("Layout &file")
-        self.files.setToolTip("Save the charts with their signals and axes, or open saved ones")
+        self._limits_of, self.marks = QLabel(), QLabel()
+        self.no_limits = named(
+            button("Remove", lambda: self.show_limits(None)), "Remove the limits of the spec"
+        )
+        self.new_signal = button(
+            "Derived si&gnal…", self.ask_signal, help="Make a signal from others by an expression"
+        )
+        self.presets = choice("Layout of the charts", (*PRESETS, OWN))
+        help = "Save the charts with their signals and axes, or open saved ones"
+        self.files = button("Layout &file", help=help)
         self.file_menu = QMenu(self)
-        self.signals_shown = QPushButton("&Signals")
-        self.signals_shown.setCheckable(True)
-        self.signals_shown.setToolTip("Show the list of all signals")
-        self.add = QPushButton("Add &chart")
-        self.pause = QPushButton("Pause &all")
-        self.pause.setCheckable(True)
-        self.pause.setToolTip("Let all pictures stand still; the flight goes on")
-        self.marks = QLabel()
-        self.clear_marks = QPushButton("Clear A, B")
+        self.signals_shown = button("&Signals", help="Show the list of all signals")
+        self.add = button("Add &chart", self.board.add_chart)
+        help = "Let all pictures stand still; the flight goes on"
+        self.pause = button("Pause &all", help=help)
+        for each in (self.signals_shown, self.pause):
+            each.setCheckable(True)
+        self.clear_marks = button("Clear A, B", lambda: self.board.set_marks({}))
         self.line = FlowLayout()
         self._lay_out()
         self.tree.chosen.connect(self.board.add_signal)
@@ -198,15 +204,11 @@ class ChartsPage(QWidget):
         self.board.slid.connect(self.overlays.slide)
         self.board.view_changed.connect(self._show_view)
         self.board.used.connect(self.tree.set_target)
-        self.no_limits.clicked.connect(lambda: self.show_limits(None))
         self.overlays.changed.connect(self._show_overlays)
         self.overlays.align_wanted.connect(self._align)
         self.presets.activated.connect(lambda _: self._show_preset(self.presets.currentText()))
         self.signals_shown.clicked.connect(self._choose_tree)
-        self.new_signal.clicked.connect(lambda: self.ask_signal())
-        self.add.clicked.connect(lambda: self.board.add_chart())
         self.pause.clicked.connect(self.board.set_paused)
-        self.clear_marks.clicked.connect(lambda: self.board.set_marks({}))
         self._fill_files()
         kept = read_kept(str(self._store.value(KEPT, "")))
         self._own = kept.signals if kept else ()
@@ -373,9 +375,8 @@ class ChartsPage(QWidget):
 
     def _ask_open(self) -> None:
         folder = str(log_folder(self._workspace.preferences))
-        dialog = QFileDialog(self, "Open layout", folder, f"Layouts (*{ENDING});;All files (*)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        show_file_dialog(dialog, lambda name: self.open_layout(Path(name)))
+        kinds = f"Layouts (*{ENDING});;All files (*)"
+        open_file(self, "Open layout", self.open_layout, folder, kinds)
 
     def _ask_save(self) -> None:
         folder = str(log_folder(self._workspace.preferences))
@@ -422,16 +423,14 @@ class ChartsPage(QWidget):
         self.presets.setCurrentText(name)
 
     def _lay_out(self) -> None:
-        label = QLabel("La&yout")
-        label.setBuddy(self.presets)
+        name = buddy("La&yout", self.presets, kind="")
         for widget in (
-            *(self.signals_shown, label, self.presets, self.files, self.add, self.pause),
+            *(self.signals_shown, name, self.presets, self.files, self.add, self.pause),
             *(self.marks, self.clear_marks),
         ):
             self.line.addWidget(widget)
         self._show_view()
-        side = QWidget()
-        vbox((self.tree, 1), self.new_signal, of=side, margins=NO_MARGINS)
+        side = column((self.tree, 1), self.new_signal)
         split = QSplitter(Qt.Orientation.Horizontal)
         split.setChildrenCollapsible(False)
         split.addWidget(side)
@@ -440,11 +439,10 @@ class ChartsPage(QWidget):
         split.setSizes([250, 900])
         side.setMinimumWidth(200)
         self._side = side
-        box = vbox(self.line, self.overlays, of=self, margins=(0, 8, 0, 0), spacing=8)
         hbox(self._limits_of, self.no_limits, 1, of=self.limits, margins=NO_MARGINS)
         self.limits.hide()
-        box.addWidget(self.limits)
-        box.addWidget(split, 1)
+        parts = (self.line, self.overlays, self.limits, (split, 1))
+        vbox(*parts, of=self, margins=(0, 8, 0, 0), spacing=8)
 
 
 def _write_text(path: Path, text: str) -> None:

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QLabel, QPushButton, QWidget
+from PyQt6.QtWidgets import QLabel, QWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.layout import NO_MARGINS, hbox, vbox
+from workbench.gui.layout import NO_MARGINS, buddy, button, hbox, named, vbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.units import Unit
 from workbench.gui.visualization.derived_signals import Derived, SeriesSource, WithDerived
@@ -98,19 +98,15 @@ def _first_change(source: SeriesSource, name: str, by: float) -> float:
 
 
 class OverlayBar(QWidget):
-    """A line for each log over the charts: its name, its shift, and a button to remove it.
-
-    Args:
-        parent: the Qt parent; this object is deleted with it.
-    """
+    """A line for each log over the charts: its name, its shift, and a button to remove it."""
 
     changed = pyqtSignal()
     """The logs, or their shifts, have changed."""
     align_wanted = pyqtSignal(object)
     """An `Overlay` to align with the charts' own source."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._rows: dict[Overlay, tuple[QWidget, NumberField]] = {}
         self._box = vbox(of=self, margins=NO_MARGINS, spacing=4)
         self.hide()
@@ -123,25 +119,28 @@ class OverlayBar(QWidget):
     def add(self, overlay: Overlay) -> None:
         """Add a log over the charts."""
         widget = QWidget()
-        line = hbox(of=widget, margins=NO_MARGINS)
-        name = QLabel(f"overlay  {overlay.name}")
         shift = NumberField(f"Shift of {overlay.name}", decimals=3, step=0.1)
         shift.set_range(Unit("s"), -FARTHEST, FARTHEST)
         shift.show_decimals(3)
-        label = QLabel("shifted by")
-        label.setBuddy(shift)
-        align = QPushButton("Align")
-        align.setToolTip("Let its first step, or its take-off, be at the same time as here")
-        remove = QPushButton("Remove")
-        remove.setAccessibleName(f"Remove {overlay.name}")
-        for part in (name, label, shift, align, remove):
-            line.addWidget(part)
-        line.addStretch(1)
+        align = button(
+            "Align",
+            lambda: self.align_wanted.emit(overlay),
+            help="Let its first step, or its take-off, be at the same time as here",
+        )
+        remove = button("Remove", lambda: self._remove(overlay))
+        hbox(
+            QLabel(f"overlay  {overlay.name}"),
+            buddy("shifted by", shift, kind=""),
+            shift,
+            align,
+            named(remove, f"Remove {overlay.name}"),
+            1,
+            of=widget,
+            margins=NO_MARGINS,
+        )
         self._rows[overlay] = widget, shift
         self._box.addWidget(widget)
         shift.edited.connect(lambda value: self._set_shift(overlay, value))
-        align.clicked.connect(lambda: self.align_wanted.emit(overlay))
-        remove.clicked.connect(lambda: self._remove(overlay))
         self.show()
         self.changed.emit()
 

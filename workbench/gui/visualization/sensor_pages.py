@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -19,9 +20,6 @@ from PyQt6.QtGui import (
 )
 from PyQt6.QtWidgets import (
     QBoxLayout,
-    QComboBox,
-    QLabel,
-    QPushButton,
     QSizePolicy,
     QWidget,
 )
@@ -36,9 +34,8 @@ from workbench.gui.charts.colour_scale import (
 )
 from workbench.gui.charts.ticks import number_text, round_step
 from workbench.gui.cloud_rays import CloudRays, find_rays, pose_at
-from workbench.gui.layout import hbox, vbox
+from workbench.gui.layout import buddy, button, choice, hbox, label, vbox
 from workbench.gui.poses import Viewpoint, turned
-from workbench.gui.style import set_class
 from workbench.gui.theme import Look
 from workbench.gui.workspace import Workspace
 from workbench.link.topics import Topic
@@ -94,11 +91,10 @@ class ScaleBar(QWidget):
     Args:
         look: source of colours.
         table: colours from near to far.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, look: Look, table: np.ndarray, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Look, table: np.ndarray) -> None:
+        super().__init__()
         self._look, self._table = look, table
         self._scale = (0.0, 1.0)
         self.setFixedWidth(74)
@@ -125,14 +121,13 @@ class PictureView(QWidget):
     Args:
         look: source of colours.
         name: name of the picture.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     pointed = pyqtSignal(object)
     """Column and row of the pixel under the mouse, None without one."""
 
-    def __init__(self, look: Look, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Look, name: str) -> None:
+        super().__init__()
         self._look = look
         self._image = QImage()
         self._hint = ""
@@ -192,11 +187,10 @@ class CameraPage(QWidget):
 
     Args:
         workspace: flight and colours.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self._flight = workspace.flight
         self._asked, self._waits = -np.inf, False
         self._newest: DepthImage | None = None
@@ -205,8 +199,8 @@ class CameraPage(QWidget):
         self.depth_view = PictureView(workspace.look, "Depth image")
         self.colour_view = PictureView(workspace.look, "Colour image")
         self.scale = ScaleBar(workspace.look, self._table)
-        self.said, self.under = QLabel(), QLabel()
-        self.key = QLabel("Grey: nothing within range. Black: nearer than it measures.")
+        self.said, self.under = label(kind="muted"), label(kind="muted")
+        self.key = label("Grey: nothing within range. Black: nearer than it measures.", "muted")
         self._pad = QWidget()
         self._beside = QBoxLayout(QBoxLayout.Direction.LeftToRight)
         self._lay_out()
@@ -289,14 +283,11 @@ class CameraPage(QWidget):
             self.under.setText(f"Column {column}, row {row}: {depth}")
 
     def _lay_out(self) -> None:
-        for label in (self.said, self.under, self.key):
-            set_class(label, "muted")
         depth = hbox((self.depth_view, 1), self.scale, spacing=4)
         self._beside.setSpacing(10)
         self._beside.addLayout(depth, 1)
-        colour = hbox((self.colour_view, 1), spacing=4)
         self._pad.setFixedWidth(self.scale.width())
-        colour.addWidget(self._pad)
+        colour = hbox((self.colour_view, 1), self._pad, spacing=4)
         self._beside.addLayout(colour, 1)
         below = hbox(self.said, 1, self.under)
         vbox(
@@ -358,14 +349,13 @@ class CloudView(QWidget):
 
     Args:
         look: source of colours.
-        parent: the Qt parent; this object is deleted with it.
     """
 
     turned = pyqtSignal()
     """The viewpoint has changed."""
 
-    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Look) -> None:
+        super().__init__()
         self._look = look
         self._points = np.zeros((0, 3))
         self._values = np.zeros(0)
@@ -542,23 +532,18 @@ class CloudPage(QWidget):
 
     Args:
         workspace: signals and colours.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self._signals = workspace.signals
         self._rays: CloudRays | None = None
         self._stamp: object = None
         self.view = CloudView(workspace.look)
-        self.frame = QComboBox()
-        self.frame.addItems(["W, level with the world", "B, turned with the drone"])
-        self.frame.setAccessibleName("Frame of the cloud")
-        self.colours = QComboBox()
-        self.colours.addItems(["height", "range"])
-        self.colours.setAccessibleName("What the colours stand for")
-        self.said = QLabel()
-        set_class(self.said, "muted")
+        frames = ("W, level with the world", "B, turned with the drone")
+        self.frame = choice("Frame of the cloud", frames)
+        self.colours = choice("What the colours stand for", ("height", "range"))
+        self.said = label(kind="muted")
         self._lay_out()
         self.frame.currentIndexChanged.connect(self._show_anew)
         self.colours.currentIndexChanged.connect(self._show_anew)
@@ -611,18 +596,19 @@ class CloudPage(QWidget):
         self.view.setFocus()
 
     def _lay_out(self) -> None:
-        row = hbox(spacing=8)
-        for text, viewpoint in (("&Top", TOP), ("Si&de", SIDE), ("S&lanted", SLANTED)):
-            button = QPushButton(text)
-            button.setToolTip(f"See the cloud from there ({text.replace('&', '')[0]})")
-            button.clicked.connect(lambda _, at=viewpoint: self._look_from(at))
-            row.addWidget(button)
-        for text, choice in (("F&rame", self.frame), ("C&olours", self.colours)):
-            label = QLabel(text)
-            label.setBuddy(choice)
-            row.addWidget(label)
-            row.addWidget(choice)
-        row.addStretch(1)
+        views = (("&Top", TOP, "T"), ("Si&de", SIDE, "S"), ("S&lanted", SLANTED, "S"))
+        row = hbox(
+            *(
+                button(text, partial(self._look_from, at), help=f"See the cloud from there ({key})")
+                for text, at, key in views
+            ),
+            buddy("F&rame", self.frame, kind=""),
+            self.frame,
+            buddy("C&olours", self.colours, kind=""),
+            self.colours,
+            1,
+            spacing=8,
+        )
         vbox(
             row,
             (self.view, 1),

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 
 from PyQt6.QtCore import QMimeData, QModelIndex, QPoint, QSortFilterProxyModel, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QStandardItem, QStandardItemModel
-from PyQt6.QtWidgets import QHeaderView, QLabel, QLineEdit, QMenu, QTreeView, QWidget
+from PyQt6.QtWidgets import QHeaderView, QLineEdit, QMenu, QTreeView, QWidget
 
-from workbench.gui.layout import NO_MARGINS, vbox
+from workbench.gui.layout import NO_MARGINS, buddy, label, named, vbox
 from workbench.gui.visualization.derived_signals import OWN_TOPIC
 from workbench.gui.visualization.signal_catalog import SignalGroup
 
@@ -77,11 +77,7 @@ class SignalView(QTreeView):
 
 
 class SignalTree(QWidget):
-    """Search field and tree.
-
-    Args:
-        parent: the Qt parent; this object is deleted with it.
-    """
+    """Search field and tree."""
 
     chosen = pyqtSignal(str)
     """Name of a signal to add to the selected chart."""
@@ -92,8 +88,8 @@ class SignalTree(QWidget):
     removal_wanted = pyqtSignal(str)
     """Name of one that should be removed."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._groups: tuple[SignalGroup, ...] = ()
         self._model = SignalModel(self)
         self._proxy = QSortFilterProxyModel(self)
@@ -101,26 +97,20 @@ class SignalTree(QWidget):
         self._proxy.setRecursiveFilteringEnabled(True)
         self._proxy.setAutoAcceptChildRows(True)
         self._proxy.setFilterCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        label = QLabel("Find s&ignal")
-        self.search = QLineEdit()
+        self.search = named(QLineEdit(), "Find signal")
         self.search.setPlaceholderText("velocity, thrust, m/s …")
         self.search.setClearButtonEnabled(True)
-        self.search.setAccessibleName("Find signal")
-        label.setBuddy(self.search)
-        self.view = SignalView()
+        self.view = named(SignalView(), "Signals: Enter adds one to the chart in use")
         self.view.setModel(self._proxy)
-        self.view.setAccessibleName("Signals: Enter adds one to the chart in use")
         self.view.setDragEnabled(True)
         self.view.setUniformRowHeights(True)
         self.view.setSelectionMode(QTreeView.SelectionMode.ExtendedSelection)
         self.view.setExpandsOnDoubleClick(False)
         self.view.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.target = QLabel()
-        self.target.setWordWrap(True)
-        self.target.setProperty("class", "muted")
-        box = vbox(of=self, margins=NO_MARGINS, spacing=6)
-        for widget in (label, self.search, self.view, self.target):
-            box.addWidget(widget, 1 if widget is self.view else 0)
+        self.target = label(kind="muted", wraps=True)
+        name = buddy("Find s&ignal", self.search, kind="")
+        parts = (name, self.search, (self.view, 1), self.target)
+        vbox(*parts, of=self, margins=NO_MARGINS, spacing=6)
         self.search.textChanged.connect(self._filter)
         self.search.returnPressed.connect(self._choose_first)
         self.view.chosen.connect(self.chosen)

@@ -11,15 +11,12 @@ from PyQt6.QtCore import QObject, QSignalBlocker, Qt, QTimer, pyqtSignal
 from PyQt6.QtGui import QShowEvent
 from PyQt6.QtWidgets import (
     QAbstractItemView,
-    QComboBox,
-    QFileDialog,
     QFrame,
     QHeaderView,
     QLabel,
     QLineEdit,
     QMenu,
     QProgressBar,
-    QPushButton,
     QSlider,
     QTableWidget,
     QTableWidgetItem,
@@ -31,9 +28,9 @@ from PyQt6.QtWidgets import (
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.ticks import number_text
-from workbench.gui.file_dialogs import LOG_FILES, show_file_dialog
+from workbench.gui.file_dialogs import LOG_FILES, open_file
 from workbench.gui.help import explain
-from workbench.gui.layout import NO_MARGINS, hbox, vbox
+from workbench.gui.layout import NO_MARGINS, buddy, button, choice, hbox, label, named, vbox
 from workbench.gui.poses import (
     frame_pairs,
     poses_in_parent,
@@ -63,24 +60,19 @@ class FramesPage(QWidget):
 
     Args:
         workspace: signals and units.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self._workspace = workspace
         self._pairs: tuple[tuple[str, str], ...] = ()
         self._items: dict[str, QTreeWidgetItem] = {}
         self._shown = -1.0
-        label = QLabel("Find fra&me")
-        self.search = QLineEdit()
+        self.search = named(QLineEdit(), "Find frame")
         self.search.setClearButtonEnabled(True)
         self.search.setPlaceholderText("part of a name")
-        self.search.setAccessibleName("Find frame")
-        label.setBuddy(self.search)
-        self.tree = QTreeWidget()
+        self.tree = named(QTreeWidget(), "Frames: pose in the parent, and place in W")
         self.tree.setColumnCount(len(HEADS))
-        self.tree.setAccessibleName("Frames: pose in the parent, and place in W")
         self.tree.setUniformRowHeights(True)
         head = self.tree.header()
         if head is not None:
@@ -89,9 +81,9 @@ class FramesPage(QWidget):
             head.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
             head.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.hint = QLabel("No flight has told its frames yet.")
-        vbox(
-            label, self.search, self.hint, (self.tree, 1), of=self, margins=(0, 8, 0, 0), spacing=6
-        )
+        name = buddy("Find fra&me", self.search, kind="")
+        parts = (name, self.search, self.hint, (self.tree, 1))
+        vbox(*parts, of=self, margins=(0, 8, 0, 0), spacing=6)
         self.search.textChanged.connect(self._filter)
         self._name_columns()
         workspace.preferences.changed.connect(self._on_preference)
@@ -244,11 +236,7 @@ class LogClock:
 
 
 class LogBar(QFrame):
-    """Time bar of a log.
-
-    Args:
-        parent: the Qt parent; this object is deleted with it.
-    """
+    """Time bar of a log."""
 
     moved = pyqtSignal(float)
     """The time to show [s]."""
@@ -259,8 +247,8 @@ class LogBar(QFrame):
     what_if_wanted = pyqtSignal()
     """The log should be flown again with other gains."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.clock = LogClock(0.0, 0.0)
         self._last = 0.0
         self._timer = QTimer(self)
@@ -268,25 +256,25 @@ class LogBar(QFrame):
         self._timer.timeout.connect(self._tick)
         set_class(self, "card")
         explain(self, "Log")
-        self.name = QLabel()
-        set_class(self.name, "heading")
-        self.remark = QLabel()
-        self.remark.setWordWrap(True)
-        set_class(self.remark, "warning")
-        self.back = QPushButton("Back to &live")
-        self.play = QPushButton("&Play")
-        self.play.setCheckable(True)
-        self.earlier = QPushButton("− 0.1 s")
-        self.later = QPushButton("+ 0.1 s")
-        self.whole = QPushButton("&Whole log")
-        self.again = QPushButton("What &if…")
-        self.again.setToolTip("Fly it again with other gains, on the Tuning screen")
-        self.loop = QPushButton("L&oop")
-        self.loop.setCheckable(True)
-        self.speed = QComboBox()
-        self.speed.addItems([f"{speed:g} ×" for speed in SPEEDS])
+        self.name = label(kind="heading")
+        self.remark = label(kind="warning", wraps=True)
+        self.back = button("Back to &live", self.live_wanted.emit)
+        self.earlier = named(
+            button("− 0.1 s", lambda: self._step(-1)), "A tenth of a second earlier"
+        )
+        self.later = named(button("+ 0.1 s", lambda: self._step(1)), "A tenth of a second later")
+        self.whole = button(
+            "&Whole log", lambda: self.whole_wanted.emit(self.clock.begin, self.clock.end)
+        )
+        help = "Fly it again with other gains, on the Tuning screen"
+        self.again = button("What &if…", self.what_if_wanted.emit, help=help)
+        self.play, self.loop = button("&Play"), button("L&oop")
+        for each in (self.play, self.loop):
+            each.setCheckable(True)
+        speeds = (f"{speed:g} ×" for speed in SPEEDS)
+        self.speed = choice("Seconds of the log in a second", speeds)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
-        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider = named(QSlider(Qt.Orientation.Horizontal), "Time of the log in s")
         self.time = QLabel()
         self._lay_out()
         self._connect()
@@ -356,44 +344,31 @@ class LogBar(QFrame):
         self.moved.emit(self.clock.time)
 
     def _lay_out(self) -> None:
-        head = hbox(self.name)
-        said = QLabel("This is a log, no live flight.")
-        set_class(said, "muted")
-        head.addWidget(said)
-        head.addStretch(1)
-        head.addWidget(self.again)
-        head.addWidget(self.whole)
-        head.addWidget(self.back)
-        label = QLabel("Sp&eed")
-        label.setBuddy(self.speed)
-        row = hbox(spacing=8)
-        steps = (self.play, self.earlier, self.later)
-        for button in steps:
-            row.addWidget(button)
-        row.addWidget(self.slider, 1)
-        for widget in (self.time, label, self.speed, self.loop):
-            row.addWidget(widget)
+        said = label("This is a log, no live flight.", "muted")
+        head = hbox(self.name, said, 1, self.again, self.whole, self.back)
+        row = hbox(
+            self.play,
+            self.earlier,
+            self.later,
+            (self.slider, 1),
+            self.time,
+            buddy("Sp&eed", self.speed, kind=""),
+            self.speed,
+            self.loop,
+            spacing=8,
+        )
         vbox(head, self.remark, row, of=self, margins=(10, 6, 10, 6), spacing=4)
-        self.slider.setAccessibleName("Time of the log in s")
         self.slider.setSingleStep(PARTS // 10)
         self.slider.setPageStep(PARTS)
-        self.speed.setAccessibleName("Seconds of the log in a second")
-        self.earlier.setAccessibleName("A tenth of a second earlier")
-        self.later.setAccessibleName("A tenth of a second later")
         self.time.setMinimumWidth(
             self.fontMetrics().horizontalAdvance("0000.00 of 0000.00 to 0000.00 s")
         )
 
     def _connect(self) -> None:
         self.play.clicked.connect(self._toggle_play)
-        self.earlier.clicked.connect(lambda: self._step(-1))
-        self.later.clicked.connect(lambda: self._step(1))
         self.slider.valueChanged.connect(self._scrub)
         self.speed.currentIndexChanged.connect(self._set_speed)
         self.loop.clicked.connect(self._set_loop)
-        self.whole.clicked.connect(lambda: self.whole_wanted.emit(self.clock.begin, self.clock.end))
-        self.back.clicked.connect(self.live_wanted)
-        self.again.clicked.connect(self.what_if_wanted)
 
 
 class EventsPage(QWidget):
@@ -401,11 +376,10 @@ class EventsPage(QWidget):
 
     Args:
         workspace: colours.
-        parent: the Qt parent; this object is deleted with it.
     """
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
         self._look = workspace.look
         self._list = EventList()
         self._at_end = True
@@ -537,7 +511,6 @@ class VisualizationScreen(Screen):
 
     Args:
         workspace: services that all screens share.
-        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         charts: page of charts.
@@ -551,8 +524,8 @@ class VisualizationScreen(Screen):
     title = "Visualization"
     icon = "visualization"
 
-    def __init__(self, workspace: Workspace, parent: QWidget | None = None) -> None:
-        super().__init__(workspace, parent)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace)
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         self.tabs.setAccessibleName("Kinds of pictures")
@@ -570,10 +543,13 @@ class VisualizationScreen(Screen):
         ):
             self.tabs.addTab(page, name)
             explain(page, name)
-        self.open_button = QPushButton("Open lo&g…")
-        self.open_button.setToolTip("Show a recorded flight (MCAP) in the same charts")
-        self.over_button = QPushButton("O&verlay")
-        self.over_button.setToolTip("Draw a recorded flight, or limits, over what the charts show")
+        self.open_button = button(
+            "Open lo&g…",
+            lambda: self._ask("Open log", self.open_log),
+            help="Show a recorded flight (MCAP) in the same charts",
+        )
+        help = "Draw a recorded flight, or limits, over what the charts show"
+        self.over_button = button("O&verlay", help=help)
         over = QMenu(self)
         for title, opens in (
             ("Overlay a log", self.open_overlay),
@@ -583,19 +559,17 @@ class VisualizationScreen(Screen):
             if action is not None:
                 action.triggered.connect(partial(self._ask, title, opens))
         self.over_button.setMenu(over)
-        for button in (self.open_button, self.over_button):
-            self.charts.line.addWidget(button)
+        for each in (self.open_button, self.over_button):
+            self.charts.line.addWidget(each)
         self.log_bar = LogBar()
         self.log_bar.hide()
         self._reader, self._overlay_reader = LogReader(self), LogReader(self)
         self._spec_reader = LogReader(self)
         self._reading = QWidget()
-        self._path = QLabel()
-        self._progress = QProgressBar()
-        self.cancel = QPushButton("&Cancel")
+        self._path = label(kind="heading")
+        self._progress = named(QProgressBar(), "Share of the log that is read, 0 to 100 %")
+        self.cancel = button("&Cancel", self._cancel)
         self._lay_out()
-        self.open_button.clicked.connect(lambda: self._ask("Open log", self.open_log))
-        self.cancel.clicked.connect(self._cancel)
         self.tabs.currentChanged.connect(lambda _: self.show_view(workspace.flight.view))
         for reader, show in (
             (self._reader, self._show_log),
@@ -692,9 +666,7 @@ class VisualizationScreen(Screen):
         """Request a log, without blocking."""
         folder = str(log_folder(self.workspace.preferences))
         kinds = SPEC_FILES if opens == self.open_spec else LOG_FILES
-        dialog = QFileDialog(self, title, folder, f"{kinds};;All files (*)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        show_file_dialog(dialog, lambda name: opens(Path(name)))
+        open_file(self, title, opens, folder, f"{kinds};;All files (*)")
 
     def _read(self, path: Path, reader: LogReader) -> None:
         self.tabs.setCurrentWidget(self.charts)
@@ -743,8 +715,6 @@ class VisualizationScreen(Screen):
 
     def _lay_out(self) -> None:
         hbox(self._path, (self._progress, 1), self.cancel, of=self._reading, margins=NO_MARGINS)
-        set_class(self._path, "heading")
-        self._progress.setAccessibleName("Share of the log that is read, 0 to 100 %")
         self._reading.hide()
         vbox(
             self._reading, (self.tabs, 1), self.log_bar, of=self, margins=(12, 8, 12, 10), spacing=8
