@@ -1,5 +1,6 @@
 """What nobody caught is told, and the app goes on."""
 
+import subprocess
 import sys
 import threading
 
@@ -70,3 +71,23 @@ def test_afterwards_exceptions_go_where_they_went_before(workspace):
     assert sys.excepthook == guard.catch
     guard.uninstall()
     assert (sys.excepthook, threading.excepthook) == before
+
+
+def test_nothing_of_qt_is_left_for_the_end_of_python():
+    """Not even what the collector does not see, and what was never given to the window."""
+    script = """
+import gc
+from PyQt6 import sip
+from PyQt6.QtCore import QObject
+from PyQt6.QtWidgets import QApplication, QLabel, QWidget
+from workbench.gui.app import delete_objects
+
+app, objects, alone = QApplication([]), QObject(), QWidget()
+child = QLabel("child", alone)
+gc.freeze()
+delete_objects()
+print([sip.isdeleted(each) for each in (objects, alone, child, app)])
+"""
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[True, True, True, False]"

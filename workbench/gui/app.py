@@ -1,5 +1,6 @@
 """The app: one window and its shared services, from the first paint to the last process."""
 
+import gc
 import signal
 import sys
 import threading
@@ -8,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
 
+from PyQt6 import sip
 from PyQt6.QtCore import QCoreApplication, QObject, Qt, QTimer, pyqtSignal
 from PyQt6.QtWidgets import QApplication
 
@@ -201,6 +203,21 @@ def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: b
     finally:
         window.close()
         guard.uninstall()
+        delete_objects()
+
+
+def delete_objects() -> None:
+    """Delete all of Qt's objects but the application.
+
+    PyQt does it when Python exits, but it walks a list of objects that it frees meanwhile, and
+    crashes now and then. Here a list holds them.
+    """
+    gc.unfreeze()
+    held = [each for each in gc.get_objects() if isinstance(each, QObject)]
+    for each in held:
+        is_app = isinstance(each, QApplication)
+        if not is_app and sip.ispyowned(each) and not sip.isdeleted(each) and not each.parent():
+            sip.delete(each)
 
 
 def _first(workspace: Workspace) -> Choice:

@@ -103,7 +103,7 @@ class WishLine(QWidget):
     def set_controller(self, law: Controller) -> None:
         """Accept wishes about the loops of a controller."""
         self._law = law
-        completer = QCompleter(list(completions(law)), self)
+        completer = QCompleter(list(completions(law)), self.field)  # which deletes the last one
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.field.setCompleter(completer)
