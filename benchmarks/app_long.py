@@ -1,9 +1,12 @@
 """The whole app for half an hour: does the flight keep real time, and does any process grow?
 
 The window with its 3-D view, a flight with all sensors between obstacles, flown round by the demo,
-recording, a server with its page, and what judges gains. Run it by hand: half an hour is too long
-for `make bench`. Growth is the slope of a line through proportional set sizes (Linux counts a page
-that two processes share as half a page of each), from the time on that is to settle.
+recording, and a server with its page. A user tunes all the time: between two looks a slider moves
+for some seconds on the next page of the Tuning screen, then a fork is flown, and each sixth time
+the flight is reset. Run it by hand: half an hour is too long for `make bench`.
+
+Growth is the slope of a line through proportional set sizes (Linux counts a page that two processes
+share as half a page of each), from the time on that is to settle.
 
 To hold, where a core is free: a real-time factor of 0.98, and 5 MB a minute in all.
 
@@ -12,6 +15,7 @@ without that it is offscreen.
 """
 
 import argparse
+import math
 import os
 import sys
 import tempfile
@@ -28,11 +32,12 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # before Qt is imported
 from PyQt6.QtCore import QSettings
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.app import SCENARIO, DemoPilot, make_app
+from workbench.gui.app import SCENARIO, DemoPilot, delete_objects, make_app
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.style import apply_style
+from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.gui.workspace import make_workspace
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
@@ -40,6 +45,11 @@ from workbench.live.choice import Choice
 CHOICE = Choice(SCENARIO, world="obstacle_field", sensors=("all",))
 BETWEEN = 10.0
 """Between two looks at the processes [s]."""
+MOVED = 4.0
+"""A slider moves for this long between two looks [s]."""
+GAIN = "kp_velocity_x"
+RESETS = 6
+"""So many looks from one reset to the next."""
 LEAST_FACTOR, MOST_GROWTH = 0.98, 5.0
 ROLES = {
     "workbench.live.worker": "flight",
@@ -101,6 +111,29 @@ class LongRun:
             self.window.show_screen(row.name)
             self.run(2.0)
         self.window.show_screen("visualization")
+        self._looks = 0
+
+    def tune(self, seconds: float) -> None:
+        """Tune as a user does, for a time [s]."""
+        end, self._looks = time.monotonic() + seconds, self._looks + 1
+        self.window.show_screen("tuning")
+        screen = self.window.stack.screen_of("tuning")
+        assert isinstance(screen, TuningScreen)
+        screen.tabs.setCurrentIndex(self._looks % screen.tabs.count())
+        gains = screen.gains
+        gains.begin_edit()
+        until = time.monotonic() + MOVED
+        while time.monotonic() < until:
+            share = 0.2 * math.sin(3.0 * time.monotonic())
+            gains.propose(GAIN, gains.kept[GAIN] * (1.0 + share))
+            self.run(0.02)
+        gains.end_edit()
+        screen.fork.fork()
+        self.run(2.0)
+        if self._looks % RESETS == 0:
+            self.workspace.flight.order(lambda live: live.reset())
+        self.window.show_screen("visualization")
+        self.run(end - time.monotonic())
 
     def run(self, seconds: float) -> None:
         """Let the app live for a time [s]."""
@@ -120,6 +153,7 @@ class LongRun:
         """End the app."""
         self.window.close()
         self._application.processEvents()
+        delete_objects()
         self._folder.cleanup()
 
 
@@ -144,7 +178,7 @@ def main() -> int:
         _look(processes, now)
         total = sum(each.sizes[-1] for each in processes.values() if each.times[-1] == now)
         print(f"{now / 60.0:5.1f} min  simulated {run.time:7.1f} s  {total:7.1f} MB", flush=True)
-        run.run(BETWEEN)
+        run.tune(BETWEEN)
     wall, simulated = first or (0.0, 0.0)
     factor = (run.time - simulated) / (time.monotonic() - begun - wall)
     run.close()
