@@ -107,7 +107,7 @@ def test_arrows_and_enter_propose_too(card, offline, gains, qtbot):
     card.view.setFocus()
     qtbot.keyClick(card.view, Qt.Key.Key_Right)
     qtbot.keyClick(card.view, Qt.Key.Key_Up)
-    assert card.reading.text() == "kp_velocity_x 7, kp_pitch 300: 10 %"
+    assert card.reading.text() == "Velocity x Kp 7, Pitch Kp 300: 10 %"
     qtbot.keyClick(card.view, Qt.Key.Key_Return)
     assert (gains.proposed["kp_velocity_x"], gains.proposed["kp_pitch"]) == (7.0, 300.0)
 

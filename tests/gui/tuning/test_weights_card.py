@@ -47,9 +47,9 @@ def test_the_metric_on_show_is_told_in_words(card, offline, trial, qtbot):
         "overshoot": {"kp_pitch": 0.2},
     }
     offline.analysis.weighed.emit(Weighed(Weigh(trial.proposed, STEP), weights))
-    assert card.words.text() == "10 % more kp_velocity_x: rise time −0.0300 s."
+    assert card.words.text() == "10 % more Velocity x Kp: rise time −0.0300 s."
     card.number.setCurrentIndex(1)
-    assert card.words.text() == "10 % more kp_pitch: overshoot +2.00 %."
+    assert card.words.text() == "10 % more Pitch Kp: overshoot +2.00 %."
     assert len(card.bars.texts) == 1
 
 

@@ -288,6 +288,7 @@ class CompareCard(Card):
         self._keeping: Mapping[str, float] | None = None
         self._compared: tuple[Compared, ...] = ()
         self._preparing = ""
+        self._seen = False
         self.view = choice("What is shown", VIEWS, "What is shown of the designs")
         self.loop = choice(
             "Loop", help="The loop that is drawn over frequency, and has margins in the table"
@@ -331,8 +332,10 @@ class CompareCard(Card):
         self._follow()
 
     def set_seen(self, seen: bool) -> None:
-        """Ask only while the card is visible."""
+        """Ask and draw only while the card is visible."""
+        self._seen = seen
         self._answers.set_seen(seen)
+        self._follow()
 
     def choose_design(self, design: Design, chosen: bool) -> None:
         """Add a design to the comparison, or remove it."""
@@ -391,6 +394,8 @@ class CompareCard(Card):
 
     def _follow(self) -> None:
         """Ask about the selected designs."""
+        if not self._seen:  # while another card is open, a moving slider has the time
+            return
         drawn = self.view.currentText() == FREQUENCY
         self._answers.follow(self.chosen, self._trial.step, self._loop if drawn else "")
         self._soon.start()
@@ -409,6 +414,8 @@ class CompareCard(Card):
 
     def _show(self) -> None:
         """Show the known results."""
+        if not self._seen:
+            return
         designs = self.chosen
         self._offer_loops(designs)
         self.stack.setCurrentIndex(self.view.currentIndex())

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
 from PyQt6.QtGui import QColor, QMouseEvent, QResizeEvent, QShowEvent
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtWidgets import QLayout, QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.design.judge.margins import LoopMargins
@@ -44,6 +44,8 @@ EVERYWHERE = (-math.inf, math.inf)
 GAIN, REDUCTION, PHASE = map(find_limit, ("gain_margin", "gain_reduction_margin", "phase_margin"))
 LOW = 150
 """Least height of a legible plot [px]."""
+LOWEST = 110
+"""The same of plots side by side in a low window [px]."""
 MIDDLE, HALF = (-0.8, 0.0), 2.4
 """Initial centre and half height of the picture, as in `workbench judge`."""
 SPANS = (0.02, 200.0)
@@ -148,6 +150,10 @@ class BodePlots(FrequencyPlots):
         phase.set_axes("Frequency", "Phase", "°", "rad/s")
         for plot in self.plots:
             plot.set_scales(Scale.LOGARITHMIC)
+            plot.setMinimumHeight(LOWEST)
+        # one below the other they are no taller than there is room, or they would stay so
+        self._box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
+        self.setMinimumHeight(LOWEST)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Arrange the plots in one column if the height allows it, else in two."""

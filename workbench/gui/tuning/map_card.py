@@ -1,7 +1,7 @@
 """The card of the map: a metric over two gains around the proposed ones."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -245,6 +245,7 @@ class MapView(QWidget):
 
     Args:
         look: source of colours.
+        words: returns a gain's name in words.
     """
 
     picked = pyqtSignal(float, float)
@@ -252,9 +253,9 @@ class MapView(QWidget):
     read = pyqtSignal(str)
     """The value under the pointer, in words."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: Look, words: Callable[[str], str]) -> None:
         super().__init__()
-        self._look = look
+        self._look, self._words = look, words
         self._mapped: Mapped | None = None
         self._spot: tuple[float, float] | None = None
         self._cursor: tuple[int, int] | None = None
@@ -405,7 +406,7 @@ class MapView(QWidget):
         share = self._mapped.unit == "1"
         unit = "%" if share else self._mapped.unit
         said = f"{100.0 * value if share else value:.3g} {unit}" if math.isfinite(value) else "lost"
-        return f"{asked.x} {x:.3g}, {asked.y} {y:.3g}: {said}"
+        return f"{self._words(asked.x)} {x:.3g}, {self._words(asked.y)} {y:.3g}: {said}"
 
 
 _ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
@@ -428,7 +429,7 @@ class MapCard(Card):
         for row in STEP_LIMITS:
             self.number.addItem(row.label, row.name)
         self.number.setCurrentIndex(1)
-        self.view = MapView(workspace.look)
+        self.view = MapView(workspace.look, trial.gains.words)
         self.reading = Sentence()
         fields = (("&Metric", self.number), ("A&cross", self.across), ("&Up", self.upwards))
         for _, box in fields:

@@ -67,7 +67,8 @@ class WeightBars(QWidget):
         """The content in words."""
         if self._limit is None:
             return ()
-        return tuple(weight_text(*each, self._limit) for each in self._slopes.items())
+        slopes = self._slopes.items()
+        return tuple(weight_text(self._words(name), each, self._limit) for name, each in slopes)
 
     def show_slopes(self, slopes: Mapping[str, float], limit: Limit) -> None:
         """Show the effects of gains on a number."""
