@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import threading
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.ipc.child_process import start_module
 from workbench.ipc.worker_process import SupersededError, WorkerProcess
 
 ENOUGH = 300.0
@@ -146,3 +148,16 @@ def test_closing_does_not_wait_for_a_process_that_stands_still(start):
         asked(worker, b"x" * 10_000_000)  # more than a socket takes
         worker.close(0.01, "end")
         assert worker.ended == "the test is closed"
+
+
+def test_linear_algebra_has_one_thread_in_a_process_unless_its_caller_says_otherwise(
+    tmp_path, monkeypatch
+):
+    (tmp_path / "threads.py").write_text("import os; print(os.environ['OPENBLAS_NUM_THREADS'])")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    with start_module("threads", stdout=subprocess.PIPE) as process:
+        assert process.communicate()[0] == b"1\n"
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
+    with start_module("threads", stdout=subprocess.PIPE) as process:
+        assert process.communicate()[0] == b"2\n"

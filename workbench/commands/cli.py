@@ -68,6 +68,7 @@ COMMANDS = {
     "controllers": "controllers",
     "graph": "graph",
     "gui": "gui",
+    "compile": "compile",
     COMPLETION: COMPLETION,
 }
 """Location of each command, in the order of the help: its module, and the function that adds it

@@ -38,7 +38,10 @@ def start_module(module: str, *arguments: str, **options: Any) -> subprocess.Pop
     return subprocess.Popen(
         # -P: do not import a file such as json.py from the user's folder
         [sys.executable, "-P", "-m", module, *arguments],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in paths if path)},
+        # numpy's threads wait busily for each other where several processes share the cores
+        env={"OPENBLAS_NUM_THREADS": "1"}
+        | os.environ
+        | {"PYTHONPATH": os.pathsep.join(path for path in paths if path)},
         **options,
     )
 
