@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
-    add_json_option,
-    add_output_options,
-    add_vehicle_options,
+    add_flight_options,
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
@@ -99,9 +97,7 @@ def add_parser(commands: Any) -> None:
         choices=("x", "y", "z", "yaw"),
         help="of the step for --sensitivity (default: x)",
     )
-    add_output_options(parser)
-    add_vehicle_options(parser)
-    add_json_option(parser)
+    add_flight_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

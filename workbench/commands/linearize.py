@@ -8,8 +8,8 @@ from workbench.commands import ExitCode
 from workbench.commands.judge import print_modes
 from workbench.commands.options import (
     add_command,
+    add_flight_options,
     add_json_option,
-    add_output_options,
     add_vehicle_options,
     flown_with,
     with_vehicle,
@@ -178,9 +178,7 @@ def add_frequency_response(commands: Any) -> None:
         help="rms of what is injected, in the loop point's unit (default: what the linear model "
         "says that the drone bears)",
     )
-    add_output_options(parser)
-    add_vehicle_options(parser)
-    add_json_option(parser)
+    add_flight_options(parser)
 
 
 def run_frequency_response(args: argparse.Namespace) -> int:

@@ -234,6 +234,13 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-plots", action="store_true", help="write the logs only")
 
 
+def add_flight_options(parser: argparse.ArgumentParser) -> None:
+    """Add options for the files of a command that flies or judges, for its vehicle, and --json."""
+    add_output_options(parser)
+    add_vehicle_options(parser)
+    add_json_option(parser)
+
+
 def flown_with(args: argparse.Namespace) -> str:
     """Return the values of a flight, for its title."""
     parts = [args.gains] if args.gains else []

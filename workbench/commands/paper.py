@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.commands.options import (
     add_command,
-    add_json_option,
-    add_output_options,
-    add_vehicle_options,
+    add_flight_options,
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
@@ -44,9 +42,7 @@ def add_parser(commands: Any) -> None:
         "workbench reproduce --output out",
         run,
     )
-    add_output_options(parser)
-    add_vehicle_options(parser)
-    add_json_option(parser)
+    add_flight_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -344,9 +340,7 @@ def add_trial(commands: "Any") -> None:
         metavar="FILE",
         help="flight and cloud in 3-D, as one page that any browser plays, without a server",
     )
-    add_output_options(parser)
-    add_vehicle_options(parser)
-    add_json_option(parser)
+    add_flight_options(parser)
 
 
 def run_trial(args: argparse.Namespace) -> int:

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
-    add_json_option,
-    add_output_options,
-    add_vehicle_options,
+    add_flight_options,
     flown_with,
     with_vehicle,
 )
@@ -95,9 +93,7 @@ def add_parser(commands: Any) -> None:
         metavar="POINT",
         help="steady flight before it, hover or as vx=5,vz=-1 (default: hover)",
     )
-    add_output_options(parser)
-    add_vehicle_options(parser)
-    add_json_option(parser)
+    add_flight_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -120,10 +116,7 @@ def run(args: argparse.Namespace) -> int:
         picture = outputs.picture(args, f"step-{name}.png")
         drawer = stack.enter_context(Drawer(_PICTURES)) if picture else None
         with progress_bar(f"flying a step {what}") as progress:
-            if args.load:
-                flown: LoadResponse | StepResponse = _fly_load(args, scenario, progress)
-            else:
-                flown = _fly_command(args, name, scenario, velocity, progress)
+            flown = _fly(args, name, scenario, velocity, progress)
         if drawer and picture:
             drawer.begin(picture, _PICTURES, f"plot_{kind}", flown)
         flown.recording.write_csv(log)
@@ -136,40 +129,29 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.NOT_AS_DEMANDED if trouble else ExitCode.DONE
 
 
-def _fly_load(args: argparse.Namespace, scenario: "Scenario", progress: Any) -> "LoadResponse":
-    from workbench.design.load_step import fly_load_step
-
-    return fly_load_step(
-        args.load,
-        args.amplitude,
-        duration=args.duration,
-        acts=args.acts,
-        scenario=scenario,
-        settings=dict(args.set),
-        progress=progress,
-    )
-
-
-def _fly_command(
+def _fly(
     args: argparse.Namespace,
     axis: str,
     scenario: "Scenario",
     velocity: "Sequence[float]",
     progress: Any,
-) -> "StepResponse":
-    from workbench.design.reproduce import PAPER
+) -> "LoadResponse | StepResponse":
+    """Fly the step of a load, or of a command along an axis."""
+    common: Any = {
+        "duration": args.duration,
+        "scenario": scenario,
+        "settings": dict(args.set),
+        "progress": progress,
+    }
+    if args.load:
+        from workbench.design.load_step import fly_load_step
+
+        return fly_load_step(args.load, args.amplitude, acts=args.acts, **common)
+    from workbench.design.reproduce import COMMANDS
     from workbench.design.step_response import fly_step
 
-    paper = {figure.axis: figure.command for figure in PAPER}
-    return fly_step(
-        axis,
-        paper.get(axis, 1.0) if args.amplitude is None else args.amplitude,
-        duration=args.duration,
-        scenario=scenario,
-        settings=dict(args.set),
-        velocity=velocity,
-        progress=progress,
-    )
+    amplitude = COMMANDS.get(axis, 1.0) if args.amplitude is None else args.amplitude
+    return fly_step(axis, amplitude, velocity=velocity, **common)
 
 
 def _result(flown: "LoadResponse | StepResponse", args: argparse.Namespace) -> dict[str, Any]:
@@ -265,9 +247,7 @@ def add_hover(commands: Any) -> None:
         "workbench hover --model my_drone.urdf --output out",
         run_hover,
     )
-    add_output_options(parser)
-    add_vehicle_options(parser)
-    add_json_option(parser)
+    add_flight_options(parser)
 
 
 def run_hover(args: argparse.Namespace) -> int:

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
-    add_json_option,
-    add_output_options,
+    add_flight_options,
     add_scheduler_option,
-    add_vehicle_options,
     chosen_executor,
     flown_with,
     with_vehicle,
@@ -116,9 +114,7 @@ def add_parser(commands: Any) -> None:
         metavar="FILE",
         help="the table, .csv or .parquet (default: sweep-AXIS.csv in the output folder)",
     )
-    add_output_options(parser)
-    add_vehicle_options(parser)
-    add_json_option(parser)
+    add_flight_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -170,7 +166,7 @@ def _sweep(
 ) -> "SweepTable":
     """Fly the sweep from the command line."""
     from workbench.design.metrics import MARGINS, SWEPT, find_metric
-    from workbench.design.reproduce import PAPER
+    from workbench.design.reproduce import COMMANDS
     from workbench.design.sweep.case import axis_loop
     from workbench.design.sweep.compiled_flights import fly_fastest
     from workbench.design.sweep.full_flights import fly_full
@@ -179,7 +175,6 @@ def _sweep(
 
     if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
         raise WorkbenchError(f"{args.metric} is not measured: add --margins")
-    paper = {figure.axis: figure.command for figure in PAPER}
     scenario = with_vehicle(Scenario(), args)
     law = flown_controller(scenario)
     return sweep(
@@ -188,7 +183,7 @@ def _sweep(
         samples=args.samples,
         seed=args.seed,
         axis=args.axis,
-        amplitude=paper[args.axis] if args.amplitude is None else args.amplitude,
+        amplitude=COMMANDS[args.axis] if args.amplitude is None else args.amplitude,
         duration=args.duration,
         scenario=scenario,
         settings=dict(args.set),

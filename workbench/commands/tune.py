@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
-    add_json_option,
-    add_output_options,
+    add_flight_options,
     add_repeated,
-    add_vehicle_options,
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs, check_writable, make_folder_of
@@ -91,9 +89,7 @@ def add_parser(commands: Any) -> None:
         metavar="FILE",
         help="gain file to write, with a history if it is there (default: tuned.yaml in --output)",
     )
-    add_output_options(parser)
-    add_vehicle_options(parser)
-    add_json_option(parser)
+    add_flight_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

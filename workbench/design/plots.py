@@ -100,10 +100,49 @@ def titled(title: str, width: float, height: float) -> Figure:
     return figure
 
 
-def label(axes: Axes, title: str, quantity: str) -> None:
-    """Set the title of a panel, and the label of its y axis with unit."""
+def label(axes: Axes, title: str, quantity: str, along: str = "") -> None:
+    """Set the title of a panel, and the labels of its axes with units; `along` is of the x axis."""
     axes.set_title(title)
     axes.set_ylabel(quantity)
+    if along:
+        axes.set_xlabel(along)
+
+
+def note(
+    axes: Axes,
+    text: str,
+    place: tuple[float, float],
+    offset: tuple[float, float] = (0.0, 0.0),
+    *,
+    within: Any = "data",
+    size: float = 7.5,
+    **more: Any,
+) -> None:
+    """Write a text in a panel.
+
+    Args:
+        axes: the panel.
+        text: what to write.
+        place: of the text, in data or as a share of the panel.
+        offset: from the place [points].
+        within: coordinates of the place, as matplotlib's `xycoords`.
+        size: of the letters [points].
+        more: properties of the text.
+    """
+    more |= {"xytext": offset, "textcoords": "offset points"}
+    axes.annotate(text, place, xycoords=within, fontsize=size, **more)
+
+
+def draw_command(axes: Axes, time: np.ndarray, values: np.ndarray, **more: Any) -> None:
+    """Draw a command over time, constant between its changes; `more` are properties of the line."""
+    look = {"color": PALETTE.command, "lw": 1.0, "label": "command", **more}
+    axes.plot(time, values, "--", drawstyle="steps-post", **look)
+
+
+def series_look(index: int) -> dict[str, Any]:
+    """Return colour and dashes of one of several lines."""
+    dashes = ("-", "--", "-.", ":")
+    return {"color": PALETTE.series[index % len(PALETTE.series)], "ls": dashes[index % len(dashes)]}
 
 
 def legend(axes: Axes) -> None:

@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from workbench.design.compare import PANELS, Comparison
-from workbench.design.plots import PALETTE, label, styled, widen
+from workbench.design.plots import label, series_look, styled, widen
 
 _TITLES = {
     "x": ("step along x", "share of the command [1]"),
@@ -15,7 +15,6 @@ _TITLES = {
     "upside_down": ("from upside down", "height gained [m]"),
     "wind": ("in wind of 8 m/s", "distance [m]"),
 }
-_DASHES = ("-", "--", "-.", ":")
 
 
 @styled
@@ -31,18 +30,11 @@ def plot_comparison(found: Comparison) -> Figure:
     for axes in panels[len(flown) :]:
         axes.set_axis_off()
     for axes, panel in zip(panels, flown, strict=False):
-        label(axes, *_TITLES[panel])
-        axes.set_xlabel("x [m]" if panel == "path" else "time [s]")
+        label(axes, *_TITLES[panel], "x [m]" if panel == "path" else "time [s]")
         for number, each in enumerate(found.controllers):
             if panel in each.curves:
                 across, along = each.curves[panel]
-                axes.plot(
-                    across,
-                    along,
-                    color=PALETTE.series[number % len(PALETTE.series)],
-                    ls=_DASHES[number % len(_DASHES)],
-                    label=each.name,
-                )
+                axes.plot(across, along, label=each.name, **series_look(number))
         if panel == "path":
             axes.set_aspect("equal", adjustable="datalim")
         elif panel in PANELS[:4]:

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode
 from workbench.design.obstacles import Obstacle, world_obstacles
-from workbench.design.plots import PALETTE, label, legend, styled, titled, widen
+from workbench.design.plots import PALETTE, draw_command, label, legend, styled, titled, widen
 from workbench.design.plots_step import draw_rotor_use
 from workbench.plant.worlds.world import EMPTY, GROUND, World
 from workbench.session.recording import Recording
@@ -67,8 +67,7 @@ def _draw_path(axes: Axes, recording: Recording, world: World) -> None:
     axes.set_ylim(middle_y - half, middle_y + half)
     axes.set_aspect("equal", adjustable="box")
     axes.set_anchor("N")
-    axes.set_xlabel("x, east [m]")
-    label(axes, "path from above", "y, north [m]")
+    label(axes, "path from above", "y, north [m]", "x, east [m]")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=4, borderaxespad=0.0)
 
 
@@ -106,15 +105,7 @@ def _draw_velocities(axes: Axes, recording: Recording) -> None:
         )
         command = recording.reference[:, index]
         if commanded:
-            axes.plot(
-                recording.time,
-                command,
-                "--",
-                color=color,
-                lw=1.0,
-                drawstyle="steps-post",
-                label=f"{axis} command",
-            )
+            draw_command(axes, recording.time, command, color=color, label=f"{axis} command")
     widen(axes, recording.v_WB, recording.reference[:, :3], least=0.2)
     label(axes, "velocity and command" if commanded else "velocity", "velocity [m/s]")
 
@@ -125,15 +116,7 @@ def _draw_yaw_rate(axes: Axes, recording: Recording) -> None:
     axes.plot(recording.time, rate, color=PALETTE.ours, label="yaw rate")
     commanded = np.isfinite(command).any()
     if commanded:
-        axes.plot(
-            recording.time,
-            command,
-            "--",
-            color=PALETTE.command,
-            lw=1.0,
-            drawstyle="steps-post",
-            label="command",
-        )
+        draw_command(axes, recording.time, command)
     widen(axes, rate, command, least=0.1)
     label(axes, "yaw rate and command" if commanded else "yaw rate", "yaw rate [rad/s]")
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +16,7 @@ from pydrake.perception import BaseField, Fields, PointCloud
 from workbench.design.flight_page import quiet_meshcat
 from workbench.design.lidar_trial import TrialReport, fly_trial, slowest_detection
 from workbench.design.obstacles import Obstacle
-from workbench.design.plots import PALETTE, label, styled, titled
+from workbench.design.plots import PALETTE, label, note, styled, titled
 from workbench.design.plots_flight import draw_silhouette, obstacle_times
 from workbench.plant.worlds.world import GROUND
 from workbench.scenario.scenario import Scenario
@@ -106,8 +107,7 @@ def _draw_from_above(
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel("x, east [m]")
-    label(axes, _cloud_title(report), "y, north [m]")
+    label(axes, _cloud_title(report), "y, north [m]", "x, east [m]")
     if (high[0] - low[0]) / (high[1] - low[1]) > _WIDE:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
     else:
@@ -137,17 +137,10 @@ def _draw_outline(axes: Axes, report: TrialReport, obstacle: Obstacle) -> None:
 def _write_name(axes: Axes, name: str, points: np.ndarray, *, above: bool) -> None:
     """Write a name above or below points in the picture (n, 2)."""
     y = points[:, 1].max() if above else points[:, 1].min()
-    axes.annotate(
-        name,
-        (float(points[:, 0].mean()), float(y)),
-        xytext=(0, 3 if above else -3),
-        textcoords="offset points",
-        ha="center",
-        va="bottom" if above else "top",
-        fontsize=8,
-        path_effects=[withStroke(linewidth=2.0, foreground="white")],
-        zorder=4,
-    )
+    place, offset = (float(points[:, 0].mean()), float(y)), (0.0, 3.0 if above else -3.0)
+    look: dict[str, Any] = {"ha": "center", "va": "bottom" if above else "top", "zorder": 4}
+    look["path_effects"] = [withStroke(linewidth=2.0, foreground="white")]
+    note(axes, name, place, offset, size=8.0, **look)
 
 
 def _draw_in_space(
@@ -240,8 +233,7 @@ def draw_histogram(axes: Axes, report: TrialReport) -> None:
     """Draw the histogram of errors, and the distribution expected from the declared noise."""
     error = 1000.0 * report.accuracy.error
     total, exact = report.accuracy.total, report.exact.total
-    axes.set_xlabel("error of a distance [mm]")
-    label(axes, "errors: measured less closed form", "density [1/mm]")
+    label(axes, "errors: measured less closed form", "density [1/mm]", "error of a distance [mm]")
     if not len(error):
         axes.text(0.5, 0.5, "no returns", transform=axes.transAxes, ha="center")
         return
@@ -285,8 +277,7 @@ def draw_error_over_distance(axes: Axes, report: TrialReport) -> None:
     for sign, name in ((1.0, "± declared"), (-1.0, None)):
         axes.axhline(sign * sigma, color=PALETTE.mean, lw=2.4, alpha=0.45, label=name)
     axes.set_xlim(0.0, edges[-1])
-    axes.set_xlabel("true distance [m]")
-    label(axes, "errors over distance", "error [mm]")
+    label(axes, "errors over distance", "error [mm]", "true distance [m]")
     most = max(4.6 * sigma, float(np.abs(error[some]).max(initial=0.1)))
     axes.set_ylim(-1.05 * most, 1.45 * most)
     axes.legend(loc="upper right", ncols=3, columnspacing=1.0, handlelength=1.2, fontsize=7.5)
@@ -303,8 +294,7 @@ def draw_delays(axes: Axes, report: TrialReport) -> None:
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.18 * max([limit, *(1000.0 * each.delay for each in found)]))
     axes.grid(axis="y", visible=False)
-    axes.set_xlabel("time from coming into view to the first return [ms]")
-    label(axes, "speed of detection", "")
+    label(axes, "speed of detection", "", "time from coming into view to the first return [ms]")
     axes.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none")
 
 

@@ -34,8 +34,7 @@ def plot_predictions(predictions: Sequence[Prediction], title: str) -> Figure:
                 flights = factor * np.array([[rms(c) for c in each.T] for each in values])
                 low, high = np.quantile(flights, (0.1, 0.9), axis=0)
                 axes.fill_between(ahead, low, high, color=_COLORS[method], alpha=0.15, lw=0)
-        label(axes, f"{field} error", f"[{unit}]")
-        axes.set_xlabel("ahead [s]")
+        label(axes, f"{field} error", f"[{unit}]", "ahead [s]")
         _limit(axes, predictions, field, factor)
     _whole(panels[3], predictions)
     handles, labels = panels[0].get_legend_handles_labels()
@@ -57,8 +56,7 @@ def _whole(axes: Axes, predictions: Sequence[Prediction]) -> None:
     most = 1.05 * float(max(ours.max(), late.max()))
     axes.plot([0.0, most], [0.0, most], color=PALETTE.command, lw=0.8)
     axes.plot(late, ours, "o", ms=4, color=PALETTE.ours)
-    label(axes, "whole flights: closed loop", "[m]")
-    axes.set_xlabel("setpoint, late [m]")
+    label(axes, "whole flights: closed loop", "[m]", "setpoint, late [m]")
     axes.set_xlim(0.0, most)
     axes.set_ylim(0.0, most)
 
@@ -80,8 +78,7 @@ def plot_what_if(found: WhatIf, title: str) -> Figure:
     for index, axis in enumerate("xyz"):
         axes = panels[2][index]
         axes.plot(found.time, found.disturbance[:, index], color=PALETTE.mean, lw=0.8)
-        label(axes, f"disturbance, force {axis}", "[N]")
-        axes.set_xlabel("time [s]")
+        label(axes, f"disturbance, force {axis}", "[N]", "time [s]")
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper right", ncols=3)
     return figure

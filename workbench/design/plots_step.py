@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,7 +10,18 @@ from matplotlib.figure import Figure
 
 from workbench.design.hover_check import DRIFT, OVERSHOOT, TILT, HoverReport
 from workbench.design.load_step import LoadResponse, moved
-from workbench.design.plots import PALETTE, label, legend, stacked, styled, titled, widen
+from workbench.design.plots import (
+    PALETTE,
+    draw_command,
+    label,
+    legend,
+    note,
+    series_look,
+    stacked,
+    styled,
+    titled,
+    widen,
+)
 from workbench.design.reproduce import Row
 from workbench.design.response_metrics import BACK, SETTLED, number
 from workbench.design.step_response import (
@@ -75,16 +87,8 @@ def _draw_settling(axes: Axes, steady: float, band: float, settling_time: float,
 
 def _write_beside(axes: Axes, *lines: str) -> None:
     """Write lines to the right of a panel."""
-    axes.annotate(
-        "\n".join(lines),
-        (1.0, 1.0),
-        xytext=(8, 0),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        va="top",
-        fontsize=8.5,
-        linespacing=1.5,
-    )
+    look: dict[str, Any] = {"va": "top", "linespacing": 1.5, "size": 8.5}
+    note(axes, "\n".join(lines), (1.0, 1.0), (8.0, 0.0), within="axes fraction", **look)
 
 
 @styled
@@ -140,15 +144,9 @@ def shown_part(flight: StepResponse) -> Recording:
 def draw_response(axes: Axes, shown: Recording, axis: str) -> None:
     """Draw command and response."""
     what = "yaw rate" if axis == "yaw" else f"velocity along {axis}"
-    time, command, response = (
-        shown.time - EDGE,
-        axis_command(shown, axis),
-        axis_velocity(shown, axis),
-    )
-    axes.plot(
-        time, command, "--", color=PALETTE.command, lw=1.2, drawstyle="steps-post", label="command"
-    )
-    axes.plot(time, response, color=PALETTE.ours, label="response")
+    command, response = axis_command(shown, axis), axis_velocity(shown, axis)
+    draw_command(axes, shown.time - EDGE, command, lw=1.2)
+    axes.plot(shown.time - EDGE, response, color=PALETTE.ours, label="response")
     widen(axes, command, response)
     label(
         axes, f"{what}: command and response", f"{what.split(' along')[0]} [{find_axis(axis).unit}]"
@@ -178,13 +176,7 @@ def draw_rotor_use(axes: Axes, time: np.ndarray, shown: Recording) -> None:
     """Draw the speed of every rotor as a share of its limit."""
     limits = np.array([rotor.max_rot_velocity for rotor in shown.vehicle.rotors])
     for index, use in enumerate((100.0 * shown.rotor_speeds / limits).T):
-        axes.plot(
-            time,
-            use,
-            color=PALETTE.series[index % len(PALETTE.series)],
-            ls=("-", "--", "-.", ":")[index % 4],
-            label=f"rotor {index + 1}",
-        )
+        axes.plot(time, use, label=f"rotor {index + 1}", **series_look(index))
     axes.axhline(100.0, color=PALETTE.limit, lw=1.0, label="limit")
     axes.set_ylim(0.0, 105.0)
     label(axes, "rotor speeds", "share of limit [%]")

@@ -76,6 +76,8 @@ PAPER = (
         "this torque is reported and not aimed at",
     ),
 )
+COMMANDS = {figure.axis: figure.command for figure in PAPER}
+"""Amplitude of the paper's step along each axis [m/s, rad/s]."""
 
 
 def reproduce(

@@ -8,7 +8,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.plots import PALETTE, RIGHT, label, legend, stacked, styled, widen
+from workbench.design.plots import (
+    PALETTE,
+    RIGHT,
+    draw_command,
+    label,
+    legend,
+    stacked,
+    styled,
+    widen,
+)
 from workbench.logs.expressions import Samples, parse_expression
 from workbench.logs.flight_record import FlightRecord, Signal
 from workbench.logs.record import LogRecord
@@ -282,15 +291,8 @@ def _draw(axes: Axes, title: str, found: list[Signal], least: float) -> None:
 def _draw_commands(axes: Axes, found: list[Signal]) -> None:
     """Draw commands dashed, in the colours of the responses."""
     for index, series in enumerate(found):
-        axes.plot(
-            series.time,
-            series.values,
-            "--",
-            color=PALETTE.series[index],
-            lw=1.0,
-            drawstyle="steps-post",
-            label=f"{series.name.partition('.')[2]} command",
-        )
+        name = f"{series.name.partition('.')[2]} command"
+        draw_command(axes, series.time, series.values, color=PALETTE.series[index], label=name)
     drawn = [line.get_ydata() for line in axes.get_lines()]
     widen(axes, *(np.asarray(values, dtype=float) for values in drawn), least=0.05)
 

@@ -23,7 +23,7 @@ from workbench.design.judge.sampled_stability import SAFE_PHASE, SLOW, SlowestRa
 from workbench.design.judge.sensitivity import Sensitivity
 from workbench.design.judge.step_pair import INPUTS, OUTPUTS, STEPS, StepPair, linear_step
 from workbench.design.linear.model import LinearModel
-from workbench.design.plots import PALETTE, label, legend, stacked, styled, titled, widen
+from workbench.design.plots import PALETTE, label, legend, note, stacked, styled, titled, widen
 from workbench.scenario.axes import find_axis
 
 _DISK_REACH = 60.0
@@ -65,8 +65,7 @@ def draw_magnitude(
     _mark_frequency(axes, margins.crossover, PALETTE.ours, "crossover", (left, 0.02))
     _mark_frequency(axes, margins.bandwidth, PALETTE.series[2], "bandwidth", (left, 0.08))
     axes.set_ylim(-45.0, 45.0)
-    label(axes, "Bode: magnitude", "magnitude [dB]")
-    axes.set_xlabel("frequency [rad/s]")
+    label(axes, "Bode: magnitude", "magnitude [dB]", "frequency [rad/s]")
     axes.legend(loc="upper right", fontsize=7.5)
 
 
@@ -82,22 +81,14 @@ def draw_phase(
     if math.isfinite(margins.crossover) and margins.stable:
         at = float(np.interp(margins.crossover, frequency, phase))
         axes.plot([margins.crossover] * 2, [-180.0, at], color=PALETTE.mean, lw=2.5)
-        axes.annotate(
-            f"{at + 180.0:.0f} deg",
-            (margins.crossover, -180.0),
-            xytext=(0, -4 if at > -180.0 else 4),
-            textcoords="offset points",
-            ha="center",
-            va="top" if at > -180.0 else "bottom",
-            fontsize=8,
-            color=PALETTE.mean,
-            bbox=_PLATE,
-        )
+        below, offset = ("top", -4.0) if at > -180.0 else ("bottom", 4.0)
+        look = {"ha": "center", "va": below, "color": PALETTE.mean, "bbox": _PLATE}
+        place = (margins.crossover, -180.0)
+        note(axes, f"{at + 180.0:.0f} deg", place, (0.0, offset), size=8.0, **look)
     low, high = min(float(phase.min()), -200.0), max(float(phase.max()), -80.0)
     axes.set_ylim(max(low, -450.0) - 10.0, high + 10.0)
     axes.yaxis.set_major_locator(MultipleLocator(45.0))
-    label(axes, "Bode: phase, with its margin at the crossover", "phase [deg]")
-    axes.set_xlabel("frequency [rad/s]")
+    label(axes, "Bode: phase, with its margin at the crossover", "phase [deg]", "frequency [rad/s]")
 
 
 def draw_nyquist(
@@ -125,8 +116,7 @@ def draw_nyquist(
     axes.set_xlim(-3.2, 1.6)
     axes.set_ylim(-2.4, 2.4)
     axes.set_aspect("equal")
-    label(axes, "Nyquist", "imaginary part [1]")
-    axes.set_xlabel("real part [1]")
+    label(axes, "Nyquist", "imaginary part [1]", "real part [1]")
     if legend:
         axes.legend(loc="lower left", fontsize=7.5, frameon=True, framealpha=0.85, edgecolor="none")
 
@@ -141,16 +131,9 @@ def draw_gang(control: Axes, load: Axes, gang: GangOfFour) -> None:
         axes.loglog(gang.frequency, size, color=PALETTE.ours)
         top = int(np.argmax(size))
         axes.plot(gang.frequency[top], size[top], "o", color=PALETTE.mean, ms=4)
-        axes.annotate(
-            f"{size[top]:.3g} at {gang.frequency[top]:.3g} rad/s",
-            (0.03, 0.04),
-            xycoords="axes fraction",
-            fontsize=7.5,
-            color=PALETTE.mean,
-            bbox=_PLATE,
-        )
-        label(axes, name, f"size [{unit}]")
-        axes.set_xlabel("frequency [rad/s]")
+        text = f"{size[top]:.3g} at {gang.frequency[top]:.3g} rad/s"
+        note(axes, text, (0.03, 0.04), within="axes fraction", color=PALETTE.mean, bbox=_PLATE)
+        label(axes, name, f"size [{unit}]", "frequency [rad/s]")
 
 
 def _decibel(values: np.ndarray) -> np.ndarray:
@@ -167,17 +150,9 @@ def _mark_frequency(
     """
     if math.isfinite(frequency):
         axes.axvline(frequency, color=colour, lw=0.9, ls=":")
-        axes.annotate(
-            f"{name} {frequency:.3g}",
-            place,
-            xycoords=("data", "axes fraction"),
-            xytext=(-4, 0),
-            textcoords="offset points",
-            ha="right",
-            fontsize=7.5,
-            color=colour,
-            bbox=_PLATE,
-        )
+        within = ("data", "axes fraction")
+        look: dict[str, Any] = {"ha": "right", "color": colour, "bbox": _PLATE}
+        note(axes, f"{name} {frequency:.3g}", place, (-4.0, 0.0), within=within, **look)
 
 
 def reach(poles: np.ndarray, crossover: float, highest: float) -> float:
@@ -218,14 +193,8 @@ def draw_locus(
             axes.plot(verge.real, verge.imag, "o", color=PALETTE.limit, ms=5, mfc="none")
             if len(verge):
                 top = verge[np.argmax(verge.imag)]
-                axes.annotate(
-                    f"gain x {factor:.3g}",
-                    (top.real, top.imag),
-                    xytext=(4, 4),
-                    textcoords="offset points",
-                    fontsize=7.5,
-                    color=PALETTE.limit,
-                )
+                place = (top.real, top.imag)
+                note(axes, f"gain x {factor:.3g}", place, (4.0, 4.0), color=PALETTE.limit)
     bar = axes.figure.colorbar(dots, ax=axes, ticks=[-1, 0, 1], shrink=0.8, pad=0.02)
     bar.ax.set_yticklabels(["0.1", "1", "10"])
     bar.set_label("factor on the loop's gain [1]", fontsize=8)
@@ -239,22 +208,16 @@ def draw_poles(axes: Axes, poles: np.ndarray, shown: float) -> None:
         x, y = -2.0 * shown * math.cos(angle), 2.0 * shown * math.sin(angle)
         axes.plot([0.0, x, np.nan, 0.0, x], [0.0, y, np.nan, 0.0, -y], color="0.75", lw=0.8)
         size = min(0.93 * shown / math.sin(angle), 0.93 * shown / math.cos(angle))
-        axes.annotate(
-            f"{damping:g}",
-            (-size * math.cos(angle), size * math.sin(angle)),
-            fontsize=7.5,
-            color="0.35",
-            ha="center",
-            va="center",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
-        )
+        place = (-size * math.cos(angle), size * math.sin(angle))
+        plate = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+        note(axes, f"{damping:g}", place, color="0.35", ha="center", va="center", bbox=plate)
     turn = np.linspace(0.5 * np.pi, 1.5 * np.pi, 100)
     for size in _round_steps(shown):
         axes.plot(size * np.cos(turn), size * np.sin(turn), ":", color="0.7", lw=0.8)
     axes.plot(poles.real, poles.imag, "x", color=PALETTE.ours, ms=6, mew=1.6)
     outside = int((np.maximum(np.abs(poles.real), np.abs(poles.imag)) > shown).sum())
-    note = f", {outside} more outside" if outside else ""
-    _frame(axes, shown, f"poles of the closed loop{note}")
+    more = f", {outside} more outside" if outside else ""
+    _frame(axes, shown, f"poles of the closed loop{more}")
     axes.grid(visible=False)
 
 
@@ -269,8 +232,7 @@ def _frame(axes: Axes, shown: float, title: str) -> None:
     axes.axvline(0.0, color=PALETTE.limit, lw=0.8)
     axes.set_xlim(-shown, 0.35 * shown)
     axes.set_ylim(-shown, shown)
-    label(axes, title, "imaginary part [rad/s]")
-    axes.set_xlabel("real part [1/s]")
+    label(axes, title, "imaginary part [rad/s]", "real part [1/s]")
 
 
 @styled
@@ -380,8 +342,12 @@ def draw_step_pair(axes: Axes, pair: StepPair) -> None:
     axes.plot(time, linear, "-.", color=PALETTE.mean, label="linear")
     widen(axes, np.clip(linear, -4.0 * abs(pair.amplitude), 4.0 * abs(pair.amplitude)))
     what = "yaw rate" if pair.axis == "yaw" else f"velocity along {pair.axis}"
-    label(axes, f"step of {pair.amplitude:g} {unit}", f"{what} [{unit}]")
-    axes.set_xlabel("time since the command's edge [s]")
+    label(
+        axes,
+        f"step of {pair.amplitude:g} {unit}",
+        f"{what} [{unit}]",
+        "time since the command's edge [s]",
+    )
     axes.legend(loc="lower right")
 
 
@@ -400,8 +366,12 @@ def draw_linear_step(axes: Axes, model: LinearModel, loop: Loop) -> None:
     time = model.period * np.arange(SAMPLES)
     axes.plot(time, response, "-.", color=PALETTE.mean, label="linear")
     widen(axes, np.clip(response, -4.0 * amplitude, 4.0 * amplitude))
-    label(axes, f"step of {amplitude:g} {unit}, linear", f"{what} [{unit}]")
-    axes.set_xlabel("time since the command's edge [s]")
+    label(
+        axes,
+        f"step of {amplitude:g} {unit}, linear",
+        f"{what} [{unit}]",
+        "time since the command's edge [s]",
+    )
     axes.legend(loc="lower right")
 
 
@@ -452,8 +422,12 @@ def plot_map(found: OperatingMap) -> Figure:
     )
     for axes, (name, unit, values, least) in zip(figure.subplots(1, 3), panels, strict=True):
         _draw_contours(axes, found, values, unit, least)
-        label(axes, name, _named(found.second.name, found.second.unit))
-        axes.set_xlabel(_named(found.first.name, found.first.unit))
+        label(
+            axes,
+            name,
+            _named(found.second.name, found.second.unit),
+            _named(found.first.name, found.first.unit),
+        )
     return figure
 
 
@@ -509,8 +483,12 @@ def plot_rates(found: SlowestRate, title: str) -> Figure:
     degrees = [math.degrees(sample.phase_margin) for sample in found.samples]
     phase.plot(time, degrees, ".-", color=PALETTE.ours)
     phase.axhline(math.degrees(SAFE_PHASE), color=PALETTE.mean, ls="--", lw=1.0)
-    label(phase, "smallest phase margin; safe above the dashed line", "phase [deg]")
-    phase.set_xlabel("control period [ms]")
+    label(
+        phase,
+        "smallest phase margin; safe above the dashed line",
+        "phase [deg]",
+        "control period [ms]",
+    )
     return figure
 
 
