@@ -80,11 +80,11 @@ def run_there(task: bytes, files: bytes | None, here: Mapping[str, str]) -> Any:
 
     Args:
         task: a pickled `Task`; its scenario has absolute paths.
-        files: what it reads, pickled, see `shipment`; None if only shipped files.
-        here: versions of where it was asked for; a worker may have joined since they were compared.
+        files: those that it reads, pickled, see `shipment`; None if all are shipped.
+        here: versions of the caller; a worker may have joined since they were compared.
 
     Raises:
-        WorkbenchError: as the task raises it, with paths as they are where it was asked for.
+        WorkbenchError: as the task raises it, with the paths of the caller.
     """
     from distributed import get_worker
 
@@ -102,7 +102,7 @@ def run_there(task: bytes, files: bytes | None, here: Mapping[str, str]) -> Any:
 
 
 def passed_on(files: bytes) -> bytes:
-    """Return files as a result of the cluster's own, which it makes again when it is lost."""
+    """Return files as a result of the cluster, which computes it again if it is lost."""
     return files
 
 
@@ -130,8 +130,8 @@ def check_address(address: str) -> tuple[str, int]:
 def check_scheduler(address: str, within: float = ANSWER_WITHIN) -> None:
     """Check that a Dask scheduler answers at an address.
 
-    Dask's own client tries a closed port again and again, and waits for ever for an answer of what
-    is no scheduler.
+    Dask's own client retries a closed port without end, and waits without limit for an answer from
+    a program that is no scheduler.
 
     Args:
         address: tcp://HOST:PORT or tls://HOST:PORT.
@@ -197,7 +197,7 @@ class DaskCluster:
         from distributed import Client
 
         self._address = address
-        # what it tells in many lines, of a scheduler that is lost, is said in one sentence
+        # it logs many lines about a lost scheduler, which are replaced by one sentence
         self._log = logging.getLogger("distributed.client")
         self._loudness = self._log.level
         self._log.setLevel(logging.CRITICAL)
@@ -231,7 +231,7 @@ class DaskCluster:
     def run(
         self, tasks: Sequence[Task[Result]], stop: Stop | None = None
     ) -> Iterator[tuple[int, Result]]:
-        """See `Executor.run`; what is in the air when it is stopped is given up.
+        """See `Executor.run`; flights in progress when it is stopped are abandoned.
 
         Raises:
             WorkbenchError: as a task raised it, or if the scheduler is lost, or several workers one

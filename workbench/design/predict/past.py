@@ -28,31 +28,33 @@ from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
 
 BEFORE = 0.7
-"""Of the log before a start that thrust and level force are taken from [s]."""
+"""Time before a start over which thrust and level force are averaged [s]."""
 CONSTANT = 3.0
-"""Likewise of the estimate's constant error [s]."""
+"""Time over which the constant error of the estimate is averaged [s]."""
 RECENT = 0.1
-"""Likewise of the velocity at which the air makes its moment [s]."""
+"""Time over which the velocity that determines the moment of the air is averaged [s]."""
 FOLLOWS = 0.1
-"""Time in which integrals follow what the log says was asked for [s]."""
+"""Time in which integrals follow the setpoints in the log [s]."""
 DOUBTED = 1.33
-"""Thrust in flight over weight from which on, or below its inverse, a vehicle is doubted: that of
-33 flights of a Crazyflie is within 0.94 and 1.04, that of other drones beyond 0.84 and 1.18."""
+"""Ratio of thrust in flight to weight from which on, or below its inverse, the vehicle is in doubt.
+
+In 33 flights of a Crazyflie it is between 0.94 and 1.04; with another drone's model it is below
+0.84 or above 1.18."""
 EXPONENT = 1.68
-"""Of the thrust over a Crazyflie's command, measured on NanoBench's flights."""
+"""Exponent of the thrust over a Crazyflie's command, measured in NanoBench's flights."""
 ASKED = (
     ("asked_x", "i_velocity_y", "velCtlPid_vyKi", -1.0),
     ("asked_y", "i_velocity_x", "velCtlPid_vxKi", -1.0),
     ("asked_z", "", "", 1.0),
     ("thrust", "i_velocity_z", "velCtlPid_vzKi", 1000.0),
 )
-"""Of `crazyflie`: what it asked for, the integral behind it, its gain, and what it is multiplied
-with, in the order of `_told`."""
+"""For `crazyflie`: setpoint in its memory, the integral that produces it, the gain of that, and a
+factor on it, in the order of `_told`."""
 INNER = ("x", "y", "z")
 
 
 class Start(NamedTuple):
-    """Where N predictions of a flight start; see `flown.make_fly` for what is not told.
+    """The start of N predictions of a flight; see `flown.make_fly` for the other attributes.
 
     Attributes:
         samples: of the motion (N).
@@ -78,14 +80,14 @@ class Start(NamedTuple):
 
 
 class Effects(NamedTuple):
-    """Which of what the past tells is used; a table of ablations leaves out one after the other.
+    """The parts of the past in use; a table of ablations leaves out one after the other.
 
     Attributes:
-        thrust: scale and level force of the moments before.
-        memory: of the law, along the log; else as at rest.
-        moment: of the air, held by the inner integrals.
+        thrust: its scale and the level force shortly before the start.
+        memory: of the law, from the log; else as at rest.
+        moment: of the air, balanced by the inner integrals.
         estimate: its error at the start.
-        tilt: that it goes on to take drag for tilt.
+        tilt: the growing error of an estimate that mistakes drag for tilt.
     """
 
     thrust: bool = True
@@ -107,7 +109,7 @@ def mean_before(values: np.ndarray, samples: np.ndarray, length: int) -> np.ndar
 
 
 def thrusts(motion: Motion, vehicle: Vehicle) -> np.ndarray:
-    """Return the thrust that each rotor reaches at its commands (m, n) [N].
+    """Return the steady thrust of each rotor for its commands (m, n) [N].
 
     Commands of a Crazyflie are shares of its voltage, and its thrust is on the firmware's curve;
     those of others are shares of the largest speed.
@@ -121,7 +123,7 @@ def thrusts(motion: Motion, vehicle: Vehicle) -> np.ndarray:
 
 
 def thrust_doubt(motion: Motion, vehicle: Vehicle) -> str:
-    """Return why a vehicle may not be the one that flew; "" where its thrust fits its weight."""
+    """Return why a vehicle may not be the one that flew; "" if its thrust fits its weight."""
     first, last = motion.airborne
     if last <= first:
         return ""
@@ -136,10 +138,11 @@ def thrust_doubt(motion: Motion, vehicle: Vehicle) -> str:
 
 
 def driven_thrust(motion: Motion, vehicle: Vehicle) -> np.ndarray:
-    """Return what the total thrust goes with at the logged commands (m), but for its scale.
+    """Return a number proportional to the total thrust at the logged commands (m).
 
-    That of a Crazyflie goes with commands^1.68 times voltage within half a second: the firmware's
-    curve is steeper in the voltage, but that is sampled at 10 Hz and sags with the command.
+    For a Crazyflie it is commands^1.68 times voltage, which holds within half a second. The
+    firmware's curve is steeper in the voltage, but the logged voltage is sampled at 10 Hz and sags
+    with the command.
     """
     if vehicle.mass < SMALL and np.isfinite(motion.voltage).all():
         commands = np.clip(motion.commands, 0.0, 1.0)
@@ -148,7 +151,7 @@ def driven_thrust(motion: Motion, vehicle: Vehicle) -> np.ndarray:
 
 
 def lagged(values: np.ndarray, motion: Motion, vehicle: Vehicle) -> np.ndarray:
-    """Return values (m, n) of a motion's commands behind the rotors' lag, once."""
+    """Return values (m, n) after the lag of the rotors, unless the log already has it."""
     if motion.lag_shown:
         return values
     share = 1.0 - math.exp(-motion.period / vehicle.rotor_lag)
@@ -157,14 +160,14 @@ def lagged(values: np.ndarray, motion: Motion, vehicle: Vehicle) -> np.ndarray:
 
 
 def air_rates(vehicle: Vehicle) -> np.ndarray:
-    """Return how fast the air brakes a vehicle in hover along B's axes, over speed (3) [1/s]."""
+    """Return the deceleration by the air over speed, along B's axes in hover (3) [1/s]."""
     across = drag_rates(vehicle).across
     inflow = np.array([rotor.inflow_coefficient for rotor in vehicle.rotors])
     return np.array([across, across, float(inflow @ vehicle.hover_speeds) / vehicle.mass])
 
 
 class Past:
-    """What a flight's log tells before its instants.
+    """The state of a flight at any instant, from its log up to that instant.
 
     Args:
         motion: the flight.
@@ -200,16 +203,16 @@ class Past:
 
     @property
     def estimated(self) -> bool:
-        """Whether the flight computer knew another motion than the true one."""
+        """Whether the motion known to the flight computer differs from the true one."""
         return not np.array_equal(self._motion.q_known, self._motion.q)
 
     @property
     def full_voltage(self) -> float:
-        """Voltage that the law takes for the full one [V]; 1 where it knows of none."""
+        """Voltage that the law assumes to be full [V]; 1 if it does not use it."""
         return self._gains.get("vbat", 1.0)
 
     def references(self, samples: np.ndarray, duration: float) -> np.ndarray:
-        """Return what the law is asked for from samples (N) on (N, K, 8)."""
+        """Return the references from samples (N) on, (N, K, 8)."""
         motion, period = self._motion, self._craft.period
         updates = round(duration / period)
         times = motion.period * samples[:, None] + period * np.arange(updates)
@@ -227,7 +230,7 @@ class Past:
         return np.where(told, share, 1.0), np.where(told[:, None], force[:, :2], 0.0)
 
     def start(self, samples: np.ndarray, effects: Effects = ALL) -> Start:
-        """Return what predictions from samples (N) start from."""
+        """Return the start of predictions from samples (N)."""
         motion, vehicle = self._motion, self._vehicle
         attitude = rotation(motion.q[samples])
         n, many = len(vehicle.rotors), len(samples)
@@ -274,7 +277,7 @@ class Past:
         return found
 
     def _memory(self, samples: np.ndarray, counts: np.ndarray, effects: Effects) -> np.ndarray:
-        """Return what the law remembers at samples (N, k)."""
+        """Return the memory of the law at samples (N, k)."""
         names = [state.name for state in self._controller.memory]
         if not effects.memory or not names:
             return np.tile(np.array(self._controller.initial_memory, float), (len(samples), 1))
@@ -293,7 +296,7 @@ class Past:
         return memory
 
     def _held(self, v_B: np.ndarray) -> np.ndarray:
-        """Return integrals of `crazyflie`'s rates (N, 3) [deg] that hold the air's moment."""
+        """Return integrals of `crazyflie`'s rates (N, 3) [deg] that balance the air's moment."""
         gains, vehicle = self._gains, self._vehicle
         rows = rotor_rows(vehicle.rotors, self._craft.period)
         pull = rows[:, 6] * vehicle.hover_speeds
@@ -306,7 +309,7 @@ class Past:
 
     @cached_property
     def _remembered(self) -> np.ndarray:
-        """Return what the law remembers along the log, from the first turn of a rotor on."""
+        """Return the memory of the law along the log, from the first turn of a rotor on."""
         motion, period = self._motion, self._craft.period
         begin = motion.period * self._first
         time = np.arange(begin, motion.time[-1], period)
@@ -334,7 +337,7 @@ class Past:
         )
 
     def _told(self, at: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Return what the log tells of the law's memory (K, r), and where it stands (r, 4)."""
+        """Return the parts of the law's memory in the log (K, r), and their places (r, 4)."""
         motion, names = self._motion, [state.name for state in self._controller.memory]
         wanted = np.degrees(motion.attitude_setpoint) * [1.0, -1.0, 1.0]
         log = at(np.column_stack([wanted, FULL * motion.thrust_setpoint]))
@@ -350,7 +353,7 @@ class Past:
 
 
 def references(motion: Motion, time: np.ndarray) -> np.ndarray:
-    """Return what the law is asked for at times (K, 8), see `guidance.Reference`."""
+    """Return the references at times (K, 8), see `guidance.Reference`."""
     found = np.zeros((len(time), 8))
     found[:, 4:7] = resampled(motion.setpoint, motion.period, time)
     found[:, FOLLOW] = 1.0
