@@ -53,7 +53,7 @@ from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
 
 R = TypeVar("R", bound=Reading)
 Place = tuple[System, int, int]
-"""A system, the index of its numeric parameter, and an index in that."""
+"""A system, the index of its numeric parameter, and an index in it."""
 START_HEIGHT = 1.5
 """Initial height of a flight that starts hovering without a stated position [m]."""
 
@@ -84,7 +84,8 @@ class LiveContext:
         self._bench = bench
         self._table = parameter_table(bench.controller)
         self._period, self._step = scenario.rates.control_period, scenario.rates.physics_step
-        self._places: dict[str, list[Place]] = {}
+        self._places = _places(bench)
+        self._found: dict[str, list[Place]] = {}
         self.simulator = Simulator(bench.diagram)
         self._start(scenario.start)
         root = self.simulator.get_mutable_context()
@@ -224,51 +225,22 @@ class LiveContext:
         return float(system.GetMyContextFromRoot(self.root).get_numeric_parameter(number)[index])
 
     def _find(self, row: Parameter) -> list[Place]:
-        """Return a parameter's place in the Context; cached, as the look-up is slow."""
-        if row.name not in self._places:
-            self._places[row.name] = self._looked_up(row)
-        return self._places[row.name]
-
-    def _looked_up(self, row: Parameter) -> list[Place]:
-        """Look up a parameter's place in the Context.
+        """Return a parameter's places in the Context; cached, because the look-up is slow.
 
         Raises:
             WorkbenchError: if this flight does not have it.
         """
-        check_parameters(self._bench.vehicle, [row.name], self._table)
-        index = self._table.of(row.system).index(row)
-        dynamics = self._bench.airframe.dynamics
-        if row.system == "payload":
-            return [(dynamics, PAYLOAD, index)]
-        if row.system == "rotors":
-            return [(self._bench.computer, SHARES, index), (dynamics, 0, DYNAMICS_SHARES + index)]
-        if row.system == "gyro":
-            return [(dynamics, 0, SETTINGS + index)]
-        if row.system == "computer":
-            return [(self._bench.computer, PATH, index)]
-        systems = self._systems(row.system)
-        if row.name == "imu_fault" and self._bench.navigation:
-            return [(dynamics, 0, FAULT), *((each, 0, index) for each in systems)]
-        if not systems:
-            raise WorkbenchError(
-                f"{row.name} cannot be set: nothing in this flight has it: {_remedy(row.system)}"
-            )
-        return [(each, 0, index) for each in systems]
-
-    def _systems(self, name: str) -> list[System]:
-        """Return the systems that have rows of a name."""
-        if name in SENSOR_KINDS:
-            return [mounted.system for mounted in self._bench.sensing.of_kind(name)]
-        if name == "air":
-            return [self._bench.airframe.dynamics]
-        found = self._bench.navigation
-        if name == OWN and found:
-            return [found]
-        if name in ESTIMATORS:
-            return [found] if found and found.estimator.name == name else []
-        if not self._bench.diagram.HasSubsystemNamed(name):
-            return []
-        return [self._bench.diagram.GetSubsystemByName(name)]
+        if row.name not in self._found:
+            check_parameters(self._bench.vehicle, [row.name], self._table)
+            first = self._places.get(row.system)
+            if not first:
+                raise WorkbenchError(
+                    f"{row.name} cannot be set: nothing in this flight has it: "
+                    f"{_remedy(row.system)}"
+                )
+            index = self._table.of(row.system).index(row)
+            self._found[row.name] = [(system, n, at + index) for system, n, at in first]
+        return self._found[row.name]
 
     def _taken_over(self, checkpoint: Checkpoint) -> Mapping[str, SystemState]:
         """Return the systems' states; by name for the controller, if it is another one."""
@@ -362,8 +334,33 @@ def start_position(start: Start, vehicle: Vehicle) -> list[float]:
     return [0.0, 0.0, height] if start.position is None else [float(p) for p in start.position]
 
 
+def _places(bench: Workbench) -> dict[str, list[Place]]:
+    """Return the places of the first row of each system of the parameter table.
+
+    Most systems have their rows in numeric parameter 0 of the diagram's system of that name.
+    """
+    dynamics, computer, navigation = bench.airframe.dynamics, bench.computer, bench.navigation
+    places: dict[str, list[Place]] = {
+        each.get_name(): [(each, 0, 0)] for each in bench.diagram.GetSystems()
+    }
+    places |= {
+        "air": [(dynamics, 0, 0)],
+        "gyro": [(dynamics, 0, SETTINGS)],
+        "payload": [(dynamics, PAYLOAD, 0)],
+        "rotors": [(computer, SHARES, 0), (dynamics, 0, DYNAMICS_SHARES)],
+        "computer": [(computer, PATH, 0)],
+    }
+    for kind in SENSOR_KINDS:
+        places[kind] = [(each.system, 0, 0) for each in bench.sensing.of_kind(kind)]
+    if navigation:
+        own = navigation.estimator
+        places[own.name if own.file is None else OWN] = [(navigation, 0, 0)]
+        places["imu"].insert(0, (dynamics, 0, FAULT))
+    return places
+
+
 def _remedy(system: str) -> str:
-    """Return what to do about an absent system."""
+    """Return how to get a missing system into a flight."""
     if system in SENSOR_KINDS:
         said = f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
         if system in HEARD:
