@@ -272,8 +272,8 @@ MUTATIONS = (
     Mutation(
         "magnetometer: turned the wrong way",
         f"{SYSTEMS}/sensors/noisy_sensor.py",
-        "field = (R_WB @ self._R_BS).T @ self._field_W",
-        "field = (R_WB @ self._R_BS) @ self._field_W",
+        'field = (motion(inputs["state"], p_BS).R_WB @ R_BS).T @ field_W',
+        'field = (motion(inputs["state"], p_BS).R_WB @ R_BS) @ field_W',
         ("tests/systems/sensors/test_magnetometer.py",),
     ),
     Mutation(

@@ -35,8 +35,15 @@ from workbench.systems.noise import (
     noise_seed,
     seed_noise,
 )
-from workbench.systems.sensors import noisy_sensor
-from workbench.systems.sensors.barometer import Barometer as BarometerSystem
+from workbench.systems.sensors.barometer import barometer
+from workbench.systems.sensors.noisy_sensor import (
+    Instrument,
+    NoisySensor,
+    gps,
+    imu,
+    magnetometer,
+    range_finder,
+)
 from workbench.systems.sensors.readings import Reading
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 from workbench.systems.sensors.samples import Samples, SampleTable, ScanStack
@@ -46,15 +53,7 @@ if TYPE_CHECKING:
     from workbench.systems.sensors.depth_camera import DepthCameraSystem
     from workbench.systems.sensors.lidar import Lidar as LidarSystem
 
-    SensorSystem = (
-        noisy_sensor.Imu
-        | noisy_sensor.Gps
-        | BarometerSystem
-        | noisy_sensor.Magnetometer
-        | noisy_sensor.RangeFinder
-        | LidarSystem
-        | DepthCameraSystem
-    )
+    SensorSystem = NoisySensor | LidarSystem | DepthCameraSystem
 
 
 @dataclass(frozen=True)
@@ -63,9 +62,9 @@ class Mounted:
 
     Attributes:
         choice: which sensor, and how often it measures.
-        system: that measures.
-        noise: source of its noise, if that is a system of its own.
-        log: of what it delivers, where its samples are kept.
+        system: its system.
+        noise: source of its noise; None if the noise is part of the system.
+        log: of its delivered samples; None if they are not kept.
     """
 
     choice: SensorChoice
@@ -74,15 +73,15 @@ class Mounted:
     log: VectorLogSink | None = None
 
     def reading(self, root_context: Context) -> Reading | None:
-        """Return what it delivered last, None if nothing yet."""
+        """Return the last delivered sample, None if there is none."""
         return self.system.reading(self.system.GetMyContextFromRoot(root_context))
 
     def samples_taken(self, root_context: Context) -> int:
-        """Return how many samples it took since the start."""
+        """Return the number of samples taken since the start."""
         return self.system.samples_taken(self.system.GetMyContextFromRoot(root_context))
 
     def logged(self, builder: DiagramBuilder) -> "Mounted":
-        """Return it with a log if its samples are kept; pictures are too large for one."""
+        """Return it with a log if its samples are kept; pictures are too large for a log."""
         system = self.system
         if not self.choice.kept or not isinstance(system, SampledSensor):
             return self
@@ -91,9 +90,9 @@ class Mounted:
         return replace(self, log=log)
 
     def kept_rows(self, root_context: Context) -> np.ndarray:
-        """Return stamp [s] and values of every sample delivered so far, each once (N, 1 + size)."""
+        """Return stamp [s] and values of each sample delivered so far (N, 1 + size)."""
         assert self.log and isinstance(self.system, SampledSensor)
-        # A log at a time comes before the update at that time, hence the present besides.
+        # a log records before the update at that time, so the present sample is added
         present = self.system.delivered(self.system.GetMyContextFromRoot(root_context))
         rows = np.vstack([self.log.FindLog(root_context).data().T, present])
         known = rows[~np.isnan(rows[:, 0])]
@@ -101,7 +100,7 @@ class Mounted:
         return known[first].copy()
 
     def samples(self, rows: np.ndarray) -> Samples:
-        """Return what it delivered, in rows of its log, see `kept_rows`."""
+        """Return its delivered samples from rows of its log, see `kept_rows`."""
         from workbench.systems.sensors.lidar import Lidar as LidarSystem
 
         name, system = self.choice.sensor.name, self.system
@@ -122,8 +121,9 @@ class Mounted:
                     q_WS=q_WS,
                     latency=system.latency,
                 )
-            case noisy_sensor.NoisySensor():
-                return SampleTable(name, system.columns, stamps, values, system.latency)
+            case NoisySensor():
+                columns = system.instrument.columns
+                return SampleTable(name, columns, stamps, values, system.latency)
             case _:
                 assert_never(system)
 
@@ -135,10 +135,10 @@ class Sensing:
     mounted: tuple[Mounted, ...] = ()
 
     def find(self, name: str) -> Mounted:
-        """Return the sensor of a name, or the first of a kind.
+        """Return a sensor by name, or the first of a kind.
 
         Raises:
-            WorkbenchError: if none of that name measures.
+            WorkbenchError: if it is not active.
         """
         for mounted in self.mounted:
             if mounted.choice.sensor.name == name:
@@ -163,7 +163,7 @@ class Sensing:
         return tuple(each for each in self.mounted if each.log)
 
     def seed(self, root_context: Context, seed: int) -> None:
-        """Let all sources of noise begin anew with the seed of a flight."""
+        """Restart all sources of noise with the seed of a flight."""
         for mounted in self.mounted:
             if mounted.noise:
                 seed_noise(mounted.noise, root_context, seed)
@@ -207,7 +207,7 @@ def add_sensors(
 
 @dataclass(frozen=True)
 class _Mount:
-    """What sensors are hung on."""
+    """Adds sensors to a diagram, and connects them."""
 
     builder: DiagramBuilder
     airframe: Airframe
@@ -221,8 +221,7 @@ class _Mount:
         """Add a sensor and connect it."""
         timing = {"period": choice.period, "latency": choice.latency}
         sensor = choice.sensor
-        # No two systems have one name: of a sensor's own, this one alone ends so; `a::b` and `a/b`
-        # are two sensors.
+        # names of systems are unique, but sensors `a::b` and `a/b` would share one
         taken = [system.get_name() for system in self.builder.GetSystems()]
         name = free_name(taken, f"{sensor.name.replace('::', '/')}_sensor")
         if isinstance(sensor, DepthCamera):
@@ -240,35 +239,36 @@ class _Mount:
             )
             return Mounted(choice, camera)
         system: SensorSystem
-        match sensor:
-            case Imu():
-                system = noisy_sensor.Imu(sensor=sensor, **timing)
-            case Gps():
-                system = noisy_sensor.Gps(sensor=sensor, home=self.home, **timing)
-            case Barometer():
-                dynamics, plant = self.airframe.dynamics, self.airframe.plant
-                system = BarometerSystem(
-                    sensor=sensor,
-                    home=self.home,
-                    rotors=dynamics.GetOutputPort("thrusts").size(),
-                    weight=GRAVITY * plant.CalcTotalMass(plant.CreateDefaultContext()),
-                    **timing,
-                )
-            case Magnetometer():
-                system = noisy_sensor.Magnetometer(sensor=sensor, home=self.home, **timing)
-            case RangeFinder():
-                assert self.caster
-                system = noisy_sensor.RangeFinder(sensor=sensor, caster=self.caster, **timing)
-            case Lidar():
-                from workbench.systems.sensors.lidar import Lidar as LidarSystem
+        if isinstance(sensor, Lidar):
+            from workbench.systems.sensors.lidar import Lidar as LidarSystem
 
-                assert self.caster
-                seed = noise_seed(self.seed, sensor.name)
-                system = LidarSystem(sensor=sensor, caster=self.caster, seed=seed, **timing)
-            case _:
-                raise TypeError(f"no system measures what a {type(sensor).__name__} does")
+            assert self.caster
+            seed = noise_seed(self.seed, sensor.name)
+            system = LidarSystem(sensor=sensor, caster=self.caster, seed=seed, **timing)
+        else:
+            system = NoisySensor(self._instrument(choice), **timing)
         self.builder.AddNamedSystem(name, system)
         return Mounted(choice, system, self._connect(system, choice))
+
+    def _instrument(self, choice: SensorChoice) -> Instrument:
+        """Return what a sensor of a few numbers measures."""
+        match choice.sensor:
+            case Imu() as sensor:
+                return imu(sensor, choice.period)
+            case Gps() as sensor:
+                return gps(sensor, self.home)
+            case Barometer() as sensor:
+                dynamics, plant = self.airframe.dynamics, self.airframe.plant
+                weight = GRAVITY * plant.CalcTotalMass(plant.CreateDefaultContext())
+                return barometer(
+                    sensor, self.home, dynamics.GetOutputPort("thrusts").size(), weight
+                )
+            case Magnetometer() as sensor:
+                return magnetometer(sensor, self.home)
+            case RangeFinder() as sensor:
+                assert self.caster
+                return range_finder(sensor, self.caster)
+        raise TypeError(f"no system measures what a {type(choice.sensor).__name__} does")
 
     def _connect(
         self, system: "SensorSystem", choice: SensorChoice

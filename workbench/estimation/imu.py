@@ -1,28 +1,25 @@
-"""The IMU as the flight computer samples it: truth, bias, noise and faults of each sample.
+"""The IMU of the flight computer: truth, bias, noise and faults of each sample.
 
 It has its own random numbers, so equal seeds give equal samples in all diagrams and compiled code.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import Scalar, Vector, register_jitable
 from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.rigid_body import into_body, rotation
 from workbench.plant.gravity import GRAVITY
-from workbench.plant.sensors import Imu, Noise
+from workbench.plant.sensors import Imu
 
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list in Python, an array in compiled code."""
 Six = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
 """Angular velocity [rad/s], then specific force [m/s²]."""
 
 ON, PLACE, TURN, DEVIATION, KEPT, DRIVEN, MEAN, SPREAD = 0, 1, 4, 13, 19, 25, 31, 37
 CONSTANTS = SPREAD + 6
-"""Places of what the functions below know of an IMU, and how many numbers that is; see `packed`."""
+"""Layout of the constants of an IMU, see `packed`, and their number."""
 NOISE_FACTOR = 10.0
 """Factor on the standard deviation of a noisy one."""
 FROZEN, NOISY, SILENT = 1.0, 2.0, 3.0
@@ -30,7 +27,7 @@ FROZEN, NOISY, SILENT = 1.0, 2.0, 3.0
 SOURCE = "imu of the estimator"
 """Name of the source of its noise."""
 FIRST_DRAW = 1 << 40
-"""Number of the draws of biases, far behind those of samples."""
+"""Number of the draw of biases, larger than those of samples."""
 
 
 class ImuNoise(NamedTuple):
@@ -38,10 +35,10 @@ class ImuNoise(NamedTuple):
 
     Attributes:
         deviation: of a sample a physics step (6).
-        kept: share of the drift that is left from one reading to the next (6).
-        driven: deviation of what is added to it meanwhile (6).
+        kept: share of the drift that remains from one reading to the next (6).
+        driven: deviation added to the drift between readings (6).
         mean: of the bias (6).
-        spread: deviation of the bias that is drawn once (6).
+        spread: deviation of the bias, which is drawn once (6).
     """
 
     deviation: tuple[float, ...]
@@ -52,7 +49,7 @@ class ImuNoise(NamedTuple):
 
 
 def imu_noise(sensor: Imu, step: float, period: float) -> ImuNoise:
-    """Return the noise of a described IMU, of the densities that it has at its own rate.
+    """Return the noise of a described IMU, with the densities at its own rate.
 
     Args:
         sensor: the description's record.
@@ -61,7 +58,7 @@ def imu_noise(sensor: Imu, step: float, period: float) -> ImuNoise:
     """
     rate = sensor.rate or sensor.usual_rate
     noises = (*sensor.angular_velocity, *sensor.linear_acceleration)
-    drifts = [_drift(noise, period) for noise in noises]
+    drifts = [noise.drift(period) for noise in noises]
     return ImuNoise(
         deviation=tuple(noise.at_rate(rate, 1.0 / step).stddev for noise in noises),
         kept=tuple(kept for kept, _ in drifts),
@@ -72,15 +69,15 @@ def imu_noise(sensor: Imu, step: float, period: float) -> ImuNoise:
 
 
 def packed(sensor: Imu, step: float, period: float) -> np.ndarray:
-    """Return what the functions below know of an IMU (43); the arguments are those before."""
+    """Return the constants of an IMU for the functions below (43); arguments as for `imu_noise`."""
     turn = np.array(sensor.R_BS).ravel()
     parts = ([1.0], sensor.p_BS, turn, *imu_noise(sensor, step, period))
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
 @register_jitable
-def drawn_bias(mean: Signal, spread: Signal, seed: float, bias: Signal) -> None:
-    """Write the biases that a flight begins with, in the axes of the sensor (6).
+def drawn_bias(mean: Vector, spread: Vector, seed: float, bias: Vector) -> None:
+    """Write the initial biases of a flight, in the axes of the sensor (6).
 
     Args:
         mean: of the biases (6).
@@ -95,28 +92,19 @@ def drawn_bias(mean: Signal, spread: Signal, seed: float, bias: Signal) -> None:
 
 
 @register_jitable
-def six(values: Signal) -> Six:
+def six(values: Vector) -> Six:
     """Return six numbers of an array as a tuple."""
     return values[0], values[1], values[2], values[3], values[4], values[5]
 
 
-def _drift(noise: Noise, period: float) -> tuple[float, float]:
-    """Return what a period leaves of a drift, and the deviation of what it adds, see `Noise`."""
-    time, density = noise.dynamic_bias_correlation_time, noise.dynamic_bias_stddev
-    if time == 0.0:
-        return 1.0, 0.0
-    variance = -0.5 * density**2 * time * math.expm1(-2.0 * period / time)
-    return math.exp(-period / time), math.sqrt(variance)
-
-
 @register_jitable(forceinline=True)
-def measured(state: Signal, acceleration: Signal, p_BS: Signal) -> Six:
+def measured(state: Vector, acceleration: Vector, p_BS: Vector) -> Six:
     """Return the measurement of an ideal IMU, in the axes of B.
 
     Args:
         state: of the body (13).
         acceleration: wdot_WB_W [rad/s²] and vdot_WB_W [m/s²] (6).
-        p_BS: place of the IMU (3) [m].
+        p_BS: position of the IMU (3) [m].
     """
     R = rotation(state[0:4])
     w_x, w_y, w_z = into_body(R, state[7:10])
@@ -135,14 +123,14 @@ def measured(state: Signal, acceleration: Signal, p_BS: Signal) -> Six:
 
 @register_jitable
 def noisy_sample(
-    exact: Signal, number: int, every: int, fault: float, bias: Signal, imu: Signal, seed: float
+    exact: Vector, number: int, every: int, fault: float, bias: Vector, imu: Vector, seed: float
 ) -> Six:
     """Return the measurement of an IMU, in the axes of B.
 
     Args:
         exact: see `measured` (6).
         number: of the physics step.
-        every: how many steps lie between its samples.
+        every: number of steps between its samples.
         fault: see `faults.Fault`.
         bias: biases and their drift, in the axes of the sensor (12).
         imu: see `packed`.
@@ -158,7 +146,7 @@ def noisy_sample(
 
 
 @register_jitable(forceinline=True)
-def with_noise(exact: Signal, n: Signal, R_BS: Signal) -> Six:
+def with_noise(exact: Vector, n: Vector, R_BS: Vector) -> Six:
     """Return a sample in the axes of B (6) with noise in those of the sensor (6)."""
     return (
         exact[0] + R_BS[0] * n[0] + R_BS[1] * n[1] + R_BS[2] * n[2],
@@ -171,7 +159,7 @@ def with_noise(exact: Signal, n: Signal, R_BS: Signal) -> Six:
 
 
 @register_jitable
-def step_drift(drift: Signal, number: int, imu: Signal, seed: float) -> None:
+def step_drift(drift: Vector, number: int, imu: Vector, seed: float) -> None:
     """Advance the drift of the biases (6) from a reading to the next, in place."""
     drawn = np.empty(COUNT)
     draw_normals(seed, 2 * number + 1, drawn)

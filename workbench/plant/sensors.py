@@ -51,6 +51,20 @@ class Noise:
             return self
         return dataclasses.replace(self, stddev=self.stddev * math.sqrt(delivered / declared))
 
+    def drift(self, period: float) -> tuple[float, float]:
+        """Return the share of the drift that remains after a period, and the deviation added to it.
+
+        The drift is a first-order Gauss-Markov process with time constant T and driving density s:
+        after dt it is exp(-dt / T) times itself plus a normal number of variance
+        s² T / 2 (1 - exp(-2 dt / T)). Source: Maybeck, Stochastic Models, Estimation, and Control,
+        volume 1, section 4.9; gz-sensors and RotorS use the same.
+        """
+        time, density = self.dynamic_bias_correlation_time, self.dynamic_bias_stddev
+        if time == 0.0:
+            return 1.0, 0.0
+        variance = -0.5 * density**2 * time * math.expm1(-2.0 * period / time)
+        return math.exp(-period / time), math.sqrt(variance)
+
     def in_unit(self, unit: float) -> "Noise":
         """Return this noise converted from a unit to SI."""
         return Noise(

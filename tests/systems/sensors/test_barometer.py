@@ -8,6 +8,7 @@ from workbench.plant.sensors import QUIET, Barometer, Noise
 from workbench.systems.sensors import barometer as module
 from workbench.systems.sensors.barometer import pressure_at
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
+from workbench.systems.sensors.noisy_sensor import NoisySensor
 from workbench.systems.sensors.readings import BarometerReading
 
 PERIOD = 20 / 1024
@@ -25,7 +26,7 @@ def barometer(record):
         sensor = Barometer(
             **record(rate=50.0, p_BS=p_BS), reference_altitude=reference, noise=noise
         )
-        return module.Barometer(sensor=sensor, home=home, period=PERIOD, latency=latency)
+        return NoisySensor(module.barometer(sensor, home), period=PERIOD, latency=latency)
 
     return make
 
@@ -84,4 +85,4 @@ def test_a_noisy_barometer_is_so_even_where_the_description_has_no_noise(bench, 
     found = bench(barometer(), state=state(0.0))
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1])
-    assert spread == pytest.approx(NOISE_FACTOR * module.Barometer.usual[0], rel=0.1)
+    assert spread == pytest.approx(NOISE_FACTOR * 2.0, rel=0.1)

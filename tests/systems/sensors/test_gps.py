@@ -23,7 +23,7 @@ LEFT = [HALF, 0.0, 0.0, HALF]
 def gps(record):
     def make(home=DEFAULT_HOME, latency=0.0, p_BS=(0.0, 0.0, 0.0), **noises):
         sensor = Gps(**record(rate=10.0, p_BS=p_BS), **noises)
-        return module.Gps(sensor=sensor, home=home, period=PERIOD, latency=latency)
+        return module.NoisySensor(module.gps(sensor, home), period=PERIOD, latency=latency)
 
     return make
 
@@ -111,4 +111,6 @@ def test_a_noisy_gps_is_so_even_where_the_description_has_no_noise(bench, gps):
     found.order(Fault.NOISY)
     rows = found.measurements(500)
     spread = np.std(np.hstack([positions(rows), rows[:, 4:]]), axis=0)
-    assert spread == pytest.approx(NOISE_FACTOR * np.array(module.Gps.usual), rel=0.15)
+    assert spread == pytest.approx(
+        NOISE_FACTOR * np.array([1.5, 1.5, 3.0, 0.1, 0.1, 0.2]), rel=0.15
+    )

@@ -31,7 +31,7 @@ def imu(record):
     def make(gyroscope=QUIET, accelerometer=QUIET, period=PERIOD, latency=0.0, **place):
         sensor = Imu(**record(**place), angular_velocity=(gyroscope,) * 3)
         sensor = Imu(**{**vars(sensor), "linear_acceleration": (accelerometer,) * 3})
-        return module.Imu(sensor=sensor, period=period, latency=latency)
+        return module.NoisySensor(module.imu(sensor, period), period=period, latency=latency)
 
     return make
 
@@ -41,7 +41,7 @@ class Beside:
     """Ours and Drake's, of one mounting."""
 
     X_BS: RigidTransform
-    ours: module.Imu
+    ours: module.NoisySensor
     accelerometer: Accelerometer
     gyroscope: Gyroscope
 
@@ -90,12 +90,13 @@ def flying(description, vehicle, imu):
                 plant.get_body_spatial_accelerations_output_port(),
                 pair.accelerometer.get_body_accelerations_input_port(),
             )
-            builder.Connect(plant.get_state_output_port(), pair.ours.state_input)
+            builder.Connect(plant.get_state_output_port(), pair.ours.GetInputPort("state"))
             builder.Connect(
-                plant.get_generalized_acceleration_output_port(), pair.ours.acceleration_input
+                plant.get_generalized_acceleration_output_port(),
+                pair.ours.GetInputPort("acceleration"),
             )
             noise = builder.AddSystem(ConstantVectorSource(np.zeros(18)))
-            builder.Connect(noise.get_output_port(), pair.ours.noise_input)
+            builder.Connect(noise.get_output_port(), pair.ours.GetInputPort("noise"))
             pairs.append(pair)
         simulator = Simulator(builder.Build())
         context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
@@ -249,7 +250,7 @@ def test_samples_are_what_the_noise_model_makes_of_the_draws_to_the_bit(bench, i
         if k > 0:
             found.run(k * PERIOD)
         found.settle()  # new numbers are drawn before the sample is taken
-        draws = found.sensor.noise_input.Eval(found.context)
+        draws = found.sensor.GetInputPort("noise").Eval(found.context)
         assert found.measurement()[1:7].tolist() == noisy(model, exact, memory, draws, 1.0).tolist()
         memory = next_memory(model, memory, draws)
 
@@ -275,7 +276,7 @@ def test_a_noisy_imu_is_so_even_where_the_description_has_no_noise(bench, imu, q
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1:7], axis=0)
     usual = (
-        module.Imu.usual
+        [0.03] * 3 + [0.002] * 3
         if quiet
         else [0.06 * math.sqrt(1.024)] * 3 + [0.004 * math.sqrt(1.024)] * 3
     )

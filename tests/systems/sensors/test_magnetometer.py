@@ -20,7 +20,7 @@ LEVEL = [1.0, *[0.0] * 12]
 def magnetometer(record):
     def make(noises=(QUIET,) * 3, latency=0.0, **place):
         sensor = Magnetometer(**record(rate=50.0, **place), magnetic_field=noises)
-        return module.Magnetometer(sensor=sensor, home=HOME, period=PERIOD, latency=latency)
+        return module.NoisySensor(module.magnetometer(sensor, HOME), period=PERIOD, latency=latency)
 
     return make
 
@@ -69,6 +69,4 @@ def test_a_noisy_magnetometer_is_so_even_where_the_description_has_no_noise(benc
     found = bench(magnetometer(), state=LEVEL)
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1:], axis=0)
-    assert spread == pytest.approx(
-        [NOISE_FACTOR * usual for usual in module.Magnetometer.usual], rel=0.1
-    )
+    assert spread == pytest.approx([NOISE_FACTOR * 0.5e-6] * 3, rel=0.1)

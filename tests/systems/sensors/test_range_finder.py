@@ -58,7 +58,9 @@ def finder(record, plane):
         limits = {"min_range": 0.05, "max_range": 20.0, "resolution": resolution}
         sensor = RangeFinder(**place, **limits, noise=noise)
         caster = caster or plane
-        return module.RangeFinder(sensor=sensor, caster=caster, period=PERIOD, latency=latency)
+        return module.NoisySensor(
+            module.range_finder(sensor, caster), period=PERIOD, latency=latency
+        )
 
     return make
 
@@ -141,7 +143,7 @@ def test_a_noisy_range_finder_is_so_even_where_the_description_has_no_noise(benc
     found = bench(finder(), state=state(5.0))
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1])
-    assert spread == pytest.approx(NOISE_FACTOR * module.RangeFinder.usual[0], rel=0.1)
+    assert spread == pytest.approx(NOISE_FACTOR * 0.01, rel=0.1)
 
 
 class Carrier(LeafSystem):
@@ -171,11 +173,11 @@ def test_what_passes_below_is_seen_where_it_is(finder):
     sensor = builder.AddSystem(finder(caster=caster))
     carrier = builder.AddSystem(Carrier(frame))
     builder.Connect(carrier.get_output_port(), scene_graph.get_source_pose_port(source))
-    builder.Connect(scene_graph.get_query_output_port(), sensor.query_input)
+    builder.Connect(scene_graph.get_query_output_port(), sensor.GetInputPort("geometry_query"))
     simulator = Simulator(builder.Build())
     context = sensor.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    sensor.state_input.FixValue(context, state(2.0, x=1.45))
-    sensor.noise_input.FixValue(context, np.zeros(3))
+    sensor.GetInputPort("state").FixValue(context, state(2.0, x=1.45))
+    sensor.GetInputPort("noise").FixValue(context, np.zeros(3))
     seen = []
     for quarter in range(6):
         if quarter:
@@ -198,7 +200,7 @@ def test_on_the_shipped_drone_it_looks_down_past_its_own_body(bench, description
     )
     (record,) = (sensor for sensor in vehicle.sensors if sensor.kind == "range_finder")
     for height in (vehicle.ground_clearance, 4.0):
-        sensor = module.RangeFinder(sensor=record, caster=caster, period=PERIOD)
+        sensor = module.NoisySensor(module.range_finder(record, caster), period=PERIOD)
         found = bench(sensor, state=state(height))
         found.settle()
         truth = sensor.truth_output.Eval(found.context)

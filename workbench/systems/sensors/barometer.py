@@ -1,15 +1,16 @@
 """The barometer: air pressure, and the height above home that follows from it."""
 
 import math
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Context
 
 from workbench.common.jitable import register_jitable
 from workbench.plant.home import Home
-from workbench.plant.sensors import Barometer as BarometerRecord
+from workbench.plant.sensors import Barometer
 from workbench.systems.sensors.mounting import motion
-from workbench.systems.sensors.noisy_sensor import NoisySensor
+from workbench.systems.sensors.noisy_sensor import Instrument
 from workbench.systems.sensors.readings import BarometerReading
 
 _SEA_LEVEL_PRESSURE = 101_325.0
@@ -23,91 +24,63 @@ _EXPONENT = _GRAVITY / (_GAS_CONSTANT * _LAPSE)
 _COLD = _SEA_LEVEL_TEMPERATURE - _LAPSE * _TROPOPAUSE
 _COLD_PRESSURE = _SEA_LEVEL_PRESSURE * (_COLD / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
 _COLD_HEIGHT = _GAS_CONSTANT * _COLD / _GRAVITY
-"""Over which pressure falls by the factor e above the tropopause [m]."""
+"""Height in which pressure falls by the factor e above the tropopause [m]."""
 GROUND_EFFECT_HEIGHT = 0.5
-"""What the ground adds has fallen by the factor e at this height of the sensor [m]: PX4 allows for
-it up to there (EKF2_GND_MAX_HGT)."""
+"""Height in which the pressure added near the ground falls by the factor e [m]; PX4 allows for it
+up to this height (EKF2_GND_MAX_HGT)."""
 _LEAST_PRESSURE = 1.0
-"""Smallest pressure for an altitude: a faulty barometer may measure nonsense [Pa]."""
+"""Smallest pressure that is converted to an altitude [Pa]; a faulty barometer may show less."""
 
 
-class Barometer(NoisySensor):
-    """Measures the pressure of the standard atmosphere, with noise on the pressure.
+def barometer(sensor: Barometer, home: Home, rotors: int = 0, weight: float = 1.0) -> Instrument:
+    """Return a barometer in the standard atmosphere, with noise on the pressure.
 
-    A sample (2) is the pressure [Pa] and the altitude above home [m] at which the standard
-    atmosphere has it. The world's origin is as high above the sea as the home above the
-    ellipsoid, or as the description's reference altitude says.
+    A sample is the pressure, and the altitude above home at which the standard atmosphere has it.
+    The world's origin is as high above the sea as the home above the ellipsoid, or as the
+    description's reference altitude says.
 
     Near the ground the rotors' downwash raises the pressure, so a barometer shows too little
     height. The effect depends on the frame and on the sensor's position, so it is a setting, and it
-    is proportional to the thrust. PX4 allows for an error of 4 m (EKF2_GND_EFF_DZ), which is 48 Pa.
-
-    Input ports:
-        state (13): of the plant.
-        thrusts (n): of the rotors [N]; unconnected, there is no such effect.
-        noise (3): see `NoisySensor`.
-    Numeric parameter 0: the fault, and the additional pressure at the ground while the thrust
-        carries the weight [Pa].
+    is proportional to the thrust: the additional pressure at the ground while the thrust carries
+    the weight [Pa]. PX4 allows for an error of 4 m (EKF2_GND_EFF_DZ), which is 48 Pa.
 
     Args:
         sensor: the description's record.
-        home: where the world's origin lies.
-        period: between samples [s].
-        latency: from a sample to its delivery [s].
-        rotors: how many.
+        home: location of the world's origin.
+        rotors: number of rotors; without their thrusts there is no such effect.
         weight: of the vehicle [N].
     """
+    p_BS = np.array(sensor.p_BS)
+    given = sensor.reference_altitude
+    reference = home.altitude if given is None else given
 
-    columns = ("pressure [Pa]", "altitude [m]")
-    usual = (2.0,)
-    """Deviation of a common one [Pa]."""
+    def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
+        height = motion(inputs["state"], p_BS).p_WS[2]
+        (most,) = settings
+        added = 0.0
+        if most and "thrusts" in inputs:
+            share = float(inputs["thrusts"].sum()) / weight
+            added = most * share * math.exp(-max(0.0, height) / GROUND_EFFECT_HEIGHT)
+        return np.array([pressure_at(reference + height) + added])
 
-    def __init__(
-        self,
-        *,
-        sensor: BarometerRecord,
-        home: Home,
-        period: float,
-        latency: float = 0.0,
-        rotors: int = 0,
-        weight: float = 1.0,
-    ) -> None:
-        super().__init__(
-            noises=sensor.noises,
-            period=period,
-            latency=latency,
-            settings=(0.0,),
-        )
-        self._weight = weight
-        given = sensor.reference_altitude
-        self._reference = home.altitude if given is None else given
-        self._frame = sensor.frame
-        self._p_BS = np.array(sensor.p_BS)
-        self.state_input = self.DeclareVectorInputPort("state", 13)
-        self.thrusts_input = self.DeclareVectorInputPort("thrusts", rotors)
-
-    def exact(self, context: Context) -> np.ndarray:
-        height = motion(self.state_input.Eval(context), self._p_BS).p_WS[2]
-        return np.array([pressure_at(self._reference + height) + self._held_up(context, height)])
-
-    def _held_up(self, context: Context, height: float) -> float:
-        """Return the additional pressure near the ground [Pa]."""
-        (most,) = self.settings(context)
-        if most == 0.0 or not self.thrusts_input.HasValue(context):
-            return 0.0
-        share = float(self.thrusts_input.Eval(context).sum()) / self._weight
-        return most * share * math.exp(-max(0.0, height) / GROUND_EFFECT_HEIGHT)
-
-    def shown(self, values: np.ndarray) -> np.ndarray:
+    def shown(values: np.ndarray) -> np.ndarray:
         pressure = float(values[0])
-        return np.array([pressure, altitude_at(pressure) - self._reference])
+        return np.array([pressure, altitude_at(pressure) - reference])
 
-    def reading(self, context: Context) -> BarometerReading | None:
-        """Return the sample delivered last, None if none was."""
-        stamp, pressure, altitude = self.delivered(context).tolist()
-        if math.isnan(stamp):
-            return None
-        return BarometerReading(stamp, self._frame, pressure, altitude)
+    def reading(stamp: float, values: list[float]) -> BarometerReading:
+        pressure, altitude = values
+        return BarometerReading(stamp, sensor.frame, pressure, altitude)
+
+    return Instrument(
+        columns=("pressure [Pa]", "altitude [m]"),
+        usual=(2.0,),
+        noises=sensor.noises,
+        inputs={"state": 13} | ({"thrusts": rotors} if rotors else {}),
+        exact=exact,
+        reading=reading,
+        shown=shown,
+        settings=(0.0,),
+    )
 
 
 @register_jitable
@@ -121,7 +94,7 @@ def pressure_at(altitude: float) -> float:
 
 @register_jitable
 def altitude_at(pressure: float) -> float:
-    """Return the altitude above the sea [m] at which a pressure [Pa] is found."""
+    """Return the altitude above the sea [m] with a pressure [Pa]."""
     pressure = max(pressure, _LEAST_PRESSURE)
     if pressure < _COLD_PRESSURE:
         geopotential = _TROPOPAUSE + _COLD_HEIGHT * math.log(_COLD_PRESSURE / pressure)

@@ -1,13 +1,13 @@
-"""Sensors of a few numbers, with noise from a random input port.
+"""Sensors of a few numbers: an exact measurement, and noise from a random input port.
 
-They are the IMU, the GPS receiver, the magnetometer and the range finder. The barometer is in
-`barometer`, with the standard atmosphere.
+`NoisySensor` is the system. What it measures is an `Instrument`: `imu`, `gps`, `magnetometer` and
+`range_finder` here, and `barometer` beside the standard atmosphere.
 """
 
 import math
-from abc import abstractmethod
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from pydrake.common import RandomDistribution
@@ -19,17 +19,14 @@ from pydrake.systems.framework import Context
 
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.home import Home
-from workbench.plant.sensors import Gps as GpsRecord
-from workbench.plant.sensors import Imu as ImuRecord
-from workbench.plant.sensors import Magnetometer as MagnetometerRecord
-from workbench.plant.sensors import Noise
-from workbench.plant.sensors import RangeFinder as RangeFinderRecord
+from workbench.plant.sensors import Gps, Imu, Magnetometer, Noise, RangeFinder
 from workbench.systems.sensors.mounting import cross, motion
 from workbench.systems.sensors.readings import (
     GpsReading,
     ImuReading,
     MagnetometerReading,
     RangeReading,
+    Reading,
 )
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 
@@ -37,20 +34,20 @@ if TYPE_CHECKING:
     from workbench.systems.casting.caster import Caster  # slow to load
 
 DRAWS = 3
-"""Normal numbers that a channel takes for a sample."""
+"""Normal numbers of a channel for a sample."""
 
 
 class NoiseModel(NamedTuple):
-    """What the functions below need, an array (n) each.
+    """Parameters of the noise of n channels, an array (n) each.
 
     Attributes:
         mean: offset.
         stddev: of a sample's white noise.
-        faulty: that of which a noisy sensor has a multiple.
-        bias_mean: of the bias drawn once.
-        bias_stddev: of the bias drawn once.
-        kept: share of the drift that is left after a period.
-        driven: deviation of what a period adds to it.
+        faulty: the deviation that a noisy sensor multiplies.
+        bias_mean: of the bias, which is drawn once.
+        bias_stddev: of the bias.
+        kept: share of the drift that remains after a period.
+        driven: deviation added to the drift in a period.
         precision: to which samples are rounded, 0 for none.
     """
 
@@ -72,11 +69,10 @@ def noise_model(noises: Sequence[Noise], usual: Sequence[float], period: float) 
 
     Args:
         noises: of the channels.
-        usual: deviations of a common sensor of the kind, from which a fault makes noise where the
-            description has none.
+        usual: deviations of a common sensor of the kind, for a fault of a sensor without noise.
         period: between samples [s].
     """
-    drifts = [_drift(noise, period) for noise in noises]
+    drifts = [noise.drift(period) for noise in noises]
     return NoiseModel(
         mean=np.array([noise.mean for noise in noises]),
         stddev=np.array([noise.stddev for noise in noises]),
@@ -90,7 +86,7 @@ def noise_model(noises: Sequence[Noise], usual: Sequence[float], period: float) 
 
 
 def first_memory(n: int) -> np.ndarray:
-    """Return what is remembered of n channels before their first sample: no biases, no drift."""
+    """Return the memory of n channels before the first sample: no biases, no drift."""
     return np.concatenate([np.full(n, math.nan), np.zeros(n)])
 
 
@@ -110,14 +106,14 @@ def next_memory(model: NoiseModel, memory: np.ndarray, draws: np.ndarray) -> np.
 def noisy(
     model: NoiseModel, exact: np.ndarray, memory: np.ndarray, draws: np.ndarray, scale: float
 ) -> np.ndarray:
-    """Return what is measured (n).
+    """Return noisy values (n).
 
     Args:
         model: of the noise.
-        exact: what is to be measured (n).
+        exact: exact values (n).
         memory: see `next_memory`.
         draws: see `next_memory`.
-        scale: 1, or so many times its usual deviation has the white noise of a faulty sensor.
+        scale: factor of the white noise of a faulty sensor, else 1.
     """
     n = model.mean.size
     deviation = model.stddev if scale == 1.0 else scale * model.faulty
@@ -130,336 +126,243 @@ def noisy(
 
 
 def _biases(model: NoiseModel, memory: np.ndarray, draws: np.ndarray) -> np.ndarray:
-    """Return the biases remembered (n), or at the first sample those drawn."""
+    """Return the biases (n), drawn at the first sample."""
     n = model.mean.size
     drawn = model.bias_mean + model.bias_stddev * draws[2 * n :]
     return np.where(np.isnan(memory[:n]), drawn, memory[:n])
 
 
-def _drift(noise: Noise, period: float) -> tuple[float, float]:
-    """Return the share of the drift that remains after a period, and the deviation that is added.
-
-    The drift is a first-order Gauss-Markov process with time constant T and driving density s:
-    after dt it is exp(-dt / T) times itself plus a normal number of variance
-    s² T / 2 (1 - exp(-2 dt / T)). Source: Maybeck, Stochastic Models, Estimation, and Control,
-    volume 1, section 4.9; gz-sensors and RotorS use the same.
-    """
-    time, density = noise.dynamic_bias_correlation_time, noise.dynamic_bias_stddev
-    if time == 0.0:
-        return 1.0, 0.0
-    variance = -0.5 * density**2 * time * math.expm1(-2.0 * period / time)
-    return math.exp(-period / time), math.sqrt(variance)
+def unchanged(values: np.ndarray) -> np.ndarray:
+    """Return the values."""
+    return values
 
 
-class NoisySensor(SampledSensor):
-    """Adds noise to exact values, then says what a sensor shows of them.
+@dataclass(frozen=True)
+class Instrument:
+    """What a sensor measures.
 
-    Input port:
-        noise (3 n): standard normal numbers, new ones for each sample; see `noise_model`.
-    Memory (2 n): biases and their drift.
+    Attributes:
+        columns: names and units of a sample's numbers (size).
+        usual: standard deviations of a common sensor of the kind (n), for a fault.
+        noises: of the first n exact values; the others have none.
+        inputs: names and sizes of its input ports; 0 for the scene's `geometry_query`.
+        exact: returns the exact values, from the inputs by name and the settings.
+        reading: returns the record of a sample, from stamp [s] and values (size).
+        shown: returns a sample (size) from exact or noisy values.
+        settings: initial values of its live parameters, other than the fault.
     """
 
     columns: tuple[str, ...]
-    """Names and units of a sample's numbers (size)."""
     usual: tuple[float, ...]
-    """Deviations of a common sensor of the kind (n)."""
+    noises: Sequence[Noise]
+    inputs: Mapping[str, int]
+    exact: Callable[[Mapping[str, Any], Sequence[float]], np.ndarray]
+    reading: Callable[[float, list[float]], Reading]
+    shown: Callable[[np.ndarray], np.ndarray] = unchanged
+    settings: tuple[float, ...] = ()
 
-    def __init__(
-        self,
-        *,
-        noises: Sequence[Noise],
-        period: float,
-        latency: float,
-        settings: Sequence[float] = (),
-    ) -> None:
-        """Declare what `SampledSensor` has, and the port of the noise.
 
-        Args:
-            noises: of the first n exact values; any others have none.
-            period: between samples [s], a multiple of the physics step.
-            latency: from a sample to its delivery [s].
-            settings: see `SampledSensor`.
-        """
-        n = len(noises)
+class NoisySensor(SampledSensor):
+    """Samples an instrument, with noise on its exact values.
+
+    Input ports:
+        those of the instrument; one that is not connected has no value.
+        noise (3 n): standard normal numbers, new ones for each sample; see `noise_model`.
+    Memory (2 n): biases and their drift.
+
+    Args:
+        instrument: what it measures.
+        period: between samples [s], a multiple of the physics step.
+        latency: from a sample to its delivery [s].
+    """
+
+    def __init__(self, instrument: Instrument, *, period: float, latency: float = 0.0) -> None:
+        n = len(instrument.noises)
         super().__init__(
-            size=len(self.columns),
+            size=len(instrument.columns),
             period=period,
             latency=latency,
             memory=first_memory(n).tolist(),
-            settings=settings,
+            settings=instrument.settings,
         )
-        self.noise_model = noise_model(noises, self.usual, period)
-        self.noise_input = self.DeclareVectorInputPort(
-            "noise", DRAWS * n, RandomDistribution.kGaussian
-        )
+        self.instrument = instrument
+        self.noise_model = noise_model(instrument.noises, instrument.usual, period)
+        self._inputs = {
+            name: self.DeclareVectorInputPort(name, size)
+            if size
+            else self.DeclareAbstractInputPort(name, AbstractValue.Make(QueryObject()))
+            for name, size in instrument.inputs.items()
+        }
+        self._noise = self.DeclareVectorInputPort("noise", DRAWS * n, RandomDistribution.kGaussian)
 
-    @abstractmethod
     def exact(self, context: Context) -> np.ndarray:
         """Return the values that noise is added to, as they are now."""
-
-    def shown(self, values: np.ndarray) -> np.ndarray:
-        """Return a sample (size) from exact or noisy values."""
-        return values
+        connected = {n: port for n, port in self._inputs.items() if port.HasValue(context)}
+        values = {name: port.Eval(context) for name, port in connected.items()}
+        return self.instrument.exact(values, self.settings(context))
 
     def truth(self, context: Context) -> np.ndarray:
-        return self.shown(self.exact(context))
+        return self.instrument.shown(self.exact(context))
 
     def sampled(self, context: Context, scale: float) -> np.ndarray:
-        values = self.exact(context)
-        n = self.noise_model.mean.size
-        values[:n] = noisy(
-            self.noise_model,
-            values[:n],
-            self._memory(context),
-            self.noise_input.Eval(context),
-            scale,
-        )
-        return self.shown(values)
+        values, n = self.exact(context), len(self.instrument.noises)
+        memory, draws = self._memory(context), self._noise.Eval(context)
+        values[:n] = noisy(self.noise_model, values[:n], memory, draws, scale)
+        return self.instrument.shown(values)
 
     def next_memory(self, context: Context) -> np.ndarray:
-        draws = self.noise_input.Eval(context)
-        return next_memory(self.noise_model, self._memory(context), draws)
+        return next_memory(self.noise_model, self._memory(context), self._noise.Eval(context))
+
+    def reading(self, context: Context) -> Reading | None:
+        """Return the last delivered sample, None if there is none."""
+        stamp, *values = self.delivered(context).tolist()
+        return None if math.isnan(stamp) else self.instrument.reading(stamp, values)
 
     def _memory(self, context: Context) -> np.ndarray:
         return context.get_discrete_state(self.memory_index).CopyToVector()
 
 
-class Imu(NoisySensor):
-    """Accelerometer and gyroscope with any mounting, and an orientation without noise.
+def imu(sensor: Imu, period: float) -> Instrument:
+    """Return accelerometer and gyroscope with any mounting, and an orientation without noise.
 
-    A sample (10) is the specific force [m/s²] and the angular velocity [rad/s] along the axes of
-    the sensor S, and its orientation q_WS (w, x, y, z). The specific force is the acceleration
-    minus gravity: at rest it is g, upwards.
-
-    Input ports:
-        state (13): of the plant.
-        acceleration (6): wdot_WB_W [rad/s²], vdot_WB_W [m/s²].
-        noise (18): see `NoisySensor`.
-
-    Args:
-        sensor: the description's record; its deviations are those of a sample at its own rate,
-            and at another rate those of the same density.
-        period: between samples [s].
-        latency: from a sample to its delivery [s].
+    A sample is the specific force and the angular velocity along the axes of the sensor S, and its
+    orientation. The specific force is the acceleration minus gravity: at rest it is g, upwards. The
+    declared deviations are those at the sensor's own rate; other rates have the same density.
     """
+    p_BS, R_BS = np.array(sensor.p_BS), np.array(sensor.R_BS)
+    q_BS = RotationMatrix(R_BS).ToQuaternion()
 
-    columns = (
-        "f_x [m/s^2]",
-        "f_y [m/s^2]",
-        "f_z [m/s^2]",
-        "w_x [rad/s]",
-        "w_y [rad/s]",
-        "w_z [rad/s]",
-        "q_WS.w [1]",
-        "q_WS.x [1]",
-        "q_WS.y [1]",
-        "q_WS.z [1]",
-    )
-    usual = (0.03, 0.03, 0.03, 0.002, 0.002, 0.002)
-    """Deviations of a common one along x, y, z: specific force [m/s²], angular velocity [rad/s]."""
-
-    def __init__(self, *, sensor: ImuRecord, period: float, latency: float = 0.0) -> None:
-        noises = (*sensor.linear_acceleration, *sensor.angular_velocity)
-        super().__init__(
-            noises=[noise.at_rate(sensor.rate, 1.0 / period) for noise in noises],
-            period=period,
-            latency=latency,
-        )
-        self._frame = sensor.frame
-        self._p_BS = np.array(sensor.p_BS)
-        self._R_BS = np.array(sensor.R_BS)
-        self._q_BS = RotationMatrix(self._R_BS).ToQuaternion()
-        self.state_input = self.DeclareVectorInputPort("state", 13)
-        self.acceleration_input = self.DeclareVectorInputPort("acceleration", 6)
-
-    def exact(self, context: Context) -> np.ndarray:
-        moves = motion(self.state_input.Eval(context), self._p_BS)
-        acceleration = self.acceleration_input.Eval(context)
-        wdot_WB, vdot_WB = acceleration[:3], acceleration[3:]
+    def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
+        moves = motion(inputs["state"], p_BS)
+        wdot_WB, vdot_WB = inputs["acceleration"][:3], inputs["acceleration"][3:]
         inwards = cross(moves.w_WB, cross(moves.w_WB, moves.p_BoSo_W))
         force_W = vdot_WB + cross(wdot_WB, moves.p_BoSo_W) + inwards
         force_W[2] += GRAVITY
-        R_SW = (moves.R_WB @ self._R_BS).T
-        q_WS = Quaternion(moves.q_WB).multiply(self._q_BS).wxyz()
+        R_SW = (moves.R_WB @ R_BS).T
+        q_WS = Quaternion(moves.q_WB).multiply(q_BS).wxyz()
         return np.concatenate([R_SW @ force_W, R_SW @ moves.w_WB, q_WS])
 
-    def reading(self, context: Context) -> ImuReading | None:
-        """Return the sample delivered last, None if none was."""
-        stamp, fx, fy, fz, wx, wy, wz, qw, qx, qy, qz = self.delivered(context).tolist()
-        if math.isnan(stamp):
-            return None
-        return ImuReading(stamp, self._frame, (fx, fy, fz), (wx, wy, wz), (qw, qx, qy, qz))
+    def reading(stamp: float, values: list[float]) -> ImuReading:
+        fx, fy, fz, wx, wy, wz, qw, qx, qy, qz = values
+        return ImuReading(stamp, sensor.frame, (fx, fy, fz), (wx, wy, wz), (qw, qx, qy, qz))
 
-
-class Gps(NoisySensor):
-    """Measures the antenna's position on the earth and its velocity.
-
-    A sample (6) is latitude and longitude [rad], altitude above the ellipsoid [m], and velocity
-    east, north and up [m/s]. Noise is added in metres east, north and up of the home, before the
-    conversion to angles. East, north and up are the world's axes everywhere: 10 km from home, they
-    differ from the local ones by 0.0016 rad.
-
-    Input ports:
-        state (13): of the plant.
-        noise (18): see `NoisySensor`.
-
-    Args:
-        sensor: the description's record.
-        home: where the world's origin lies.
-        period: between samples [s].
-        latency: from a sample to its delivery [s].
-    """
-
-    columns = (
-        "latitude [rad]",
-        "longitude [rad]",
-        "altitude [m]",
-        "v_east [m/s]",
-        "v_north [m/s]",
-        "v_up [m/s]",
+    noises = (*sensor.linear_acceleration, *sensor.angular_velocity)
+    return Instrument(
+        columns=(
+            *(f"f_{axis} [m/s^2]" for axis in "xyz"),
+            *(f"w_{axis} [rad/s]" for axis in "xyz"),
+            *(f"q_WS.{axis} [1]" for axis in "wxyz"),
+        ),
+        usual=(0.03, 0.03, 0.03, 0.002, 0.002, 0.002),
+        noises=[noise.at_rate(sensor.rate, 1.0 / period) for noise in noises],
+        inputs={"state": 13, "acceleration": 6},
+        exact=exact,
+        reading=reading,
     )
-    usual = (1.5, 1.5, 3.0, 0.1, 0.1, 0.2)
-    """Deviations of a common one: position [m] and velocity [m/s], east, north and up."""
 
-    def __init__(
-        self, *, sensor: GpsRecord, home: Home, period: float, latency: float = 0.0
-    ) -> None:
-        super().__init__(
-            noises=sensor.noises,
-            period=period,
-            latency=latency,
-        )
-        self._frame = sensor.frame
-        self._home = home
-        self._p_BS = np.array(sensor.p_BS)
-        self.state_input = self.DeclareVectorInputPort("state", 13)
 
-    def exact(self, context: Context) -> np.ndarray:
-        moves = motion(self.state_input.Eval(context), self._p_BS)
+def gps(sensor: Gps, home: Home) -> Instrument:
+    """Return a receiver for the antenna's position on the earth and its velocity.
+
+    A sample is latitude, longitude, altitude above the ellipsoid, and velocity east, north and up.
+    Noise is added in metres east, north and up of the home, before the conversion to angles. East,
+    north and up are the world's axes everywhere: 10 km from home, they differ from the local ones
+    by 0.0016 rad.
+    """
+    p_BS = np.array(sensor.p_BS)
+
+    def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
+        moves = motion(inputs["state"], p_BS)
         return np.concatenate([moves.p_WS, moves.v_WS])
 
-    def shown(self, values: np.ndarray) -> np.ndarray:
+    def shown(values: np.ndarray) -> np.ndarray:
         from workbench.plant.geodesy import geodetic  # imports pymap3d
 
         east, north, up = values[:3].tolist()
-        return np.concatenate([geodetic((east, north, up), self._home), values[3:]])
+        return np.concatenate([geodetic((east, north, up), home), values[3:]])
 
-    def reading(self, context: Context) -> GpsReading | None:
-        """Return the sample delivered last, None if none was."""
-        stamp, latitude, longitude, altitude, east, north, up = self.delivered(context).tolist()
-        if math.isnan(stamp):
-            return None
-        return GpsReading(stamp, self._frame, latitude, longitude, altitude, (east, north, up))
+    def reading(stamp: float, values: list[float]) -> GpsReading:
+        latitude, longitude, altitude, east, north, up = values
+        return GpsReading(stamp, sensor.frame, latitude, longitude, altitude, (east, north, up))
+
+    return Instrument(
+        columns=(
+            "latitude [rad]",
+            "longitude [rad]",
+            "altitude [m]",
+            "v_east [m/s]",
+            "v_north [m/s]",
+            "v_up [m/s]",
+        ),
+        usual=(1.5, 1.5, 3.0, 0.1, 0.1, 0.2),
+        noises=sensor.noises,
+        inputs={"state": 13},
+        exact=exact,
+        reading=reading,
+        shown=shown,
+    )
 
 
-class Magnetometer(NoisySensor):
-    """Measures the magnetic field, with any mounting.
+def magnetometer(sensor: Magnetometer, home: Home) -> Instrument:
+    """Return a magnetometer with any mounting.
 
-    A sample (3) is the field along the axes of the sensor S [T]: that of the home, see
-    `magnetic_field`, wherever the drone is, plus disturbances on board.
-
-    Input ports:
-        state (13): of the plant.
-        noise (9): see `NoisySensor`.
-    Numeric parameter 0: the fault, and the field of on-board disturbances along the axes of B
-        (3) [T], such as iron or the current of a battery's wire.
-
-    Args:
-        sensor: the description's record.
-        home: where the world's origin lies.
-        period: between samples [s].
-        latency: from a sample to its delivery [s].
+    A sample is the field along the axes of the sensor S: that of the home, see `magnetic_field`,
+    wherever the drone is, plus disturbances on board, for example by iron or by the current of a
+    battery's wire. The settings are these disturbances along the axes of B (3) [T].
     """
+    from workbench.plant.magnetic_field import magnetic_field  # imports pymap3d
 
-    columns = ("B_x [T]", "B_y [T]", "B_z [T]")
-    usual = (0.5e-6, 0.5e-6, 0.5e-6)
-    """Deviations of a common one along x, y, z [T]."""
+    p_BS, R_BS, field_W = np.array(sensor.p_BS), np.array(sensor.R_BS), magnetic_field(home)
 
-    def __init__(
-        self, *, sensor: MagnetometerRecord, home: Home, period: float, latency: float = 0.0
-    ) -> None:
-        from workbench.plant.magnetic_field import magnetic_field  # imports pymap3d
+    def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
+        field = (motion(inputs["state"], p_BS).R_WB @ R_BS).T @ field_W
+        return field + R_BS.T @ settings if any(settings) else field
 
-        super().__init__(
-            noises=sensor.noises,
-            period=period,
-            latency=latency,
-            settings=(0.0, 0.0, 0.0),
-        )
-        self._frame = sensor.frame
-        self._p_BS = np.array(sensor.p_BS)
-        self._R_BS = np.array(sensor.R_BS)
-        self._field_W = magnetic_field(home)
-        self.state_input = self.DeclareVectorInputPort("state", 13)
+    def reading(stamp: float, values: list[float]) -> MagnetometerReading:
+        x, y, z = values
+        return MagnetometerReading(stamp, sensor.frame, (x, y, z))
 
-    def exact(self, context: Context) -> np.ndarray:
-        R_WB = motion(self.state_input.Eval(context), self._p_BS).R_WB
-        disturbance = self.settings(context)
-        field = (R_WB @ self._R_BS).T @ self._field_W
-        return field + self._R_BS.T @ disturbance if any(disturbance) else field
-
-    def reading(self, context: Context) -> MagnetometerReading | None:
-        """Return the sample delivered last, None if none was."""
-        stamp, x, y, z = self.delivered(context).tolist()
-        if math.isnan(stamp):
-            return None
-        return MagnetometerReading(stamp, self._frame, (x, y, z))
+    return Instrument(
+        columns=("B_x [T]", "B_y [T]", "B_z [T]"),
+        usual=(0.5e-6, 0.5e-6, 0.5e-6),
+        noises=sensor.noises,
+        inputs={"state": 13},
+        exact=exact,
+        reading=reading,
+        settings=(0.0, 0.0, 0.0),
+    )
 
 
-class RangeFinder(NoisySensor):
-    """Measures along one ray, the x axis of its frame.
+def range_finder(sensor: RangeFinder, caster: "Caster") -> Instrument:
+    """Return a range finder along the x axis of its frame.
 
-    A sample (1) is the distance [m]: inf where nothing is within `max_range`, -inf where something
-    is nearer than `min_range`, as the lidar has it. Noise does not take it out of these limits.
-
-    Input ports:
-        state (13): of the plant.
-        geometry_query: of the scene graph, asked for the poses of what moves.
-        noise (3): see `NoisySensor`.
-
-    Args:
-        sensor: the description's record.
-        caster: of the scene without the vehicle itself.
-        period: between samples [s].
-        latency: from a sample to its delivery [s].
+    A sample is the distance: inf if nothing is within `max_range`, -inf if something is nearer than
+    `min_range`, as for the lidar. Noise does not take it out of these limits. The caster has the
+    scene without the vehicle itself.
     """
+    p_BS, x_B = np.array(sensor.p_BS), np.array(sensor.R_BS)[:, 0]
 
-    columns = ("distance [m]",)
-    usual = (0.01,)
-    """Deviation of a common one [m]."""
+    def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
+        moves = motion(inputs["state"], p_BS)
+        view = (moves.R_WB @ x_B).reshape(1, 3)
+        poses = [inputs["geometry_query"].GetPoseInWorld(frame) for frame in caster.scene.frames]
+        ranges, _ = caster.cast(moves.p_WS, view, poses, sensor.max_range)
+        return np.where(ranges < sensor.min_range, -math.inf, ranges)
 
-    def __init__(
-        self, *, sensor: RangeFinderRecord, caster: "Caster", period: float, latency: float = 0.0
-    ) -> None:
-        super().__init__(noises=sensor.noises, period=period, latency=latency)
-        self._sensor = sensor
-        self._caster = caster
-        self._p_BS = np.array(sensor.p_BS)
-        self._x_B = np.array(sensor.R_BS)[:, 0]
-        self.state_input = self.DeclareVectorInputPort("state", 13)
-        self.query_input = self.DeclareAbstractInputPort(
-            "geometry_query", AbstractValue.Make(QueryObject())
-        )
-
-    def exact(self, context: Context) -> np.ndarray:
-        moves = motion(self.state_input.Eval(context), self._p_BS)
-        view = (moves.R_WB @ self._x_B).reshape(1, 3)
-        frames, poses = self._caster.scene.frames, []
-        if frames:
-            query = self.query_input.Eval(context)
-            poses = [query.GetPoseInWorld(frame) for frame in frames]
-        ranges, _ = self._caster.cast(moves.p_WS, view, poses, self._sensor.max_range)
-        return np.where(ranges < self._sensor.min_range, -math.inf, ranges)
-
-    def shown(self, values: np.ndarray) -> np.ndarray:
-        within = np.clip(values, self._sensor.min_range, self._sensor.max_range)
+    def shown(values: np.ndarray) -> np.ndarray:
+        within = np.clip(values, sensor.min_range, sensor.max_range)
         return np.where(np.isfinite(values), within, values)
 
-    def reading(self, context: Context) -> RangeReading | None:
-        """Return the sample delivered last, None if none was."""
-        stamp, distance = self.delivered(context).tolist()
-        if math.isnan(stamp):
-            return None
-        return RangeReading(
-            stamp, self._sensor.frame, distance, self._sensor.min_range, self._sensor.max_range
-        )
+    def reading(stamp: float, values: list[float]) -> RangeReading:
+        (distance,) = values
+        return RangeReading(stamp, sensor.frame, distance, sensor.min_range, sensor.max_range)
+
+    return Instrument(
+        columns=("distance [m]",),
+        usual=(0.01,),
+        noises=sensor.noises,
+        inputs={"state": 13, "geometry_query": 0},
+        exact=exact,
+        reading=reading,
+        shown=shown,
+    )
