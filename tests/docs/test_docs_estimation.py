@@ -50,7 +50,7 @@ def commands(tmp_path, monkeypatch):
 
 def test_the_estimator_of_the_page_is_one(commands):
     own = find_estimator("my_filter.py")
-    assert [row.name for row in own.parameters][0] == "pull_attitude"
+    assert [row.name for row in own.parameters][0] == "k_attitude"
     assert sum("my_filter.py" in command for command in commands) > 4
     session = Session(Scenario(estimator="my_filter.py"))
     session.tick(1.0)
