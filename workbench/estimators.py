@@ -1,4 +1,4 @@
-"""All that a file of an estimator of the user's own may import, see docs/estimation.md."""
+"""Everything that a user's own estimator file may import, see docs/estimation.md."""
 
 from workbench.common.parameter import State as State
 from workbench.common.parameter import gain as gain
@@ -9,7 +9,6 @@ from workbench.estimation.complementary import turning as turning
 from workbench.estimation.covariance import ERRORS as ERRORS
 from workbench.estimation.ekf import NOMINAL as NOMINAL
 from workbench.estimation.ekf import corrected as corrected
-from workbench.estimation.ekf import crossed as crossed
 from workbench.estimation.ekf import nominal as nominal
 from workbench.estimation.ekf import propagated as propagated
 from workbench.estimation.ekf import turned_by as turned_by

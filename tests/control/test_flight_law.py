@@ -13,6 +13,7 @@ from workbench.control.flight_law import (
     ALL_PARTS,
     FILTERED,
     PLAIN,
+    allocate,
     commanded_wrench,
     flight_law,
     known_body,
@@ -21,7 +22,7 @@ from workbench.control.flight_law import (
     unpacked,
 )
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
-from workbench.control.guidance import Guidance, Measured, Setpoint
+from workbench.control.guidance import LIFT, MOTORS, Guidance, Measured, Setpoint
 from workbench.control.mixer import mix
 from workbench.control.stopped_rotors import mix_without
 from workbench.dynamics.rigid_body import rotation
@@ -39,21 +40,14 @@ WHOLE = [1.0] * 4
 def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
     found = [0.0] * 4
     state, acceleration, reference, guide = signals
-    flight_law(LAW).commands(
-        state,
-        acceleration,
-        1.0,
-        Setpoint(reference, guide, STRAIGHT),
-        gains,
-        LAW.initial_memory,
-        shares,
-        constants,
-        None,
-        0.0,
-        NO_WRENCH,
-        PERIOD,
-        found,
-    )
+    wrench = (0.0, 0.0, 0.0, 0.0)
+    if guide[LIFT] > 0.0:
+        setpoint, memory = Setpoint(reference, guide, STRAIGHT), LAW.initial_memory
+        law = flight_law(LAW).wrench
+        wrench, _ = law(
+            state, acceleration, 1.0, setpoint, gains, memory, NO_WRENCH, PERIOD, constants, None
+        )
+    allocate(wrench, guide[LIFT], guide[MOTORS], shares, constants, found)
     return found
 
 

@@ -13,8 +13,8 @@ from pydrake.multibody.tree import BodyIndex
 from workbench.dynamics.rigid_body import rigid_body, rotation
 from workbench.dynamics.rotor_response import step_rotor
 from workbench.dynamics.vehicle_step import (
-    ANSWER,
     FULL,
+    LAG,
     ROW,
     rotor_rows,
     step_vehicle,
@@ -319,4 +319,4 @@ def test_a_rotor_keeps_within_its_limits(vehicle, command):
         *_, speeds = step_in_still_air(AT_REST, [0.0] * 6, speeds, [command] * 4, body, rows)
     limit = vehicle.rotors[0].max_rot_velocity
     assert speeds == pytest.approx([min(max(command, 0.0), limit)] * 4, abs=1e-6)
-    assert step_rotor(limit, limit, rows[0][ANSWER:ROW])[2] == pytest.approx(limit)
+    assert step_rotor(limit, limit, rows[0][LAG:ROW])[2] == pytest.approx(limit)

@@ -7,8 +7,8 @@ import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 
 from workbench.control.controller import load_controller
-from workbench.control.flight_law import commanded_wrench, flight_law, law_constants
-from workbench.control.guidance import Setpoint
+from workbench.control.flight_law import allocate, commanded_wrench, flight_law, law_constants
+from workbench.control.guidance import LIFT, MOTORS, Setpoint
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.systems.controller import SHORT, ContinuousController_
 
@@ -32,21 +32,14 @@ def pure(vehicle, signals, gains) -> list[float]:
     whole = [1.0] * len(vehicle.rotors)
     constants = law_constants(vehicle)
     state, acceleration, reference, guidance = signals
-    flight_law(LAW).commands(
-        state,
-        acceleration,
-        1.0,
-        Setpoint(reference, guidance, [0.0] * 3),
-        gains,
-        LAW.initial_memory,
-        whole,
-        constants,
-        None,
-        0.0,
-        [0.0] * 4,
-        SHORT,
-        commands,
-    )
+    wrench = (0.0, 0.0, 0.0, 0.0)
+    if guidance[LIFT] > 0.0:
+        setpoint, memory = Setpoint(reference, guidance, [0.0] * 3), LAW.initial_memory
+        law = flight_law(LAW).wrench
+        wrench, _ = law(
+            state, acceleration, 1.0, setpoint, gains, memory, [0.0] * 4, SHORT, constants, None
+        )
+    allocate(wrench, guidance[LIFT], guidance[MOTORS], whole, constants, commands)
     return commands
 
 

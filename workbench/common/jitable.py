@@ -8,6 +8,10 @@ import types
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 
+Scalar = Any
+"""A number of a function that runs in three ways: float, AutoDiffXd, or what numba makes of it."""
+Vector = Any
+"""A sequence of such numbers: a list or tuple in Python, an array or tuple in machine code."""
 Function = TypeVar("Function", bound=Callable[..., Any])
 _marked: list[tuple[Callable[..., Any], dict[str, Any]]] = []
 """Functions that are not registered with numba yet."""

@@ -8,20 +8,10 @@ import math
 from typing import Any
 
 from workbench.common.jitable import register_jitable
-from workbench.control.law_parts import arctan2, clipped, integrated, tilted
+from workbench.control.law_parts import arctan2, between, clipped, integrated, tilted
 from workbench.plant.gravity import GRAVITY
 
 DEGREES = 180.0 / math.pi
-
-
-@register_jitable(forceinline=True)
-def between(x: Any, least: Any, most: Any) -> Any:
-    """Return a number between two others."""
-    if x < least:
-        return least + 0.0 * x
-    if x > most:
-        return most + 0.0 * x
-    return x
 
 
 @register_jitable(forceinline=True)
@@ -33,11 +23,11 @@ def outer_loop(
     Args:
         e: errors of velocity in W (3) [m/s].
         integrals: before (3) [m/s²].
-        ahead: acceleration along a path in W (3) [m/s²].
+        ahead: acceleration of a path in W (3) [m/s²].
         heading: cosine and sine of the yaw.
-        g: gains by name, of which `outer_` ones, `angle_limit` and `max_tilt` count.
-        signals: of motors without throttle and in hover, 0 .. 1.
-        period: since the update before [s].
+        g: gains by name; `outer_` ones, `angle_limit` and `max_tilt` are used.
+        signals: of motors at zero throttle and in hover, 0 .. 1.
+        period: since the previous update [s].
     """
     e_x, e_y, e_z = e
     i_x, i_y, i_z = integrals

@@ -1,64 +1,55 @@
-"""Loop points and loops of a cascade from position to angular acceleration, for several laws.
+"""Rows of a law's tables with one entry for each axis: states, loop points and loops."""
 
-Attitude errors are the tilt errors about x and y of T and the heading or yaw-rate error about z.
-"""
+from collections.abc import Mapping, Sequence
 
+from workbench.common.parameter import State
 from workbench.control.controller import Loop
-
-CASCADE_POINTS = {
-    f"{name}_{axis}{after}": unit
-    for name, after, unit in (
-        ("position", "_error", "m"),
-        ("velocity", "_error", "m/s"),
-        ("acceleration", "", "m/s^2"),
-        ("attitude", "_error", "1"),
-        ("angular_acceleration", "", "rad/s^2"),
-    )
-    for axis in "xyz"
-}
-POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, 15, 3)
-"""Index of the first of the three points of each stage."""
 
 Names = tuple[str, ...]
 
 
-def cascade_loops(
-    *, level: Names, climb: Names, tilt: Names, turn: Names, place: tuple[str, str], about_z: str
+def states(name: str, unit: str, axes: str = "xyz", initial: float = 0.0) -> tuple[State, ...]:
+    """Return a state for each axis: `states("i_rate", "1")` has i_rate_x, i_rate_y and i_rate_z."""
+    return tuple(State(f"{name}_{axis}", unit, initial) for axis in axes)
+
+
+def points(units: Mapping[str, str], axes: str = "xyz") -> dict[str, str]:
+    """Return loop points for each axis, with their units; {} in a name stands for the axis."""
+    return {name.format(axis): unit for name, unit in units.items() for axis in axes}
+
+
+def loops_along(
+    error: str, output: str, gains: Sequence[Names], hold: bool = False
 ) -> tuple[Loop, ...]:
-    """Return the loops of such a cascade.
+    """Return the loops along x, y and z: velocity_x, velocity_y and velocity_z for "velocity".
 
     Args:
-        level: names of the gains of the velocity loops x and y.
-        climb: those of the velocity loop z.
-        tilt: those of roll and pitch.
-        turn: those of the loop about z.
-        place: that of the position loops x and y, and that of z.
-        about_z: name of the loop about z.
+        error: stage of their errors: "velocity" stands for the loop point velocity_x_error.
+        output: stage of their outputs: "acceleration" stands for acceleration_x; "" for the errors.
+        gains: names of the gains of each loop.
+        hold: whether the loops are closed only while a position is held.
     """
-    gains_of_velocity = {"x": level, "y": level, "z": climb}
-    gains_of_place = {"x": place[:1], "y": place[:1], "z": place[1:]}
-    return (
-        *(
-            Loop(f"velocity_{k}", f"velocity_{k}_error", f"acceleration_{k}", axis=k, gains=gains)
-            for k, gains in gains_of_velocity.items()
-        ),
-        *(
-            Loop(name, f"attitude_{k}_error", f"angular_acceleration_{k}", axis=axis, gains=gains)
-            for name, k, axis, gains in (
-                ("roll", "x", "y", tilt),
-                ("pitch", "y", "x", tilt),
-                (about_z, "z", "yaw", turn),
-            )
-        ),
-        *(
-            Loop(
-                f"position_{k}",
-                f"position_{k}_error",
-                f"position_{k}_error",
-                hold=True,
-                axis=k,
-                gains=gains,
-            )
-            for k, gains in gains_of_place.items()
-        ),
+    return tuple(
+        Loop(f"{error}_{k}", f"{error}_{k}_error", output and f"{output}_{k}", hold, k, own)
+        for k, own in zip("xyz", gains, strict=True)
+    )
+
+
+def loops_about(
+    names: Sequence[str], error: str, output: str, gains: Sequence[Names]
+) -> tuple[Loop, ...]:
+    """Return the loops about x, y and z of T, or about x and y.
+
+    A step along y goes through the loop about x (roll), a step along x through that about y
+    (pitch).
+
+    Args:
+        names: of the loops.
+        error: see `loops_along`.
+        output: see `loops_along`.
+        gains: names of the gains of each loop.
+    """
+    return tuple(
+        Loop(name, f"{error}_{k}_error", output and f"{output}_{k}", axis=step, gains=own)
+        for name, k, step, own in zip(names, "xyz", ("y", "x", "yaw"), gains, strict=False)
     )

@@ -16,7 +16,7 @@ MOST = 12
 
 @dataclass(frozen=True)
 class Compensator:
-    """What a controller's file needs for a compensator.
+    """The parts of a controller's file for a compensator.
 
     Attributes:
         memory: its states, for `MEMORY`.
@@ -33,7 +33,7 @@ class Compensator:
 
 
 def compensator(name: str, system: Any, method: str = "tustin") -> Compensator:
-    """Return a part of a law that filters its input by a python-control system.
+    """Return a part of a law that filters its input with a python-control system.
 
     With the system sampled at the law's rate, x' = A x + B u and y = C x + D u.
 
@@ -94,7 +94,7 @@ def compensator(name: str, system: Any, method: str = "tustin") -> Compensator:
 
 
 def _source(name: str, states: list[str]) -> str:
-    """Return the source of an update, term by term: numba and AutoDiffXd follow that."""
+    """Return the source of an update, term by term, for numba and AutoDiffXd."""
 
     def row(first: str, last: str) -> str:
         terms = [f"g.{name}_{first}{j + 1} * m.{state}" for j, state in enumerate(states)]

@@ -1,4 +1,4 @@
-"""A controller, and how its file is read.
+"""A controller: its record, and the reader and checker of its file.
 
 The file is Python, see docs/controllers.md. It defines
 
@@ -13,8 +13,8 @@ The file is Python, see docs/controllers.md. It defines
     system       a Drake system, in place of `update`
     program      starts a separate program, in place of `update`
 
-One of `update`, `system` and `program` is required. The functions stay plain Python: they run
-unchanged with floats and AutoDiffXd, and numba compiles them with the functions that they call.
+One of `update`, `system` and `program` is required. `update` runs unchanged with floats and
+AutoDiffXd, and numba compiles it together with the functions that it calls.
 """
 
 import hashlib
@@ -76,10 +76,11 @@ SHIPPED = (
 )
 PROGRAMS = ("betaflight-sitl",)
 """Shipped laws that are separate programs: their flights are not repeatable."""
+KNOWN = (*SHIPPED, *PROGRAMS)
 ARGUMENTS = ("measured", "setpoint", "g", "vehicle", "memory", "dt", "loops")
 """Of `update`, in this order."""
 CUTS = ("actuator", "error")
-AXES = ("", "x", "y", "z", "yaw")
+AXES = ("x", "y", "z", "yaw")
 TRIAL_BODY = Body(1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.02), 0.1, 0.02, 0.01)
 TRIAL_VEHICLE = KnownVehicle(
     *TRIAL_BODY,
@@ -90,31 +91,24 @@ TRIAL_VEHICLE = KnownVehicle(
     ),
 )
 TRIAL_PERIOD = 1 / 128
+"""Body, vehicle and period [s] of the trial of a file's functions, see `_tried`."""
 TRIAL_INJECTION = 1e-3
-"""At a loop point, in its unit: too small to reach any limit of a law."""
+"""Injection at a loop point in the trial, in its unit: too small to reach any limit of a law."""
 _ZERO = (0.0, 0.0, 0.0)
-"""What a file's functions are tried with, see `_tried`."""
 
 
 PERIODS = (1 / 4096, 0.05)
 """Smallest and largest period of a law [s]."""
 MOST_DIVIDED = 1000
 LIMITS = "Limits"
-"""The group of those rows below that stay the same when another controller takes over."""
+"""Group of the parameters that stay the same when another controller takes over."""
 COMMON = (
-    gain("max_speed", "m/s", (0.1, 20.0), 8.0, "largest level speed", LIMITS),
-    gain("max_climb_rate", "m/s", (0.1, 10.0), 8.0, "largest speed up or down", LIMITS),
-    gain("max_height", "m", (0.5, 500.0), 120.0, "no climb above this height", LIMITS),
-    gain("max_tilt", "rad", (0.05, 1.2), 0.7, "largest tilt that is asked for", LIMITS),
-    gain("max_yaw_rate", "rad/s", (0.05, 6.0), 0.4, "largest yaw rate", LIMITS),
-    gain(
-        "spin_up_feedforward",
-        "1",
-        (0.0, 1.0),
-        0.0,
-        "share of the rotors' spin-up torque that the law reckons with in yaw",
-        "Yaw",
-    ),
+    gain("max_speed", "m/s", (0.1, 20.0), 8.0, "maximum horizontal speed", LIMITS),
+    gain("max_climb_rate", "m/s", (0.1, 10.0), 8.0, "maximum climb and descent rate", LIMITS),
+    gain("max_height", "m", (0.5, 500.0), 120.0, "maximum height", LIMITS),
+    gain("max_tilt", "rad", (0.05, 1.2), 0.7, "maximum commanded tilt", LIMITS),
+    gain("max_yaw_rate", "rad/s", (0.05, 6.0), 0.4, "maximum yaw rate", LIMITS),
+    gain("spin_up_feedforward", "1", (0.0, 1.0), 0.0, "spin-up torque feedforward, yaw", "Yaw"),
 )
 """Parameters of every controller: limits of the setpoint, and spin-up compensation."""
 
@@ -166,16 +160,13 @@ class Program(Protocol):
         """
 
     def report(self) -> Mapping[str, float]:
-        """Return numbers that say how the exchange with it went, by name.
-
-        `packets` that it was sent, `lost` ones that it did not answer in time, and others.
-        """
+        """Return statistics of the exchange by name: `packets` sent, `lost` ones, and others."""
 
     def records(self) -> Mapping[str, bytes]:
-        """Return what it has recorded of the flight: files, by the ending of their name."""
+        """Return its recordings of the flight: files, by the ending of their name."""
 
     def close(self) -> None:
-        """End the program, and remove what it has written."""
+        """End the program, and remove its files."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,35 +178,35 @@ class Controller:
         file: its path.
         text: of the file.
         parameters: its own rows of the parameter table, then those of `COMMON`.
-        points: names of the loop points, and their units.
-        loops: in the order of their cascade, for each axis the outer ones first.
-        memory: its states.
         update: the law, see docs/controllers.md.
-        rule: from a vehicle to values of parameters by name; None if the defaults are enough.
+        points: names of the loop points, and their units.
+        loops: in the order of the cascade, for each axis the outer ones first.
+        memory: its states.
+        rule: from a vehicle to values of parameters by name; None for the defaults.
         designed: names of numbers that follow from gains and vehicle.
         design: computes them.
         compiles: whether it can be compiled; a Drake system cannot.
         derivatives: how linear models differentiate it: "AutoDiff" or "differences".
-        period: time between updates that it is made for [s]; None for any.
-        dividers: n, for each of its parts that run only in every n-th update.
-        schedule: of its gains, if they are scheduled.
+        period: required time between updates [s]; None for any.
+        dividers: n for each part of the law that runs only in every n-th update.
+        schedule: of its gains; None if they are not scheduled.
         program: starts the program that runs the law, for a `KnownVehicle` and the time between
             updates [s]; None if the law is `update`. With a program, `update` raises an error.
-        estimator: the user's own estimator, if one provides the motion: its parameters are live
-            in the same flights.
+        estimator: the user's own estimator, None without one: its parameters are live in the same
+            flights.
     """
 
     name: str
     file: Path
     text: str = field(repr=False)
     parameters: tuple[Parameter, ...] = field(repr=False)
-    points: Mapping[str, str] = field(repr=False)
-    loops: tuple[Loop, ...] = field(repr=False)
-    memory: tuple[State, ...] = field(repr=False)
     update: Callable[..., Any] = field(repr=False)
-    rule: Callable[..., Mapping[str, float]] | None = field(repr=False)
-    designed: tuple[str, ...] = field(repr=False)
-    design: Callable[..., Sequence[float]] | None = field(repr=False)
+    points: Mapping[str, str] = field(default_factory=dict, repr=False)
+    loops: tuple[Loop, ...] = field(default=(), repr=False)
+    memory: tuple[State, ...] = field(default=(), repr=False)
+    rule: Callable[..., Mapping[str, float]] | None = field(default=None, repr=False)
+    designed: tuple[str, ...] = field(default=(), repr=False)
+    design: Callable[..., Sequence[float]] | None = field(default=None, repr=False)
     compiles: bool = True
     derivatives: str = "AutoDiff"
     period: float | None = None
@@ -225,19 +216,17 @@ class Controller:
     estimator: "Estimator | None" = field(default=None, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Let another process have the same text, whether or not it has the file."""
+        """Pickle the text, so that another process needs no file."""
         return unpickled, (self.name, str(self.file), self.text, self.estimator)
 
     @property
     def shipped(self) -> bool:
         """Whether it is one of the workbench's own."""
-        return self.unscheduled in (*SHIPPED, *PROGRAMS) and self.file == _shipped_file(
-            self.unscheduled
-        )
+        return self.unscheduled in KNOWN and self.file == _shipped_file(self.unscheduled)
 
     @property
     def reference(self) -> str:
-        """What `load_controller` reads it by, as its file stands now."""
+        """The argument with which `load_controller` reads it, from the present file."""
         label = self.schedule.label if self.schedule else ""
         return self.name if self.shipped else with_label(str(self.file), label)
 
@@ -257,8 +246,13 @@ class Controller:
         """Name and beginning of the digest, for machine code; see `jitable.unique`."""
         return f"{self.unscheduled.replace('-', '_')}_{self.digest[:12]}"
 
+    @property
+    def gain_names(self) -> tuple[str, ...]:
+        """Names of all numbers of its `g`: parameters, then designed numbers."""
+        return (*(row.name for row in self.parameters), *self.designed)
+
     def gain_of(self, name: str) -> str:
-        """Return the gain whose set a parameter is, or the name itself without a schedule."""
+        """Return the gain that a parameter is a set of, or the name itself without a schedule."""
         number = self.schedule.number_of(name) if self.schedule else None
         if self.schedule is None or number is None:
             return name
@@ -271,10 +265,9 @@ class Controller:
 
     @cached_property
     def point_dividers(self) -> Mapping[str, int]:
-        """For each loop point, n where what comes there counts in every n-th update only.
+        """For each loop point, n if its signal is read only in every n-th update.
 
-        It is found by trial: an injection changes nothing in an update in which no part runs that
-        reads it.
+        A trial finds it: an injection has no effect in an update in which no part reads it.
         """
         return {name: _divider_of(self, place) for place, name in enumerate(self.points)}
 
@@ -297,11 +290,11 @@ class Controller:
         return find_row("loop", name, self.loops)
 
     def gains(self, values: Mapping[str, float], body: Any, dt: float) -> list[float]:
-        """Return all numbers of its `g`: the parameters' values, and those that it designs.
+        """Return all numbers of its `g`: the parameters' values, and the designed numbers.
 
         Args:
             values: of parameters by name.
-            body: what it knows of the vehicle, see `guidance.Body`.
+            body: the vehicle as the law knows it, see `guidance.KnownVehicle`.
             dt: between updates [s].
 
         Raises:
@@ -311,25 +304,22 @@ class Controller:
         return [*own, *self.design_with(own, body, dt)]
 
     def design_with(self, own: Sequence[float], body: Any, dt: float) -> list[float]:
-        """Return the numbers that it designs, for its parameters in their order.
+        """Return the designed numbers for values of its parameters, in their order.
 
         Raises:
             WorkbenchError: if the file's `design` fails.
         """
         if self.design is None:
             return []
+        g = record("Gains", [row.name for row in self.parameters])(*own)
         with own_errors(self.file, "design"):
-            found = [float(x) for x in self.design(body, self._record(own), dt)]
+            found = [float(x) for x in self.design(body, g, dt)]
         if len(found) != len(self.designed) or not all(map(math.isfinite, found)):
             raise WorkbenchError(
                 f"{self.file}: design returns {found}: let it return {len(self.designed)} finite "
                 "numbers, one for each name in DESIGNED"
             )
         return found
-
-    def _record(self, own: Sequence[float]) -> Any:
-        """Return the parameters' values by name."""
-        return record("Gains", [row.name for row in self.parameters])(*own)
 
 
 def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
@@ -339,8 +329,8 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
 
     Args:
         name_or_path: `pd` or another of `SHIPPED`; the path of a file that ends in .py; or the
-            name of an importable module, with a dot in it. Behind each may stand a schedule of its
-            gains, as `pd@speed=0,4,8`, see `control.schedule`.
+            name of an importable module, with a dot in it. A schedule of its gains may follow, as
+            in `pd@speed=0,4,8`, see `control.schedule`.
 
     Raises:
         WorkbenchError: naming file and line of what is wrong.
@@ -348,11 +338,11 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
     name, label = split_label(str(name_or_path))
     if label:
         return scheduled(load_controller(name), label)
-    if name in (*SHIPPED, *PROGRAMS):
+    if name in KNOWN:
         return _shipped(name)
     path = find_own(name, "controller")
     if path is not None:
-        for shipped in (*SHIPPED, *PROGRAMS):
+        for shipped in KNOWN:
             if path.resolve() == _shipped_file(shipped):
                 return _shipped(shipped)
         return _from_text(path.stem, path.resolve(), read_own(path, "controller"))
@@ -360,12 +350,12 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
         raise WorkbenchError(
             f"controller {name}: no schedule stands behind the @: write it as pd@speed=0,4,8"
         )
-    raise unknown_name("controller", name, (*SHIPPED, *PROGRAMS))
+    raise unknown_name("controller", name, KNOWN)
 
 
 def is_shipped(name: str) -> bool:
     """Return whether a name is that of a shipped controller, scheduled or not."""
-    return split_label(name)[0] in (*SHIPPED, *PROGRAMS)
+    return split_label(name)[0] in KNOWN
 
 
 def find_loop(name: str, controller: Controller | None = None) -> Loop:
@@ -377,7 +367,7 @@ def find_loop(name: str, controller: Controller | None = None) -> Loop:
     return (controller or load_controller()).loop(name)
 
 
-@lru_cache(maxsize=len(SHIPPED) + len(PROGRAMS))
+@lru_cache(maxsize=len(KNOWN))
 def _shipped(name: str) -> Controller:
     path = _shipped_file(name)
     module = importlib.import_module(f"workbench.controllers.{path.stem}")
@@ -390,7 +380,7 @@ def _shipped_file(name: str) -> Path:
 
 @lru_cache(maxsize=32)
 def with_estimator(controller: Controller, estimator: "Estimator | None") -> Controller:
-    """Return a controller that an estimator of the user's own tells of the motion, if one does."""
+    """Return a controller with the user's own estimator, or without one."""
     if estimator is controller.estimator:
         return controller
     return replace(controller, estimator=estimator)
@@ -407,21 +397,18 @@ def unpickled(name: str, file: str, text: str, estimator: "Estimator | None" = N
     name, label = split_label(name)
     if label:
         return scheduled(unpickled(name, file, text), label)
-    if (
-        name in (*SHIPPED, *PROGRAMS)
-        and Path(file).parent.name == "controllers"
-        and text == _shipped(name).text
-    ):
+    in_folder = Path(file).parent.name == "controllers"
+    if name in KNOWN and in_folder and text == _shipped(name).text:
         return _shipped(name)
     return _from_text(name, Path(file), text)
 
 
 @lru_cache(maxsize=32)
 def scheduled(controller: Controller, label: str) -> Controller:
-    """Return a controller with sets of its gains over a quantity; limits stay as they are.
+    """Return a controller with sets of its gains over a quantity; limits have one value.
 
     Raises:
-        WorkbenchError: if the label is no schedule's, or the law's gains are scheduled already, or
+        WorkbenchError: if the label is not a schedule, or the gains are already scheduled, or
             cannot change in flight.
     """
     schedule = parse_schedule(label)
@@ -480,14 +467,9 @@ def scheduled(controller: Controller, label: str) -> Controller:
         design=design if controller.design else None,
         schedule=schedule,
     )
-    gains = record(
-        f"Gains_{controller.key}",
-        [*(row.name for row in controller.parameters), *controller.designed],
-    )
+    gains = record(f"Gains_{controller.key}", controller.gain_names)
     law = schedule.update(controller.update, gains, [*fields, *controller.designed], made.key)
-    check_names(
-        controller.file, "parameter", [*(row.name for row in made.parameters), *made.designed]
-    )
+    check_names(controller.file, "parameter", made.gain_names)
     return replace(made, update=law)
 
 
@@ -503,68 +485,67 @@ def _from_text(name: str, file: Path, text: str) -> Controller:
 
 
 def _from_module(name: str, file: Path, text: str, module: types.ModuleType) -> Controller:
-    """Return what a file states, checked."""
+    """Return the controller that a file states, checked."""
     own = vars(module)
     if "system" in own:
         return _from_system(name, file, text, own)
     if "program" in own:
         return _from_program(name, file, text, own)
-    update = stated_update(file, own, ARGUMENTS)
-    rows = (*stated_parameters(file, own), *COMMON)
-    memory = stated_memory(file, own)
-    loops = table_of(file, own, "LOOPS", Loop, "Loop(...)")
-    points = own.get("POINTS", {})
-    designed = table_of(file, own, "DESIGNED", str, '"k_speed"')
-    if not isinstance(points, dict) or not all(
-        isinstance(key, str) and isinstance(unit, str) for key, unit in points.items()
-    ):
-        raise WorkbenchError(f'{file}: POINTS is no table: write {{"roll_error": "rad", ...}}')
-    check_names(file, "parameter", [*(row.name for row in rows), *designed])
-    check_names(file, "loop", [each.name for each in loops])
-    for loop in loops:
-        for point in filter(None, (loop.error, loop.actuator)):
-            if point not in points:
-                raise WorkbenchError(
-                    f"{file}: the loop {loop.name} has "
-                    f"{unknown_name('loop point', point, list(points))}"
-                )
-        if loop.axis not in AXES:
-            raise WorkbenchError(
-                f"{file}: the loop {loop.name} has {unknown_name('axis', loop.axis, AXES[1:])}"
-            )
-        for row_name in loop.gains:
-            if row_name not in {row.name for row in rows}:
-                raise WorkbenchError(
-                    f"{file}: the loop {loop.name} has "
-                    f"{unknown_name('gain', row_name, [row.name for row in rows])}"
-                )
-    if bool(designed) != callable(own.get("design")):
-        raise WorkbenchError(
-            f"{file}: DESIGNED and design(vehicle, g, dt) belong together: write both or none"
-        )
-    mark_functions(module)
-    return Controller(
+    controller = Controller(
         name=name,
         file=file,
         text=text,
-        parameters=rows,
-        points=points,
-        loops=loops,
-        memory=memory,
-        update=update,
+        parameters=(*stated_parameters(file, own), *COMMON),
+        update=stated_update(file, own, ARGUMENTS),
+        points=own.get("POINTS", {}),
+        loops=table_of(file, own, "LOOPS", Loop, "Loop(...)"),
+        memory=stated_memory(file, own),
         rule=own.get("rule"),
-        designed=designed,
+        designed=table_of(file, own, "DESIGNED", str, '"k_speed"'),
         design=own.get("design"),
         period=_stated_period(file, own),
         dividers=_stated_dividers(file, own),
     )
+    check_names(file, "parameter", controller.gain_names)
+    _check_loops(controller)
+    if bool(controller.designed) != callable(controller.design):
+        raise WorkbenchError(
+            f"{file}: DESIGNED and design(vehicle, g, dt) belong together: write both or none"
+        )
+    mark_functions(module)
+    return controller
+
+
+def _check_loops(controller: Controller) -> None:
+    """Check the loop points and loops that a file states.
+
+    Raises:
+        WorkbenchError: if one is not valid, or a loop has an unknown point, axis or gain.
+    """
+    file, points = controller.file, controller.points
+    if not isinstance(points, dict) or not all(
+        isinstance(key, str) and isinstance(unit, str) for key, unit in points.items()
+    ):
+        raise WorkbenchError(f'{file}: POINTS is no table: write {{"roll_error": "rad", ...}}')
+    check_names(file, "loop", [each.name for each in controller.loops])
+    rows = [row.name for row in controller.parameters]
+    for loop in controller.loops:
+        asked = [("loop point", point, list(points)) for point in (loop.error, loop.actuator)]
+        asked += [("axis", loop.axis, list(AXES))]
+        asked += [("gain", gain_name, rows) for gain_name in loop.gains]
+        for what, name, known in asked:
+            if name and name not in known:
+                raise WorkbenchError(
+                    f"{file}: the loop {loop.name} has {unknown_name(what, name, known)}"
+                )
 
 
 def _stated_period(file: Path, own: Mapping[str, Any]) -> float | None:
     """Return a file's `PERIOD` [s].
 
     Raises:
-        WorkbenchError: if it is none, or not exact in binary: flights count whole steps.
+        WorkbenchError: if it is not a number in range that is exact in binary, because flights
+            count whole steps.
     """
     period = own.get("PERIOD")
     if period is None:
@@ -583,7 +564,7 @@ def _stated_dividers(file: Path, own: Mapping[str, Any]) -> tuple[int, ...]:
     """Return a file's `DIVIDERS`.
 
     Raises:
-        WorkbenchError: if they are no whole numbers.
+        WorkbenchError: if one is not a whole number in range.
     """
     dividers = table_of(file, own, "DIVIDERS", int, "5")
     for divider in dividers:
@@ -595,7 +576,7 @@ def _stated_dividers(file: Path, own: Mapping[str, Any]) -> tuple[int, ...]:
 
 
 def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Controller:
-    """Return the controller of a file that states a system of Drake's."""
+    """Return the controller of a file that states a Drake system."""
     from workbench.control.system_law import AXES, POINTS, SystemLaw  # it loads Drake
 
     make = own["system"]
@@ -607,11 +588,12 @@ def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Co
                 f"{file}: states system and {stated}: a system has states and ports of its own, so "
                 f"leave {stated} out"
             )
+    gains = tuple(row.name for row in stated_parameters(file, own))
     rows = (*stated_parameters(file, own), *COMMON)
     check_names(file, "parameter", [row.name for row in rows])
-    record_of_gains = record("Gains", [row.name for row in rows])
+    g = record("Gains", [row.name for row in rows])(*(row.default for row in rows))
     with own_errors(file, "system"):
-        system = make(TRIAL_BODY, record_of_gains(*(row.default for row in rows)), TRIAL_PERIOD)
+        system = make(TRIAL_BODY, g, TRIAL_PERIOD)
     law = SystemLaw(file, make, system, TRIAL_PERIOD)
 
     def update(
@@ -619,19 +601,16 @@ def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Co
     ) -> tuple[Any, Any]:
         return law.update(measured, setpoint, g, vehicle, memory, dt, loops)
 
-    gains = tuple(row.name for row in rows[: -len(COMMON)])
     return Controller(
         name=name,
         file=file,
         text=text,
         parameters=rows,
+        update=update,
         points=POINTS,
         loops=tuple(Loop(point, point, axis=AXES[point], gains=gains) for point in POINTS),
         memory=tuple(State(f"x_{k + 1}", "1", value) for k, value in enumerate(law.memory)),
-        update=update,
         rule=own.get("rule"),
-        designed=(),
-        design=None,
         compiles=False,
         derivatives="AutoDiff" if law.converts else "differences",
     )
@@ -647,7 +626,7 @@ def not_repeatable(name: str) -> WorkbenchError:
 
 
 def _from_program(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Controller:
-    """Return the controller of a file whose law is a program of its own."""
+    """Return the controller of a file whose law is a separate program."""
     rows = (*stated_parameters(file, own), *COMMON)
     check_names(file, "parameter", [row.name for row in rows])
 
@@ -661,13 +640,9 @@ def _from_program(name: str, file: Path, text: str, own: Mapping[str, Any]) -> C
         file=file,
         text=text,
         parameters=rows,
-        points={},
-        loops=(),
-        memory=stated_memory(file, own),
         update=update,
+        memory=stated_memory(file, own),
         rule=own.get("rule"),
-        designed=(),
-        design=None,
         compiles=False,
         period=_stated_period(file, own),
         dividers=_stated_dividers(file, own),
@@ -676,10 +651,10 @@ def _from_program(name: str, file: Path, text: str, own: Mapping[str, Any]) -> C
 
 
 def _tried(controller: Controller) -> None:
-    """Run a file's functions twice with plain numbers: at rest in hover, and on the move.
+    """Run a file's functions twice with plain numbers: at rest in hover, and in motion.
 
     Raises:
-        WorkbenchError: if they return other things than the interface says.
+        WorkbenchError: if a result is not what the interface requires.
     """
     where = f"{controller.file}:{controller.update.__code__.co_firstlineno}: update returns"
     trial = _trial(controller)
@@ -699,13 +674,11 @@ def _tried(controller: Controller) -> None:
 
 
 def _trial(controller: Controller) -> Callable[..., Any]:
-    """Return the law's update with default gains: of motion, velocity asked, memory and probes."""
+    """Return the update with default gains, of motion, commanded velocity, memory and probes."""
     numbers = controller.gains(
         {row.name: row.default for row in controller.parameters}, TRIAL_VEHICLE, TRIAL_PERIOD
     )
-    g = record("Gains", [*(row.name for row in controller.parameters), *controller.designed])(
-        *numbers
-    )
+    g = record("Gains", controller.gain_names)(*numbers)
     remembers = record("Memory", [state.name for state in controller.memory])
     guidance = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
@@ -724,14 +697,14 @@ def _trial(controller: Controller) -> Callable[..., Any]:
 
 
 def _hovering(elapsed: tuple[float, ...]) -> Measured:
-    """Return a motion at rest in hover."""
+    """Return the measurement at rest in hover."""
     return Measured(
         _ZERO, _ZERO, _ZERO, (1.0, 0.0, 0.0, 0.0), _ZERO, _ZERO, (GRAVITY, *_ZERO), elapsed=elapsed
     )
 
 
 def _divider_of(controller: Controller, place: int) -> int:
-    """Return n where the signal of the point at a place counts in every n-th update only."""
+    """Return n if the signal of the point with this index is read only in every n-th update."""
     dividers = controller.dividers
     if not dividers:
         return 1
@@ -755,7 +728,7 @@ def _divider_of(controller: Controller, place: int) -> int:
 
 
 def _finite(where: str, found: Any, names: Sequence[str], what: str) -> tuple[Any, ...]:
-    """Return what `update` has returned, if it is a tuple of as many finite numbers as names."""
+    """Return a result of `update`, which must be a tuple of one finite number for each name."""
     if not isinstance(found, tuple) or len(found) != len(names):
         count = f" with {len(found)} places" if isinstance(found, tuple) else ""
         raise WorkbenchError(

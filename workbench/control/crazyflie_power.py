@@ -24,28 +24,28 @@ from workbench.plant.thrust_frame import thrust_frame
 FULL = 65535.0
 """Full scale of a motor."""
 HOVER = 36000.0
-"""At which a Crazyflie hovers."""
+"""Motor signal of a hovering Crazyflie."""
 SMALL = 0.1
-"""A vehicle lighter than this takes the firmware's own values [kg]."""
+"""A vehicle lighter than this uses the firmware's own values [kg]."""
 CURVE_MAX = 0.12
-"""Thrust of a Crazyflie's motor at full scale, for which the curve below stands [N]."""
+"""Thrust of a Crazyflie's motor at full scale, for which the curve below is valid [N]."""
 CURVE = (-0.02476537915958403, 0.06523793527519485, -0.026792504967750107, 0.006776789303971145)
-"""Thrust over the voltage of a motor, propellers 2.1+ [N, N/V, N/V², N/V³]."""
+"""Coefficients of a motor's thrust over its voltage, propellers 2.1+ [N, N/V, N/V², N/V³]."""
 VOLTAGES = 16
-"""Steps of Newton's method to the voltage of a thrust: the curve rises everywhere."""
+"""Steps of Newton's method for the voltage of a thrust; the curve is monotonic."""
 MOTORS = ((True, True), (False, True), (False, False), (True, False))
 """For each motor, m1 to m4: whether it is at the front, and whether it is on the right."""
 MOTOR_EFFECTS = (
     *(f"m{motor}_{part}" for motor in (1, 2, 3, 4) for part in ("f", "x", "y", "z")),
     "turns",
 )
-"""Names of what `motor_effects` returns."""
+"""Names of the numbers of `motor_effects`."""
 
 
 def motor_effects(rotors: Any) -> list[float]:
-    """Return what each motor's thrust makes, see `KnownRotor`, and which way m1 turns.
+    """Return the effects of each motor's thrust, see `KnownRotor`, and the turning direction of m1.
 
-    `turns` is 1 where the motor at the front right turns counter-clockwise, as the Crazyflie's.
+    `turns` is 1 if the motor at the front right turns counter-clockwise, as on the Crazyflie.
 
     Raises:
         ValueError: if there are not four rotors in X.
@@ -73,7 +73,7 @@ class Motors(NamedTuple):
 
 
 def larger_motors(vehicle: Any) -> Motors | None:
-    """Return motors with which a vehicle hovers as a Crazyflie, None for one of its size."""
+    """Return motors with which a vehicle hovers like a Crazyflie, None for one of that size."""
     if vehicle.mass < SMALL:
         return None
     frame = thrust_frame(vehicle)
@@ -85,7 +85,7 @@ def larger_motors(vehicle: Any) -> Motors | None:
 
 @register_jitable(forceinline=True)
 def voltage(thrust: Any) -> Any:
-    """Return the voltage at which a motor gives a thrust [N]."""
+    """Return the voltage of a motor for a thrust [N]."""
     a_0, a_1, a_2, a_3 = CURVE
     v = 2.0 + 0.0 * thrust
     for _ in range(VOLTAGES):
@@ -96,7 +96,7 @@ def voltage(thrust: Any) -> Any:
 
 @register_jitable(forceinline=True)
 def thrust_at(volts: Any) -> Any:
-    """Return the thrust of a motor at a voltage [N], 0 where the curve is below that."""
+    """Return the thrust of a motor at a voltage, at least 0 [N]."""
     a_0, a_1, a_2, a_3 = CURVE
     thrust = a_0 + volts * (a_1 + volts * (a_2 + volts * a_3))
     return thrust if thrust > 0.0 else 0.0 * thrust
@@ -104,7 +104,7 @@ def thrust_at(volts: Any) -> Any:
 
 @register_jitable(forceinline=True)
 def power_distribution(thrust: Any, torque: Any, g: Any, vbat: Any) -> Any:
-    """Return the wrench in T, F [N] and m [N·m], that the capped motors make.
+    """Return the wrench of the capped motors in T, F [N] and m [N·m].
 
     Args:
         thrust: of each motor, 65535 for g.thrust_max.
@@ -157,5 +157,5 @@ def capped(motors: Any, thrust_max: Any, vbat: Any) -> Any:
 
 @register_jitable(forceinline=True)
 def given(pwm: Any, scale: Any) -> Any:
-    """Return the thrust of a Crazyflie's motor [N] at a PWM, of which `scale` are a volt."""
+    """Return the thrust of a Crazyflie's motor at a PWM [N]; `scale` is PWM per volt."""
     return thrust_at(pwm / scale if pwm > 0.0 else 0.0 * pwm)

@@ -18,11 +18,11 @@ from typing import Any
 from workbench.common.jitable import register_jitable
 
 COEFFICIENTS = ("b0", "b1", "b2", "a1", "a2")
-"""Of a low-pass of second order, in the order of `butterworth`."""
+"""Names of the coefficients of a second-order low-pass, in the order of `butterworth`."""
 
 
 def first_order(cutoff: float, period: float) -> float:
-    """Return the share k of a low-pass of first order, see above.
+    """Return the gain k of a first-order low-pass, see above.
 
     Args:
         cutoff: [Hz].
@@ -32,7 +32,7 @@ def first_order(cutoff: float, period: float) -> float:
 
 
 def cascaded(cutoff: float, period: float, count: int) -> float:
-    """Return the share k of each of `count` low-passes in a row (PT2, PT3), see above."""
+    """Return the gain k of each of `count` low-passes in a row (PT2, PT3), see above."""
     return first_order(cutoff / math.sqrt(2.0 ** (1.0 / count) - 1.0), period)
 
 

@@ -1,15 +1,16 @@
 """One control update: the control law, allocation and rotor speeds, as pure functions.
 
-The steps of an update, in `flight_law`:
+The steps of an update, in `update` of `flight_law`:
 
-1. estimate the acceleration from the velocity, and low-pass it and the setpoint if wanted;
+1. estimate the acceleration from the velocity, and low-pass it and the setpoint (`estimated`,
+   `smoothed`, `smoothed_setpoint`);
 2. run the controller's `update`: setpoint and measured state -> wrench F, m and next memory;
 3. compensate spin-up torque in the yaw moment (`kept_share`);
 4. allocate the wrench to thrusts within limits (`mixer`, or `stopped_rotors`), and convert
-   thrusts to rotor speeds.
+   thrusts to rotor speeds (`allocate`).
 
 The same source runs as plain Python with lists (floats or AutoDiffXd) and as machine code with
-arrays. Diagram, linear models and compiled flights all take the order of these steps from here.
+arrays. The diagram, linear models and compiled flights all use it.
 """
 
 import math
@@ -19,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import made_function, register_jitable, unique
+from workbench.common.jitable import Scalar, Vector, made_function, register_jitable, unique
 from workbench.common.own_file import record
 from workbench.control.controller import Controller
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
@@ -43,28 +44,23 @@ from workbench.plant.rotors import wrench_matrix
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list in Python, an array in compiled code."""
-
 SOURCES = ("control", "dynamics", "estimation/filters.py", "plant/gravity.py")
 """Sources of the compiled update below `workbench/`, besides its controller."""
 BODY, ROTOR = 20, 12
-"""How many numbers the law knows of the body, and of each rotor, see `packed`."""
+"""Number of constants of the body, and of each rotor, see `packed`."""
 ALL_PARTS = -1.0
 """As the number of previous updates: every part of the law runs, as in linear models."""
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
-
 DERIVATIVE, SETPOINT, FILTERED = 3, 6, 10
-"""States of the stages before the law: the velocity of the acceleration estimate (3) [m/s], the
-low-pass after it (3) [m/s²], and the low-pass on the setpoint (4) [m/s, rad/s]. These are the
-indices of the second and third, and the number of states."""
+"""Layout of the filter states: from 0 the velocity of the acceleration estimate (3) [m/s], from
+DERIVATIVE the low-pass after it (3) [m/s²], from SETPOINT the low-pass on the setpoint (4) [m/s,
+rad/s]; FILTERED is their number."""
 
 
 class ComputerSettings(NamedTuple):
-    """Live parameters of the stages around a law; `workbench params` explains each."""
+    """Live parameters of the filters before a law and of the commands; see `workbench params`."""
 
     setpoint_lowpass: float = 0.0
     derivative_lowpass: float = 0.0
@@ -72,11 +68,11 @@ class ComputerSettings(NamedTuple):
 
 
 PLAIN = ComputerSettings()
-"""All stages around the law are off."""
+"""No filters, and exact commands."""
 
 
 class LawConstants(NamedTuple):
-    """What the law knows of a vehicle: lists for Python, views of `packed` arrays for numba.
+    """The vehicle as the law knows it: lists for Python, views of `packed` arrays for numba.
 
     Inertia, allocation and effects are for T, the frame of upright hover, see `plant.thrust_frame`.
 
@@ -114,7 +110,7 @@ class LawConstants(NamedTuple):
 
 
 def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstants:
-    """Return the constants of a vehicle, as the law knows it.
+    """Return a vehicle's constants, as the law knows them.
 
     Args:
         vehicle: without a payload.
@@ -151,7 +147,7 @@ def law_constants(vehicle: Vehicle, payload: Payload = NO_PAYLOAD) -> LawConstan
 
 @register_jitable(forceinline=True)
 def known_body(constants: LawConstants) -> Body:
-    """Return what a law knows of the body."""
+    """Return the body as a law's `update` gets it."""
     return Body(
         constants.mass,
         constants.inertia,
@@ -163,7 +159,7 @@ def known_body(constants: LawConstants) -> Body:
 
 
 def known_vehicle(constants: LawConstants) -> KnownVehicle:
-    """Return what a law's `design` knows."""
+    """Return the vehicle as a law's `design` gets it."""
     numbers = zip(
         constants.effects,
         constants.idle_thrusts,
@@ -196,7 +192,7 @@ def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
 
 @register_jitable
 def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
-    """Return the constants that `packed` made arrays of."""
+    """Return the constants in the arrays of `packed`."""
     return LawConstants(
         body[0],
         body[1:7],
@@ -216,7 +212,7 @@ def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
 
 
 @register_jitable(forceinline=True)
-def estimated(velocity: Signal, filtered: Signal, estimate: tuple[float, float]) -> tuple[Any, Any]:
+def estimated(velocity: Vector, filtered: Vector, estimate: tuple[float, float]) -> tuple[Any, Any]:
     """Return the acceleration (3) [m/s²] and the filtered velocity (3) [m/s] after an update.
 
     Args:
@@ -234,8 +230,8 @@ def estimated(velocity: Signal, filtered: Signal, estimate: tuple[float, float])
 
 
 @register_jitable(forceinline=True)
-def smoothed(section: Any, x: Signal, u: Signal) -> tuple[Any, Any]:
-    """Return what comes out of low-passes of first order for inputs (3), and their states (3)."""
+def smoothed(section: Any, x: Vector, u: Vector) -> tuple[Any, Any]:
+    """Return the outputs (3) and next states (3) of first-order low-passes for inputs (3)."""
     x_x, x_y, x_z = x
     u_x, u_y, u_z = u
     out = (
@@ -252,8 +248,8 @@ def smoothed(section: Any, x: Signal, u: Signal) -> tuple[Any, Any]:
 
 
 @register_jitable(forceinline=True)
-def smoothed_setpoint(section: Any, x: Signal, setpoint: Any) -> tuple[Any, Any]:
-    """Return a setpoint whose velocity and yaw rate are low-passed, and the filter's states (4).
+def smoothed_setpoint(section: Any, x: Vector, setpoint: Any) -> tuple[Any, Any]:
+    """Return a setpoint with low-passed velocity and yaw rate, and the filters' next states (4).
 
     Args:
         section: of the low-pass.
@@ -270,12 +266,12 @@ def smoothed_setpoint(section: Any, x: Signal, setpoint: Any) -> tuple[Any, Any]
 
 @register_jitable(forceinline=True)
 def resolved(speed: Scalar, full: Scalar, steps: Scalar) -> Scalar:
-    """Return the commanded speed of a step next to one that is wanted [rad/s].
+    """Return a commanded speed, rounded to the resolution of commands [rad/s].
 
     Args:
-        speed: wanted.
-        full: largest one.
-        steps: from 0 to that.
+        speed: to be rounded.
+        full: largest speed.
+        steps: number of steps from 0 to the largest speed.
     """
     return full / steps * math.floor(steps * speed / full + 0.5)
 
@@ -301,8 +297,8 @@ def kept_share(g: Any, spin_up_time: Scalar, period: Scalar) -> Scalar:
 
 
 @register_jitable(forceinline=True)
-def commanded_wrench(commands: Signal, constants: LawConstants) -> tuple[Any, Any, Any, Any]:
-    """Return force [N] and moment [N·m] in T that commanded speeds (n) make, once reached."""
+def commanded_wrench(commands: Vector, constants: LawConstants) -> tuple[Any, Any, Any, Any]:
+    """Return force [N] and moment [N·m] in T of the rotors at the commanded speeds (n)."""
     force, m_x, m_y, m_z = 0.0, 0.0, 0.0, 0.0
     for i in range(len(constants.effects)):
         linear_speed = 2.0 * constants.half_linear_speeds[i]
@@ -317,16 +313,16 @@ def commanded_wrench(commands: Signal, constants: LawConstants) -> tuple[Any, An
 
 @register_jitable
 def allocate(
-    wrench: Signal, lift: Scalar, motors: Scalar, shares: Signal, constants: Any, commands: Signal
+    wrench: Vector, lift: Scalar, motors: Scalar, shares: Vector, constants: Any, commands: Vector
 ) -> None:
-    """Write the rotor speeds (n) [rad/s] that make a wrench, or the nearest one possible.
+    """Write the rotor speeds (n) [rad/s] for a wrench, or for the nearest possible one.
 
     Args:
         wrench: force along z [N] and moment [N·m] in T.
         lift: 0 lets the rotors idle.
         motors: 0 stops them.
-        shares: fraction of its thrust that each rotor gives (n). The law knows which have stopped
-            (0), as motors report that, but not which are weak.
+        shares: remaining share of each rotor's thrust (n). The law knows stopped rotors (0), as
+            motors report them, but not weak ones.
         constants: see `LawConstants`.
         commands: n places to write to.
     """
@@ -360,10 +356,9 @@ class FlightLaw(NamedTuple):
     """The functions of an update with one controller; see `flight_law`.
 
     Attributes:
-        gains: from a sequence to gains by name.
-        memory: from a sequence to the law's states, by name.
-        wrench: the law, from the plant's state to a wrench.
-        commands: one update without the estimate of acceleration.
+        gains: from a sequence of numbers to gains by name.
+        memory: from a sequence of numbers to the law's states by name.
+        wrench: from the plant's state to the wrench that the law commands.
         update: one update.
         packed_update: the same with packed constants, in place; this is what gets compiled.
     """
@@ -371,7 +366,6 @@ class FlightLaw(NamedTuple):
     gains: Callable[..., Any]
     memory: Callable[..., Any]
     wrench: Callable[..., Any]
-    commands: Callable[..., Any]
     update: Callable[..., Any]
     packed_update: Callable[..., Any]
 
@@ -415,7 +409,7 @@ def flight_law(controller: Controller) -> FlightLaw:
             dt: since the update before [s].
             constants: of the vehicle; those of the body are used.
             loops: see `loop_points`.
-            count: of the updates before this one, see `ALL_PARTS`.
+            count: number of previous updates, see `ALL_PARTS`.
         """
         q_WT = thrust_attitude(state[0:4], constants.q_BT)
         v_WBcm = mass_velocity(state, constants.p_BoBcm_B)
@@ -426,53 +420,6 @@ def flight_law(controller: Controller) -> FlightLaw:
         )
         wanted, after = law(measured, setpoint, g, known_body(constants), memory, dt, loops)
         return wanted, plain_memory(after)
-
-    @register_jitable
-    def commands(  # type: ignore[no-untyped-def]
-        state,
-        acceleration,
-        voltage,
-        setpoint,
-        g,
-        memory,
-        shares,
-        constants,
-        loops,
-        kept,
-        commanded,
-        dt,
-        speeds,
-        count=ALL_PARTS,
-    ):
-        """Write the commanded rotor speeds (n) [rad/s]; return the wanted yaw moment and memory.
-
-        Args: as for `wrench` and `allocate`, and
-            kept: weight of the previous yaw moment, see `kept_share`.
-            speeds: n places.
-            count: see `ALL_PARTS`.
-        """
-        guidance = setpoint.guidance
-        wanted, after = (0.0, 0.0, 0.0, 0.0), initial
-        if guidance[LIFT] > 0.0:
-            wanted, after = wrench(
-                state,
-                acceleration,
-                voltage,
-                setpoint,
-                g,
-                memory,
-                commanded,
-                dt,
-                constants,
-                loops,
-                count,
-            )
-        force, m_x, m_y, m_z = wanted
-        m_z = m_z + kept * (commanded[3] - m_z)
-        allocate(
-            (force, m_x, m_y, m_z), guidance[LIFT], guidance[MOTORS], shares, constants, speeds
-        )
-        return wanted[3], after
 
     @register_jitable
     def update(  # type: ignore[no-untyped-def]
@@ -502,43 +449,47 @@ def flight_law(controller: Controller) -> FlightLaw:
             loops: see `loop_points`.
             estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
             settings: see `ComputerSettings`.
-            filtered: states of the stages before the law, see `FILTERED`.
+            filtered: filter states, see `FILTERED`.
             memory: of the law, in its order.
             speeds: previous commands (n) [rad/s], overwritten by the new ones.
-            count: of the updates before this one, see `ALL_PARTS`.
+            count: number of previous updates, see `ALL_PARTS`.
 
         Returns:
-            Next states of the stages before the law, and the memory of the law.
+            Next filter states, and the next memory of the law.
         """
         acceleration, velocity = estimated(state[10:13], filtered[0:3], estimate)
         share, rate = estimate
         dt = share / rate
         # a low-pass that is off passes its input
         section = lowpass(settings[1], 1.0, dt)
-        slowed, derivative = smoothed(section, filtered[DERIVATIVE:SETPOINT], acceleration)
+        acceleration, derivative = smoothed(section, filtered[DERIVATIVE:SETPOINT], acceleration)
         section = lowpass(settings[0], 1.0, dt)
-        shaped, asked = smoothed_setpoint(section, filtered[SETPOINT:FILTERED], setpoint)
+        setpoint, asked = smoothed_setpoint(section, filtered[SETPOINT:FILTERED], setpoint)
+
         g = read_gains(gains)
-        kept = kept_share(g, constants.spin_up_time, dt)
         commanded = commanded_wrench(speeds, constants)
-        _, remembered = commands(
-            state,
-            slowed,
-            voltage,
-            shaped,
-            g,
-            read_memory(memory),
-            shares,
-            constants,
-            loops,
-            kept,
-            commanded,
-            dt,
-            speeds,
-            count,
+        guidance = setpoint.guidance
+        wanted, remembered = (0.0, 0.0, 0.0, 0.0), initial
+        if guidance[LIFT] > 0.0:
+            wanted, remembered = wrench(
+                state,
+                acceleration,
+                voltage,
+                setpoint,
+                g,
+                read_memory(memory),
+                commanded,
+                dt,
+                constants,
+                loops,
+                count,
+            )
+        force, m_x, m_y, m_z = wanted
+        m_z = m_z + kept_share(g, constants.spin_up_time, dt) * (commanded[3] - m_z)
+        allocate(
+            (force, m_x, m_y, m_z), guidance[LIFT], guidance[MOTORS], shares, constants, speeds
         )
-        after = velocity + derivative + asked
-        return after, remembered
+        return velocity + derivative + asked, remembered
 
     def packed_update(  # type: ignore[no-untyped-def]
         state,
@@ -559,9 +510,9 @@ def flight_law(controller: Controller) -> FlightLaw:
     ):
         """Do `update` with packed constants, in place; this is what gets compiled.
 
-        `known` has the constants of the body, then those of the rotors row by row, see `packed`:
-        one array, as each argument costs compiled code a quarter of a microsecond. `probes` has
-        gates and injections of the loop points.
+        `known` has the constants of the body, then those of the rotors row by row, see `packed`. It
+        is one array, because each argument costs compiled code a quarter of a microsecond. `probes`
+        has gates and injections of the loop points.
         """
         constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
         loops = np.empty(3 * points)
@@ -594,13 +545,13 @@ def flight_law(controller: Controller) -> FlightLaw:
                 )
                 speeds[i] = resolved(speeds[i], full, settings[2])
 
-    for function in (wrench, commands, update, packed_update):
+    for function in (wrench, update, packed_update):
         unique(function, controller.key)
-    return FlightLaw(read_gains, read_memory, wrench, commands, update, packed_update)
+    return FlightLaw(read_gains, read_memory, wrench, update, packed_update)
 
 
 def elapsed_reader(controller: Controller) -> Callable[..., Any]:
-    """Return a function to the time since each part of a law last ran, see `guidance.Measured`."""
+    """Return a function that returns `elapsed` of `guidance.Measured`, and compiles."""
     parts = "".join(
         f"dt if count < 0.0 else {divider} * dt "
         f"if floor(count / {divider}) * {divider} == count else 0.0, "  # as vectors have no modulo
@@ -614,14 +565,14 @@ def elapsed_reader(controller: Controller) -> Callable[..., Any]:
 
 
 def gains_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
-    """Return a function to a controller's gains by name, see `reader`."""
-    fields = [*(row.name for row in controller.parameters), *controller.designed]
+    """Return a function that returns a controller's gains by name, see `reader`."""
+    fields = controller.gain_names
     key = f"Gains_{controller.key}"  # machine code knows a record by its type's name
     return reader(record(key, fields), len(fields), key, source, arguments)
 
 
 def memory_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
-    """Return a function to a controller's states by name, see `reader`."""
+    """Return a function that returns a controller's states by name, see `reader`."""
     fields = [state.name for state in controller.memory]
     key = f"Memory_{controller.key}"
     return reader(record(key, fields), len(fields), key, source, arguments)
@@ -632,13 +583,13 @@ def reader(
 ) -> Callable[..., Any]:
     """Return a function that makes a record of numbers, and compiles.
 
-    numba makes no record of a sequence unless each place is written out.
+    numba makes a record only from an expression that has each number.
 
     Args:
         record: a named tuple's type; None for a plain tuple.
-        size: how many numbers.
+        size: number of numbers.
         key: see `jitable.unique`.
-        source: expression for one of them, by its place.
+        source: expression of a number, with {} for its index.
         arguments: of the function.
     """
     parts = "".join(f"{source.format(place)}, " for place in range(size))
@@ -649,7 +600,7 @@ def reader(
 
 
 def writer(size: int, key: str, target: str = "s[{}]", arguments: str = "s") -> Callable[..., Any]:
-    """Return a function that writes a tuple somewhere, and compiles; see `reader`."""
+    """Return a function that writes a tuple to expressions, and compiles; see `reader`."""
     lines = "".join(f"    {target.format(k)} = values[{k}]\n" for k in range(size))
     return made_function(
         f"def write({arguments}, values):\n{lines}    return None", {}, f"{key}_{arguments}"

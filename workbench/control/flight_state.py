@@ -1,19 +1,13 @@
-"""What the law computes from the plant's state: attitude, velocity of the mass, and drag."""
+"""Attitude, velocity of the centre of mass, and drag from the plant's state, for a law."""
 
-from typing import Any
-
-from workbench.common.jitable import register_jitable
-
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list in Python, an array in compiled code."""
+from workbench.common.jitable import Scalar, Vector, register_jitable
 
 STILL = 1e-12
 """Added to a squared speed, so that its root has a derivative at rest [m²/s²]."""
 
 
 @register_jitable
-def thrust_attitude(q_WB: Signal, q_BT: Signal) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+def thrust_attitude(q_WB: Vector, q_BT: Vector) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Return the orientation q_WT of the frame in which the rotors lift along z."""
     w, x, y, z = q_WB
     t_w, t_x, t_y, t_z = q_BT
@@ -26,7 +20,7 @@ def thrust_attitude(q_WB: Signal, q_BT: Signal) -> tuple[Scalar, Scalar, Scalar,
 
 
 @register_jitable(forceinline=True)
-def attitude_matrix(q_WB: Signal) -> tuple[Scalar, ...]:
+def attitude_matrix(q_WB: Vector) -> tuple[Scalar, ...]:
     """Return R_WB row by row (9) of a quaternion, which need not have unit length."""
     w, x, y, z = q_WB
     s = 2.0 / (w * w + x * x + y * y + z * z)
@@ -44,7 +38,7 @@ def attitude_matrix(q_WB: Signal) -> tuple[Scalar, ...]:
 
 
 @register_jitable
-def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
+def mass_velocity(state: Vector, p_BoBcm_B: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return the velocity of the centre of mass in W [m/s].
 
     The rotors accelerate this point. An origin far from it first moves the wrong way when the drone
@@ -68,7 +62,7 @@ def mass_velocity(state: Signal, p_BoBcm_B: Signal) -> tuple[Scalar, Scalar, Sca
 
 
 @register_jitable
-def still_air_drag(q_WT: Signal, v_WB: Signal, drag: Signal) -> tuple[Scalar, Scalar, Scalar]:
+def still_air_drag(q_WT: Vector, v_WB: Vector, drag: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return the deceleration by drag in still air, with the sign that compensates it, in W [m/s²].
 
     Rotors at hover speed have drag across their axis, the body has drag against its velocity. The

@@ -6,14 +6,9 @@ rate within limits. Pure functions, like the control laws, see `controllers.pd`.
 
 from typing import Any, NamedTuple
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import Scalar, Vector, register_jitable
 from workbench.control.obstacle_brake import braked
 from workbench.plant.gravity import GRAVITY
-
-Scalar = Any
-"""float, AutoDiffXd, or what numba makes of it."""
-Vector = Any
-"""A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 
 CEILING_RATE = 1.0
 """The climb rate is limited to this times the distance to the largest height [1/s]."""
@@ -73,7 +68,7 @@ class Guidance(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What a law knows of the motion; T is the frame of upright hover, see `plant.thrust_frame`.
+    """The motion as a law gets it; T is the frame of upright hover, see `plant.thrust_frame`.
 
     Attributes:
         p_WB: position [m].
@@ -102,7 +97,7 @@ class Measured(NamedTuple):
 
 
 class Body(NamedTuple):
-    """What a law knows of the body.
+    """The body as a law gets it.
 
     Attributes:
         mass: with the known payload [kg].
@@ -122,7 +117,7 @@ class Body(NamedTuple):
 
 
 class KnownRotor(NamedTuple):
-    """What a law knows of a rotor.
+    """A rotor as a law's `design` gets it.
 
     Force along z of T and moment about the centre of mass in T per thrust [1, m]; idle and largest
     thrust [N]; motor constant [N·s²] and linear speed [rad/s]: the thrust at a speed is
@@ -140,7 +135,7 @@ class KnownRotor(NamedTuple):
 
 
 class KnownVehicle(NamedTuple):
-    """What a law's `design` knows: the fields of `Body`, and the rotors."""
+    """The vehicle as a law's `design` gets it: the fields of `Body`, and the rotors."""
 
     mass: float
     inertia: Any

@@ -8,14 +8,9 @@ unchanged for Python, and lets numba call them). A vector is a sequence of three
 import math
 from typing import Any
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import Scalar, Vector, register_jitable
 from workbench.control.guidance import tangent
 from workbench.plant.gravity import GRAVITY
-
-Scalar = Any
-"""float, AutoDiffXd, or what numba makes of it."""
-Vector = Any
-"""A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 
 PI = math.pi
 LEAST_LIFT = 0.3 * GRAVITY
@@ -107,6 +102,16 @@ def clipped(x: Scalar, most: Scalar) -> Scalar:
         return most
     if x < -most:
         return -most
+    return x
+
+
+@register_jitable(forceinline=True)
+def between(x: Scalar, least: Scalar, most: Scalar) -> Scalar:
+    """Return a number limited to least .. most."""
+    if x < least:
+        return least + 0.0 * x
+    if x > most:
+        return most + 0.0 * x
     return x
 
 

@@ -9,17 +9,11 @@ opens or scales a loop, an injection delays or excites it, and transfer function
 by injections. Linear models, margins and their verification in flight use these points.
 """
 
-from typing import Any
-
-from workbench.common.jitable import register_jitable
-
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list in Python, an array in compiled code."""
+from workbench.common.jitable import Scalar, Vector, register_jitable
 
 
 @register_jitable(forceinline=True)
-def probe(signal: Scalar, place: int, loops: Signal) -> Scalar:
+def probe(signal: Scalar, place: int, loops: Vector) -> Scalar:
     """Return the signal after a loop point, and store the signal before it.
 
     Args:
@@ -36,7 +30,7 @@ def probe(signal: Scalar, place: int, loops: Signal) -> Scalar:
 
 
 @register_jitable(forceinline=True)
-def probe3(signals: Signal, first: int, loops: Signal) -> tuple[Scalar, Scalar, Scalar]:
+def probe3(signals: Vector, first: int, loops: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return the signals after three consecutive loop points, see `probe`."""
     x, y, z = signals
     return probe(x, first, loops), probe(y, first + 1, loops), probe(z, first + 2, loops)

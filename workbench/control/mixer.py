@@ -7,12 +7,8 @@ Pure arithmetic on scalars, so the same source works with floats, AutoDiffXd and
 """
 
 from collections.abc import MutableSequence, Sequence
-from typing import Any
 
-from workbench.common.jitable import register_jitable
-
-Scalar = Any
-"""float, AutoDiffXd, or what numba makes of it."""
+from workbench.common.jitable import Scalar, register_jitable
 
 
 @register_jitable

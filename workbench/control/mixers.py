@@ -27,8 +27,8 @@ that of motor i:
             k = min(1, 1 / (high - low), -most / low where most + low < 0)
     u_i   = s_i - low + t           t: throttle + low, limited to 0 .. 1 - high + low; 0 if k < 1
 
-`most` limits the average throttle for the attitude: ATC_THR_MIX_MAX of the way from the throttle
-to that of hover. The integral of a torque that is cut may then only shrink.
+`most` limits the average throttle for the attitude: from the throttle ATC_THR_MIX_MAX of the way to
+that of hover. The integral of a limited torque may only shrink.
 A thrust share u becomes a share of the motor's full signal by
 
     SPIN_MIN + (SPIN_MAX - SPIN_MIN) r,   r = (e - 1 + ((1 - e)² + 4 e u)^½) / (2 e)
@@ -55,49 +55,53 @@ Air mode 1 may raise thrust for roll and pitch; 2 also adds yaw first, and reduc
 Source: PX4-Autopilot, ControlAllocationSequentialDesaturation.cpp, ControlAllocationPseudoInverse.
 """
 
+import re
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import made_function, register_jitable
+from workbench.control.law_parts import between
+from workbench.plant.thrust_frame import ThrustFrame
 
 MOST = 8
-"""Motors there may be."""
+"""Maximum number of motors."""
 COLUMNS = ("roll", "pitch", "yaw", "thrust")
 EFFECTS = ("f", "x", "y", "z")
 NAMES = tuple(f"{name}_{k + 1}" for name in (*COLUMNS, *EFFECTS) for k in range(MOST)) + ("count",)
-"""Of what `column_numbers` returns."""
+"""Names of the numbers of `column_numbers`."""
 LEAST = 1e-9
-"""A motor whose moment is less than this share of the largest one counts as having none."""
-LARGEST = 0.5
-"""ArduPilot's factor of the motor that turns the vehicle most."""
+"""A moment below this share of the largest one counts as zero."""
 ROUNDING = 1e-12
 """Tolerance at the ends: yaw that is limited to end there may exceed them by rounding."""
 LINEAR = 1e-6
-"""A smaller expo of ArduPilot counts as none."""
+"""A smaller MOT_THST_EXPO counts as zero."""
 LEAST_ENTRY = 0.2
 """A motor that a column moves by less than this does not limit a step."""
 YAW_ROOM = 0.15
 """How far yaw may exceed the full scale before thrust is reduced."""
 SMALL_ENTRY, SMALL_EFFECT = 1e-3, 6.5e-3
-"""Below the first an entry of a column counts as none; the second is that of the pseudo-inverse,
-which PX4 has for thrusts of CA_ROTOR_CT, 6.5 by default."""
+"""A smaller entry of a column counts as zero, and so does one of the pseudo-inverse; PX4's limit of
+the latter is for thrusts in units of CA_ROTOR_CT, 6.5 by default."""
 ACHIEVED = 1e-6
 """Squared unallocated torque below which it counts as zero."""
 SCALES = ("roll_scale", "pitch_scale", "yaw_scale")
-"""Of torque in a column's unit over moment that a thrust of 1 at each motor makes [1/m]."""
+"""Torque in a column's unit over the moment for a thrust of 1 at each motor [1/m]."""
 
 
 def moment_shares(rotors: Any, most: float, mixer: str) -> np.ndarray:
-    """Return columns (n, 4) that are the motors' moments over the largest one, and thrust of 1.
+    """Return the columns (n, 4) of Betaflight's and ArduPilot's mixers.
+
+    They are the motors' moments in T over the largest one, times `most`, and 1 for throttle.
 
     Args:
         rotors: see `guidance.KnownRotor`.
-        most: the largest entry of roll, of pitch and of yaw.
-        mixer: whose it is, for the message.
+        most: largest entry of roll, of pitch and of yaw: 1 in Betaflight, 0.5 in ArduPilot.
+        mixer: its name, for the message.
 
     Raises:
-        ValueError: if there are more motors than eight, or they cannot turn the vehicle.
+        ValueError: if there are more than eight motors, or they cannot turn the vehicle.
     """
     moments = np.array([[each.m_x, each.m_y, each.m_z] for each in rotors])
     check_motors(np.column_stack([moments, [each.force for each in rotors]]), mixer)
@@ -106,15 +110,38 @@ def moment_shares(rotors: Any, most: float, mixer: str) -> np.ndarray:
     return np.column_stack([most * shares, np.ones(len(rotors))])
 
 
+def hover_authority(rotors: Any, frame: ThrustFrame, mix: np.ndarray, *per_signal: Any) -> Any:
+    """Return angular accelerations (3) and vertical force for a unit of each column, in hover.
+
+    Args:
+        rotors: see `guidance.KnownRotor`.
+        frame: of the vehicle.
+        mix: columns of roll, pitch, yaw and thrust (n, 4).
+        per_signal: factors of the slope of a motor's speed over its signal, or of each motor's (n)
+            [rad/s].
+
+    Returns:
+        [rad/s²] about x, y and z of T, and [N].
+    """
+    constants = np.array([each.motor_constant for each in rotors])
+    linear = np.array([each.linear_speed for each in rotors])
+    slopes = constants * (2.0 * frame.hover_speeds + linear)
+    for factor in per_signal:
+        slopes = slopes * factor
+    effects = np.array([[each.m_x, each.m_y, each.m_z, each.force] for each in rotors])
+    found = (effects * mix * slopes[:, None]).sum(axis=0)
+    return found / [*np.diagonal(frame.inertia_T), 1.0]
+
+
 def check_motors(effects: np.ndarray, mixer: str) -> None:
-    """Check that there are not too many motors, and that they can make all moments and force.
+    """Check the number of motors, and that they can make all moments and the force.
 
     Args:
         effects: of each motor on moments and force (n, 4).
-        mixer: whose it is, for the message.
+        mixer: its name, for the message.
 
     Raises:
-        ValueError: if there are more motors than eight, or they cannot turn the vehicle.
+        ValueError: if there are more than eight motors, or they cannot turn the vehicle.
     """
     if len(effects) > MOST:
         raise ValueError(f"{mixer} here is for {MOST} motors, and there are {len(effects)}")
@@ -123,7 +150,7 @@ def check_motors(effects: np.ndarray, mixer: str) -> None:
 
 
 def column_numbers(rotors: Any, mix: np.ndarray) -> list[float]:
-    """Return columns and effects of the motors, 0 where there is none, and how many there are.
+    """Return columns and effects of eight motors, 0 for missing ones, and the number of motors.
 
     Args:
         rotors: see `guidance.KnownRotor`.
@@ -135,35 +162,35 @@ def column_numbers(rotors: Any, mix: np.ndarray) -> list[float]:
     return [*padded.ravel().tolist(), float(len(rotors))]
 
 
+def per_motor(expression: str, arguments: str, **names: Any) -> Callable[..., Any]:
+    """Return a function that returns a tuple of an expression for each motor, and compiles.
+
+    numba makes no tuple in a loop, so the expression is written out for each motor.
+
+    Args:
+        expression: with {i} for the motor's index and {n} for its number from 1.
+        arguments: of the function.
+        names: what the expression uses besides.
+    """
+    parts = "".join(f"{expression.format(i=i, n=i + 1)}, " for i in range(MOST))
+    source = f"def run({arguments}):\n    return ({parts})"
+    return made_function(source, names, re.sub(r"\W+", "_", expression))
+
+
+_roll, _pitch, _yaw, _thrust = (per_motor(f"g.{name}_{{n}}", "g") for name in COLUMNS)
+_force, _moment_x, _moment_y, _moment_z = (per_motor(f"g.{name}_{{n}}", "g") for name in EFFECTS)
+
+
 @register_jitable(forceinline=True)
 def columns(g: Any) -> Any:
     """Return the columns of roll, pitch, yaw and thrust, eight numbers each."""
-    return (
-        (g.roll_1, g.roll_2, g.roll_3, g.roll_4, g.roll_5, g.roll_6, g.roll_7, g.roll_8),
-        (g.pitch_1, g.pitch_2, g.pitch_3, g.pitch_4, g.pitch_5, g.pitch_6, g.pitch_7, g.pitch_8),
-        (g.yaw_1, g.yaw_2, g.yaw_3, g.yaw_4, g.yaw_5, g.yaw_6, g.yaw_7, g.yaw_8),
-        (
-            g.thrust_1,
-            g.thrust_2,
-            g.thrust_3,
-            g.thrust_4,
-            g.thrust_5,
-            g.thrust_6,
-            g.thrust_7,
-            g.thrust_8,
-        ),
-    )
+    return _roll(g), _pitch(g), _yaw(g), _thrust(g)
 
 
 @register_jitable(forceinline=True)
 def effects(g: Any) -> Any:
     """Return force and moments per thrust, eight numbers each."""
-    return (
-        (g.f_1, g.f_2, g.f_3, g.f_4, g.f_5, g.f_6, g.f_7, g.f_8),
-        (g.x_1, g.x_2, g.x_3, g.x_4, g.x_5, g.x_6, g.x_7, g.x_8),
-        (g.y_1, g.y_2, g.y_3, g.y_4, g.y_5, g.y_6, g.y_7, g.y_8),
-        (g.z_1, g.z_2, g.z_3, g.z_4, g.z_5, g.z_6, g.z_7, g.z_8),
-    )
+    return _force(g), _moment_x(g), _moment_y(g), _moment_z(g)
 
 
 @register_jitable(forceinline=True)
@@ -171,9 +198,9 @@ def with_motor(wrench: Any, i: Any, thrust: Any, by: Any) -> Any:
     """Return a wrench, F [N] and m [N·m], plus the contribution of motor i.
 
     Args:
-        wrench: of the motors before (4).
-        i: place of the motor.
-        thrust: that it gives [N].
+        wrench: of the previous motors (4).
+        i: index of the motor.
+        thrust: of the motor [N].
         by: see `effects`.
     """
     force, by_x, by_y, by_z = by
@@ -185,25 +212,27 @@ def with_motor(wrench: Any, i: Any, thrust: Any, by: Any) -> Any:
     )
 
 
-def betaflight_mixing(rotors: Any) -> np.ndarray:
-    """Return Betaflight's shares (n, 4): roll, pitch and yaw in T, and throttle.
+@register_jitable(forceinline=True)
+def _betaflight_output(i: Any, turns: Any, linear: Any, shares: Any) -> Any:
+    """Return the output of motor i above idle, for scaled roll, pitch, yaw and throttle."""
+    roll, pitch, yaw, throttle = turns
+    by_roll, by_pitch, by_yaw, by_throttle = shares
+    u = roll * by_roll[i] + pitch * by_pitch[i] + yaw * by_yaw[i] + throttle * by_throttle[i]
+    return between(u * (1.0 + linear * (1.0 - u) * (1.0 - u)), 0.0, 1.0)
 
-    Args:
-        rotors: see `guidance.KnownRotor`.
 
-    Raises:
-        ValueError: if there are more motors than eight, or they cannot turn the vehicle.
-    """
-    return moment_shares(rotors, 1.0, "Betaflight's mixer")
+_betaflight_outputs = per_motor(
+    "output({i}, turns, linear, shares)", "turns, linear, shares", output=_betaflight_output
+)
 
 
 @register_jitable(forceinline=True)
 def betaflight_mixed(wanted: Any, airmode: Any, linear: Any, shares: Any) -> Any:
-    """Return what eight motors are told, 0 .. 1 above idle.
+    """Return the outputs of eight motors above idle, 0 .. 1.
 
     Args:
         wanted: roll, pitch, yaw and throttle, in shares of full scale.
-        airmode: above 0.5 it is on.
+        airmode: on if above 0.5.
         linear: `thrust_linear` over 100.
         shares: of roll, pitch, yaw and throttle, eight numbers each.
     """
@@ -226,56 +255,35 @@ def betaflight_mixed(wanted: Any, airmode: Any, linear: Any, shares: Any) -> Any
     if throttle < -k * low:
         throttle = -k * low
     turns = (k * roll, k * pitch, k * yaw, throttle)
-    return (
-        _betaflight_output(0, turns, linear, shares),
-        _betaflight_output(1, turns, linear, shares),
-        _betaflight_output(2, turns, linear, shares),
-        _betaflight_output(3, turns, linear, shares),
-        _betaflight_output(4, turns, linear, shares),
-        _betaflight_output(5, turns, linear, shares),
-        _betaflight_output(6, turns, linear, shares),
-        _betaflight_output(7, turns, linear, shares),
-    )
+    return _betaflight_outputs(turns, linear, shares)
 
 
 @register_jitable(forceinline=True)
-def _betaflight_output(i: Any, turns: Any, linear: Any, shares: Any) -> Any:
-    """Return what motor i is told above idle, of scaled roll, pitch, yaw and of throttle."""
+def _ardupilot_share(i: Any, turns: Any, columns: Any) -> Any:
+    """Return the thrust share of motor i, for scaled roll, pitch, yaw and throttle."""
     roll, pitch, yaw, throttle = turns
-    by_roll, by_pitch, by_yaw, by_throttle = shares
-    u = roll * by_roll[i] + pitch * by_pitch[i] + yaw * by_yaw[i] + throttle * by_throttle[i]
-    u = u * (1.0 + linear * (1.0 - u) * (1.0 - u))
-    if u < 0.0:
-        return 0.0 * u
-    if u > 1.0:
-        return 1.0 + 0.0 * u
-    return u
+    by_roll, by_pitch, by_yaw, by_throttle = columns
+    return throttle * by_throttle[i] + (roll * by_roll[i] + pitch * by_pitch[i] + yaw * by_yaw[i])
 
 
-def ardupilot_mixing(rotors: Any) -> np.ndarray:
-    """Return ArduPilot's factors (n, 4): roll, pitch and yaw in T, and throttle.
-
-    Args:
-        rotors: see `guidance.KnownRotor`.
-
-    Raises:
-        ValueError: if there are more motors than eight, or they cannot turn the vehicle.
-    """
-    return moment_shares(rotors, LARGEST, "ArduPilot's mixer")
+_ardupilot_shares = per_motor(
+    "share({i}, turns, columns)", "turns, columns", share=_ardupilot_share
+)
 
 
 @register_jitable(forceinline=True)
 def ardupilot_mixed(wanted: Any, average: Any, headroom: Any, factors: Any) -> tuple[Any, Any]:
-    """Return the thrust shares of eight motors, 0 .. 1, and what was cut.
+    """Return the thrust shares of eight motors, 0 .. 1, and the limits that were met.
 
     Args:
         wanted: roll, pitch, yaw and throttle.
-        average: how far the average throttle may go for the attitude.
-        headroom: share that yaw may always have.
+        average: limit of the average throttle for the attitude.
+        headroom: share that is kept for yaw.
         factors: of roll, pitch, yaw and throttle, eight numbers each.
 
     Returns:
-        The shares (8), and 1 or 0 for: roll and pitch cut, yaw cut, no less throttle, no more.
+        The shares (8), and 1 or 0 for each of: roll and pitch limited, yaw limited, throttle at its
+        minimum, throttle at its maximum.
     """
     roll, pitch, yaw, throttle = wanted
     by_roll, by_pitch, by_yaw, by_throttle = factors
@@ -330,57 +338,30 @@ def ardupilot_mixed(wanted: Any, average: Any, headroom: Any, factors: Any) -> t
     base = raised - low
     columns = (by_roll, by_pitch, by_yaw, by_throttle)
     turns = (scale * roll, scale * pitch, scale * yaw, base)
-    shares = (
-        _ardupilot_share(0, turns, columns),
-        _ardupilot_share(1, turns, columns),
-        _ardupilot_share(2, turns, columns),
-        _ardupilot_share(3, turns, columns),
-        _ardupilot_share(4, turns, columns),
-        _ardupilot_share(5, turns, columns),
-        _ardupilot_share(6, turns, columns),
-        _ardupilot_share(7, turns, columns),
-    )
-    return shares, (cut, cut_yaw, least, most)
-
-
-@register_jitable(forceinline=True)
-def _ardupilot_share(i: Any, turns: Any, columns: Any) -> Any:
-    """Return the thrust share of motor i, of scaled roll, pitch, yaw and of throttle."""
-    roll, pitch, yaw, throttle = turns
-    by_roll, by_pitch, by_yaw, by_throttle = columns
-    return throttle * by_throttle[i] + (roll * by_roll[i] + pitch * by_pitch[i] + yaw * by_yaw[i])
+    return _ardupilot_shares(turns, columns), (cut, cut_yaw, least, most)
 
 
 @register_jitable(forceinline=True)
 def ardupilot_actuator(u: Any, expo: Any, spin_min: Any, spin_max: Any) -> Any:
     """Return the share of a motor's full signal, for a share of its thrust."""
-    if u < 0.0:
-        u = 0.0 * u
-    if u > 1.0:
-        u = 1.0 + 0.0 * u
-    if expo < LINEAR and expo > -LINEAR:
-        ratio = u
-    else:
+    u = between(u, 0.0, 1.0)
+    ratio = u
+    if expo >= LINEAR or expo <= -LINEAR:
         line = 1.0 - expo
         ratio = ((line * line + 4.0 * expo * u) ** 0.5 - line) / (2.0 * expo)
-    if ratio < 0.0:
-        ratio = 0.0 * ratio
-    if ratio > 1.0:
-        ratio = 1.0 + 0.0 * ratio
-    return spin_min + (spin_max - spin_min) * ratio
+    return spin_min + (spin_max - spin_min) * between(ratio, 0.0, 1.0)
 
 
 def px4_mixing(rotors: Any) -> tuple[np.ndarray, list[float]]:
     """Return PX4's normalised columns (n, 4): roll, pitch and yaw in T, and thrust upwards.
 
-    They are the pseudo-inverse over scales, of which those of the torques, `SCALES`, are returned,
-    too.
+    They are the pseudo-inverse over scales. The scales of the torques, `SCALES`, are returned, too.
 
     Args:
         rotors: see `guidance.KnownRotor`.
 
     Raises:
-        ValueError: if there are more motors than eight, or they cannot turn the vehicle.
+        ValueError: if there are more than eight motors, or they cannot turn the vehicle.
     """
     effects = np.array([[each.m_x, each.m_y, each.m_z, each.force] for each in rotors])
     check_motors(effects, "PX4's allocation")
@@ -395,7 +376,7 @@ def px4_mixing(rotors: Any) -> tuple[np.ndarray, list[float]]:
 
 @register_jitable(forceinline=True)
 def desaturating(u: Any, column: Any, most: Any) -> Any:
-    """Return how far to go along a column so that outputs are within 0 .. most, see above."""
+    """Return the step along a column that brings outputs within 0 .. most, see above."""
     least_k, most_k = 0.0 * u[0], 0.0 * u[0]
     for i in range(MOST):
         c = column[i]
@@ -412,31 +393,22 @@ def desaturating(u: Any, column: Any, most: Any) -> Any:
     return least_k + most_k
 
 
-@register_jitable(forceinline=True)
-def added(u: Any, column: Any, k: Any) -> Any:
-    """Return outputs moved along a column."""
-    return (
-        u[0] + k * column[0],
-        u[1] + k * column[1],
-        u[2] + k * column[2],
-        u[3] + k * column[3],
-        u[4] + k * column[4],
-        u[5] + k * column[5],
-        u[6] + k * column[6],
-        u[7] + k * column[7],
-    )
+added = per_motor("u[{i}] + k * column[{i}]", "u, column, k")
+"""Return outputs moved by k along a column."""
+_within = per_motor("between(u[{i}], 0.0, 1.0)", "u", between=between)
+"""Return outputs limited to 0 .. 1."""
 
 
 @register_jitable(forceinline=True)
 def desaturated(u: Any, column: Any, most: Any) -> Any:
-    """Return outputs brought towards their limits along a column, in two steps."""
+    """Return outputs moved towards their limits along a column, in two steps."""
     u = added(u, column, desaturating(u, column, most))
     return added(u, column, 0.5 * desaturating(u, column, most))
 
 
 @register_jitable(forceinline=True)
 def lowered(u: Any, column: Any) -> Any:
-    """Return outputs with less thrust, where one is above its limit; never with more."""
+    """Return outputs with less thrust if one is above its limit; never with more."""
     k = desaturating(u, column, 1.0)
     if k > 0.0:
         return u
@@ -470,32 +442,14 @@ def px4_allocated(wanted: Any, mode: Any, columns: Any) -> Any:
             u = desaturated(u, by_pitch, 1.0)
         u = desaturated(added(u, by_yaw, yaw), by_yaw, 1.0 + YAW_ROOM)
         u = lowered(u, by_thrust)
-    return (
-        _within(u[0]),
-        _within(u[1]),
-        _within(u[2]),
-        _within(u[3]),
-        _within(u[4]),
-        _within(u[5]),
-        _within(u[6]),
-        _within(u[7]),
-    )
-
-
-@register_jitable(forceinline=True)
-def _within(u: Any) -> Any:
-    if u < 0.0:
-        return 0.0 * u
-    if u > 1.0:
-        return 1.0 + 0.0 * u
-    return u
+    return _within(u)
 
 
 @register_jitable(forceinline=True)
 def px4_left_over(u: Any, torque: Any, scales: Any, by: Any) -> Any:
     """Return the unallocated torques (3): commanded ones minus those of the motors' outputs.
 
-    They are zero if they are so small that PX4 ignores them.
+    They are zero if PX4 ignores them as too small.
 
     Args:
         u: outputs of eight motors.

@@ -1,11 +1,6 @@
 """The obstacle brake: it limits the speed towards obstacles, as a pure function of scalars."""
 
-from typing import Any
-
-from workbench.common.jitable import register_jitable
-
-Scalar = Any
-Vector = Any
+from workbench.common.jitable import Scalar, Vector, register_jitable
 
 WALLS = 3
 """Number of walls considered: two and a ceiling meet in the corner of a room."""

@@ -104,11 +104,11 @@ class Schedule:
 
     @property
     def suffixes(self) -> tuple[str, ...]:
-        """What stands behind the name of a gain in each set."""
+        """The suffix of a gain's name in each set."""
         return tuple(f"_at_{value:g}".replace(".", "_") for value in self.values)
 
     def where(self, number: int) -> str:
-        """Return which set one is, in words."""
+        """Return the quantity's value of a set, in words."""
         unit = "" if self.quantity.unit == "1" else f" {self.quantity.unit}"
         return f"at {self.quantity.name} {self.values[number]:g}{unit}"
 
@@ -138,14 +138,14 @@ class Schedule:
         Args:
             height: above the world's origin.
             velocity: of the centre of mass in W (3).
-            payload: mass that the law knows of.
+            payload: known mass of the payload.
             voltage: see `guidance.Measured`.
         """
         measured = SimpleNamespace(p_WB=(0.0, 0.0, height), v_WBcm=velocity, voltage=voltage)
         return float(self.quantity.read(measured, SimpleNamespace(payload=payload)))
 
     def between(self, sets: Sequence[float], quantity: float) -> float:
-        """Return a gain at a value, between the sets (n) of it; see the module."""
+        """Return a gain at a value, interpolated between its sets (n); see the module."""
         found = sets[0]
         for k in range(1, len(self.values)):
             share = _share(quantity, self.values[k - 1], self.values[k])
@@ -159,8 +159,8 @@ class Schedule:
 
         Args:
             law: `update` without a schedule.
-            gains: the type of the record that it takes.
-            scheduled: names of its gains that have sets.
+            gains: type of its `g`.
+            scheduled: names of the gains that have sets.
             key: see `jitable.unique`.
         """
         shares = range(1, len(self.values))
@@ -188,21 +188,21 @@ class Schedule:
 
 
 def split_label(name: str) -> tuple[str, str]:
-    """Return a controller's name, or its file, and the label of its schedule, "" without one."""
+    """Return a controller's name or file, and the label of its schedule, "" without one."""
     found = _LABEL.fullmatch(name)
     return (found[1], f"{found[2]}={found[3]}") if found else (name, "")
 
 
 def with_label(name: str, label: str) -> str:
-    """Return a controller's name, or its file, with the label of its schedule, "" for none."""
+    """Return a controller's name or file with the label of its schedule, "" for none."""
     return f"{name}@{label}" if label else name
 
 
 def parse_schedule(label: str) -> Schedule:
-    """Return the schedule of a label, as `speed=0,4,8`.
+    """Return the schedule of a label such as `speed=0,4,8`.
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if the label is not valid.
     """
     name, _, given = label.partition("=")
     quantity = find_row("quantity for a schedule", name, QUANTITIES)

@@ -12,8 +12,8 @@ clipped to its limits. Newton's method with an exact line search finds the price
 steps. Source for weighted least squares with limits: O. Härkegård, "Efficient active set algorithms
 for solving constrained least squares problems in aircraft control allocation", 2002.
 
-The smallest thrust is 0 here, not idle: the hexacopter's opposite rotor, idling, would spin the
-vehicle faster and faster.
+The smallest thrust is 0 here, not idle: if the hexacopter's opposite rotor idled, the yaw rate
+would grow without limit.
 
 Pure arithmetic on scalars, so the same source works with floats, AutoDiffXd and numba.
 """
@@ -21,10 +21,7 @@ Pure arithmetic on scalars, so the same source works with floats, AutoDiffXd and
 from collections.abc import MutableSequence, Sequence
 from typing import Any
 
-from workbench.common.jitable import register_jitable
-
-Scalar = Any
-"""float, AutoDiffXd, or what numba makes of it."""
+from workbench.common.jitable import Scalar, register_jitable
 
 SOFT_TILT = 1e-11
 SOFT_FORCE = 1e-7

@@ -41,32 +41,32 @@ rate; and the acceleration of a path in W."""
 POINTS = {"force": "N", "moment_x": "N*m", "moment_y": "N*m", "moment_z": "N*m"}
 """Loop points: the wrench, which is the plant's input."""
 AXES = {"force": "z", "moment_x": "y", "moment_y": "x", "moment_z": "yaw"}
-"""The step that goes through the loop at each."""
+"""The axis of the step that goes through the loop at each point."""
 STEPS = 4
-"""Of the integrator in a control period, where the system has continuous states."""
+"""Integrator steps in a control period, if the system has continuous states."""
 DIFFERENCE = 1e-6
 """Step of finite differences, for a system that does not convert to AutoDiffXd."""
 SHORTEST = 1e-4
-"""A shorter time between updates is that of a model without sampling [s]."""
+"""A shorter time between updates means a model without sampling [s]."""
 
 Make = Callable[[Body, Any, float], System]
 
 
 class SystemLaw:
-    """The law of a system.
+    """The law of a Drake system.
 
     Args:
-        file: that states it.
+        file: of the law.
         make: makes the system for a vehicle, gains and the time between updates [s].
-        system: one that was made, for what does not depend on these.
-        dt: that it was made for [s].
+        system: made by `make`, for everything that does not depend on its arguments.
+        dt: time between updates of that system [s].
 
     Attributes:
-        memory: state at the start.
-        converts: whether linear models take exact derivatives of it, and not differences.
+        memory: initial state.
+        converts: whether linear models use exact derivatives instead of finite differences.
 
     Raises:
-        WorkbenchError: if it has not the ports, or a state that is not known after a period.
+        WorkbenchError: if ports are missing, or the state is not known after a period.
     """
 
     def __init__(self, file: Path, make: Make, system: System, dt: float) -> None:
@@ -79,7 +79,7 @@ class SystemLaw:
     def update(
         self, measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
     ) -> tuple[Any, Any]:
-        """Return the wrench in T, F [N] and m [N·m], and the state of the system."""
+        """Return the wrench in T, F [N] and m [N·m], and the next state of the system."""
         if dt < SHORTEST:
             raise WorkbenchError(
                 f"{self._file}: a Drake system has no model without sampling here: take the "
@@ -113,7 +113,7 @@ class SystemLaw:
 
 
 class _Held:
-    """One system with a Context that is overwritten each time."""
+    """A system with a Context that each update overwrites."""
 
     def __init__(self, file: Path, system: Any, dt: float) -> None:
         if not isinstance(system, System):
@@ -131,7 +131,7 @@ class _Held:
 
     @property
     def converts(self) -> bool:
-        """Whether derivatives are exact; else they are differences."""
+        """Whether derivatives are exact instead of finite differences."""
         return self._exact is not None
 
     def run(self, inputs: list[Any], memory: list[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -211,7 +211,11 @@ class _Run:
 
 
 def _ports(file: Path, system: System) -> list[str]:
-    """Return the input ports of a system, all of which must be known."""
+    """Return the names of a system's input ports.
+
+    Raises:
+        WorkbenchError: if a port is unknown, or the output port is missing.
+    """
     found = []
     for number in range(system.num_input_ports()):
         port = system.get_input_port(number)
@@ -232,7 +236,7 @@ def _ports(file: Path, system: System) -> list[str]:
 
 
 def _check_state(file: Path, system: System, context: Any, dt: float) -> None:
-    """Refuse what is not known from a state of numbers after a control period."""
+    """Refuse a state that is abstract, or changes at other times than the law's updates."""
     if context.num_abstract_states():
         raise WorkbenchError(f"{file}: the system has an abstract state: keep numbers alone")
     if not context.num_discrete_state_groups():
@@ -247,7 +251,7 @@ def _check_state(file: Path, system: System, context: Any, dt: float) -> None:
 
 
 def _whole_gradient(values: list[Any], columns: int = 0) -> np.ndarray:
-    """Return derivatives (N, columns); constants have none."""
+    """Return derivatives (N, columns), zero for constants."""
     size = max([columns, *(len(value.derivatives()) for value in values)])
     rows = np.zeros((len(values), size))
     for row, value in zip(rows, values, strict=True):

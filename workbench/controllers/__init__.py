@@ -1,17 +1,22 @@
-"""Control laws, each a file; and all that a file of a law may import, see docs/controllers.md."""
+"""Control laws, one file each, and everything that they may import, see docs/controllers.md."""
 
+from workbench.common.jitable import Scalar as Scalar
+from workbench.common.jitable import Vector as Vector
 from workbench.common.parameter import State as State
 from workbench.common.parameter import gain as gain
+from workbench.control.cascade import loops_about as loops_about
+from workbench.control.cascade import loops_along as loops_along
+from workbench.control.cascade import points as points
+from workbench.control.cascade import states as states
 from workbench.control.compensator import compensator as compensator
 from workbench.control.controller import Loop as Loop
 from workbench.control.flight_state import attitude_matrix as attitude_matrix
 from workbench.control.guidance import place_weights as place_weights
 from workbench.control.guidance import position_error as position_error
 from workbench.control.guidance import velocity_setpoint as velocity_setpoint
-from workbench.control.law_parts import Scalar as Scalar
-from workbench.control.law_parts import Vector as Vector
 from workbench.control.law_parts import arctan2 as arctan2
 from workbench.control.law_parts import attitude_error as attitude_error
+from workbench.control.law_parts import between as between
 from workbench.control.law_parts import clipped as clipped
 from workbench.control.law_parts import cosine_sine as cosine_sine
 from workbench.control.law_parts import difference as difference

@@ -52,10 +52,11 @@ from workbench.control.mixers import (
     NAMES,
     ardupilot_actuator,
     ardupilot_mixed,
-    ardupilot_mixing,
     column_numbers,
     columns,
     effects,
+    hover_authority,
+    moment_shares,
     with_motor,
 )
 from workbench.control.quaternions import (
@@ -71,15 +72,19 @@ from workbench.control.quaternions import (
 )
 from workbench.controllers import (
     GRAVITY,
-    Loop,
     State,
     arctan2,
     attitude_matrix,
+    between,
     clipped,
     gain,
     into_body,
+    loops_about,
+    loops_along,
+    points,
     position_error,
     probe3,
+    states,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
@@ -88,64 +93,66 @@ from workbench.plant.thrust_frame import thrust_frame
 PERIOD = 1 / 512
 RADIANS = math.pi / 180.0
 THROTTLE_CUTOFF = 2.0
-"""Of the throttle's low-pass (POSCONTROL_THROTTLE_CUTOFF_FREQ_HZ) [Hz]."""
+"""Cut-off of the throttle's low-pass (POSCONTROL_THROTTLE_CUTOFF_FREQ_HZ) [Hz]."""
 YAW_TC = 0.025
 """Time constant of the shaped yaw rate: PILOT_Y_RATE_TC 0 is ten of ArduPilot's loops [s]."""
 UNLIMITED = 1800.0 * RADIANS
-"""By which the target is shaped where ATC_ACC_MAX is 0 [rad/s²]."""
+"""Limit of the target's acceleration if ATC_ACC_MAX is 0 [rad/s²]."""
 FADING = 30.0 * RADIANS
 """Thrust error from which yaw control fades; at twice that it is off [rad]."""
 MOST_HEADING = 45.0 * RADIANS
 """Largest error of heading [rad]."""
 
+MIXER = (0.5, "ArduPilot's mixer")
+"""Largest factor of the mixer, and its name."""
 EXPO, SPIN_MIN, SPIN_MAX = 0.65, 0.15, 0.95
 """Defaults of MOT_THST_EXPO, MOT_SPIN_MIN and MOT_SPIN_MAX."""
 
 _AXES = (("RLL", "roll"), ("PIT", "pitch"), ("YAW", "yaw"))
 PARAMETERS = (
-    gain("PSC_NE_POS_P", "1/s", (0.0, 4.0), 1.0, "velocity per error of position, level", "NE"),
-    gain("PSC_NE_VEL_P", "1/s", (0.0, 10.0), 2.0, "acceleration per error, level", "NE"),
-    gain("PSC_NE_VEL_I", "1/s^2", (0.0, 10.0), 1.0, "per integral, level", "NE"),
-    gain("PSC_NE_VEL_D", "1", (0.0, 1.0), 0.25, "per slope of the error, level", "NE"),
-    gain("PSC_NE_VEL_IMAX", "m/s^2", (0.0, 10.0), 10.0, "largest integral, level", "NE"),
-    gain("PSC_NE_VEL_FLTE", "Hz", (0.0, 100.0), 5.0, "low-pass of the error, level", "NE"),
-    gain("PSC_NE_VEL_FLTD", "Hz", (0.0, 100.0), 5.0, "low-pass of its slope, level", "NE"),
-    gain("WP_SPD", "m/s", (0.1, 20.0), 10.0, "largest level velocity for an error", "NE"),
-    gain("WP_ACC", "m/s^2", (0.0, 9.8), 2.5, "level deceleration to the place", "NE"),
-    gain("PSC_D_POS_P", "1/s", (0.0, 4.0), 1.0, "velocity per error of height", "D"),
-    gain("PSC_D_VEL_P", "1/s", (0.0, 10.0), 5.0, "acceleration per error, up", "D"),
-    gain("PSC_D_VEL_I", "1/s^2", (0.0, 10.0), 0.0, "per integral, up", "D"),
-    gain("PSC_D_VEL_D", "1", (0.0, 2.0), 0.0, "per slope of the error, up", "D"),
-    gain("PSC_D_VEL_IMAX", "m/s^2", (0.0, 10.0), 10.0, "largest integral, up", "D"),
-    gain("PSC_D_VEL_FLTE", "Hz", (0.0, 100.0), 5.0, "low-pass of the error, up", "D"),
-    gain("PSC_D_VEL_FLTD", "Hz", (0.0, 100.0), 5.0, "low-pass of its slope, up", "D"),
-    gain("PSC_D_ACC_P", "s^2/m", (0.0, 0.25), 0.05, "throttle per error of acceleration", "D"),
-    gain("PSC_D_ACC_I", "s/m", (0.0, 0.5), 0.1, "throttle per integral of it", "D"),
-    gain("PSC_D_ACC_D", "s^3/m", (0.0, 0.1), 0.0, "throttle per slope of it", "D"),
-    gain("PSC_D_ACC_FF", "s^2/m", (0.0, 0.1), 0.0, "throttle per acceleration asked for", "D"),
-    gain("PSC_D_ACC_IMAX", "1", (0.0, 1.0), 0.8, "largest integral; hover's, if that is more", "D"),
-    gain("PSC_D_ACC_FLTT", "Hz", (0.0, 50.0), 0.0, "low-pass of the acceleration asked for", "D"),
-    gain("PSC_D_ACC_FLTE", "Hz", (0.0, 100.0), 20.0, "low-pass of its error", "D"),
-    gain("PSC_D_ACC_FLTD", "Hz", (0.0, 100.0), 0.0, "low-pass of the error's slope", "D"),
-    gain("WP_SPD_UP", "m/s", (0.1, 10.0), 2.5, "largest climb for an error", "D"),
-    gain("WP_SPD_DN", "m/s", (0.1, 5.0), 1.5, "largest descent for an error", "D"),
-    gain("WP_ACC_Z", "m/s^2", (0.0, 9.8), 1.0, "vertical deceleration to the height", "D"),
-    gain("ATC_ANGLE_MAX", "deg", (10.0, 80.0), 30.0, "largest tilt", "Attitude"),
+    gain("PSC_NE_POS_P", "1/s", (0.0, 4.0), 1.0, "position P gain, horizontal", "NE"),
+    gain("PSC_NE_VEL_P", "1/s", (0.0, 10.0), 2.0, "velocity P gain, horizontal", "NE"),
+    gain("PSC_NE_VEL_I", "1/s^2", (0.0, 10.0), 1.0, "velocity I gain, horizontal", "NE"),
+    gain("PSC_NE_VEL_D", "1", (0.0, 1.0), 0.25, "velocity D gain, horizontal", "NE"),
+    gain("PSC_NE_VEL_IMAX", "m/s^2", (0.0, 10.0), 10.0, "velocity I limit, horizontal", "NE"),
+    gain("PSC_NE_VEL_FLTE", "Hz", (0.0, 100.0), 5.0, "velocity error filter, horizontal", "NE"),
+    gain("PSC_NE_VEL_FLTD", "Hz", (0.0, 100.0), 5.0, "velocity D filter, horizontal", "NE"),
+    gain("WP_SPD", "m/s", (0.1, 20.0), 10.0, "maximum horizontal speed", "NE"),
+    gain("WP_ACC", "m/s^2", (0.0, 9.8), 2.5, "maximum horizontal deceleration", "NE"),
+    gain("PSC_D_POS_P", "1/s", (0.0, 4.0), 1.0, "position P gain, vertical", "D"),
+    gain("PSC_D_VEL_P", "1/s", (0.0, 10.0), 5.0, "velocity P gain, vertical", "D"),
+    gain("PSC_D_VEL_I", "1/s^2", (0.0, 10.0), 0.0, "velocity I gain, vertical", "D"),
+    gain("PSC_D_VEL_D", "1", (0.0, 2.0), 0.0, "velocity D gain, vertical", "D"),
+    gain("PSC_D_VEL_IMAX", "m/s^2", (0.0, 10.0), 10.0, "velocity I limit, vertical", "D"),
+    gain("PSC_D_VEL_FLTE", "Hz", (0.0, 100.0), 5.0, "velocity error filter, vertical", "D"),
+    gain("PSC_D_VEL_FLTD", "Hz", (0.0, 100.0), 5.0, "velocity D filter, vertical", "D"),
+    gain("PSC_D_ACC_P", "s^2/m", (0.0, 0.25), 0.05, "acceleration P gain, vertical", "D"),
+    gain("PSC_D_ACC_I", "s/m", (0.0, 0.5), 0.1, "acceleration I gain, vertical", "D"),
+    gain("PSC_D_ACC_D", "s^3/m", (0.0, 0.1), 0.0, "acceleration D gain, vertical", "D"),
+    gain("PSC_D_ACC_FF", "s^2/m", (0.0, 0.1), 0.0, "acceleration feedforward, vertical", "D"),
+    gain("PSC_D_ACC_IMAX", "1", (0.0, 1.0), 0.8, "acceleration I limit, vertical", "D"),
+    gain("PSC_D_ACC_FLTT", "Hz", (0.0, 50.0), 0.0, "acceleration target filter, vertical", "D"),
+    gain("PSC_D_ACC_FLTE", "Hz", (0.0, 100.0), 20.0, "acceleration error filter, vertical", "D"),
+    gain("PSC_D_ACC_FLTD", "Hz", (0.0, 100.0), 0.0, "acceleration D filter, vertical", "D"),
+    gain("WP_SPD_UP", "m/s", (0.1, 10.0), 2.5, "maximum climb rate", "D"),
+    gain("WP_SPD_DN", "m/s", (0.1, 5.0), 1.5, "maximum descent rate", "D"),
+    gain("WP_ACC_Z", "m/s^2", (0.0, 9.8), 1.0, "maximum vertical deceleration", "D"),
+    gain("ATC_ANGLE_MAX", "deg", (10.0, 80.0), 30.0, "maximum tilt", "Attitude"),
     *(
-        gain(f"ATC_ANG_{name}_P", "1/s", (0.0, 30.0), 4.5, f"rate per error of {axis}", "Attitude")
+        gain(f"ATC_ANG_{name}_P", "1/s", (0.0, 30.0), 4.5, f"attitude P gain, {axis}", "Attitude")
         for name, axis in _AXES
     ),
-    gain("ATC_ACC_R_MAX", "deg/s^2", (0.0, 1800.0), 1100.0, "acceleration of roll", "Attitude"),
-    gain("ATC_ACC_P_MAX", "deg/s^2", (0.0, 1800.0), 1100.0, "acceleration of pitch", "Attitude"),
-    gain("ATC_ACC_Y_MAX", "deg/s^2", (0.0, 720.0), 270.0, "acceleration of yaw", "Attitude"),
-    gain("ATC_RATE_R_MAX", "deg/s", (0.0, 1080.0), 0.0, "largest rate of roll, 0 any", "Attitude"),
-    gain("ATC_RATE_P_MAX", "deg/s", (0.0, 1080.0), 0.0, "largest rate of pitch, 0 any", "Attitude"),
-    gain("ATC_RATE_Y_MAX", "deg/s", (0.0, 1080.0), 0.0, "largest rate of yaw, 0 any", "Attitude"),
-    gain("ATC_RATE_FF_ENAB", "1", (0.0, 1.0), 1.0, "1: a shaped target with its rate", "Attitude"),
-    gain("ATC_INPUT_TC", "s", (0.01, 1.0), 0.15, "time constant of the target", "Attitude"),
-    gain("ATC_ANGLE_BOOST", "1", (0.0, 1.0), 1.0, "1: more throttle in a tilt", "Attitude"),
+    gain("ATC_ACC_R_MAX", "deg/s^2", (0.0, 1800.0), 1100.0, "roll acceleration limit", "Attitude"),
+    gain("ATC_ACC_P_MAX", "deg/s^2", (0.0, 1800.0), 1100.0, "pitch acceleration limit", "Attitude"),
+    gain("ATC_ACC_Y_MAX", "deg/s^2", (0.0, 720.0), 270.0, "yaw acceleration limit", "Attitude"),
+    gain("ATC_RATE_R_MAX", "deg/s", (0.0, 1080.0), 0.0, "roll rate limit, 0 off", "Attitude"),
+    gain("ATC_RATE_P_MAX", "deg/s", (0.0, 1080.0), 0.0, "pitch rate limit, 0 off", "Attitude"),
+    gain("ATC_RATE_Y_MAX", "deg/s", (0.0, 1080.0), 0.0, "yaw rate limit, 0 off", "Attitude"),
+    gain("ATC_RATE_FF_ENAB", "1", (0.0, 1.0), 1.0, "1: shaped target and its rate", "Attitude"),
+    gain("ATC_INPUT_TC", "s", (0.01, 1.0), 0.15, "target time constant", "Attitude"),
+    gain("ATC_ANGLE_BOOST", "1", (0.0, 1.0), 1.0, "1: more throttle when tilted", "Attitude"),
     *(
-        gain(f"ATC_RAT_{name}_{term}", each, limits, value, f"{axis}: {what}", "Rate")
+        gain(f"ATC_RAT_{name}_{term}", each, limits, value, f"{axis} rate {what}", "Rate")
         for (name, axis), values in zip(
             _AXES,
             (
@@ -157,48 +164,44 @@ PARAMETERS = (
         )
         for (term, each, limits, what), value in zip(
             (
-                ("P", "s/rad", (0.0, 5.0), "torque per error of the rate"),
-                ("I", "1/rad", (0.0, 10.0), "torque per integral of that error"),
-                ("D", "s^2/rad", (0.0, 0.5), "torque per slope of that error"),
-                ("FF", "s/rad", (0.0, 0.5), "torque per rate asked for"),
-                ("IMAX", "1", (0.0, 1.0), "largest integral"),
-                ("FLTT", "Hz", (0.0, 256.0), "low-pass of the rate asked for"),
-                ("FLTE", "Hz", (0.0, 256.0), "low-pass of the error"),
-                ("FLTD", "Hz", (0.0, 256.0), "low-pass of the error's slope"),
+                ("P", "s/rad", (0.0, 5.0), "P gain"),
+                ("I", "1/rad", (0.0, 10.0), "I gain"),
+                ("D", "s^2/rad", (0.0, 0.5), "D gain"),
+                ("FF", "s/rad", (0.0, 0.5), "feedforward"),
+                ("IMAX", "1", (0.0, 1.0), "integrator limit"),
+                ("FLTT", "Hz", (0.0, 256.0), "target filter"),
+                ("FLTE", "Hz", (0.0, 256.0), "error filter"),
+                ("FLTD", "Hz", (0.0, 256.0), "D filter"),
             ),
             values,
             strict=True,
         )
     ),
-    gain("INS_GYRO_FILTER", "Hz", (0.0, 256.0), 20.0, "low-pass of the rates", "Rate"),
-    gain("ATC_THR_MIX_MAX", "1", (0.1, 0.9), 0.5, "attitude over throttle", "Motors"),
-    gain("MOT_YAW_HEADROOM", "1", (0.0, 500.0), 200.0, "thousandths kept for yaw", "Motors"),
-    gain("MOT_THST_HOVER", "1", (0.0, 1.0), 0.35, "throttle in hover", "Motors"),
-    gain("MOT_THST_EXPO", "1", (-1.0, 1.0), EXPO, "share of the square in the thrust", "Motors"),
-    gain("MOT_SPIN_MIN", "1", (0.0, 0.3), SPIN_MIN, "signal at which thrust begins", "Motors"),
-    gain("MOT_SPIN_MAX", "1", (0.5, 1.0), SPIN_MAX, "signal of full thrust", "Motors"),
-    gain("motor_speed", "rad/s", (1.0, 20000.0), 1000.0, "of a motor at full signal", "Motors"),
+    gain("INS_GYRO_FILTER", "Hz", (0.0, 256.0), 20.0, "gyro low-pass cutoff", "Rate"),
+    gain("ATC_THR_MIX_MAX", "1", (0.1, 0.9), 0.5, "attitude priority over throttle", "Motors"),
+    gain("MOT_YAW_HEADROOM", "1", (0.0, 500.0), 200.0, "yaw headroom, thousandths", "Motors"),
+    gain("MOT_THST_HOVER", "1", (0.0, 1.0), 0.35, "hover throttle", "Motors"),
+    gain("MOT_THST_EXPO", "1", (-1.0, 1.0), EXPO, "thrust curve expo", "Motors"),
+    gain("MOT_SPIN_MIN", "1", (0.0, 0.3), SPIN_MIN, "minimum motor signal", "Motors"),
+    gain("MOT_SPIN_MAX", "1", (0.5, 1.0), SPIN_MAX, "maximum motor signal", "Motors"),
+    gain("motor_speed", "rad/s", (1.0, 20000.0), 1000.0, "motor speed at full signal", "Motors"),
 )
 
-MEMORY = tuple(
-    State(f"{name}_{axis}", unit_, 1.0 if name == "attitude" and axis == "w" else 0.0)
-    for name, unit_, axes in (
-        ("i_velocity", "m/s^2", "xyz"),
-        ("e_velocity", "m/s", "xyz"),
-        ("d_velocity", "m/s^2", "xyz"),
-        ("cut", "m/s^2", "xy"),
-        ("attitude", "1", "wxyz"),
-        ("target_rate", "rad/s", "xyz"),
-        ("target_slope", "rad/s^2", "xyz"),
-        ("gyro_1", "rad/s", "xyz"),
-        ("gyro_2", "rad/s", "xyz"),
-        ("wanted", "rad/s", "xyz"),
-        ("e_rate", "rad/s", "xyz"),
-        ("d_rate", "rad/s^2", "xyz"),
-        ("i_rate", "1", "xyz"),
-    )
-    for axis in axes
-) + (
+MEMORY = (
+    *states("i_velocity", "m/s^2"),
+    *states("e_velocity", "m/s"),
+    *states("d_velocity", "m/s^2"),
+    *states("cut", "m/s^2", "xy"),
+    State("attitude_w", "1", 1.0),
+    *states("attitude", "1"),
+    *states("target_rate", "rad/s"),
+    *states("target_slope", "rad/s^2"),
+    *states("gyro_1", "rad/s"),
+    *states("gyro_2", "rad/s"),
+    *states("wanted", "rad/s"),
+    *states("e_rate", "rad/s"),
+    *states("d_rate", "rad/s^2"),
+    *states("i_rate", "1"),
     State("target_climb", "m/s^2"),
     State("e_climb", "m/s^2"),
     State("d_climb", "m/s^3"),
@@ -211,47 +214,27 @@ MEMORY = tuple(
     State("runs", "1"),
 )
 
-POINTS = {
-    f"{name}_{axis}{after}": unit_
-    for name, after, unit_ in (
-        ("position", "_error", "m"),
-        ("velocity", "_error", "m/s"),
-        ("attitude", "_error", "rad"),
-        ("rate", "_error", "rad/s"),
-        ("torque", "", "1"),
-    )
-    for axis in "xyz"
-}
-POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, 15, 3)
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "attitude_{}_error": "rad",
+        "rate_{}_error": "rad/s",
+        "torque_{}": "1",
+    }
+)
+POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, len(POINTS), 3)
 
 _LEVEL = tuple(f"PSC_NE_VEL_{each}" for each in "PID")
-_TURNS = (("roll", "RLL", "x", "y"), ("pitch", "PIT", "y", "x"), ("yaw", "YAW", "z", "yaw"))
+_CLIMB = ("PSC_D_VEL_P", "PSC_D_ACC_P", "PSC_D_ACC_I")
+_POSITION = (("PSC_NE_POS_P",), ("PSC_NE_POS_P",), ("PSC_D_POS_P",))
+_ATTITUDE = [(f"ATC_ANG_{name}_P",) for name, _ in _AXES]
+_RATE = [tuple(f"ATC_RAT_{name}_{term}" for term in "PID") for name, _ in _AXES]
 LOOPS = (
-    Loop("velocity_x", "velocity_x_error", axis="x", gains=_LEVEL),
-    Loop("velocity_y", "velocity_y_error", axis="y", gains=_LEVEL),
-    Loop(
-        "velocity_z",
-        "velocity_z_error",
-        axis="z",
-        gains=("PSC_D_VEL_P", "PSC_D_ACC_P", "PSC_D_ACC_I"),
-    ),
-    *(
-        Loop(name, f"attitude_{axis}_error", axis=moves, gains=(f"ATC_ANG_{short}_P",))
-        for name, short, axis, moves in _TURNS
-    ),
-    *(
-        Loop(
-            f"{name}_rate",
-            f"rate_{axis}_error",
-            f"torque_{axis}",
-            axis=moves,
-            gains=tuple(f"ATC_RAT_{short}_{each}" for each in "PID"),
-        )
-        for name, short, axis, moves in _TURNS
-    ),
-    Loop("position_x", "position_x_error", hold=True, axis="x", gains=("PSC_NE_POS_P",)),
-    Loop("position_y", "position_y_error", hold=True, axis="y", gains=("PSC_NE_POS_P",)),
-    Loop("position_z", "position_z_error", hold=True, axis="z", gains=("PSC_D_POS_P",)),
+    *loops_along("velocity", "", (_LEVEL, _LEVEL, _CLIMB)),
+    *loops_about([axis for _, axis in _AXES], "attitude", "", _ATTITUDE),
+    *loops_about([f"{axis}_rate" for _, axis in _AXES], "rate", "torque", _RATE),
+    *loops_along("position", "", _POSITION, hold=True),
 )
 
 _FILTERS = (
@@ -264,7 +247,7 @@ _FILTERS = (
     "PSC_D_ACC_FLTD",
     *(f"ATC_RAT_{name}_{each}" for name, _ in _AXES for each in ("FLTT", "FLTE", "FLTD")),
 )
-"""Low-passes of first order; `design` makes a share `k_...` of each."""
+"""Cut-offs of first-order low-passes; `design` returns the gain `k_...` of each."""
 DESIGNED = (
     *NAMES,
     *(f"gyro_{name}" for name in COEFFICIENTS),
@@ -280,7 +263,7 @@ DESIGNED = (
 
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
-    """Return the mixer's factors, shares of low-passes, limits, and the thrust of a speed."""
+    """Return factors of the mixer, gains of low-passes, limits, and motor constants."""
     angle_slopes = [
         RADIANS * min(max(0.5 * most, least), largest) if most > 0.0 else 0.0
         for most, least, largest in (
@@ -294,7 +277,7 @@ def design(vehicle: Any, g: Any, dt: float) -> list[float]:
         for most in (g.ATC_ACC_R_MAX, g.ATC_ACC_P_MAX, g.ATC_ACC_Y_MAX)
     ]
     return [
-        *column_numbers(vehicle.rotors, ardupilot_mixing(vehicle.rotors)),
+        *column_numbers(vehicle.rotors, moment_shares(vehicle.rotors, *MIXER)),
         *butterworth(g.INS_GYRO_FILTER, dt),
         *(first_order(getattr(g, name), dt) for name in _FILTERS),
         first_order(THROTTLE_CUTOFF, dt),
@@ -332,8 +315,8 @@ def sqrt_p(e: Any, k: Any, slope: Any, dt: float) -> Any:
     Args:
         e: error.
         k: gain near 0, 0 for the root alone [1/s].
-        slope: largest slope of what it asks for; 0 for none.
-        dt: in which the root alone makes good no more than the error; 0 for any [s].
+        slope: limit of the slope of its output; 0 for none.
+        dt: time in which the root alone corrects at most the error; 0 for no such limit [s].
     """
     if slope <= 0.0:
         return k * e
@@ -410,7 +393,7 @@ def within_rates(w: Any, most_x: Any, most_y: Any, most_z: Any) -> Any:
 
 
 def grown(integral: Any, e: Any, slope: Any, cut: Any, most: Any, dt: float) -> Any:
-    """Return an integral after an update: while its output is limited it may only shrink.
+    """Return an integral after an update; while its output is limited, it may only shrink.
 
     Args:
         integral: before.
@@ -428,13 +411,13 @@ def grown(integral: Any, e: Any, slope: Any, cut: Any, most: Any, dt: float) -> 
 
 
 def grown_level(i_x: Any, i_y: Any, by: Any, cut: Any, most: Any) -> Any:
-    """Return the level integrals after an update.
+    """Return the horizontal integrals after an update.
 
     Args:
         i_x: before.
         i_y: before.
         by: growth, x and y.
-        cut: acceleration that was cut, x and y: towards it they may only turn, not grow.
+        cut: acceleration that was limited, x and y: towards it they may turn, but not grow.
         most: their largest length.
     """
     x, y = i_x + by[0], i_y + by[1]
@@ -446,15 +429,6 @@ def grown_level(i_x: Any, i_y: Any, by: Any, cut: Any, most: Any) -> Any:
         scale = most / size**0.5
         x, y = scale * x, scale * y
     return x, y
-
-
-def between(x: Any, least: float, most: float) -> Any:
-    """Return a number between two others."""
-    if x < least:
-        return least + 0.0 * x
-    if x > most:
-        return most + 0.0 * x
-    return x
 
 
 def update(
@@ -470,8 +444,7 @@ def update(
     b_x, b_y = sqrt_p_level(x, y, g.PSC_NE_POS_P, g.WP_ACC, g.WP_SPD)
     b_z = sqrt_p(z, g.PSC_D_POS_P, g.WP_ACC_Z, 0.0)
     if g.PSC_D_POS_P > 0.0:
-        b_z = b_z if b_z < g.WP_SPD_UP else g.WP_SPD_UP + 0.0 * b_z
-        b_z = b_z if b_z > -g.WP_SPD_DN else -g.WP_SPD_DN + 0.0 * b_z
+        b_z = between(b_z, -g.WP_SPD_DN, g.WP_SPD_UP)
     s_x, s_y, s_z, yaw_rate = velocity_setpoint((b_x, b_y, b_z), measured, setpoint, g)
 
     # velocity to acceleration
@@ -635,35 +608,31 @@ def update(
 X500 = (113.0, 113.0, 5.6)
 """Angular acceleration of PX4's X500 in Gazebo over roll, pitch and yaw, in hover [rad/s²]."""
 X500_RATE = 15.3
-"""Rate P of its roll by ArduPilot's defaults [1/s]."""
+"""Its roll rate P with ArduPilot's defaults [1/s]."""
 X500_LIFT = 15.0
 """Its vertical acceleration over throttle, in hover [m/s²]."""
 ALIKE = 1.6
-"""A vehicle whose own are within this factor of these flies with ArduPilot's defaults."""
+"""A vehicle within this factor of these values flies with ArduPilot's defaults."""
 
 
 def rule(vehicle: Any) -> dict[str, float]:
-    """Return values for a vehicle: motors, thrust in hover, and gains where it is no X500.
+    """Return values for a vehicle: motors, hover throttle, and gains unless it is like an X500.
 
-    Those gains are of the PD cascade in this form: rate P = kd, attitude P = 0.3 kd, integrals and
-    derivatives in the proportions of ArduPilot's defaults, integrals slower as a loop is. Filters
-    open as the rate loop is faster than X500's, and the target's time constant grows as it is
-    slower.
+    The gains are those of the PD cascade in this form: rate P = kd, attitude P = 0.3 kd, integrals
+    and derivatives in the proportions of ArduPilot's defaults, integrals slower for a slower loop.
+    Cut-offs grow with a rate loop faster than that of the X500, and the target's time constant
+    grows with a slower one.
     """
     pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
     fastest = vehicle.rotors[0].max_rot_velocity
     rotors = known_vehicle(law_constants(vehicle)).rotors
-    mix = ardupilot_mixing(rotors)
+    mix = moment_shares(rotors, *MIXER)
     signals = np.clip(frame.hover_speeds / fastest, SPIN_MIN, SPIN_MAX)
     ratios = (signals - SPIN_MIN) / (SPIN_MAX - SPIN_MIN)
     shares = EXPO * ratios**2 + (1.0 - EXPO) * ratios
     per_share = (SPIN_MAX - SPIN_MIN) * fastest / (2.0 * EXPO * ratios + 1.0 - EXPO)
-    constants = np.array([each.motor_constant for each in rotors])
-    linear = np.array([each.linear_speed for each in rotors])
-    slopes = constants * (2.0 * frame.hover_speeds + linear) * per_share
-    turning = np.array([[each.m_x, each.m_y, each.m_z] for each in rotors])
-    turned = (turning * mix[:, :3] * slopes[:, None]).sum(axis=0) / np.diagonal(frame.inertia_T)
-    lift = float(sum(slopes * np.array([each.force for each in rotors]))) / vehicle.mass
+    *turned, force = hover_authority(rotors, frame, mix, per_share).tolist()
+    lift = force / vehicle.mass
     values = {"MOT_THST_HOVER": float(np.mean(shares)), "motor_speed": fastest}
     own = (*turned, lift)
     if all(1.0 / ALIKE < a / b < ALIKE for a, b in zip(own, (*X500, X500_LIFT), strict=True)):
@@ -671,7 +640,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     for (name, axis), kp, place in zip(
         _AXES, ("kd_roll", "kd_pitch", "kp_yaw_rate"), range(3), strict=True
     ):
-        rate = pd[kp] / float(turned[place])
+        rate = pd[kp] / turned[place]
         values[f"ATC_RAT_{name}_P"] = rate
         values[f"ATC_RAT_{name}_I"] = rate * (
             0.1 if axis == "yaw" else min(1.0, pd[kp] / X500_RATE)

@@ -42,31 +42,36 @@ from typing import Any
 
 import numpy as np
 
-from workbench.control.betaflight_outer import between, outer_loop
+from workbench.control.betaflight_outer import outer_loop
 from workbench.control.firmware_filters import cascaded, first_order, towards
 from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.control.mixers import (
     MOST,
     NAMES,
     betaflight_mixed,
-    betaflight_mixing,
     column_numbers,
     columns,
     effects,
+    hover_authority,
+    moment_shares,
     with_motor,
 )
 from workbench.controllers import (
-    Loop,
     State,
     arctan2,
     attitude_matrix,
+    between,
     clipped,
     cosine_sine,
     gain,
     into_body,
+    loops_about,
+    loops_along,
+    points,
     position_error,
     probe,
     probe3,
+    states,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
@@ -76,32 +81,34 @@ PERIOD = 1 / 1024
 DIVIDERS = (8,)
 DEGREES = 180.0 / math.pi
 P_SCALE, I_SCALE, D_SCALE, F_SCALE = 0.032029, 0.244381, 0.000529, 0.013754
-"""Of the gains, see above."""
+"""Scales of the gains, see above."""
 YAW_I = 2.5
-"""By which i_yaw counts more."""
-MIXER = 1000.0
-"""A sum of this is a motor's whole range."""
+"""Additional scale of i_yaw."""
+FULL = 1000.0
+"""A PID sum of this is a motor's whole range."""
+MIXER = (1.0, "Betaflight's mixer")
+"""Largest share of the mixer, and its name."""
 RELAX, RELAX_ANGLE = 40.0, 8.0
-"""Quick parts of a setpoint that stop an integral, in rate mode and in angle mode [deg/s]."""
+"""Fast part of a setpoint that stops an integral, in rate mode and in angle mode [deg/s]."""
 ATTITUDE_CUTOFF, D_MAX_RANGE, D_MAX_SMOOTH = 50.0, 85.0, 35.0
-"""Of the PT3 behind the angle, and the PT2 of d_max [Hz]."""
+"""Cut-offs of the PT3 after the angle, and of the PT2 filters of d_max [Hz]."""
 D_MAX_SCALE = 0.00008
 ANTI_GRAVITY_I, ANTI_GRAVITY_P, ANTI_GRAVITY_RATE = 0.34, 0.0034, 50.0
 
 _AXES = ("roll", "pitch", "yaw")
 OUTER = "Outer loop of the workbench"
 PARAMETERS = (
-    gain("outer_p_position", "1/s", (0.0, 4.0), 1.0, "velocity per error, level", OUTER),
-    gain("outer_p_height", "1/s", (0.0, 4.0), 1.0, "velocity per error of height", OUTER),
-    gain("outer_p_velocity", "1/s", (0.0, 10.0), 2.0, "acceleration per error, level", OUTER),
-    gain("outer_i_velocity", "1/s^2", (0.0, 10.0), 0.5, "growth of its integral, level", OUTER),
-    gain("outer_p_climb", "1/s", (0.0, 20.0), 4.0, "acceleration per error, up", OUTER),
-    gain("outer_i_climb", "1/s^2", (0.0, 20.0), 2.0, "growth of its integral, up", OUTER),
-    gain("outer_hover", "1", (0.0, 0.9), 0.3, "throttle in hover", OUTER),
+    gain("outer_p_position", "1/s", (0.0, 4.0), 1.0, "position P gain, horizontal", OUTER),
+    gain("outer_p_height", "1/s", (0.0, 4.0), 1.0, "position P gain, vertical", OUTER),
+    gain("outer_p_velocity", "1/s", (0.0, 10.0), 2.0, "velocity P gain, horizontal", OUTER),
+    gain("outer_i_velocity", "1/s^2", (0.0, 10.0), 0.5, "velocity I gain, horizontal", OUTER),
+    gain("outer_p_climb", "1/s", (0.0, 20.0), 4.0, "velocity P gain, vertical", OUTER),
+    gain("outer_i_climb", "1/s^2", (0.0, 20.0), 2.0, "velocity I gain, vertical", OUTER),
+    gain("outer_hover", "1", (0.0, 0.9), 0.3, "hover throttle", OUTER),
     gain("acro", "1", (0.0, 1.0), 0.0, "1: rate mode, 0: angle mode", OUTER),
-    gain("outer_p_angle", "1/s", (0.0, 50.0), 5.0, "rate per error of angle, in rate mode", OUTER),
+    gain("outer_p_angle", "1/s", (0.0, 50.0), 5.0, "angle P gain in rate mode", OUTER),
     *(
-        gain(f"{term}_{axis}", "1", (0.0, most), value, f"{what} of {axis}", "PID")
+        gain(f"{term}_{axis}", "1", (0.0, most), value, f"{what}, {axis}", "PID")
         for axis, values in zip(
             _AXES,
             (
@@ -113,113 +120,92 @@ PARAMETERS = (
         )
         for (term, most, what), value in zip(
             (
-                ("p", 250.0, "P"),
-                ("i", 250.0, "I"),
-                ("d", 250.0, "D, as it rests,"),
-                ("f", 1000.0, "feed-forward"),
-                ("d_max", 250.0, "D in quick moves, 0 for no more,"),
+                ("p", 250.0, "P gain"),
+                ("i", 250.0, "I gain"),
+                ("d", 250.0, "D gain"),
+                ("f", 1000.0, "feedforward"),
+                ("d_max", 250.0, "maximum D, 0 for D"),
             ),
             values,
             strict=True,
         )
     ),
-    gain("angle_p_gain", "1", (0.0, 200.0), 50.0, "tenths: rate per error of angle", "Angle"),
-    gain("angle_limit", "deg", (10.0, 80.0), 60.0, "largest angle", "Angle"),
+    gain("angle_p_gain", "1", (0.0, 200.0), 50.0, "angle P gain, tenths", "Angle"),
+    gain("angle_limit", "deg", (10.0, 80.0), 60.0, "maximum angle", "Angle"),
     gain("angle_earth_ref", "1", (0.0, 100.0), 100.0, "percent: yaw about the world's z", "Angle"),
-    gain("d_max_gain", "1", (0.0, 100.0), 37.0, "how quick moves raise D", "PID"),
-    gain("d_max_advance", "1", (0.0, 200.0), 20.0, "how quick setpoints raise D", "PID"),
-    gain("iterm_relax_cutoff", "Hz", (1.0, 50.0), 15.0, "low-pass of the setpoint", "PID"),
-    gain("iterm_windup", "1", (20.0, 100.0), 80.0, "percent of the sum for integrals", "PID"),
-    gain("pidsum_limit", "1", (100.0, 1000.0), 500.0, "largest sum of roll and pitch", "PID"),
-    gain("pidsum_limit_yaw", "1", (100.0, 1000.0), 400.0, "largest sum of yaw", "PID"),
-    gain("anti_gravity_gain", "1", (0.0, 250.0), 80.0, "I and P in moves of throttle", "PID"),
-    gain("anti_gravity_p_gain", "1", (0.0, 250.0), 100.0, "percent: its share of P", "PID"),
-    gain("anti_gravity_cutoff_hz", "Hz", (2.0, 50.0), 5.0, "low-pass of throttle moves", "PID"),
-    gain("tpa_rate", "1", (0.0, 100.0), 65.0, "percent less D at full throttle", "PID"),
-    gain("tpa_breakpoint", "us", (1000.0, 1999.0), 1350.0, "throttle from which D is less", "PID"),
-    gain("gyro_lpf1_dyn_min_hz", "Hz", (0.0, 1000.0), 250.0, "at no throttle", "Filters"),
-    gain("gyro_lpf1_dyn_max_hz", "Hz", (0.0, 1000.0), 500.0, "at full throttle", "Filters"),
-    gain("gyro_lpf1_dyn_expo", "1", (0.0, 10.0), 5.0, "tenths: bend of it", "Filters"),
-    gain("gyro_lpf2_static_hz", "Hz", (0.0, 1000.0), 500.0, "second of the rates", "Filters"),
-    gain("dterm_lpf1_dyn_min_hz", "Hz", (0.0, 1000.0), 75.0, "at no throttle", "Filters"),
-    gain("dterm_lpf1_dyn_max_hz", "Hz", (0.0, 1000.0), 150.0, "at full throttle", "Filters"),
-    gain("dterm_lpf1_dyn_expo", "1", (0.0, 10.0), 5.0, "tenths: bend of it", "Filters"),
-    gain("dterm_lpf2_static_hz", "Hz", (0.0, 1000.0), 150.0, "second of D", "Filters"),
-    gain("yaw_lowpass_hz", "Hz", (0.0, 500.0), 100.0, "of the yaw's P", "Filters"),
-    gain("throttle_boost", "1", (0.0, 100.0), 5.0, "tenths of quick throttle added", "Motors"),
-    gain("throttle_boost_cutoff", "Hz", (5.0, 50.0), 15.0, "what is quick", "Motors"),
-    gain("airmode", "1", (0.0, 1.0), 1.0, "1: throttle gives way to attitude", "Motors"),
-    gain("thrust_linear", "1", (0.0, 150.0), 0.0, "percent of linearisation", "Motors"),
-    gain("motor_idle", "1", (0.0, 2000.0), 550.0, "hundredths of a percent of signal", "Motors"),
-    gain("motor_speed", "rad/s", (1.0, 20000.0), 2600.0, "of a motor at full signal", "Motors"),
+    gain("d_max_gain", "1", (0.0, 100.0), 37.0, "D boost by gyro", "PID"),
+    gain("d_max_advance", "1", (0.0, 200.0), 20.0, "D boost by setpoint", "PID"),
+    gain("iterm_relax_cutoff", "Hz", (1.0, 50.0), 15.0, "I relax low-pass cutoff", "PID"),
+    gain("iterm_windup", "1", (20.0, 100.0), 80.0, "I limit, percent of PID sum", "PID"),
+    gain("pidsum_limit", "1", (100.0, 1000.0), 500.0, "PID sum limit, roll and pitch", "PID"),
+    gain("pidsum_limit_yaw", "1", (100.0, 1000.0), 400.0, "PID sum limit, yaw", "PID"),
+    gain("anti_gravity_gain", "1", (0.0, 250.0), 80.0, "anti-gravity gain", "PID"),
+    gain("anti_gravity_p_gain", "1", (0.0, 250.0), 100.0, "anti-gravity P share, percent", "PID"),
+    gain("anti_gravity_cutoff_hz", "Hz", (2.0, 50.0), 5.0, "anti-gravity low-pass cutoff", "PID"),
+    gain("tpa_rate", "1", (0.0, 100.0), 65.0, "D reduction by throttle, percent", "PID"),
+    gain("tpa_breakpoint", "us", (1000.0, 1999.0), 1350.0, "throttle where it starts", "PID"),
+    gain("gyro_lpf1_dyn_min_hz", "Hz", (0.0, 1000.0), 250.0, "gyro filter 1 minimum", "Filters"),
+    gain("gyro_lpf1_dyn_max_hz", "Hz", (0.0, 1000.0), 500.0, "gyro filter 1 maximum", "Filters"),
+    gain("gyro_lpf1_dyn_expo", "1", (0.0, 10.0), 5.0, "gyro filter 1 expo, tenths", "Filters"),
+    gain("gyro_lpf2_static_hz", "Hz", (0.0, 1000.0), 500.0, "gyro filter 2", "Filters"),
+    gain("dterm_lpf1_dyn_min_hz", "Hz", (0.0, 1000.0), 75.0, "D filter 1 minimum", "Filters"),
+    gain("dterm_lpf1_dyn_max_hz", "Hz", (0.0, 1000.0), 150.0, "D filter 1 maximum", "Filters"),
+    gain("dterm_lpf1_dyn_expo", "1", (0.0, 10.0), 5.0, "D filter 1 expo, tenths", "Filters"),
+    gain("dterm_lpf2_static_hz", "Hz", (0.0, 1000.0), 150.0, "D filter 2", "Filters"),
+    gain("yaw_lowpass_hz", "Hz", (0.0, 500.0), 100.0, "yaw P filter", "Filters"),
+    gain("throttle_boost", "1", (0.0, 100.0), 5.0, "throttle boost, tenths", "Motors"),
+    gain("throttle_boost_cutoff", "Hz", (5.0, 50.0), 15.0, "boost high-pass cutoff", "Motors"),
+    gain("airmode", "1", (0.0, 1.0), 1.0, "1: attitude has priority over throttle", "Motors"),
+    gain("thrust_linear", "1", (0.0, 150.0), 0.0, "thrust linearisation, percent", "Motors"),
+    gain("motor_idle", "1", (0.0, 2000.0), 550.0, "idle signal, hundredths of a percent", "Motors"),
+    gain("motor_speed", "rad/s", (1.0, 20000.0), 2600.0, "motor speed at full signal", "Motors"),
 )
 
-MEMORY = tuple(
-    State(f"{name}_{axis}", unit)
-    for name, unit, axes in (
-        ("outer_i", "m/s^2", "xyz"),
-        ("angle", "deg", "xy"),
-        ("pt3_1", "deg/s", "xy"),
-        ("pt3_2", "deg/s", "xy"),
-        ("pt3_3", "deg/s", "xy"),
-        ("gyro_2", "deg/s", "xyz"),
-        ("gyro_1", "deg/s", "xyz"),
-        ("d_1", "deg/s", "xyz"),
-        ("d_2", "deg/s", "xyz"),
-        ("relaxed", "deg/s", "xyz"),
-        ("setpoint", "deg/s", "xyz"),
-        ("i_rate", "1", "xyz"),
-        ("range_1", "deg/s^2", "xyz"),
-        ("range_2", "deg/s^2", "xyz"),
-        ("boost_1", "1", "xyz"),
-        ("boost_2", "1", "xyz"),
-    )
-    for axis in axes
-) + tuple(
-    State(name, "1")
-    for name in (
-        "throttle",
-        "throttle_before",
-        "throttle_slow",
-        "gravity_1",
-        "gravity_2",
-        "p_yaw",
-        "runs",
-    )
+MEMORY = (
+    *states("outer_i", "m/s^2"),
+    *states("angle", "deg", "xy"),
+    *states("pt3_1", "deg/s", "xy"),
+    *states("pt3_2", "deg/s", "xy"),
+    *states("pt3_3", "deg/s", "xy"),
+    *states("gyro_2", "deg/s"),
+    *states("gyro_1", "deg/s"),
+    *states("d_1", "deg/s"),
+    *states("d_2", "deg/s"),
+    *states("relaxed", "deg/s"),
+    *states("setpoint", "deg/s"),
+    *states("i_rate", "1"),
+    *states("range_1", "deg/s^2"),
+    *states("range_2", "deg/s^2"),
+    *states("boost_1", "1"),
+    *states("boost_2", "1"),
+    State("throttle", "1"),
+    State("throttle_before", "1"),
+    State("throttle_slow", "1"),
+    State("gravity_1", "1"),
+    State("gravity_2", "1"),
+    State("p_yaw", "1"),
+    State("runs", "1"),
 )
 
-POINTS = {
-    **{f"position_{axis}_error": "m" for axis in "xyz"},
-    **{f"velocity_{axis}_error": "m/s" for axis in "xyz"},
-    **{f"rate_{axis}_error": "deg/s" for axis in "xyz"},
-    **{f"torque_{axis}": "1" for axis in "xyz"},
-    **{f"angle_{axis}_error": "deg" for axis in "xy"},
-}
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "rate_{}_error": "deg/s",
+        "torque_{}": "1",
+    }
+) | points({"angle_{}_error": "deg"}, "xy")
 POSITION, VELOCITY, RATE, TORQUE, ANGLE = range(0, 15, 3)
 
 _LEVEL, _CLIMB = ("outer_p_velocity", "outer_i_velocity"), ("outer_p_climb", "outer_i_climb")
-_TURNS = (("roll", "x", "y"), ("pitch", "y", "x"), ("yaw", "z", "yaw"))
+_POSITION = (("outer_p_position",), ("outer_p_position",), ("outer_p_height",))
+_ANGLE = (("angle_p_gain",), ("angle_p_gain",))
+_RATE = [tuple(f"{term}_{name}" for term in "pid") for name in _AXES]
 LOOPS = (
-    Loop("velocity_x", "velocity_x_error", axis="x", gains=_LEVEL),
-    Loop("velocity_y", "velocity_y_error", axis="y", gains=_LEVEL),
-    Loop("velocity_z", "velocity_z_error", axis="z", gains=_CLIMB),
-    *(
-        Loop(name, f"angle_{axis}_error", axis=moves, gains=("angle_p_gain",))
-        for name, axis, moves in _TURNS[:2]
-    ),
-    *(
-        Loop(
-            f"{name}_rate",
-            f"rate_{axis}_error",
-            f"torque_{axis}",
-            axis=moves,
-            gains=tuple(f"{each}_{name}" for each in "pid"),
-        )
-        for name, axis, moves in _TURNS
-    ),
-    Loop("position_x", "position_x_error", hold=True, axis="x", gains=("outer_p_position",)),
-    Loop("position_y", "position_y_error", hold=True, axis="y", gains=("outer_p_position",)),
-    Loop("position_z", "position_z_error", hold=True, axis="z", gains=("outer_p_height",)),
+    *loops_along("velocity", "", (_LEVEL, _LEVEL, _CLIMB)),
+    *loops_about(("roll", "pitch"), "angle", "", _ANGLE),
+    *loops_about([f"{name}_rate" for name in _AXES], "rate", "torque", _RATE),
+    *loops_along("position", "", _POSITION, hold=True),
 )
 
 DESIGNED = (
@@ -242,11 +228,11 @@ DESIGNED = (
 
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
-    """Return the mixer's shares, those of low-passes, how far D may rise, and the motors."""
+    """Return shares of the mixer, gains of low-passes, limits of D, and motor constants."""
     idle = 1e-4 * g.motor_idle
     pairs = ((g.d_max_roll, g.d_roll), (g.d_max_pitch, g.d_pitch), (g.d_max_yaw, g.d_yaw))
     return [
-        *column_numbers(vehicle.rotors, betaflight_mixing(vehicle.rotors)),
+        *column_numbers(vehicle.rotors, moment_shares(vehicle.rotors, *MIXER)),
         cascaded(ATTITUDE_CUTOFF, dt, 3),
         cascaded(D_MAX_RANGE, dt, 2),
         cascaded(D_MAX_SMOOTH, dt, 2),
@@ -265,7 +251,7 @@ def design(vehicle: Any, g: Any, dt: float) -> list[float]:
 
 
 def dynamic(throttle: Any, least: Any, most: Any, expo: Any, dt: float) -> Any:
-    """Return the share of a low-pass of first order whose cut-off goes with the throttle.
+    """Return the gain of a first-order low-pass whose cut-off depends on the throttle.
 
     Args:
         throttle: 0 .. 1.
@@ -287,13 +273,13 @@ def size(x: Any) -> Any:
 
 
 def relaxed(e: Any, wanted: Any, slow: Any, most: Any) -> Any:
-    """Return the share of an error that its integral uses, while its setpoint moves quickly.
+    """Return the part of an error that is integrated while its setpoint moves fast.
 
     Args:
         e: error.
         wanted: its setpoint.
-        slow: the same behind the low-pass.
-        most: quick part at which it takes nothing.
+        slow: the same after the low-pass.
+        most: fast part at which nothing is integrated.
     """
     share = 1.0 - size(wanted - slow) / most
     return share * e if share > 0.0 else 0.0 * e
@@ -443,9 +429,9 @@ def update(
     sum_q = p_q + i_q + d_q + F_SCALE * 0.01 * g.f_pitch * steps[1]
     sum_r = p_r + i_r + d_r + F_SCALE * 0.01 * g.f_yaw * steps[2]
     torque = (
-        clipped(sum_p, g.pidsum_limit) / MIXER,
-        clipped(sum_q, g.pidsum_limit) / MIXER,
-        clipped(sum_r, g.pidsum_limit_yaw) / MIXER,
+        clipped(sum_p, g.pidsum_limit) / FULL,
+        clipped(sum_q, g.pidsum_limit) / FULL,
+        clipped(sum_r, g.pidsum_limit_yaw) / FULL,
     )
     torque = probe3(torque, TORQUE, loops)
 
@@ -469,13 +455,13 @@ def steadied(wanted: Any) -> Any:
 
 
 def boosting(fall: Any, step: Any, by_gyro: Any, by_step: Any, most: Any) -> Any:
-    """Return the factor that D gets for quick moves and quick setpoints, not yet smoothed.
+    """Return the factor of D for fast moves and fast setpoints, unfiltered.
 
     Args:
         fall: filtered slope of the rate [deg/s²].
         step: slope of the setpoint [deg/s²].
-        by_gyro: what the one is worth.
-        by_step: what the other is worth.
+        by_gyro: weight of `fall`.
+        by_step: weight of `step`.
         most: d_max over d.
     """
     moves, asks = by_gyro * size(fall), by_step * size(step)
@@ -485,14 +471,14 @@ def boosting(fall: Any, step: Any, by_gyro: Any, by_step: Any, most: Any) -> Any
 FIVE_INCH = (2170.0, 1860.0, 146.0)
 """Angular acceleration of a 5-inch quad over roll, pitch and yaw, in hover [rad/s²]."""
 FIVE_INCH_RATE = 60.0
-"""Rate P of its roll by Betaflight's defaults, over 1 + D [1/s]."""
+"""Its roll rate P with Betaflight's defaults, over 1 + D [1/s]."""
 ALIKE = 1.6
-"""A vehicle whose own are within this factor of these flies with Betaflight's defaults."""
+"""A vehicle within this factor of these values flies with Betaflight's defaults."""
 LEAST_SPIN_UP = 0.1
 """Required spin-up lead in yaw [s]: without it, the default i_yaw makes yaw oscillate."""
 IDLE = 0.055
 """Share of the signal at default motor_idle."""
-PER_GAIN = P_SCALE * DEGREES / MIXER
+PER_GAIN = P_SCALE * DEGREES / FULL
 """Share of a motor's range for a rate error of 1 rad/s and a P of 1."""
 
 
@@ -507,12 +493,8 @@ def rule(vehicle: Any) -> dict[str, float]:
     pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
     fastest = vehicle.rotors[0].max_rot_velocity
     rotors = known_vehicle(law_constants(vehicle)).rotors
-    mix = betaflight_mixing(rotors)
-    linear = np.array([each.linear_speed for each in rotors])
-    constants = np.array([each.motor_constant for each in rotors])
-    slopes = constants * (2.0 * frame.hover_speeds + linear) * (1.0 - IDLE) * fastest
-    turning = np.array([[each.m_x, each.m_y, each.m_z] for each in rotors])
-    turned = (turning * mix[:, :3] * slopes[:, None]).sum(axis=0) / np.diagonal(frame.inertia_T)
+    mix = moment_shares(rotors, *MIXER)
+    turned = hover_authority(rotors, frame, mix, 1.0 - IDLE, fastest)[:3].tolist()
     throttle = (frame.hover_speeds / fastest - IDLE) / (1.0 - IDLE)
     values = {
         "outer_hover": float(np.clip(np.mean(throttle), 0.0, 0.9)),
@@ -535,7 +517,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     ):
         if kept:
             continue
-        p = min(pd[kp] / (float(turned[place]) * PER_GAIN), 250.0)
+        p = min(pd[kp] / (turned[place] * PER_GAIN), 250.0)
         values[f"p_{axis}"] = p
         slower = min(1.0, pd[kp] / FIVE_INCH_RATE)
         values[f"i_{axis}"] = min((0.7 if axis == "yaw" else 1.8) * p * slower, 250.0)

@@ -1,9 +1,9 @@
-"""Betaflight 4.6 itself, a program of its own, flown by the outer loop of `betaflight`.
+"""Betaflight 4.6 itself, as a separate program, below the outer loop of `betaflight`.
 
-Angles and throttle of that loop, and the yaw rate, are sticks of the firmware's receiver, in angle
-mode, or in rate mode where `acro` is 1. The firmware makes four motor signals of them and of the
-motion; a speed controller turns a full signal into `motor_speed`. Parameters are those of
-`betaflight` that MSP can set, and are read back by it. See docs/betaflight-sitl.md.
+Angles and throttle of that loop, and the yaw rate, are stick inputs of the firmware, in angle mode,
+or in rate mode if `acro` is 1. From these and the motion the firmware computes four motor signals;
+a speed controller converts a full signal to `motor_speed`. Parameters are those of `betaflight`
+that MSP can set and read back. See docs/betaflight-sitl.md.
 """
 
 import logging
@@ -37,13 +37,13 @@ from workbench.controllers import betaflight as law
 PERIOD = law.PERIOD
 DIVIDERS = law.DIVIDERS
 BASE = 8000.0
-"""Rate of its gyro; its control loop counts a whole number of its periods for each packet [Hz]."""
+"""Rate of its gyro; the time between packets is a whole number of gyro periods [Hz]."""
 RATE = 670.0
-"""Of a full stick in rate mode [deg/s]."""
+"""Rate for a full stick in rate mode [deg/s]."""
 CHECK = 1050.0
-"""The stick of throttle begins there [us]."""
+"""Lowest throttle stick [us]."""
 IDLE = 0.055
-"""Signal of a motor without throttle."""
+"""Motor signal at zero throttle."""
 OURS = ("acro", "motor_speed")
 PARAMETERS = tuple(
     row
@@ -74,7 +74,7 @@ SETTINGS: Mapping[str, object] = {
     "blackbox_device": "VIRTUAL",
     "blackbox_sample_rate": "1/1",
 }
-"""What is set on its command line: sticks that are linear, and no wait that counts on a pilot."""
+"""Settings by its command line: linear sticks, and no delays that are meant for a pilot."""
 
 
 class Flown:
@@ -133,20 +133,20 @@ class Flown:
 
     @property
     def gains(self) -> dict[str, int]:
-        """What it said last, by MSP, that its gains are."""
+        """Its gains, as last read by MSP."""
         return self._firmware.gains
 
     @property
     def pid(self) -> int:
-        """Of its process."""
+        """Id of its process."""
         return self._firmware.pid
 
     def report(self) -> dict[str, float]:
-        """Return how many packets it was sent, and how many it did not answer in time."""
+        """Return the numbers of packets sent, and of those not answered in time."""
         return {"packets": self._firmware.steps, "lost": self._firmware.lost}
 
     def records(self) -> dict[str, bytes]:
-        """Return its blackbox."""
+        """Return its blackbox log."""
         blackbox = self._firmware.blackbox()
         return {".bfl": blackbox} if blackbox else {}
 
@@ -155,7 +155,7 @@ class Flown:
         self._firmware.close()
 
     def _sticks(self, wanted: Any, yaw_rate: float, R: Any, level: float, g: Any) -> Sticks:
-        """Return sticks for angles of roll and pitch [deg], throttle, and a yaw rate [rad/s]."""
+        """Return the sticks for roll and pitch angles [deg], throttle, and a yaw rate [rad/s]."""
         roll, pitch, throttle = wanted
         acro, full = g.acro > 0.5, float(round(g.angle_limit))
         if acro:
@@ -172,7 +172,7 @@ class Flown:
         )
 
     def _order(self, g: Any) -> None:
-        """Hand over gains that have changed, and say what it has made of those before."""
+        """Send changed gains, and log the gains that it has confirmed."""
         if not self._firmware.confirmed:
             return
         held = self._firmware.gains
@@ -192,25 +192,25 @@ def program(vehicle: Any, dt: float) -> Flown:
     """Start Betaflight for one flight of a vehicle, a `KnownVehicle`.
 
     Raises:
-        WorkbenchError: if it cannot be built or started, or the vehicle is no quadrotor in X.
+        WorkbenchError: if it cannot be built or started, or the vehicle is not a quadrotor in X.
     """
     return Flown(vehicle, dt)
 
 
 def rule(vehicle: Any) -> dict[str, float]:
-    """Return values for a vehicle, those of `betaflight`."""
+    """Return the values of `betaflight` for a vehicle."""
     known = {row.name for row in (*PARAMETERS, *COMMON)}
     return {name: value for name, value in law.rule(vehicle).items() if name in known}
 
 
 def motors(rotors: Any) -> tuple[tuple[Any, ...], bool]:
-    """Return rotors as Betaflight counts them, and whether all turn the other way.
+    """Return the rotors in Betaflight's order, and whether all turn in the opposite direction.
 
     M1 is at the rear right, M2 front right, M3 rear left, M4 front left; M2 and M3 turn
     counter-clockwise.
 
     Raises:
-        WorkbenchError: if there are others.
+        WorkbenchError: if the rotors are arranged otherwise.
     """
     places = {(each.m_y < 0.0, each.m_x > 0.0): each for each in rotors}
     order = ((False, False), (True, False), (False, True), (True, True))
@@ -225,7 +225,7 @@ def motors(rotors: Any) -> tuple[tuple[Any, ...], bool]:
 
 
 def made(signals: Any, rotors: Any, full: float) -> tuple[float, float, float, float]:
-    """Return force [N] and moment [N·m] in T that rotors make.
+    """Return force [N] and moment [N·m] of the rotors in T.
 
     Args:
         signals: of M1 .. M4, 0 .. 1.

@@ -40,16 +40,20 @@ from workbench.control.crazyflie_power import (
 from workbench.control.firmware_filters import COEFFICIENTS, butterworth, filtered
 from workbench.controllers import (
     GRAVITY,
-    Loop,
     State,
     arctan2,
     attitude_matrix,
+    between,
     clipped,
     gain,
     into_body,
+    loops_about,
+    loops_along,
     place_weights,
+    points,
     position_error,
     probe3,
+    states,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
@@ -65,27 +69,22 @@ OVERHEAD = 1.1
 LEAST_CLIMB_LIMIT = 0.5
 """Smallest limit of the vertical velocity [m/s]."""
 CUTOFF = 20.0
-"""Of the low-pass behind the derivative of a velocity [Hz]."""
+"""Cut-off of the low-pass after the derivative of a velocity [Hz]."""
 
 
 def _rows(
     group: str, names: str, unit: str, of: str, table: tuple[tuple[str, tuple[float, ...]], ...]
 ) -> Any:
-    """Return rows of kp, ki, kd and kff, as far as an axis has them, by the firmware's names."""
+    """Return rows of kp, ki, kd and kff by the firmware's names, for the values of each axis."""
     units = (unit, f"{unit}/s", f"{unit}*s", "1")
-    helps = (
-        "per error",
-        "per integral of the error",
-        "per rate of what is measured",
-        "per setpoint",
-    )
+    helps = ("P gain", "I gain", "D gain", "feedforward")
     return tuple(
         gain(
             f"{group}_{axis}{name}",
             each,
             (0.0, max(10.0, 20.0 * value)),
             value,
-            f"{of} of {axis.strip('_')} {how}",
+            f"{of} {how}, {axis.strip('v_')}",
             group,
         )
         for axis, values in table
@@ -99,32 +98,32 @@ PARAMETERS = (
         "posCtlPid",
         "Kp Ki",
         "1/s",
-        "velocity",
+        "position",
         (("x", (2.0, 0.0)), ("y", (2.0, 0.0)), ("z", (2.0, 0.5))),
     ),
-    gain("posCtlPid_xVelMax", "m/s", (0.05, 20.0), 1.0, "largest velocity of x", "posCtlPid"),
-    gain("posCtlPid_yVelMax", "m/s", (0.05, 20.0), 1.0, "largest velocity of y", "posCtlPid"),
-    gain("posCtlPid_zVelMax", "m/s", (0.05, 20.0), 1.0, "largest velocity of z", "posCtlPid"),
+    gain("posCtlPid_xVelMax", "m/s", (0.05, 20.0), 1.0, "maximum velocity, x", "posCtlPid"),
+    gain("posCtlPid_yVelMax", "m/s", (0.05, 20.0), 1.0, "maximum velocity, y", "posCtlPid"),
+    gain("posCtlPid_zVelMax", "m/s", (0.05, 20.0), 1.0, "maximum velocity, z", "posCtlPid"),
     *_rows(
         "velCtlPid",
         "Kp Ki Kd KFF",
         "deg*s/m",
-        "angle, thrust in thousands,",
+        "velocity",
         (
             ("vx", (25.0, 1.0, 0.0, 0.0)),
             ("vy", (25.0, 1.0, 0.0, 0.0)),
             ("vz", (25.0, 15.0, 0.0, 0.0)),
         ),
     ),
-    gain("posCtlPid_rLimit", "deg", (1.0, 60.0), 20.0, "largest roll", "posCtlPid"),
-    gain("posCtlPid_pLimit", "deg", (1.0, 60.0), 20.0, "largest pitch", "posCtlPid"),
-    gain("posCtlPid_thrustBase", "1", (0.0, FULL), 36000.0, "thrust in hover", "posCtlPid"),
-    gain("posCtlPid_thrustMin", "1", (0.0, FULL), 20000.0, "least thrust", "posCtlPid"),
+    gain("posCtlPid_rLimit", "deg", (1.0, 60.0), 20.0, "maximum roll", "posCtlPid"),
+    gain("posCtlPid_pLimit", "deg", (1.0, 60.0), 20.0, "maximum pitch", "posCtlPid"),
+    gain("posCtlPid_thrustBase", "1", (0.0, FULL), 36000.0, "hover thrust", "posCtlPid"),
+    gain("posCtlPid_thrustMin", "1", (0.0, FULL), 20000.0, "minimum thrust", "posCtlPid"),
     *_rows(
         "pid_attitude",
         "kp ki kd kff",
         "1/s",
-        "rate",
+        "attitude",
         tuple(
             zip(
                 ANGLES,
@@ -137,7 +136,7 @@ PARAMETERS = (
         "pid_rate",
         "kp ki kd kff",
         "s/deg",
-        "torque",
+        "rate",
         tuple(
             zip(
                 ANGLES,
@@ -146,89 +145,56 @@ PARAMETERS = (
             )
         ),
     ),
-    gain("thrust_max", "N", (0.001, 100.0), 0.12, "a motor's thrust at full scale", "Motors"),
-    gain("vbat", "V", (1.0, 60.0), 4.2, "voltage of the full battery", "Motors"),
+    gain("thrust_max", "N", (0.001, 100.0), 0.12, "motor thrust at full scale", "Motors"),
+    gain("vbat", "V", (1.0, 60.0), 4.2, "full battery voltage", "Motors"),
 )
 INTEGRALS = (20.0, 20.0, 360.0)
 RATE_INTEGRALS = (33.3, 33.3, 166.7)
 """Largest integrals of attitude [deg s] and rate [deg]."""
 MOST_INTEGRAL = 5000.0
-"""Of position and velocity."""
+"""Largest integral of position and velocity."""
 
-MEMORY = tuple(
-    State(f"{name}_{axis}", unit)
-    for name, unit, axes in (
-        ("i_position", "m*s", "xyz"),
-        ("i_velocity", "m", "xyz"),
-        ("velocity_before", "m/s", "xyz"),
-        ("filter_1", "m/s^2", "xyz"),
-        ("filter_2", "m/s^2", "xyz"),
-        ("i_attitude", "deg*s", "xyz"),
-        ("attitude_before", "deg", "xyz"),
-        ("i_rate", "deg", "xyz"),
-        ("rate_before", "deg/s", "xyz"),
-        ("asked", "deg", "xyz"),
-    )
-    for axis in axes
-) + (State("thrust", "1"), State("runs", "1"))
+MEMORY = (
+    *states("i_position", "m*s"),
+    *states("i_velocity", "m"),
+    *states("velocity_before", "m/s"),
+    *states("filter_1", "m/s^2"),
+    *states("filter_2", "m/s^2"),
+    *states("i_attitude", "deg*s"),
+    *states("attitude_before", "deg"),
+    *states("i_rate", "deg"),
+    *states("rate_before", "deg/s"),
+    *states("asked", "deg"),
+    State("thrust", "1"),
+    State("runs", "1"),
+)
 
-POINTS = {
-    f"{name}_{axis}{after}": unit
-    for name, after, unit in (
-        ("position", "_error", "m"),
-        ("velocity", "_error", "m/s"),
-        ("attitude", "_error", "deg"),
-        ("rate", "_error", "deg/s"),
-        ("torque", "", "1"),
-    )
-    for axis in "xyz"
-}
-POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, 15, 3)
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "attitude_{}_error": "deg",
+        "rate_{}_error": "deg/s",
+        "torque_{}": "1",
+    }
+)
+POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, len(POINTS), 3)
 
 
 def _named(group: str, axis: str, names: str) -> tuple[str, ...]:
     return tuple(f"{group}_{axis}{name}" for name in names.split())
 
 
+_TURNS = ("roll", "pitch", "yaw")
+_POSITION = [_named("posCtlPid", axis, "Kp Ki") for axis in "xyz"]
+_VELOCITY = [_named("velCtlPid", f"v{axis}", "Kp Ki") for axis in "xyz"]
+_ATTITUDE = [_named("pid_attitude", f"{name}_", "kp ki") for name in _TURNS]
+_RATE = [_named("pid_rate", f"{name}_", "kp ki kd") for name in _TURNS]
 LOOPS = (
-    *(
-        Loop(
-            f"velocity_{axis}",
-            f"velocity_{axis}_error",
-            axis=axis,
-            gains=_named("velCtlPid", f"v{axis}", "Kp Ki"),
-        )
-        for axis in "xyz"
-    ),
-    *(
-        Loop(
-            name,
-            f"attitude_{axis}_error",
-            axis=moves,
-            gains=_named("pid_attitude", f"{name}_", "kp ki"),
-        )
-        for name, axis, moves in (("roll", "x", "y"), ("pitch", "y", "x"), ("yaw", "z", "yaw"))
-    ),
-    *(
-        Loop(
-            f"{name}_rate",
-            f"rate_{axis}_error",
-            f"torque_{axis}",
-            axis=moves,
-            gains=_named("pid_rate", f"{name}_", "kp ki kd"),
-        )
-        for name, axis, moves in (("roll", "x", "y"), ("pitch", "y", "x"), ("yaw", "z", "yaw"))
-    ),
-    *(
-        Loop(
-            f"position_{axis}",
-            f"position_{axis}_error",
-            hold=True,
-            axis=axis,
-            gains=_named("posCtlPid", axis, "Kp Ki"),
-        )
-        for axis in "xyz"
-    ),
+    *loops_along("velocity", "", _VELOCITY),
+    *loops_about(_TURNS, "attitude", "", _ATTITUDE),
+    *loops_about([f"{name}_rate" for name in _TURNS], "rate", "torque", _RATE),
+    *loops_along("position", "", _POSITION, hold=True),
 )
 
 DESIGNED = (
@@ -238,7 +204,7 @@ DESIGNED = (
 
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
-    """Return what each motor's thrust makes, which way m1 turns, and the low-pass."""
+    """Return effects of each motor's thrust, the turning direction of m1, and the low-pass."""
     return [*motor_effects(vehicle.rotors), *butterworth(CUTOFF, DIVIDERS[0] * dt)]
 
 
@@ -383,8 +349,7 @@ def update(
         pitch_d = -clipped(clipped(ahead, OVERHEAD * g.posCtlPid_pLimit), g.posCtlPid_pLimit)
         roll_d = -clipped(clipped(left, OVERHEAD * g.posCtlPid_rLimit), g.posCtlPid_rLimit)
         thrust = 1000.0 * clipped(up, MOST_CLIMB) + g.posCtlPid_thrustBase
-        thrust = thrust if thrust > g.posCtlPid_thrustMin else g.posCtlPid_thrustMin + 0.0 * thrust
-        thrust = thrust if thrust < FULL else FULL + 0.0 * thrust
+        thrust = between(thrust, g.posCtlPid_thrustMin, FULL)
 
     errors = roll_d - roll, pitch_d - pitch, wrapped(yaw_d - yaw)
     e_x, e_y, e_z = probe3(errors, ATTITUDE, loops)

@@ -18,58 +18,59 @@ air. The derivative of ω_sp is left out, because it needs the path's snap.
 
 from typing import Any
 
-from workbench.control.cascade import (
-    ACCELERATION,
-    ANGULAR_ACCELERATION,
-    ATTITUDE,
-    CASCADE_POINTS,
-    POSITION,
-    VELOCITY,
-    cascade_loops,
-)
 from workbench.controllers import (
     GRAVITY,
-    State,
     attitude_matrix,
     difference,
     gain,
     into_body,
+    loops_about,
+    loops_along,
     moment,
+    points,
     position_error,
     probe3,
+    states,
     tilted,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
 
 NO_HEADING = 0.25
-"""Squared length below which there is no heading yet: the law starts with the vehicle's."""
+"""Squared length below which there is no commanded heading yet."""
 
 PARAMETERS = (
-    gain("k_position_xy", "1/s^2", (0.0, 100.0), 4.0, "acceleration per error, level", "Position"),
-    gain("k_position_z", "1/s^2", (0.0, 100.0), 6.0, "acceleration per error, height", "Position"),
-    gain("k_velocity_xy", "1/s", (0.1, 30.0), 3.0, "acceleration per error, level", "Velocity"),
-    gain("k_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per error, height", "Velocity"),
-    gain("k_attitude_xy", "1/s^2", (0.0, 2500.0), 150.0, "of roll and pitch", "Attitude"),
-    gain("k_attitude_z", "1/s^2", (0.0, 500.0), 8.0, "of the heading", "Attitude"),
-    gain("k_rate_xy", "1/s", (0.0, 150.0), 20.0, "of roll and pitch rates", "Attitude"),
-    gain("k_rate_z", "1/s", (0.0, 60.0), 4.0, "of the yaw rate", "Attitude"),
+    gain("k_position_xy", "1/s^2", (0.0, 100.0), 4.0, "position P gain, horizontal", "Position"),
+    gain("k_position_z", "1/s^2", (0.0, 100.0), 6.0, "position P gain, vertical", "Position"),
+    gain("k_velocity_xy", "1/s", (0.1, 30.0), 3.0, "velocity P gain, horizontal", "Velocity"),
+    gain("k_velocity_z", "1/s", (0.5, 30.0), 4.0, "velocity P gain, vertical", "Velocity"),
+    gain("k_attitude_xy", "1/s^2", (0.0, 2500.0), 150.0, "attitude P gain, tilt", "Attitude"),
+    gain("k_attitude_z", "1/s^2", (0.0, 500.0), 8.0, "attitude P gain, heading", "Attitude"),
+    gain("k_rate_xy", "1/s", (0.0, 150.0), 20.0, "rate gain, tilt", "Attitude"),
+    gain("k_rate_z", "1/s", (0.0, 60.0), 4.0, "rate gain, yaw", "Attitude"),
 )
 
-MEMORY = (
-    State("heading_x", "1"),
-    State("heading_y", "1"),
-    *(State(f"path_{axis}", "m/s^2") for axis in "xyz"),
-)
+MEMORY = (*states("heading", "1", "xy"), *states("path", "m/s^2"))
 
-POINTS = CASCADE_POINTS
-LOOPS = cascade_loops(
-    level=("k_velocity_xy",),
-    climb=("k_velocity_z",),
-    tilt=("k_attitude_xy", "k_rate_xy"),
-    turn=("k_attitude_z", "k_rate_z"),
-    place=("k_position_xy", "k_position_z"),
-    about_z="heading",
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "acceleration_{}": "m/s^2",
+        "attitude_{}_error": "1",
+        "angular_acceleration_{}": "rad/s^2",
+    }
+)
+POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
+
+_POSITION = (("k_position_xy",), ("k_position_xy",), ("k_position_z",))
+_VELOCITY = (("k_velocity_xy",), ("k_velocity_xy",), ("k_velocity_z",))
+_TILT = ("k_attitude_xy", "k_rate_xy")
+_ATTITUDE = (_TILT, _TILT, ("k_attitude_z", "k_rate_z"))
+LOOPS = (
+    *loops_along("velocity", "acceleration", _VELOCITY),
+    *loops_about(("roll", "pitch", "heading"), "attitude", "angular_acceleration", _ATTITUDE),
+    *loops_along("position", "", _POSITION, hold=True),
 )
 
 
@@ -125,8 +126,8 @@ def update(
 def turned(h_x: Any, h_y: Any, R: Any, angle: Any) -> tuple[Any, Any]:
     """Return the commanded heading, turned by a small angle [rad], of unit length.
 
-    Without one, it is the sum of x and y of T, each after turning z upright, so that a vehicle on
-    its side or its back has a heading, too.
+    Initially it is the sum of x and y of T, each after turning z upright, so that a vehicle on its
+    side or on its back has a heading, too.
     """
     if h_x * h_x + h_y * h_y < NO_HEADING:
         h_x, h_y = R[0] + R[4], R[3] - R[1]

@@ -1,4 +1,4 @@
-"""INDI: the law adds to what the rotors do now what is missing of the acceleration it wants.
+"""INDI: the law adds the missing acceleration to the present output of the rotors.
 
 Incremental nonlinear dynamic inversion, after E. J. J. Smeur, Q. P. Chu, G. C. H. E. de Croon,
 Adaptive incremental nonlinear dynamic inversion for attitude control of micro air vehicles, Journal
@@ -22,15 +22,6 @@ inertia error of 30 % makes yaw oscillate.
 
 from typing import Any
 
-from workbench.control.cascade import (
-    ACCELERATION,
-    ANGULAR_ACCELERATION,
-    ATTITUDE,
-    CASCADE_POINTS,
-    POSITION,
-    VELOCITY,
-    cascade_loops,
-)
 from workbench.controllers import (
     GRAVITY,
     State,
@@ -39,8 +30,12 @@ from workbench.controllers import (
     difference,
     gain,
     into_body,
+    loops_about,
+    loops_along,
+    points,
     position_error,
     probe3,
+    states,
     tilted,
     velocity_setpoint,
 )
@@ -50,36 +45,44 @@ FILTER = 0.02
 """Time constant of H [s]; that of the estimated acceleration, see `acceleration_estimate`."""
 
 PARAMETERS = (
-    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "pull to a held place, level", "Position"),
-    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "pull to a held place, height", "Position"),
-    gain("kp_velocity_xy", "1/s", (0.0, 30.0), 3.0, "acceleration per error, level", "Velocity"),
-    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per error, up", "Velocity"),
-    gain("kp_tilt", "1/s^2", (0.0, 2500.0), 150.0, "angular acceleration per error", "Attitude"),
-    gain("kd_tilt", "1/s", (0.0, 150.0), 20.0, "angular acceleration per rate", "Attitude"),
-    gain("kp_yaw_rate", "1/s", (0.0, 30.0), 4.0, "angular acceleration per error", "Yaw"),
+    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "position P gain, horizontal", "Position"),
+    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "position P gain, vertical", "Position"),
+    gain("kp_velocity_xy", "1/s", (0.0, 30.0), 3.0, "velocity P gain, horizontal", "Velocity"),
+    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "velocity P gain, vertical", "Velocity"),
+    gain("kp_tilt", "1/s^2", (0.0, 2500.0), 150.0, "attitude P gain, roll and pitch", "Attitude"),
+    gain("kd_tilt", "1/s", (0.0, 150.0), 20.0, "attitude D gain, roll and pitch", "Attitude"),
+    gain("kp_yaw_rate", "1/s", (0.0, 30.0), 4.0, "yaw rate P gain", "Yaw"),
 )
 
-MEMORY = tuple(
-    State(f"{name}_{axis}", unit, initial)
-    for name, unit, axes, initial in (
-        ("lift", "m/s^2", "z", GRAVITY),
-        ("moment", "N*m", "xyz", 0.0),
-        ("force_filtered", "m/s^2", "xy", 0.0),
-        ("force_filtered", "m/s^2", "z", GRAVITY),
-        ("moment_filtered", "N*m", "xyz", 0.0),
-        ("rate_filtered", "rad/s", "xyz", 0.0),
-    )
-    for axis in axes
+MEMORY = (
+    State("lift_z", "m/s^2", GRAVITY),
+    *states("moment", "N*m"),
+    *states("force_filtered", "m/s^2", "xy"),
+    State("force_filtered_z", "m/s^2", GRAVITY),
+    *states("moment_filtered", "N*m"),
+    *states("rate_filtered", "rad/s"),
 )
 
-POINTS = CASCADE_POINTS
-LOOPS = cascade_loops(
-    level=("kp_velocity_xy",),
-    climb=("kp_velocity_z",),
-    tilt=("kp_tilt", "kd_tilt"),
-    turn=("kp_yaw_rate",),
-    place=("kp_position_xy", "kp_position_z"),
-    about_z="yaw_rate",
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "acceleration_{}": "m/s^2",
+        "attitude_{}_error": "1",
+        "angular_acceleration_{}": "rad/s^2",
+    }
+)
+POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
+
+_POSITION = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
+_LEVEL, _CLIMB = ("kp_velocity_xy",), ("kp_velocity_z",)
+_TILT, _TURN = ("kp_tilt", "kd_tilt"), ("kp_yaw_rate",)
+LOOPS = (
+    *loops_along("velocity", "acceleration", (_LEVEL, _LEVEL, _CLIMB)),
+    *loops_about(
+        ("roll", "pitch", "yaw_rate"), "attitude", "angular_acceleration", (_TILT, _TILT, _TURN)
+    ),
+    *loops_along("position", "", _POSITION, hold=True),
 )
 
 
@@ -91,7 +94,7 @@ def update(
     R = attitude_matrix(measured.q_WT)
     w = into_body(R, measured.w_WB)
 
-    turning = dt / (vehicle.rotor_lag + dt)  # the present output of the rotors, and it filtered
+    turning = dt / (vehicle.rotor_lag + dt)  # output of the rotors, first unfiltered
     commanded = measured.wrench
     lift = m.lift_z + turning * (commanded[0] / vehicle.mass - m.lift_z)
     m_x = m.moment_x + turning * (commanded[1] - m.moment_x)

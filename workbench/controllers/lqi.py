@@ -23,15 +23,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
-from workbench.control.cascade import (
-    ACCELERATION,
-    ANGULAR_ACCELERATION,
-    ATTITUDE,
-    CASCADE_POINTS,
-    POSITION,
-    VELOCITY,
-    cascade_loops,
-)
 from workbench.controllers import (
     GRAVITY,
     State,
@@ -41,9 +32,13 @@ from workbench.controllers import (
     gain,
     integrated,
     into_body,
+    loops_about,
+    loops_along,
     moment,
+    points,
     position_error,
     probe3,
+    states,
     tilted,
     velocity_setpoint,
 )
@@ -56,16 +51,16 @@ MOST_TURN = 1.0
 _WEIGHT = (1e-6, 1e8)
 
 PARAMETERS = (
-    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "pull to a held place, level", "Position"),
-    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "pull to a held place, height", "Position"),
-    gain("q_level_integral", "1/(s^2*m^2)", _WEIGHT, 100.0, "weight of displacement", "Level"),
-    gain("q_level_velocity", "1/(s^2*m^2)", _WEIGHT, 100.0, "weight of velocity", "Level"),
-    gain("q_tilt", "1/s^4", _WEIGHT, 1000.0, "weight of tilt", "Level"),
-    gain("q_tilt_rate", "1/s^2", _WEIGHT, 10.0, "weight of the rate of tilt", "Level"),
-    gain("q_climb_integral", "1/s^4", _WEIGHT, 10.0, "weight of displacement", "Climb"),
-    gain("q_climb_velocity", "1/s^2", _WEIGHT, 10.0, "weight of velocity", "Climb"),
-    gain("q_yaw_integral", "1/s^4", _WEIGHT, 10.0, "weight of the angle that is missing", "Yaw"),
-    gain("q_yaw_rate", "1/s^2", _WEIGHT, 10.0, "weight of the rate", "Yaw"),
+    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "position P gain, horizontal", "Position"),
+    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "position P gain, vertical", "Position"),
+    gain("q_level_integral", "1/(s^2*m^2)", _WEIGHT, 100.0, "velocity integral weight", "Level"),
+    gain("q_level_velocity", "1/(s^2*m^2)", _WEIGHT, 100.0, "velocity weight", "Level"),
+    gain("q_tilt", "1/s^4", _WEIGHT, 1000.0, "tilt weight", "Level"),
+    gain("q_tilt_rate", "1/s^2", _WEIGHT, 10.0, "tilt rate weight", "Level"),
+    gain("q_climb_integral", "1/s^4", _WEIGHT, 10.0, "velocity integral weight", "Climb"),
+    gain("q_climb_velocity", "1/s^2", _WEIGHT, 10.0, "velocity weight", "Climb"),
+    gain("q_yaw_integral", "1/s^4", _WEIGHT, 10.0, "yaw rate integral weight", "Yaw"),
+    gain("q_yaw_rate", "1/s^2", _WEIGHT, 10.0, "yaw rate weight", "Yaw"),
 )
 
 DESIGNED = (
@@ -74,26 +69,35 @@ DESIGNED = (
     *(f"yaw_{state}" for state in ("integral", "rate", "rotors")),
 )
 
-MEMORY = tuple(
-    State(f"{name}_{axis}", unit)
-    for name, unit, axes in (
-        ("integral", "m", "xyz"),
-        ("yaw_integral", "rad", "z"),
-        ("rotors", "rad/s^2", "xyz"),
-        ("lift", "m/s^2", "z"),
-        ("asked", "1", "z"),
-    )
-    for axis in axes
+MEMORY = (
+    *states("integral", "m"),
+    State("yaw_integral_z", "rad"),
+    *states("rotors", "rad/s^2"),
+    State("lift_z", "m/s^2"),
+    State("asked_z", "1"),
 )
 
-POINTS = CASCADE_POINTS
-LOOPS = cascade_loops(
-    level=("q_level_integral", "q_level_velocity"),
-    climb=("q_climb_integral", "q_climb_velocity"),
-    tilt=("q_tilt", "q_tilt_rate"),
-    turn=("q_yaw_integral", "q_yaw_rate"),
-    place=("kp_position_xy", "kp_position_z"),
-    about_z="yaw_rate",
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "acceleration_{}": "m/s^2",
+        "attitude_{}_error": "1",
+        "angular_acceleration_{}": "rad/s^2",
+    }
+)
+POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
+
+_POSITION = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
+_LEVEL = ("q_level_integral", "q_level_velocity")
+_CLIMB = ("q_climb_integral", "q_climb_velocity")
+_TILT, _TURN = ("q_tilt", "q_tilt_rate"), ("q_yaw_integral", "q_yaw_rate")
+LOOPS = (
+    *loops_along("velocity", "acceleration", (_LEVEL, _LEVEL, _CLIMB)),
+    *loops_about(
+        ("roll", "pitch", "yaw_rate"), "attitude", "angular_acceleration", (_TILT, _TILT, _TURN)
+    ),
+    *loops_along("position", "", _POSITION, hold=True),
 )
 
 
@@ -159,7 +163,7 @@ def update(
 
 
 def share(dt: float, vehicle: Any) -> Any:
-    """Return the share of the distance to their command that rotors cover in an update."""
+    """Return the gain of the discrete first-order rotor lag."""
     return dt / (vehicle.rotor_lag + dt)
 
 

@@ -29,14 +29,17 @@ from workbench.control.crazyflie_power import (
 )
 from workbench.controllers import (
     GRAVITY,
-    Loop,
     State,
     attitude_matrix,
     clipped,
     gain,
     into_body,
+    loops_about,
+    loops_along,
+    points,
     position_error,
     probe3,
+    states,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
@@ -44,76 +47,70 @@ from workbench.controllers.pd_rule import rule as pd_rule
 PERIOD = 1 / 512
 MOST_TORQUE = 32000.0
 TINY = 1e-30
-"""Added to a length, where the firmware would divide by zero."""
+"""Added to a length, to avoid a division by zero."""
 
 PARAMETERS = (
-    gain("ctrlMel_kp_xy", "N/m", (0.0, 20.0), 0.4, "force per error of place, level", "Position"),
-    gain("ctrlMel_kd_xy", "N*s/m", (0.0, 20.0), 0.2, "the same of velocity", "Position"),
-    gain("ctrlMel_ki_xy", "N/(m*s)", (0.0, 20.0), 0.05, "the same of its integral", "Position"),
-    gain("ctrlMel_i_range_xy", "m*s", (0.0, 20.0), 2.0, "largest of these integrals", "Position"),
-    gain("ctrlMel_kp_z", "N/m", (0.0, 20.0), 1.25, "force per error of height", "Position"),
-    gain("ctrlMel_kd_z", "N*s/m", (0.0, 20.0), 0.4, "the same of the climb", "Position"),
-    gain("ctrlMel_ki_z", "N/(m*s)", (0.0, 20.0), 0.05, "the same of its integral", "Position"),
-    gain("ctrlMel_i_range_z", "m*s", (0.0, 20.0), 0.4, "largest of these integrals", "Position"),
-    gain("ctrlMel_mass", "kg", (0.001, 20.0), 0.029, "mass that is carried", "Position"),
-    gain("ctrlMel_massThrust", "1/N", (1.0, 1e6), 132000.0, "thrust per force", "Position"),
-    gain("ctrlMel_kR_xy", "1", (0.0, 1e6), 70000.0, "torque per error of tilt", "Attitude"),
-    gain("ctrlMel_kw_xy", "s", (0.0, 3e5), 20000.0, "the same of its rate", "Attitude"),
-    gain("ctrlMel_ki_m_xy", "1/s", (0.0, 1e5), 0.0, "the same of its integral", "Attitude"),
-    gain("ctrlMel_i_range_m_xy", "s", (0.0, 1e4), 1.0, "largest of these integrals", "Attitude"),
-    gain("ctrlMel_kd_omega_rp", "s^2", (0.0, 5e3), 200.0, "torque per slope of it", "Attitude"),
-    gain("ctrlMel_kR_z", "1", (0.0, 1e6), 60000.0, "torque per error of yaw", "Yaw"),
-    gain("ctrlMel_kw_z", "s", (0.0, 3e5), 12000.0, "the same of its rate", "Yaw"),
-    gain("ctrlMel_ki_m_z", "1/s", (0.0, 1e5), 500.0, "the same of its integral", "Yaw"),
-    gain("ctrlMel_i_range_m_z", "s", (0.0, 1e4), 1500.0, "largest of this integral", "Yaw"),
-    gain("thrust_max", "N", (0.001, 100.0), 0.12, "a motor's thrust at full scale", "Motors"),
-    gain("vbat", "V", (1.0, 60.0), 4.2, "voltage of the full battery", "Motors"),
+    gain("ctrlMel_kp_xy", "N/m", (0.0, 20.0), 0.4, "position P gain, horizontal", "Position"),
+    gain("ctrlMel_kd_xy", "N*s/m", (0.0, 20.0), 0.2, "position D gain, horizontal", "Position"),
+    gain("ctrlMel_ki_xy", "N/(m*s)", (0.0, 20.0), 0.05, "position I gain, horizontal", "Position"),
+    gain("ctrlMel_i_range_xy", "m*s", (0.0, 20.0), 2.0, "position I limit, horizontal", "Position"),
+    gain("ctrlMel_kp_z", "N/m", (0.0, 20.0), 1.25, "position P gain, vertical", "Position"),
+    gain("ctrlMel_kd_z", "N*s/m", (0.0, 20.0), 0.4, "position D gain, vertical", "Position"),
+    gain("ctrlMel_ki_z", "N/(m*s)", (0.0, 20.0), 0.05, "position I gain, vertical", "Position"),
+    gain("ctrlMel_i_range_z", "m*s", (0.0, 20.0), 0.4, "position I limit, vertical", "Position"),
+    gain("ctrlMel_mass", "kg", (0.001, 20.0), 0.029, "mass", "Position"),
+    gain("ctrlMel_massThrust", "1/N", (1.0, 1e6), 132000.0, "thrust per newton", "Position"),
+    gain("ctrlMel_kR_xy", "1", (0.0, 1e6), 70000.0, "attitude P gain, tilt", "Attitude"),
+    gain("ctrlMel_kw_xy", "s", (0.0, 3e5), 20000.0, "attitude D gain, tilt", "Attitude"),
+    gain("ctrlMel_ki_m_xy", "1/s", (0.0, 1e5), 0.0, "attitude I gain, tilt", "Attitude"),
+    gain("ctrlMel_i_range_m_xy", "s", (0.0, 1e4), 1.0, "attitude I limit, tilt", "Attitude"),
+    gain("ctrlMel_kd_omega_rp", "s^2", (0.0, 5e3), 200.0, "rate D gain, tilt", "Attitude"),
+    gain("ctrlMel_kR_z", "1", (0.0, 1e6), 60000.0, "attitude P gain, yaw", "Yaw"),
+    gain("ctrlMel_kw_z", "s", (0.0, 3e5), 12000.0, "attitude D gain, yaw", "Yaw"),
+    gain("ctrlMel_ki_m_z", "1/s", (0.0, 1e5), 500.0, "attitude I gain, yaw", "Yaw"),
+    gain("ctrlMel_i_range_m_z", "s", (0.0, 1e4), 1500.0, "attitude I limit, yaw", "Yaw"),
+    gain("thrust_max", "N", (0.001, 100.0), 0.12, "motor thrust at full scale", "Motors"),
+    gain("vbat", "V", (1.0, 60.0), 4.2, "full battery voltage", "Motors"),
 )
 
-MEMORY = tuple(
-    State(f"{name}_{axis}", unit)
-    for name, unit, axes in (
-        ("i_position", "m*s", "xyz"),
-        ("i_attitude", "s", "xyz"),
-        ("rate_before", "rad/s", "xy"),
-    )
-    for axis in axes
-) + (State("runs", "1"),)
+MEMORY = (
+    *states("i_position", "m*s"),
+    *states("i_attitude", "s"),
+    *states("rate_before", "rad/s", "xy"),
+    State("runs", "1"),
+)
 
-POINTS = {
-    f"{name}_{axis}{after}": unit
-    for name, after, unit in (
-        ("position", "_error", "m"),
-        ("velocity", "_error", "m/s"),
-        ("force", "", "N"),
-        ("rate", "_error", "rad/s"),
-        ("torque", "", "1"),
-    )
-    for axis in "xyz"
-}
-POSITION, VELOCITY, FORCE, RATE, TORQUE = range(0, 15, 3)
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "force_{}": "N",
+        "rate_{}_error": "rad/s",
+        "torque_{}": "1",
+    }
+)
+POSITION, VELOCITY, FORCE, RATE, TORQUE = range(0, len(POINTS), 3)
 
 
 def _gains(names: str) -> tuple[str, ...]:
     return tuple(f"ctrlMel_{name}" for name in names.split())
 
 
+_TILT = _gains("kR_xy kw_xy kd_omega_rp")
+_POSITION = (_gains("kp_xy ki_xy"), _gains("kp_xy ki_xy"), _gains("kp_z ki_z"))
+_VELOCITY = (_gains("kd_xy"), _gains("kd_xy"), _gains("kd_z"))
+_ATTITUDE = (_TILT, _TILT, _gains("kR_z kw_z ki_m_z"))
 LOOPS = (
-    Loop("velocity_x", "velocity_x_error", "force_x", axis="x", gains=_gains("kd_xy")),
-    Loop("velocity_y", "velocity_y_error", "force_y", axis="y", gains=_gains("kd_xy")),
-    Loop("velocity_z", "velocity_z_error", "force_z", axis="z", gains=_gains("kd_z")),
-    Loop("roll", "rate_x_error", "torque_x", axis="y", gains=_gains("kR_xy kw_xy kd_omega_rp")),
-    Loop("pitch", "rate_y_error", "torque_y", axis="x", gains=_gains("kR_xy kw_xy kd_omega_rp")),
-    Loop("yaw", "rate_z_error", "torque_z", axis="yaw", gains=_gains("kR_z kw_z ki_m_z")),
-    Loop("position_x", "position_x_error", hold=True, axis="x", gains=_gains("kp_xy ki_xy")),
-    Loop("position_y", "position_y_error", hold=True, axis="y", gains=_gains("kp_xy ki_xy")),
-    Loop("position_z", "position_z_error", hold=True, axis="z", gains=_gains("kp_z ki_z")),
+    *loops_along("velocity", "force", _VELOCITY),
+    *loops_about(("roll", "pitch", "yaw"), "rate", "torque", _ATTITUDE),
+    *loops_along("position", "", _POSITION, hold=True),
 )
+
 DESIGNED = MOTOR_EFFECTS
 
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
-    """Return what each motor's thrust makes, and which way m1 turns."""
+    """Return the effects of each motor's thrust, and the turning direction of m1."""
     return motor_effects(vehicle.rotors)
 
 
@@ -172,7 +169,7 @@ def update(
     pitch = clipped(-kR * e_y + kw * e_q + ki * i_pitch + kd * slope_y, MOST_TORQUE)
     yaw = -g.ctrlMel_kR_z * e_z + g.ctrlMel_kw_z * e_r + g.ctrlMel_ki_m_z * i_yaw
     roll, pitch, yaw = probe3((roll, pitch, clipped(yaw, MOST_TORQUE)), TORQUE, loops)
-    if thrust <= 0.0:  # the firmware then asks for nothing, and its integrals begin anew
+    if thrust <= 0.0:  # as in the firmware
         thrust, roll, pitch, yaw = 0.0 * thrust, 0.0 * roll, 0.0 * pitch, 0.0 * yaw
         i_x, i_y, i_z = 0.0 * i_x, 0.0 * i_y, 0.0 * i_z
         i_roll, i_pitch, i_yaw = 0.0 * i_roll, 0.0 * i_pitch, 0.0 * i_yaw
@@ -184,7 +181,7 @@ def update(
 def rule(vehicle: Any) -> dict[str, float]:
     """Return values for a vehicle; the firmware's for one of a Crazyflie's size.
 
-    For others the gains of the PD cascade in this form: e_R is about twice the angle.
+    Other vehicles have the gains of the PD cascade in this form: e_R is about twice the angle.
     """
     motors = larger_motors(vehicle)
     if motors is None:

@@ -1,4 +1,4 @@
-"""PD cascade: the law that flies where no other is named.
+"""PD cascade, the default control law.
 
 With errors of the position p, the velocity v of the centre of mass, and the tilt; kp_velocity and
 kd_velocity are gains for each of x, y, z:
@@ -13,9 +13,8 @@ kd_velocity are gains for each of x, y, z:
 
 a is the estimated acceleration, d the drag of still air, g_W gravity upwards, ω_sp the wanted yaw
 rate about world z, and e_tilt the shortest rotation from z to f, as its axis times
-2 sin(angle / 2): it grows up to half a turn, so the law holds at any attitude. Gains are
-normalised by mass and inertia (1/s or 1/s², not newtons), so that a set of gains carries from one
-vehicle to another.
+2 sin(angle / 2): it grows up to half a turn, so the law works at any attitude. Gains are
+normalised by mass and inertia (1/s or 1/s², not newtons), so that they transfer between vehicles.
 
 Roll, pitch, yaw and moments are about the axes of T, see docs/controllers.md.
 """
@@ -48,19 +47,19 @@ _STIFFNESS = (0.0, STIFFEST)
 _ANGLE_RATE = (0.0, 150.0)
 
 PARAMETERS = (
-    gain("kp_position_xy", "1/s", (0.0, 5.0), 1.0, "pull to a held place or way-point, level"),
-    gain("kp_position_z", "1/s", (0.0, 5.0), 1.5, "pull to a held place or way-point, height"),
-    gain("kp_velocity_x", "1/s", _RATE, 3.0, "acceleration per velocity error along x"),
-    gain("kp_velocity_y", "1/s", _RATE, 3.0, "acceleration per velocity error along y"),
-    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per velocity error along z"),
-    gain("kd_velocity_x", "1", _DAMPING, 0.1, "share of acceleration along x taken back"),
-    gain("kd_velocity_y", "1", _DAMPING, 0.1, "share of acceleration along y taken back"),
-    gain("kd_velocity_z", "1", _DAMPING, 0.1, "share of acceleration along z taken back"),
-    gain("kp_roll", "1/s^2", _STIFFNESS, 150.0, "angular acceleration per roll error"),
-    gain("kp_pitch", "1/s^2", _STIFFNESS, 150.0, "angular acceleration per pitch error"),
-    gain("kd_roll", "1/s", _ANGLE_RATE, 20.0, "angular acceleration per roll rate"),
-    gain("kd_pitch", "1/s", _ANGLE_RATE, 20.0, "angular acceleration per pitch rate"),
-    gain("kp_yaw_rate", "1/s", _RATE, 4.0, "angular acceleration per yaw-rate error"),
+    gain("kp_position_xy", "1/s", (0.0, 5.0), 1.0, "position P gain, horizontal"),
+    gain("kp_position_z", "1/s", (0.0, 5.0), 1.5, "position P gain, vertical"),
+    gain("kp_velocity_x", "1/s", _RATE, 3.0, "velocity P gain, x"),
+    gain("kp_velocity_y", "1/s", _RATE, 3.0, "velocity P gain, y"),
+    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "velocity P gain, z"),
+    gain("kd_velocity_x", "1", _DAMPING, 0.1, "velocity D gain, x"),
+    gain("kd_velocity_y", "1", _DAMPING, 0.1, "velocity D gain, y"),
+    gain("kd_velocity_z", "1", _DAMPING, 0.1, "velocity D gain, z"),
+    gain("kp_roll", "1/s^2", _STIFFNESS, 150.0, "attitude P gain, roll"),
+    gain("kp_pitch", "1/s^2", _STIFFNESS, 150.0, "attitude P gain, pitch"),
+    gain("kd_roll", "1/s", _ANGLE_RATE, 20.0, "attitude D gain, roll"),
+    gain("kd_pitch", "1/s", _ANGLE_RATE, 20.0, "attitude D gain, pitch"),
+    gain("kp_yaw_rate", "1/s", _RATE, 4.0, "yaw rate P gain"),
 )
 
 POINTS = {
@@ -80,10 +79,10 @@ POINTS = {
     "pitch_acceleration": "rad/s^2",
     "yaw_acceleration": "rad/s^2",
 }
-"""Errors and what follows from them: specific force in W, without gravity, and angular acceleration
-in T. The errors of roll and pitch are twice the sine of half the angle, about x and y of T."""
+"""Errors, specific force in W without gravity, and angular acceleration in T. The errors of roll
+and pitch are twice the sine of half the angle, about x and y of T."""
 POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
-"""Where the three points of each stage begin."""
+"""Index of the first of the three points of each stage."""
 
 LOOPS = tuple(
     Loop(name, f"{name}_error", output, hold=name.startswith("position"), axis=axis, gains=gains)
@@ -104,7 +103,7 @@ LOOPS = tuple(
 def update(
     measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
 ) -> tuple[Any, Any]:
-    """Return the wrench in T, F [N] and m [N·m], and the memory, of which it has none."""
+    """Return the wrench in T, F [N] and m [N·m], and the memory, which is empty."""
     e = probe3(position_error(measured, setpoint), POSITION, loops)
     v_x, v_y, v_z, yaw_rate = velocity_setpoint(position_p(e, g), measured, setpoint, g)
     e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
@@ -121,15 +120,14 @@ def update(
 
 
 def position_p(e: Vector, g: Any) -> tuple[Scalar, Scalar, Scalar]:
-    """Return the velocity that corrects an error of position e [m], in W [m/s]."""
+    """Return the velocity for a position error e [m], in W [m/s]."""
     return g.kp_position_xy * e[0], g.kp_position_xy * e[1], g.kp_position_z * e[2]
 
 
 def velocity_pd(e: Vector, a: Vector, drag: Vector, g: Any) -> tuple[Scalar, Scalar, Scalar]:
-    """Return specific force without gravity, in W [m/s²], for an error of velocity e [m/s].
+    """Return the specific force without gravity, in W [m/s²], for a velocity error e [m/s].
 
-    What drag takes is added, so that gains mean the same for a vehicle with much drag and for one
-    without.
+    It compensates the drag of still air, so that the response to a gain does not depend on drag.
     """
     return (
         g.kp_velocity_x * e[0] - g.kd_velocity_x * a[0] + drag[0],
@@ -141,7 +139,7 @@ def velocity_pd(e: Vector, a: Vector, drag: Vector, g: Any) -> tuple[Scalar, Sca
 def attitude_pd(
     e: Vector, w: Vector, w_sp: Vector, vehicle: Any, g: Any
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Return angular acceleration in T [rad/s²] for errors e of roll, pitch and yaw rate."""
+    """Return the angular acceleration in T [rad/s²] for errors e of roll, pitch and yaw rate."""
     return (
         g.kp_roll * e[0] + g.kd_roll * (w_sp[0] - w[0]),
         g.kp_pitch * e[1] + g.kd_pitch * (w_sp[1] - w[1]),

@@ -1,4 +1,4 @@
-"""PID cascade: the pilot's velocity is reached in wind and with a mass that nobody told the law.
+"""PID cascade: integrals reject constant wind and an unknown mass.
 
 With errors of position p, velocity v of the centre of mass, tilt and angular velocity ω, gains by
 name, and integrals i (all by component):
@@ -22,17 +22,19 @@ from typing import Any
 
 from workbench.controllers import (
     GRAVITY,
-    Loop,
-    State,
     attitude_error,
     attitude_matrix,
     difference,
     gain,
     integrated,
     into_body,
+    loops_about,
+    loops_along,
     moment,
+    points,
     position_error,
     probe3,
+    states,
     tilted,
     velocity_setpoint,
 )
@@ -46,66 +48,58 @@ MOST_TURN = 10.0
 """Largest integral of a rate [rad/s²]."""
 
 PARAMETERS = (
-    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "pull to a held place, level", "Position"),
-    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "pull to a held place, height", "Position"),
-    gain("kp_velocity_xy", "1/s", (0.0, 30.0), 3.0, "acceleration per error, level", "Velocity"),
-    gain("ki_velocity_xy", "1/s^2", (0.0, 30.0), 1.5, "growth of its integral", "Velocity"),
-    gain("kd_velocity_xy", "1", (0.0, 1.0), 0.1, "share of acceleration taken back", "Velocity"),
-    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "acceleration per error, up", "Velocity"),
-    gain("ki_velocity_z", "1/s^2", (0.0, 30.0), 3.0, "growth of its integral", "Velocity"),
-    gain("kd_velocity_z", "1", (0.0, 1.0), 0.1, "share of acceleration taken back", "Velocity"),
-    gain("kp_tilt", "1/s", (0.0, 50.0), 8.0, "rate per error of roll and pitch", "Attitude"),
-    gain("kp_rate", "1/s", (0.0, 150.0), 20.0, "angular acceleration per rate error", "Rate"),
-    gain("ki_rate", "1/s^2", (0.0, 500.0), 20.0, "growth of its integral", "Rate"),
-    gain("kd_rate", "1", (0.0, 1.0), 0.0, "share of angular acceleration taken back", "Rate"),
-    gain("kp_yaw_rate", "1/s", (0.0, 30.0), 4.0, "angular acceleration per error", "Yaw"),
-    gain("ki_yaw_rate", "1/s^2", (0.0, 100.0), 2.0, "growth of its integral", "Yaw"),
+    gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "position P gain, horizontal", "Position"),
+    gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "position P gain, vertical", "Position"),
+    gain("kp_velocity_xy", "1/s", (0.0, 30.0), 3.0, "velocity P gain, horizontal", "Velocity"),
+    gain("ki_velocity_xy", "1/s^2", (0.0, 30.0), 1.5, "velocity I gain, horizontal", "Velocity"),
+    gain("kd_velocity_xy", "1", (0.0, 1.0), 0.1, "velocity D gain, horizontal", "Velocity"),
+    gain("kp_velocity_z", "1/s", (0.5, 30.0), 4.0, "velocity P gain, vertical", "Velocity"),
+    gain("ki_velocity_z", "1/s^2", (0.0, 30.0), 3.0, "velocity I gain, vertical", "Velocity"),
+    gain("kd_velocity_z", "1", (0.0, 1.0), 0.1, "velocity D gain, vertical", "Velocity"),
+    gain("kp_tilt", "1/s", (0.0, 50.0), 8.0, "attitude P gain, roll and pitch", "Attitude"),
+    gain("kp_rate", "1/s", (0.0, 150.0), 20.0, "rate P gain, roll and pitch", "Rate"),
+    gain("ki_rate", "1/s^2", (0.0, 500.0), 20.0, "rate I gain, roll and pitch", "Rate"),
+    gain("kd_rate", "1", (0.0, 1.0), 0.0, "rate D gain, roll and pitch", "Rate"),
+    gain("kp_yaw_rate", "1/s", (0.0, 30.0), 4.0, "yaw rate P gain", "Yaw"),
+    gain("ki_yaw_rate", "1/s^2", (0.0, 100.0), 2.0, "yaw rate I gain", "Yaw"),
 )
 
-MEMORY = tuple(
-    State(f"{name}_{axis}", unit)
-    for name, unit, axes in (
-        ("i_velocity", "m/s^2", "xyz"),
-        ("i_rate", "rad/s^2", "xyz"),
-        ("rate_filtered", "rad/s", "xy"),
-        ("asked", "1", "xyz"),
-    )
-    for axis in axes
+MEMORY = (
+    *states("i_velocity", "m/s^2"),
+    *states("i_rate", "rad/s^2"),
+    *states("rate_filtered", "rad/s", "xy"),
+    *states("asked", "1"),
 )
 
-POINTS = {
-    f"{name}_{axis}{after}": unit
-    for name, after, unit, axes in (
-        ("position", "_error", "m", "xyz"),
-        ("velocity", "_error", "m/s", "xyz"),
-        ("acceleration", "", "m/s^2", "xyz"),
-        ("tilt", "_error", "1", "xyz"),
-        ("rate", "_error", "rad/s", "xyz"),
-        ("angular_acceleration", "", "rad/s^2", "xyz"),
-    )
-    for axis in axes
-}
-POSITION, VELOCITY, ACCELERATION, TILT, RATE, ANGULAR_ACCELERATION = range(0, 18, 3)
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "acceleration_{}": "m/s^2",
+        "tilt_{}_error": "1",
+        "rate_{}_error": "rad/s",
+        "angular_acceleration_{}": "rad/s^2",
+    }
+)
+POSITION, VELOCITY, ACCELERATION, TILT, RATE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
 
+
+_POSITION = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
 _LEVEL = ("kp_velocity_xy", "ki_velocity_xy", "kd_velocity_xy")
 _CLIMB = ("kp_velocity_z", "ki_velocity_z", "kd_velocity_z")
+_TILT = ("kp_tilt",)
 _RATE = ("kp_rate", "ki_rate", "kd_rate")
 _YAW = ("kp_yaw_rate", "ki_yaw_rate")
-LOOPS = tuple(
-    Loop(name, error, actuator, hold=error.startswith("position"), axis=axis, gains=gains)
-    for name, error, actuator, axis, gains in (
-        ("velocity_x", "velocity_x_error", "acceleration_x", "x", _LEVEL),
-        ("velocity_y", "velocity_y_error", "acceleration_y", "y", _LEVEL),
-        ("velocity_z", "velocity_z_error", "acceleration_z", "z", _CLIMB),
-        ("roll", "tilt_x_error", "tilt_x_error", "y", ("kp_tilt",)),
-        ("pitch", "tilt_y_error", "tilt_y_error", "x", ("kp_tilt",)),
-        ("roll_rate", "rate_x_error", "angular_acceleration_x", "y", _RATE),
-        ("pitch_rate", "rate_y_error", "angular_acceleration_y", "x", _RATE),
-        ("yaw_rate", "rate_z_error", "angular_acceleration_z", "yaw", _YAW),
-        ("position_x", "position_x_error", "position_x_error", "x", ("kp_position_xy",)),
-        ("position_y", "position_y_error", "position_y_error", "y", ("kp_position_xy",)),
-        ("position_z", "position_z_error", "position_z_error", "z", ("kp_position_z",)),
-    )
+LOOPS = (
+    *loops_along("velocity", "acceleration", (_LEVEL, _LEVEL, _CLIMB)),
+    *loops_about(("roll", "pitch"), "tilt", "", (_TILT, _TILT)),
+    *loops_about(
+        ("roll_rate", "pitch_rate", "yaw_rate"),
+        "rate",
+        "angular_acceleration",
+        (_RATE, _RATE, _YAW),
+    ),
+    *loops_along("position", "", _POSITION, hold=True),
 )
 
 

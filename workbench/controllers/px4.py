@@ -46,6 +46,7 @@ from workbench.control.mixers import (
     column_numbers,
     columns,
     effects,
+    hover_authority,
     px4_allocated,
     px4_left_over,
     px4_mixing,
@@ -54,16 +55,20 @@ from workbench.control.mixers import (
 from workbench.control.quaternions import canonical, inverse, product, shortest, unit, upright
 from workbench.controllers import (
     GRAVITY,
-    Loop,
     State,
     arctan2,
     attitude_matrix,
+    between,
     clipped,
     cosine_sine,
     gain,
     into_body,
+    loops_about,
+    loops_along,
+    points,
     position_error,
     probe3,
+    states,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
@@ -81,32 +86,32 @@ UNMADE = 1.2e-7
 
 _RP = (0.0, 10.0)
 PARAMETERS = (
-    gain("MPC_XY_P", "1/s", (0.0, 2.0), 0.95, "velocity per error of position, level", "Position"),
-    gain("MPC_Z_P", "1/s", (0.0, 1.5), 1.0, "velocity per error of height", "Position"),
-    gain("MPC_XY_VEL_P_ACC", "1/s", (0.1, 15.0), 1.8, "acceleration per error, level", "Velocity"),
-    gain("MPC_XY_VEL_I_ACC", "1/s^2", (0.0, 60.0), 0.4, "per integral, level", "Velocity"),
-    gain("MPC_XY_VEL_D_ACC", "1", (0.0, 2.0), 0.2, "per acceleration, level", "Velocity"),
-    gain("MPC_Z_VEL_P_ACC", "1/s", (0.1, 15.0), 4.0, "acceleration per error, up", "Velocity"),
-    gain("MPC_Z_VEL_I_ACC", "1/s^2", (0.0, 3.0), 2.0, "per integral, up", "Velocity"),
-    gain("MPC_Z_VEL_D_ACC", "1", (0.0, 2.0), 0.0, "per acceleration, up", "Velocity"),
-    gain("MPC_XY_VEL_MAX", "m/s", (0.0, 20.0), 12.0, "largest level velocity", "Velocity"),
-    gain("MPC_Z_VEL_MAX_UP", "m/s", (0.5, 8.0), 3.0, "largest climb", "Velocity"),
-    gain("MPC_Z_VEL_MAX_DN", "m/s", (0.5, 4.0), 1.5, "largest descent", "Velocity"),
-    gain("MPC_TILTMAX_AIR", "deg", (20.0, 89.0), 45.0, "largest tilt", "Thrust"),
-    gain("MPC_THR_HOVER", "1", (0.1, 0.8), 0.5, "thrust in hover", "Thrust"),
-    gain("MPC_THR_MIN", "1", (0.05, 0.5), 0.12, "least thrust", "Thrust"),
-    gain("MPC_THR_MAX", "1", (0.0, 1.0), 1.0, "largest thrust", "Thrust"),
-    gain("MPC_THR_XY_MARG", "1", (0.0, 0.5), 0.3, "thrust kept for the level", "Thrust"),
-    gain("MPC_ACC_DECOUPLE", "1", (0.0, 1.0), 1.0, "1: tilt as without climbing", "Thrust"),
-    gain("MC_ROLL_P", "1/s", (0.0, 12.0), 4.0, "rate per error of roll", "Attitude"),
-    gain("MC_PITCH_P", "1/s", (0.0, 12.0), 4.0, "rate per error of pitch", "Attitude"),
-    gain("MC_YAW_P", "1/s", (0.0, 5.0), 2.8, "rate per error of yaw", "Attitude"),
-    gain("MC_YAW_WEIGHT", "1", (0.0, 1.0), 0.4, "share of yaw beside the tilt", "Attitude"),
-    gain("MC_ROLLRATE_MAX", "deg/s", (0.0, 1800.0), 220.0, "largest rate of roll", "Attitude"),
-    gain("MC_PITCHRATE_MAX", "deg/s", (0.0, 1800.0), 220.0, "largest rate of pitch", "Attitude"),
-    gain("MC_YAWRATE_MAX", "deg/s", (0.0, 1800.0), 200.0, "largest rate of yaw", "Attitude"),
+    gain("MPC_XY_P", "1/s", (0.0, 2.0), 0.95, "position P gain, horizontal", "Position"),
+    gain("MPC_Z_P", "1/s", (0.0, 1.5), 1.0, "position P gain, vertical", "Position"),
+    gain("MPC_XY_VEL_P_ACC", "1/s", (0.1, 15.0), 1.8, "velocity P gain, horizontal", "Velocity"),
+    gain("MPC_XY_VEL_I_ACC", "1/s^2", (0.0, 60.0), 0.4, "velocity I gain, horizontal", "Velocity"),
+    gain("MPC_XY_VEL_D_ACC", "1", (0.0, 2.0), 0.2, "velocity D gain, horizontal", "Velocity"),
+    gain("MPC_Z_VEL_P_ACC", "1/s", (0.1, 15.0), 4.0, "velocity P gain, vertical", "Velocity"),
+    gain("MPC_Z_VEL_I_ACC", "1/s^2", (0.0, 3.0), 2.0, "velocity I gain, vertical", "Velocity"),
+    gain("MPC_Z_VEL_D_ACC", "1", (0.0, 2.0), 0.0, "velocity D gain, vertical", "Velocity"),
+    gain("MPC_XY_VEL_MAX", "m/s", (0.0, 20.0), 12.0, "maximum horizontal velocity", "Velocity"),
+    gain("MPC_Z_VEL_MAX_UP", "m/s", (0.5, 8.0), 3.0, "maximum climb rate", "Velocity"),
+    gain("MPC_Z_VEL_MAX_DN", "m/s", (0.5, 4.0), 1.5, "maximum descent rate", "Velocity"),
+    gain("MPC_TILTMAX_AIR", "deg", (20.0, 89.0), 45.0, "maximum tilt", "Thrust"),
+    gain("MPC_THR_HOVER", "1", (0.1, 0.8), 0.5, "hover thrust", "Thrust"),
+    gain("MPC_THR_MIN", "1", (0.05, 0.5), 0.12, "minimum collective thrust", "Thrust"),
+    gain("MPC_THR_MAX", "1", (0.0, 1.0), 1.0, "maximum collective thrust", "Thrust"),
+    gain("MPC_THR_XY_MARG", "1", (0.0, 0.5), 0.3, "horizontal thrust margin", "Thrust"),
+    gain("MPC_ACC_DECOUPLE", "1", (0.0, 1.0), 1.0, "1: tilt independent of climb", "Thrust"),
+    gain("MC_ROLL_P", "1/s", (0.0, 12.0), 4.0, "attitude P gain, roll", "Attitude"),
+    gain("MC_PITCH_P", "1/s", (0.0, 12.0), 4.0, "attitude P gain, pitch", "Attitude"),
+    gain("MC_YAW_P", "1/s", (0.0, 5.0), 2.8, "attitude P gain, yaw", "Attitude"),
+    gain("MC_YAW_WEIGHT", "1", (0.0, 1.0), 0.4, "yaw weight", "Attitude"),
+    gain("MC_ROLLRATE_MAX", "deg/s", (0.0, 1800.0), 220.0, "maximum roll rate", "Attitude"),
+    gain("MC_PITCHRATE_MAX", "deg/s", (0.0, 1800.0), 220.0, "maximum pitch rate", "Attitude"),
+    gain("MC_YAWRATE_MAX", "deg/s", (0.0, 1800.0), 200.0, "maximum yaw rate", "Attitude"),
     *(
-        gain(f"MC_{axis}RATE_{name}", unit, limits, value, f"{what} of {axis.lower()}", "Rate")
+        gain(f"MC_{axis}RATE_{name}", unit, limits, value, f"{axis.lower()} rate {what}", "Rate")
         for axis, values in (
             ("ROLL", (0.15, 0.2, 0.003, 0.0, 1.0, 0.3)),
             ("PITCH", (0.15, 0.2, 0.003, 0.0, 1.0, 0.3)),
@@ -114,81 +119,67 @@ PARAMETERS = (
         )
         for (name, unit, limits, what), value in zip(
             (
-                ("P", "s/rad", (0.0, 10.0), "torque per error of the rate"),
-                ("I", "1/rad", (0.0, 20.0), "torque per integral of it"),
-                ("D", "s^2/rad", (0.0, 1.0), "torque per angular acceleration"),
-                ("FF", "s/rad", (0.0, 10.0), "torque per rate asked for"),
-                ("K", "1", (0.01, 5.0), "factor on P, I and D"),
+                ("P", "s/rad", (0.0, 10.0), "P gain"),
+                ("I", "1/rad", (0.0, 20.0), "I gain"),
+                ("D", "s^2/rad", (0.0, 1.0), "D gain"),
+                ("FF", "s/rad", (0.0, 10.0), "feedforward"),
+                ("K", "1", (0.01, 5.0), "overall gain"),
             ),
             values,
             strict=False,
         )
     ),
-    gain("MC_RR_INT_LIM", "1", (0.0, 1.0), 0.3, "largest integral of roll", "Rate"),
-    gain("MC_PR_INT_LIM", "1", (0.0, 1.0), 0.3, "largest integral of pitch", "Rate"),
-    gain("MC_YR_INT_LIM", "1", (0.0, 1.0), 0.3, "largest integral of yaw", "Rate"),
-    gain("MC_YAW_TQ_CUTOFF", "Hz", (0.0, 10.0), 2.0, "low-pass of the yaw torque", "Rate"),
-    gain("IMU_GYRO_CUTOFF", "Hz", (0.0, 1000.0), 40.0, "low-pass of the rates", "Filters"),
-    gain("IMU_DGYRO_CUTOFF", "Hz", (0.0, 1000.0), 20.0, "low-pass of their slopes", "Filters"),
-    gain("MC_AIRMODE", "1", (0.0, 2.0), 0.0, "0 off, 1 roll and pitch, 2 yaw too", "Motors"),
-    gain("THR_MDL_FAC", "1", (0.0, 1.0), 0.0, "share of the square in the thrust", "Motors"),
-    gain("SIM_GZ_EC_MIN", "rad/s", (0.0, 5000.0), 150.0, "speed at a signal of 0", "Motors"),
-    gain("SIM_GZ_EC_MAX", "rad/s", (1.0, 5000.0), 1000.0, "speed at a signal of 1", "Motors"),
+    gain("MC_RR_INT_LIM", "1", (0.0, 1.0), 0.3, "roll rate I limit", "Rate"),
+    gain("MC_PR_INT_LIM", "1", (0.0, 1.0), 0.3, "pitch rate I limit", "Rate"),
+    gain("MC_YR_INT_LIM", "1", (0.0, 1.0), 0.3, "yaw rate I limit", "Rate"),
+    gain("MC_YAW_TQ_CUTOFF", "Hz", (0.0, 10.0), 2.0, "yaw torque low-pass cutoff", "Rate"),
+    gain("IMU_GYRO_CUTOFF", "Hz", (0.0, 1000.0), 40.0, "gyro low-pass cutoff", "Filters"),
+    gain("IMU_DGYRO_CUTOFF", "Hz", (0.0, 1000.0), 20.0, "D low-pass cutoff", "Filters"),
+    gain("MC_AIRMODE", "1", (0.0, 2.0), 0.0, "0 off, 1 roll and pitch, 2 with yaw", "Motors"),
+    gain("THR_MDL_FAC", "1", (0.0, 1.0), 0.0, "thrust model factor", "Motors"),
+    gain("SIM_GZ_EC_MIN", "rad/s", (0.0, 5000.0), 150.0, "motor speed at signal 0", "Motors"),
+    gain("SIM_GZ_EC_MAX", "rad/s", (1.0, 5000.0), 1000.0, "motor speed at signal 1", "Motors"),
 )
 
-MEMORY = tuple(
-    State(f"{name}_{axis}", unit, 1.0 if name == "attitude" and axis == "w" else 0.0)
-    for name, unit, axes in (
-        ("i_velocity", "m/s^2", "xyz"),
-        ("attitude", "1", "wxyz"),
-        ("rate_sp", "rad/s", "xyz"),
-        ("i_rate", "1", "xyz"),
-        ("gyro_1", "rad/s", "xyz"),
-        ("gyro_2", "rad/s", "xyz"),
-        ("rate_before", "rad/s", "xyz"),
-        ("slope", "rad/s^2", "xyz"),
-        ("left_over", "1", "xyz"),
-    )
-    for axis in axes
-) + (State("thrust", "1"), State("yaw_torque", "1"), State("yaw_sp", "rad"), State("runs", "1"))
+MEMORY = (
+    *states("i_velocity", "m/s^2"),
+    State("attitude_w", "1", 1.0),
+    *states("attitude", "1"),
+    *states("rate_sp", "rad/s"),
+    *states("i_rate", "1"),
+    *states("gyro_1", "rad/s"),
+    *states("gyro_2", "rad/s"),
+    *states("rate_before", "rad/s"),
+    *states("slope", "rad/s^2"),
+    *states("left_over", "1"),
+    State("thrust", "1"),
+    State("yaw_torque", "1"),
+    State("yaw_sp", "rad"),
+    State("runs", "1"),
+)
 
-POINTS = {
-    f"{name}_{axis}{after}": unit
-    for name, after, unit in (
-        ("position", "_error", "m"),
-        ("velocity", "_error", "m/s"),
-        ("attitude", "_error", "rad"),
-        ("rate", "_error", "rad/s"),
-        ("torque", "", "1"),
-    )
-    for axis in "xyz"
-}
-POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, 15, 3)
+POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "attitude_{}_error": "rad",
+        "rate_{}_error": "rad/s",
+        "torque_{}": "1",
+    }
+)
+POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, len(POINTS), 3)
 
 _LEVEL = ("MPC_XY_VEL_P_ACC", "MPC_XY_VEL_I_ACC", "MPC_XY_VEL_D_ACC")
 _CLIMB = ("MPC_Z_VEL_P_ACC", "MPC_Z_VEL_I_ACC", "MPC_Z_VEL_D_ACC")
-_TURNS = (("roll", "x", "y"), ("pitch", "y", "x"), ("yaw", "z", "yaw"))
+_TURNS = ("roll", "pitch", "yaw")
+_POSITION = (("MPC_XY_P",), ("MPC_XY_P",), ("MPC_Z_P",))
+_ATTITUDE = [(f"MC_{name.upper()}_P",) for name in _TURNS]
+_RATE = [tuple(f"MC_{name.upper()}RATE_{term}" for term in "PID") for name in _TURNS]
 LOOPS = (
-    Loop("velocity_x", "velocity_x_error", axis="x", gains=_LEVEL),
-    Loop("velocity_y", "velocity_y_error", axis="y", gains=_LEVEL),
-    Loop("velocity_z", "velocity_z_error", axis="z", gains=_CLIMB),
-    *(
-        Loop(name, f"attitude_{axis}_error", axis=moves, gains=(f"MC_{name.upper()}_P",))
-        for name, axis, moves in _TURNS
-    ),
-    *(
-        Loop(
-            f"{name}_rate",
-            f"rate_{axis}_error",
-            f"torque_{axis}",
-            axis=moves,
-            gains=tuple(f"MC_{name.upper()}RATE_{each}" for each in "PID"),
-        )
-        for name, axis, moves in _TURNS
-    ),
-    Loop("position_x", "position_x_error", hold=True, axis="x", gains=("MPC_XY_P",)),
-    Loop("position_y", "position_y_error", hold=True, axis="y", gains=("MPC_XY_P",)),
-    Loop("position_z", "position_z_error", hold=True, axis="z", gains=("MPC_Z_P",)),
+    *loops_along("velocity", "", (_LEVEL, _LEVEL, _CLIMB)),
+    *loops_about(_TURNS, "attitude", "", _ATTITUDE),
+    *loops_about([f"{name}_rate" for name in _TURNS], "rate", "torque", _RATE),
+    *loops_along("position", "", _POSITION, hold=True),
 )
 
 DESIGNED = (
@@ -205,7 +196,7 @@ DESIGNED = (
 
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
-    """Return the allocation's columns, filters, limits, and the thrust of a speed."""
+    """Return columns of the allocation, filters, limits, and motor constants."""
     tilt = g.MPC_TILTMAX_AIR * RADIANS
     mix, scales = px4_mixing(vehicle.rotors)
     return [
@@ -222,7 +213,7 @@ def design(vehicle: Any, g: Any, dt: float) -> list[float]:
 
 
 def constrained(p_x: Any, p_y: Any, f_x: Any, f_y: Any, most: Any) -> Any:
-    """Return the sum of two level velocities within a limit, the first with priority."""
+    """Return the sum of two horizontal velocities within a limit; the first has priority."""
     x, y = p_x + f_x, p_y + f_y
     if x * x + y * y <= most * most:
         return x, y
@@ -273,7 +264,8 @@ def grown(integral: Any, e: Any, left: Any, slope: Any, most: Any, dt: float) ->
     Args:
         integral: before.
         e: error of the rate [rad/s].
-        left: unallocated torque: if it is positive, only a negative error counts, and vice versa.
+        left: unallocated torque: if it is positive, only a negative error is integrated, and vice
+            versa.
         slope: growth per error.
         most: its limit.
         dt: since the update before [s].
@@ -320,9 +312,7 @@ def update(
     if since > 0.0 or first:
         p_x, p_y, p_z = g.MPC_XY_P * e[0], g.MPC_XY_P * e[1], g.MPC_Z_P * e[2]
         w_x, w_y = constrained(p_x, p_y, s_x, s_y, g.MPC_XY_VEL_MAX)
-        w_z = p_z + s_z
-        w_z = w_z if w_z < g.MPC_Z_VEL_MAX_UP else g.MPC_Z_VEL_MAX_UP + 0.0 * w_z
-        w_z = w_z if w_z > -g.MPC_Z_VEL_MAX_DN else -g.MPC_Z_VEL_MAX_DN + 0.0 * w_z
+        w_z = between(p_z + s_z, -g.MPC_Z_VEL_MAX_DN, g.MPC_Z_VEL_MAX_UP)
         added = w_x - s_x, w_y - s_y, w_z - s_z
         w_x, w_y, w_z, _ = velocity_setpoint(added, measured, setpoint, g)
         e_x, e_y, e_z = w_x - v[0], w_y - v[1], w_z - v[2]
@@ -429,16 +419,16 @@ def update(
 X500 = (231.0, 230.0, 16.3)
 """Angular acceleration of PX4's X500 in Gazebo over torque about x, y and z, in hover [rad/s²]."""
 ALIKE = 1.6
-"""A vehicle whose own are within this factor of these flies with PX4's defaults."""
+"""A vehicle within this factor of these values flies with PX4's defaults."""
 IDLE = 0.15
 """Speed at a signal of 0, over the largest one."""
 
 
 def rule(vehicle: Any) -> dict[str, float]:
-    """Return values for a vehicle: motors, thrust in hover, and gains where it is no X500.
+    """Return values for a vehicle: motors, hover thrust, and gains unless it is like an X500.
 
-    Those gains are of the PD cascade in this form: rate P = kd, attitude P = 0.3 kd, integrals and
-    derivatives in the proportions of PX4's defaults.
+    The gains are those of the PD cascade in this form: rate P = kd, attitude P = 0.3 kd, integrals
+    and derivatives in the proportions of PX4's defaults.
     """
     pd, frame = pd_rule(vehicle), thrust_frame(vehicle)
     fastest = vehicle.rotors[0].max_rot_velocity
@@ -446,11 +436,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     signals = (frame.hover_speeds - least) / (fastest - least)
     rotors = known_vehicle(law_constants(vehicle)).rotors
     mix, _ = px4_mixing(rotors)
-    linear = np.array([each.linear_speed for each in rotors])
-    constants = np.array([each.motor_constant for each in rotors])
-    slopes = constants * (2.0 * frame.hover_speeds + linear) * (fastest - least)
-    effects = np.array([[each.m_x, each.m_y, each.m_z] for each in rotors])
-    turned = (effects * mix[:, :3] * slopes[:, None]).sum(axis=0) / np.diagonal(frame.inertia_T)
+    turned = hover_authority(rotors, frame, mix, fastest - least)[:3]
     values = {
         "MPC_THR_HOVER": float(np.mean(signals)),
         "SIM_GZ_EC_MIN": least,

@@ -22,17 +22,13 @@ Drake's discrete plant uses forces at the old state and positions by the new vel
 first order: a free body that tumbles at 17.5 rad/s gains 10 % of energy in 5 s at h = 1/1024 s.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import Scalar, Vector, register_jitable
 from workbench.plant.gravity import GRAVITY
 
-Scalar = Any
-"""float, AutoDiffXd, or what numba makes of it."""
-Signal = Any
-"""A sequence of scalars: a list or tuple in Python, an array in compiled code."""
 Three = tuple[Scalar, Scalar, Scalar]
 Six = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
 Matrix = tuple[Scalar, ...]
@@ -63,7 +59,7 @@ def rigid_body(mass: float, inertia: np.ndarray, p_BoBcm_B: Three) -> RigidBody:
 
 
 @register_jitable(forceinline=True)
-def rotation(q_WB: Signal) -> Matrix:
+def rotation(q_WB: Vector) -> Matrix:
     """Return R_WB row by row (9) of a quaternion of any length but zero."""
     q_w, q_x, q_y, q_z = q_WB
     s = 2.0 / (q_w * q_w + q_x * q_x + q_y * q_y + q_z * q_z)
@@ -87,7 +83,7 @@ def rotation(q_WB: Signal) -> Matrix:
 
 
 @register_jitable(forceinline=True)
-def into_world(R_WB: Signal, a_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
+def into_world(R_WB: Vector, a_B: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return a vector of B in W."""
     x, y, z = a_B
     return (
@@ -98,7 +94,7 @@ def into_world(R_WB: Signal, a_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
 
 
 @register_jitable(forceinline=True)
-def into_body(R_WB: Signal, a_W: Signal) -> Three:
+def into_body(R_WB: Vector, a_W: Vector) -> Three:
     """Return a vector of W in B."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R_WB
     x, y, z = a_W
@@ -110,7 +106,15 @@ def into_body(R_WB: Signal, a_W: Signal) -> Three:
 
 
 @register_jitable(forceinline=True)
-def turned(q_WB: Signal, w_WB_W: Signal, angle_share: float) -> tuple[Scalar, ...]:
+def cross(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the cross product."""
+    a_x, a_y, a_z = a
+    b_x, b_y, b_z = b
+    return a_y * b_z - a_z * b_y, a_z * b_x - a_x * b_z, a_x * b_y - a_y * b_x
+
+
+@register_jitable(forceinline=True)
+def turned(q_WB: Vector, w_WB_W: Vector, angle_share: float) -> tuple[Scalar, ...]:
     """Return q + angle_share w q (4), with w as a quaternion without a real part."""
     q_w, q_x, q_y, q_z = q_WB
     w_x, w_y, w_z = w_WB_W
@@ -126,7 +130,7 @@ def turned(q_WB: Signal, w_WB_W: Signal, angle_share: float) -> tuple[Scalar, ..
 
 
 @register_jitable(forceinline=True)
-def middle(state: Signal, last: Signal, step: float) -> tuple[Matrix, Three, Three]:
+def middle(state: Vector, last: Vector, step: float) -> tuple[Matrix, Three, Three]:
     """Return R_WB, angular velocity and velocity of the origin in W at the middle of a step.
 
     Args:
@@ -148,15 +152,15 @@ def middle(state: Signal, last: Signal, step: float) -> tuple[Matrix, Three, Thr
 
 @register_jitable(forceinline=True)
 def accelerations(
-    R_WB: Signal,
-    w_B: Signal,
-    last: Signal,
+    R_WB: Vector,
+    w_B: Vector,
+    last: Vector,
     step: float,
-    wrench: Signal,
+    wrench: Vector,
     mass: Scalar,
-    inertia: Signal,
-    inverse: Signal,
-    p_BoBcm_B: Signal,
+    inertia: Vector,
+    inverse: Vector,
+    p_BoBcm_B: Vector,
 ) -> Six:
     """Return angular acceleration (3) and acceleration of the origin (3), in W.
 
@@ -204,7 +208,7 @@ def accelerations(
 
 
 @register_jitable(forceinline=True)
-def _euler(w_B: Signal, moment: Signal, inertia: Signal, inverse: Signal) -> Three:
+def _euler(w_B: Vector, moment: Vector, inertia: Vector, inverse: Vector) -> Three:
     """Return angular acceleration in B under a moment about the centre of mass."""
     b_x, b_y, b_z = w_B
     m_x, m_y, m_z = moment
@@ -224,7 +228,7 @@ def _euler(w_B: Signal, moment: Signal, inertia: Signal, inverse: Signal) -> Thr
 
 
 @register_jitable(forceinline=True)
-def moved(state: Signal, acceleration: Signal, step: float) -> State:
+def moved(state: Vector, acceleration: Vector, step: float) -> State:
     """Return the state at the end of a step.
 
     Args:

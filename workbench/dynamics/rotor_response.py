@@ -13,13 +13,9 @@ percent of it follows the other time constant.
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import Scalar, register_jitable
 from workbench.plant.rotors import Rotor
-
-Scalar = Any
-"""float, AutoDiffXd, a symbolic Expression, or what numba makes of it."""
 
 BLEND = 3.0
 """Less than half a percent of usual hover speeds [rad/s]."""
@@ -44,7 +40,7 @@ def rotor_constants(rotor: Rotor, step: float) -> list[float]:
 
 @register_jitable(forceinline=True)
 def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
-    """Return the parts of an error that follow the time constants up and down."""
+    """Return the parts of an error with the time constants up and down."""
     side = error / (error * error + BLEND * BLEND) ** 0.5
     up = 0.5 * error * (1.0 + side * side * side)
     return up, error - up
@@ -52,7 +48,7 @@ def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
 
 @register_jitable
 def speed_command(thrust: Scalar, motor_constant: Scalar, half: Scalar, motors: Scalar) -> Scalar:
-    """Return the speed [rad/s] that makes a thrust [N].
+    """Return the speed [rad/s] for a thrust [N].
 
     It is the non-negative root of motor_constant w (w + 2 half) = thrust.
 

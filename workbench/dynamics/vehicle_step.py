@@ -31,16 +31,16 @@ compensation of c, the command is w / (1 + c (s - 1)), limited to the largest sp
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable, taking
-from workbench.dynamics.air.drag import Wrench, body_drag, cross, with_rotor_drag
+from workbench.common.jitable import Scalar, Vector, register_jitable, taking
+from workbench.dynamics.air.drag import Wrench, body_drag, with_rotor_drag
 from workbench.dynamics.rigid_body import (
     Six,
     State,
     accelerations,
+    cross,
     into_body,
     middle,
     moved,
@@ -49,33 +49,29 @@ from workbench.dynamics.rigid_body import (
 from workbench.dynamics.rotor_response import CONSTANTS, rotor_constants, step_rotor, within
 from workbench.plant.rotors import Rotor
 
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list or tuple in Python, an array in compiled code."""
-
 THRUST = 8
 """Place in a rotor's row of force and moment over squared speed (6)."""
 MOMENTUM = 14
 """Place of angular momentum over speed."""
 LINEAR, CONSTANT, INFLOW, GROUND = range(15, 19)
-"""Places of the linear speed, see `plant.rotors.Rotor`, and of what a change of thrust takes."""
-ANSWER = 19
-"""Place of what `rotor_response.rotor_constants` has (7)."""
-ROW = ANSWER + CONSTANTS
+"""Places of the linear speed, see `plant.rotors.Rotor`, and of the factors of `thrust_change`."""
+LAG = 19
+"""Place of `rotor_response.rotor_constants` (7)."""
+ROW = LAG + CONSTANTS
 """Size of a rotor's row, 26."""
 take_row = taking(ROW)
 MOST_GROUND_EFFECT = 4.0 / 15.0
-"""Of thrust."""
+"""Largest share of thrust by ground effect."""
 FULL = (1.0, 0.0, 0.0, 1.0)
-"""A supply whose voltage is always that of the full battery, see `voltage_share`."""
+"""A supply with the constant voltage of a full battery, see `voltage_share`."""
 LEAST_VOLTAGE = 0.1
-"""Share of the full one below which nothing makes up for it."""
+"""Share of the full voltage below which sag is not compensated."""
 _TINY = 1e-30
-"""Added where a root of 0 would have no derivative."""
+"""Added to a radicand, because a root has no derivative at 0."""
 
 Load = tuple[Scalar, ...]
-"""What acts on a body, in B (9): force [N], moment about its origin [N·m], and the rotors' angular
-momentum [N·m·s], whose gyroscopic moment is not in the moment yet."""
+"""The load on a body, in B (9): force [N], moment about its origin [N·m], and the rotors' angular
+momentum [N·m·s]; the moment does not yet include their gyroscopic moment."""
 
 
 def rotor_rows(rotors: Sequence[Rotor], step: float) -> np.ndarray:
@@ -84,7 +80,7 @@ def rotor_rows(rotors: Sequence[Rotor], step: float) -> np.ndarray:
     Hub [m] and axis (6); drag and rolling-moment coefficient (2); force and moment about the
     origin over squared speed (6) [N·s², N·m·s²]; angular momentum along the axis over speed
     [kg·m²]; linear speed [rad/s], motor constant [N·s²], inflow coefficient, and share of ground
-    effect times squared height [m²]; and its answer over a step [s], see
+    effect times squared height [m²]; and the constants of its lag, see
     `rotor_response.rotor_constants` (7).
     """
     return np.array([_row(rotor, step) for rotor in rotors])
@@ -111,15 +107,15 @@ def _row(rotor: Rotor, step: float) -> list[float]:
 
 @register_jitable(forceinline=True)
 def given(share: Scalar) -> Scalar:
-    """Return the share of its thrust that a rotor gives while it turns.
+    """Return the share of a rotor's thrust while it turns.
 
-    A stopped rotor, with a share of 0, gives its full thrust while it runs down.
+    A stopped rotor, with a share of 0, has its full thrust while it runs down.
     """
     return share if share > 0.0 else 1.0
 
 
 @register_jitable(forceinline=True)
-def with_thrust(load: Load, speed: Scalar, slope: Scalar, share: Scalar, rotor: Signal) -> Load:
+def with_thrust(load: Load, speed: Scalar, slope: Scalar, share: Scalar, rotor: Vector) -> Load:
     """Return a load plus thrust, drag torque, spin-up torque and angular momentum of a rotor.
 
     The thrust is that in still air far from the ground, see `thrust_change`.
@@ -151,20 +147,20 @@ def with_thrust(load: Load, speed: Scalar, slope: Scalar, share: Scalar, rotor: 
 
 
 @register_jitable(forceinline=True)
-def static_thrust(speed: Scalar, share: Scalar, rotor: Signal) -> Scalar:
+def static_thrust(speed: Scalar, share: Scalar, rotor: Vector) -> Scalar:
     """Return a rotor's thrust at rest far from the ground [N]; see `with_thrust`."""
     return share * rotor[CONSTANT] * (speed * (speed + rotor[LINEAR]))
 
 
 @register_jitable(forceinline=True)
 def thrust_change(
-    v_B: Signal,
-    w_B: Signal,
-    up_B: Signal,
+    v_B: Vector,
+    w_B: Vector,
+    up_B: Vector,
     height: Scalar,
     speed: Scalar,
     share: Scalar,
-    rotor: Signal,
+    rotor: Vector,
 ) -> Scalar:
     """Return the change of a rotor's thrust by inflow and ground effect [N].
 
@@ -179,7 +175,7 @@ def thrust_change(
     """
     p_x, p_y, p_z = rotor[0:3]
     n_x, n_y, n_z = rotor[3:6]
-    linear, constant, inflow, ground = rotor[LINEAR:ANSWER]
+    linear, constant, inflow, ground = rotor[LINEAR:LAG]
     u_x, u_y, u_z = up_B
     s_x, s_y, s_z = cross(w_B, (p_x, p_y, p_z))
     along = (s_x + v_B[0]) * n_x + (s_y + v_B[1]) * n_y + (s_z + v_B[2]) * n_z
@@ -195,7 +191,7 @@ def thrust_change(
 
 
 @register_jitable(forceinline=True)
-def with_thrust_change(wrench: Wrench, change: Scalar, rotor: Signal) -> Wrench:
+def with_thrust_change(wrench: Wrench, change: Scalar, rotor: Vector) -> Wrench:
     """Return a wrench about the origin in B (6) with a change of a rotor's thrust [N]."""
     f_x, f_y, f_z, m_x, m_y, m_z = wrench
     n_x, n_y, n_z = rotor[3:6]
@@ -207,7 +203,7 @@ def with_thrust_change(wrench: Wrench, change: Scalar, rotor: Signal) -> Wrench:
 
 
 def rotor_thrusts(
-    state: Signal, speeds: Signal, shares: Signal, wind_W: Signal, rotors: Signal
+    state: Vector, speeds: Vector, shares: Vector, wind_W: Vector, rotors: Vector
 ) -> list[Scalar]:
     """Return the thrusts of rotors (n) [N].
 
@@ -229,13 +225,13 @@ def rotor_thrusts(
 
 @register_jitable(forceinline=True)
 def rotor_thrust(
-    v_B: Signal,
-    w_B: Signal,
-    up_B: Signal,
+    v_B: Vector,
+    w_B: Vector,
+    up_B: Vector,
     height: Scalar,
     speed: Scalar,
     share: Scalar,
-    rotor: Signal,
+    rotor: Vector,
 ) -> Scalar:
     """Return a rotor's thrust [N]; the arguments are those of `thrust_change`."""
     change = thrust_change(v_B, w_B, up_B, height, speed, share, rotor)
@@ -243,7 +239,7 @@ def rotor_thrust(
 
 
 @register_jitable(forceinline=True)
-def changes_thrust(rotor: Signal) -> bool:
+def changes_thrust(rotor: Vector) -> bool:
     """Return whether inflow or ground effect change the thrust of a rotor, given its row."""
     return bool(rotor[INFLOW] != 0.0 or rotor[GROUND] != 0.0)
 
@@ -255,7 +251,7 @@ def power_share(thrust: Scalar) -> Scalar:
 
 
 @register_jitable(forceinline=True)
-def loaded(supply: Signal, power: Scalar) -> Scalar:
+def loaded(supply: Vector, power: Scalar) -> Scalar:
     """Return the voltage under load over that of the full battery without load.
 
     Args:
@@ -274,11 +270,11 @@ def loaded(supply: Signal, power: Scalar) -> Scalar:
 def supplied(
     command: Scalar, most: float, voltage: Scalar, known: Scalar, compensation: Scalar
 ) -> Scalar:
-    """Return the speed that a rotor goes to at a command [rad/s].
+    """Return the speed that a rotor approaches at a command [rad/s].
 
     Args:
         command: speed [rad/s].
-        most: largest speed on the full battery [rad/s].
+        most: largest speed with a full battery [rad/s].
         voltage: see `loaded`.
         known: the same, as the compensation assumes it.
         compensation: share of the sag by which the command is raised.
@@ -290,7 +286,7 @@ def supplied(
 
 
 @register_jitable(forceinline=True)
-def voltage_share(speeds: Signal, shares: Signal, supply: Signal, rotors: Signal) -> Scalar:
+def voltage_share(speeds: Vector, shares: Vector, supply: Vector, rotors: Vector) -> Scalar:
     """Return `loaded` at the power of rotors with speeds (n) [rad/s].
 
     The arguments are those of `vehicle_wrench` and `loaded`.
@@ -304,7 +300,7 @@ def voltage_share(speeds: Signal, shares: Signal, supply: Signal, rotors: Signal
 
 
 @register_jitable(forceinline=True)
-def whole_wrench(load: Load, w_B: Signal) -> Wrench:
+def whole_wrench(load: Load, w_B: Vector) -> Wrench:
     """Return the wrench of a load (6), with the gyroscopic moment of the rotors.
 
     Args:
@@ -318,17 +314,17 @@ def whole_wrench(load: Load, w_B: Signal) -> Wrench:
 
 @register_jitable(forceinline=True)
 def vehicle_wrench(
-    R_WB: Signal,
-    w_WB_W: Signal,
-    v_WB_W: Signal,
+    R_WB: Vector,
+    w_WB_W: Vector,
+    v_WB_W: Vector,
     height: Scalar,
-    speeds: Signal,
-    slopes: Signal,
-    shares: Signal,
-    wind_W: Signal,
+    speeds: Vector,
+    slopes: Vector,
+    shares: Vector,
+    wind_W: Vector,
     pressure: Scalar,
-    p_BoBcm_B: Signal,
-    rotors: Signal,
+    p_BoBcm_B: Vector,
+    rotors: Vector,
 ) -> Wrench:
     """Return force [N] and moment about the origin [N·m] of rotors and drag, in B.
 
@@ -368,21 +364,21 @@ def middle_height(height: Scalar, climb: Scalar, acceleration: Scalar, step: flo
 
 @register_jitable(forceinline=True)
 def step_vehicle(
-    state: Signal,
-    last: Signal,
-    speeds: Signal,
-    commands: Signal,
-    shares: Signal,
-    wind_W: Signal,
-    push_W: Signal,
+    state: Vector,
+    last: Vector,
+    speeds: Vector,
+    commands: Vector,
+    shares: Vector,
+    wind_W: Vector,
+    push_W: Vector,
     pressure: Scalar,
-    supply: Signal,
-    body: Signal,
-    rotors: Signal,
+    supply: Vector,
+    body: Vector,
+    rotors: Vector,
     step: float,
-    middles: Signal,
-    slopes: Signal,
-    next_speeds: Signal,
+    middles: Vector,
+    slopes: Vector,
+    next_speeds: Vector,
 ) -> tuple[State, Six]:
     """Return the state at the end of a physics step (13), and the acceleration in its middle (6).
 
@@ -406,7 +402,7 @@ def step_vehicle(
     voltage = voltage_share(speeds, shares, supply, rotors)
     known = voltage + (supply[3] - supply[0])
     for i in range(len(rotors)):
-        constants = take_row(rotors[i])[ANSWER:ROW]
+        constants = take_row(rotors[i])[LAG:ROW]
         command = supplied(commands[i], constants[0], voltage, known, supply[2])
         middles[i], slopes[i], next_speeds[i] = step_rotor(command, speeds[i], constants)
     R_WB, w_W, v_W = middle(state, last, step)

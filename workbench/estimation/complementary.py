@@ -27,36 +27,32 @@ from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
-from workbench.dynamics.rigid_body import into_world, rotation
-from workbench.estimation.ekf import NOMINAL, crossed, nominal, turned_by
+from workbench.common.jitable import Vector, register_jitable
+from workbench.dynamics.rigid_body import cross, into_world, rotation
+from workbench.estimation.ekf import NOMINAL, nominal, turned_by
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER
 from workbench.plant.gravity import GRAVITY
 
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list in Python, an array in compiled code."""
-
 LAST = NOMINAL
 SIZE = LAST + 4 + 3 + 3 + 1
-"""Places in the memory: attitude, place and velocity of the IMU in W, biases of gyro and (none of)
-accelerometer, as the EKF has them (16); whether there were samples of GPS, barometer and
-magnetometer, and the time since that of the GPS (4), place (3) and velocity (3) by the last ones of
-the GPS, height by the last one of the barometer (1); and its size."""
+"""Layout of the memory, and its size: the nominal state as in the EKF, with a zero accelerometer
+bias (16); whether GPS, barometer and magnetometer have had samples, and the age of the last GPS
+sample (4); position (3) and velocity (3) of the last GPS sample, and height of the last barometer
+sample (1)."""
 GPS_HELD = 1.0
 """The last GPS sample is used for this long [s]."""
 _LEAST_FORCE, _MOST_FORCE = 0.5, 1.5
-"""Range of specific force over g in which it gives the direction of up."""
+"""Range of specific force over g in which it is used as the upward direction."""
 
 
 @register_jitable
-def turning(x: Signal, imu: Signal, field: Signal, m_W: Signal) -> tuple[Any, Any, Any]:
+def turning(x: Vector, imu: Vector, field: Vector, m_W: Vector) -> tuple[Any, Any, Any]:
     """Return the attitude error e (3).
 
     Args:
         x: attitude first (4).
         imu: angular velocity and specific force in B (6).
-        field: magnetic field in B (3), of zero where none was measured.
+        field: magnetic field in B (3), zero without a sample.
         m_W: magnetic field (3).
     """
     R = rotation((x[0], x[1], x[2], x[3]))
@@ -65,7 +61,7 @@ def turning(x: Signal, imu: Signal, field: Signal, m_W: Signal) -> tuple[Any, An
     size = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) ** 0.5
     e_x, e_y, e_z = 0.0 * size, 0.0 * size, 0.0 * size
     if _LEAST_FORCE * GRAVITY < size < _MOST_FORCE * GRAVITY:
-        e_x, e_y, e_z = crossed((f[0] / size, f[1] / size, f[2] / size), up)
+        e_x, e_y, e_z = cross((f[0] / size, f[1] / size, f[2] / size), up)
     n_x, n_y, _ = into_world(R, (field[0], field[1], field[2]))
     level = ((n_x * n_x + n_y * n_y) * (m_W[0] * m_W[0] + m_W[1] * m_W[1])) ** 0.5
     if level > 0.0:
@@ -76,7 +72,7 @@ def turning(x: Signal, imu: Signal, field: Signal, m_W: Signal) -> tuple[Any, An
 
 @register_jitable
 def update(
-    memory: np.ndarray, z: np.ndarray, settings: Signal, mounting: np.ndarray, dt: float
+    memory: np.ndarray, z: np.ndarray, settings: Vector, mounting: np.ndarray, dt: float
 ) -> None:
     """Do an update in place.
 
@@ -85,7 +81,7 @@ def update(
         z: see `samples`.
         settings: see `settings.ComplementarySettings`.
         mounting: see `samples.Mounting.packed`.
-        dt: since the update before [s]; 0 at the first.
+        dt: since the previous update [s]; 0 at the first.
     """
     x = memory[:NOMINAL]
     seen = memory[LAST : LAST + 4]
@@ -138,8 +134,8 @@ def update(
         x[7 + i] = v + dt * (gap / (time * time) + drawn)
 
 
-def initial(state: Signal, p_BI: Signal) -> np.ndarray:
-    """Return the memory of a filter that begins at a known motion.
+def initial(state: Vector, p_BI: Vector) -> np.ndarray:
+    """Return the initial memory for a known motion.
 
     Args:
         state: q_WB, p_WB, w_WB_W, v_WB_W (13).

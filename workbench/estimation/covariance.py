@@ -1,4 +1,4 @@
-"""The covariance of an error-state filter in blocks of 3 x 3, and what changes it.
+"""The covariance of an error-state filter in blocks of 3 x 3, and its updates.
 
 With F of a period and the noise Q of that period,
 
@@ -16,16 +16,13 @@ Source: J. Solà, Quaternion kinematics for the error-state Kalman filter, arXiv
 sections 5.3 and 6.1.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import Scalar, Vector, register_jitable
 from workbench.dynamics.rigid_body import into_body, into_world
 
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list in Python, an array in compiled code."""
 Three = tuple[Scalar, ...]
 Block = tuple[Scalar, ...]
 Error = tuple[Scalar, ...]
@@ -151,8 +148,8 @@ def _with(A: Block, d: Scalar) -> Block:
 
 
 @register_jitable(forceinline=True)
-def spread(P: Covariance, F: Transition, settings: Signal, dt: Scalar) -> Covariance:
-    """Return F P F' + Q, by T = F P.
+def spread(P: Covariance, F: Transition, settings: Vector, dt: Scalar) -> Covariance:
+    """Return F P F' + Q, with T = F P.
 
     Args:
         P: covariance of the errors.
@@ -234,12 +231,12 @@ class Measured(NamedTuple):
 
 @register_jitable(forceinline=True)
 def carried(m: Measured, F: Transition, dt: Scalar) -> Measured:
-    """Return H F: what a number measures of the errors now that was measured `dt` later.
+    """Return H F: the measurement as a function of the present errors.
 
     Args:
-        m: by the errors then.
-        F: of the time from now to then.
-        dt: that time, below 0 for a sample that is old [s].
+        m: as a function of the errors at the time of the measurement.
+        F: from now to that time.
+        dt: that time from now, negative for an old sample [s].
     """
     h = 0.5 * dt
     pulled = moved(m.v, m.p, h)
@@ -259,7 +256,7 @@ class Fused(NamedTuple):
 
     Attributes:
         P: covariance.
-        error: so far (15).
+        error: including this measurement (15).
         innovation: y - h(x) - H dx before it.
         s: its variance.
     """
@@ -287,13 +284,13 @@ def _sum(a: Three, b: Three, c: Three, d: Three, e: Three) -> Three:
 
 @register_jitable(forceinline=True)
 def fused(P: Covariance, error: Error, m: Measured, gate: Scalar) -> Fused:
-    """Update by a measured number; one beyond the gate, or NaN, changes nothing.
+    """Update with a measured number; a number beyond the gate, or NaN, has no effect.
 
     Args:
         P: covariance.
         error: so far (15).
         m: the number.
-        gate: it is rejected beyond this many standard deviations.
+        gate: limit of the innovation in standard deviations.
     """
     t, p, v, g, a = m.t, m.p, m.v, m.g, m.a
     k_t = _sum(

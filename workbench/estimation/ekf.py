@@ -23,12 +23,12 @@ sections 5.3 (local error), 5.4.3 and 6.1.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable
-from workbench.dynamics.rigid_body import into_body, into_world, rotation
+from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
 from workbench.estimation.covariance import (
     ERRORS as ERRORS,
 )
@@ -51,15 +51,12 @@ from workbench.estimation.covariance import (
 from workbench.estimation.samples import AGES, BAROMETER, GPS, IMU, MAGNETOMETER, RANGE_FINDER
 from workbench.plant.gravity import GRAVITY
 
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list in Python, an array in compiled code."""
 NONE, EAST, NORTH, UP = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 EXACT = (0.0,) * 15
 
 NOMINAL, CHANNELS = 16, 10
-"""Sizes of the nominal state, and numbers that are measured: place and velocity of the antenna (6),
-height, heading, distance, and one place to spare."""
+"""Sizes of the nominal state, and of measurements: position and velocity of the antenna (6),
+height, heading, distance, and an unused place."""
 NAMES = (
     "gps_x",
     "gps_y",
@@ -71,16 +68,16 @@ NAMES = (
     "magnetometer",
     "range_finder",
 )
-"""Of the numbers that are measured."""
+"""Names of the measurements."""
 HEIGHT, HEADING, DISTANCE = 6, 7, 8
-"""Places of those behind the GPS's."""
+"""Places of the measurements after those of the GPS."""
 COVARIANCE = NOMINAL
 INNOVATIONS = COVARIANCE + ERRORS * ERRORS
 SIZE = INNOVATIONS + 2 * CHANNELS
-"""Places in the memory: x (16), P row by row (225), and of each number that was measured in this
-update the innovation and its variance, NaN where there was none; and its size."""
+"""Layout of the memory, and its size: x (16), P row by row (225), and for each measurement its
+innovation and variance in this update, NaN without one."""
 LEAST_LOOK = 0.5
-"""Smallest cosine between a range finder's beam and straight down for a height measurement."""
+"""Smallest cosine of the angle between the range finder's beam and vertical for a measurement."""
 
 
 START = "start of the estimate"
@@ -101,8 +98,8 @@ class InitialDeviations(NamedTuple):
 
 
 @register_jitable(forceinline=True)
-def turned_by(q: Signal, turn: Signal) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return the unit quaternion q exp(turn), for a turn in B (3) [rad] of less than a few."""
+def turned_by(q: Vector, turn: Vector) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the unit quaternion q exp(turn), for a turn in B (3) of at most a few radians."""
     w, x, y, z = q
     t_x, t_y, t_z = turn
     s = 0.25 * (t_x * t_x + t_y * t_y + t_z * t_z)
@@ -117,14 +114,8 @@ def turned_by(q: Signal, turn: Signal) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     return a * shrink, b * shrink, d * shrink, e * shrink
 
 
-@register_jitable(forceinline=True)
-def crossed(a: Signal, b: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return the cross product of two vectors."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
 @register_jitable
-def propagated(x: Signal, imu: Signal, dt: Scalar) -> tuple[Scalar, ...]:
+def propagated(x: Vector, imu: Vector, dt: Scalar) -> tuple[Scalar, ...]:
     """Return the nominal state (16) after a period.
 
     Args:
@@ -161,8 +152,8 @@ def propagated(x: Signal, imu: Signal, dt: Scalar) -> tuple[Scalar, ...]:
 
 
 @register_jitable
-def corrected(x: Signal, error: Signal) -> tuple[Scalar, ...]:
-    """Return the nominal state (16) with an error (15) taken into it."""
+def corrected(x: Vector, error: Vector) -> tuple[Scalar, ...]:
+    """Return the nominal state (16), corrected by an error (15)."""
     q_w, q_x, q_y, q_z = turned_by((x[0], x[1], x[2], x[3]), (error[0], error[1], error[2]))
     return (
         q_w,
@@ -185,7 +176,7 @@ def corrected(x: Signal, error: Signal) -> tuple[Scalar, ...]:
 
 
 @register_jitable
-def estimate(x: Signal, imu: Signal, p_BI: Signal) -> tuple[Scalar, ...]:
+def estimate(x: Vector, imu: Vector, p_BI: Vector) -> tuple[Scalar, ...]:
     """Return the motion of the base origin (13): q_WB, p_WB, w_WB_B [rad/s], v_WB_W.
 
     Args:
@@ -196,7 +187,7 @@ def estimate(x: Signal, imu: Signal, p_BI: Signal) -> tuple[Scalar, ...]:
     R = rotation((x[0], x[1], x[2], x[3]))
     w = (imu[0] - x[10], imu[1] - x[11], imu[2] - x[12])
     l_x, l_y, l_z = into_world(R, p_BI)
-    u_x, u_y, u_z = into_world(R, crossed(w, p_BI))
+    u_x, u_y, u_z = into_world(R, cross(w, p_BI))
     return (
         x[0],
         x[1],
@@ -215,8 +206,8 @@ def estimate(x: Signal, imu: Signal, p_BI: Signal) -> tuple[Scalar, ...]:
 
 
 @register_jitable(forceinline=True)
-def transition(x: Signal, imu: Signal, dt: Scalar) -> Transition:
-    """Return the errors of attitude and velocity after a period by all before it.
+def transition(x: Vector, imu: Vector, dt: Scalar) -> Transition:
+    """Return the derivatives of attitude and velocity errors after a period by all errors before.
 
     Args:
         x: nominal state before it (16).
@@ -231,9 +222,7 @@ def transition(x: Signal, imu: Signal, dt: Scalar) -> Transition:
     R = rotation(turned_by((x[0], x[1], x[2], x[3]), half))
     # - R_m [f x], row by row
     pull = (
-        crossed(f, (R[0], R[1], R[2]))
-        + crossed(f, (R[3], R[4], R[5]))
-        + crossed(f, (R[6], R[7], R[8]))
+        cross(f, (R[0], R[1], R[2])) + cross(f, (R[3], R[4], R[5])) + cross(f, (R[6], R[7], R[8]))
     )
     by_angle = times(pull, transposed(rotation(turned_by(one, half))))
     by_bias = times(pull, _right_jacobian(half))
@@ -267,13 +256,13 @@ def _right_jacobian(turn: Three) -> Block:
 
 
 @register_jitable(forceinline=True)
-def _lever(p: Signal, p_BI: Signal) -> Three:
+def _lever(p: Vector, p_BI: Vector) -> Three:
     return p[0] - p_BI[0], p[1] - p_BI[1], p[2] - p_BI[2]
 
 
 @register_jitable(forceinline=True)
-def measured_height(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
-    """Return what the barometer measures.
+def measured_height(x: Vector, z: Vector, mounting: Vector, settings: Vector) -> Measured:
+    """Return the measurement of the barometer.
 
     Args:
         x: nominal state (16).
@@ -286,7 +275,7 @@ def measured_height(x: Signal, z: Signal, mounting: Signal, settings: Signal) ->
     R = rotation((then[0], then[1], then[2], then[3]))
     arm = _lever(mounting[6:9], mounting[0:3])
     row = Measured(
-        t=crossed(arm, (R[6], R[7], R[8])),
+        t=cross(arm, (R[6], R[7], R[8])),
         p=UP,
         v=NONE,
         g=NONE,
@@ -298,8 +287,8 @@ def measured_height(x: Signal, z: Signal, mounting: Signal, settings: Signal) ->
 
 
 @register_jitable(forceinline=True)
-def measured_heading(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
-    """Return what the magnetometer measures; the arguments are those of `measured_height`."""
+def measured_heading(x: Vector, z: Vector, mounting: Vector, settings: Vector) -> Measured:
+    """Return the measurement of the magnetometer; arguments as for `measured_height`."""
     imu, back = z[IMU:GPS], -z[AGES + 1]
     then = propagated(x, imu, back)
     R = rotation((then[0], then[1], then[2], then[3]))
@@ -322,8 +311,8 @@ def measured_heading(x: Signal, z: Signal, mounting: Signal, settings: Signal) -
 
 
 @register_jitable(forceinline=True)
-def measured_distance(x: Signal, z: Signal, mounting: Signal, settings: Signal) -> Measured:
-    """Return what the range finder measures; the arguments are those of `measured_height`."""
+def measured_distance(x: Vector, z: Vector, mounting: Vector, settings: Vector) -> Measured:
+    """Return the measurement of the range finder; arguments as for `measured_height`."""
     imu, back = z[IMU:GPS], -z[AGES + 2]
     then = propagated(x, imu, back)
     R = rotation((then[0], then[1], then[2], then[3]))
@@ -332,7 +321,7 @@ def measured_distance(x: Signal, z: Signal, mounting: Signal, settings: Signal) 
     n = (mounting[12], mounting[13], mounting[14])
     down = -into_world(R, n)[2]
     height = then[6] + into_world(R, arm)[2]
-    by_place, by_view = crossed(arm, up), crossed(n, up)
+    by_place, by_view = cross(arm, up), cross(n, up)
     tilt = height / (down * down)
     row = Measured(
         t=(
@@ -352,15 +341,15 @@ def measured_distance(x: Signal, z: Signal, mounting: Signal, settings: Signal) 
 
 @register_jitable(forceinline=True)
 def measured_motion(
-    x: Signal, z: Signal, mounting: Signal, settings: Signal
+    x: Vector, z: Vector, mounting: Vector, settings: Vector
 ) -> tuple[Measured, Measured, Measured, Measured, Measured, Measured]:
-    """Return the place and velocity that the GPS measures; the arguments are those before."""
+    """Return position and velocity as measured by the GPS; arguments as for `measured_height`."""
     imu, back = z[IMU:GPS], -z[GPS + 1]
     F = transition(x, imu, back)
     then = propagated(x, imu, back)
     R = rotation((then[0], then[1], then[2], then[3]))
     arm = _lever(mounting[3:6], mounting[0:3])
-    turn = crossed((z[0] - x[10], z[1] - x[11], z[2] - x[12]), arm)
+    turn = cross((z[0] - x[10], z[1] - x[11], z[2] - x[12]), arm)
     y, v = into_world(R, arm), into_world(R, turn)
     level, height, speed = settings[4], settings[5], settings[6]
     y = (then[4] + y[0], then[5] + y[1], then[6] + y[2])
@@ -378,9 +367,9 @@ def measured_motion(
 
 @register_jitable(forceinline=True)
 def _placed(r: Three, arm: Three, axis: Three, gap: Scalar, deviation: Scalar) -> Measured:
-    """Return a coordinate of the antenna's place, along a row r of R_WB."""
+    """Return the measurement of a coordinate of the antenna's position, with a row r of R_WB."""
     return Measured(
-        t=crossed(arm, r), p=axis, v=NONE, g=NONE, a=NONE, gap=gap, variance=deviation * deviation
+        t=cross(arm, r), p=axis, v=NONE, g=NONE, a=NONE, gap=gap, variance=deviation * deviation
     )
 
 
@@ -388,12 +377,12 @@ def _placed(r: Three, arm: Three, axis: Three, gap: Scalar, deviation: Scalar) -
 def _driven(
     r: Three, arm: Three, turn: Three, axis: Three, gap: Scalar, deviation: Scalar
 ) -> Measured:
-    """Return a coordinate of the antenna's velocity, along a row r of R_WB."""
+    """Return the measurement of a coordinate of the antenna's velocity, with a row r of R_WB."""
     return Measured(
-        t=crossed(turn, r),
+        t=cross(turn, r),
         p=NONE,
         v=axis,
-        g=crossed(r, arm),
+        g=cross(r, arm),
         a=NONE,
         gap=gap,
         variance=deviation * deviation,
@@ -401,9 +390,9 @@ def _driven(
 
 
 def rows_of(
-    x: Signal, z: Signal, mounting: Signal, settings: Signal, rows: np.ndarray, gaps: np.ndarray
+    x: Vector, z: Vector, mounting: Vector, settings: Vector, rows: np.ndarray, gaps: np.ndarray
 ) -> None:
-    """Write H (10, 15) of every number that a new sample measures, its y - h(x) and its variance.
+    """Write H (10, 15), y - h(x) and variance of every measurement with a new sample.
 
     Args:
         x: nominal state (16).
@@ -432,16 +421,16 @@ def rows_of(
 
 @register_jitable
 def update(
-    memory: np.ndarray, z: np.ndarray, settings: Signal, mounting: np.ndarray, dt: float
+    memory: np.ndarray, z: np.ndarray, settings: Vector, mounting: np.ndarray, dt: float
 ) -> None:
-    """Do an update in place: a period of the IMU, then what other sensors measured.
+    """Do an update in place: a period of the IMU, then the measurements of other sensors.
 
     Args:
         memory: see `SIZE`.
         z: see `samples`.
         settings: see `settings.EkfSettings`.
         mounting: see `samples.Mounting.packed`.
-        dt: since the update before [s]; 0 at the first, which only measures.
+        dt: since the previous update [s]; 0 at the first, which only measures.
     """
     x = memory[:NOMINAL]
     matrix = memory[COVARIANCE:INNOVATIONS].reshape(ERRORS, ERRORS)
@@ -476,9 +465,9 @@ def update(
 
 @register_jitable
 def _take_in(
-    P: Covariance, error: Error, m: Measured, settings: Signal, told: np.ndarray
+    P: Covariance, error: Error, m: Measured, settings: Vector, told: np.ndarray
 ) -> tuple[Covariance, Error]:
-    """Take a number in, and write its innovation and its variance."""
+    """Update with a measurement, and write its innovation and variance."""
     if math.isnan(m.gap):
         return P, error
     found = fused(P, error, m, settings[10])
@@ -486,7 +475,7 @@ def _take_in(
     return found.P, found.error
 
 
-def nominal(state: Signal, p_BI: Signal) -> np.ndarray:
+def nominal(state: Vector, p_BI: Vector) -> np.ndarray:
     """Return the nominal state (16) of a known motion, without biases.
 
     Args:
@@ -498,12 +487,12 @@ def nominal(state: Signal, p_BI: Signal) -> np.ndarray:
     x = np.zeros(NOMINAL)
     x[0:4] = np.asarray(state[0:4]) / np.linalg.norm(state[0:4])
     x[4:7] = np.asarray(state[4:7]) + into_world(R, p_BI)
-    x[7:10] = np.asarray(state[10:13]) + into_world(R, crossed(w_B, p_BI))
+    x[7:10] = np.asarray(state[10:13]) + into_world(R, cross(w_B, p_BI))
     return x
 
 
-def initial(state: Signal, p_BI: Signal, deviations: InitialDeviations) -> np.ndarray:
-    """Return the memory of a filter that begins at a known motion.
+def initial(state: Vector, p_BI: Vector, deviations: InitialDeviations) -> np.ndarray:
+    """Return the initial memory for a known motion.
 
     Args:
         state: q_WB, p_WB, w_WB_W, v_WB_W (13).
@@ -517,10 +506,10 @@ def initial(state: Signal, p_BI: Signal, deviations: InitialDeviations) -> np.nd
 
 
 def start_errors(seed: int | None) -> np.ndarray:
-    """Return the standard normal numbers of the errors that an estimate begins with (15).
+    """Return the standard normal numbers of the initial errors (15).
 
     Args:
-        seed: of the source `START`; None for an estimate that begins exactly.
+        seed: of the source `START`; None for an exact initial estimate.
     """
     if seed is None:
         return np.zeros(ERRORS)

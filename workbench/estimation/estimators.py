@@ -60,22 +60,22 @@ from workbench.estimation.settings import (
 from workbench.plant.gravity import GRAVITY
 
 SOURCES = ("estimation", "estimators.py", "dynamics/rigid_body.py", "plant/gravity.py")
-"""What the compiled updates stand in, below `workbench/`."""
+"""Sources of the compiled updates, below `workbench/`."""
 ARGUMENTS = {
     "update": ("memory", "z", "settings", "mounting", "dt"),
     "begin": ("state", "mounting", "drawn", "known"),
     "covariance": ("memory",),
 }
-"""Of the functions of a file, in this order."""
+"""Arguments of the functions of a file, in this order."""
 TRIAL_PERIOD = 1 / 128
-"""Between two updates with which a file's functions are tried [s]."""
+"""Time between two updates in the trial of a file's functions [s]."""
 TRIANGLE = np.triu_indices(9)
-"""Rows and columns of a covariance's upper triangle (45), of attitude, place and velocity."""
+"""Rows and columns of the upper triangle, row by row, of attitude, position and velocity (45)."""
 NOMINAL_NAMES = (
     *(f"q_{axis}" for axis in "wxyz"),
     *(f"{name}_{axis}" for name in ("p", "v", "gyro_bias", "accel_bias") for axis in "xyz"),
 )
-"""Of the nominal state (16)."""
+"""Names of the numbers of the nominal state (16)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,21 +85,18 @@ class Estimator:
     The first 16 numbers of the memory are the nominal state, see `ekf`.
 
     Attributes:
-        name: in scenarios; of a file its stem.
-        settings: its live numbers, a named tuple's type.
+        name: in scenarios; the stem of a user's own file.
+        settings: type of the named tuple of its live parameters.
         update: one update of its memory in place, see `ekf.update`.
-        begin: from a motion (13), the mounting, standard normal numbers (15) and what is known
-            of the errors at the start to a memory.
-        deviations: from a memory to the standard deviations of its errors (15), NaN where it
-            does not know them; so the next two.
-        covariance: of the errors of attitude, place and velocity, the upper triangle row by row
-            (45).
-        innovations: of each number that this update measured the innovation and its variance
-            (20), see `ekf.CHANNELS`; NaN where there was none.
-        memory: what it remembers behind the nominal state; none of the EKF, whose covariance
-            linear models take as settled.
-        parameters: rows of its settings, where it is the user's own.
-        file: where that stands; None for a shipped one, so the next.
+        begin: returns the initial memory for a motion (13), the mounting, standard normal numbers
+            (15) and the standard deviations of the initial errors.
+        error_covariance: returns the covariance of its errors (15, 15), None if it has none.
+        measured: returns innovation and variance of each measurement of this update (20), NaN for
+            the others, see `ekf.CHANNELS`; None if it has none.
+        memory: its states after the nominal state; empty for the EKF, because linear models use its
+            settled covariance.
+        parameters: rows of the parameter table; empty for a shipped one, as are the next two.
+        file: of a user's own estimator.
         text: of the file.
     """
 
@@ -109,9 +106,8 @@ class Estimator:
     begin: Callable[[np.ndarray, Mounting, np.ndarray, InitialDeviations], np.ndarray] = field(
         repr=False
     )
-    deviations: Callable[[np.ndarray], np.ndarray] = field(repr=False)
-    covariance: Callable[[np.ndarray], np.ndarray] = field(repr=False)
-    innovations: Callable[[np.ndarray], np.ndarray] = field(repr=False)
+    error_covariance: Callable[[np.ndarray], np.ndarray] | None = field(default=None, repr=False)
+    measured: Callable[[np.ndarray], np.ndarray] | None = field(default=None, repr=False)
     memory: tuple[State, ...] = field(default=(), repr=False)
     parameters: tuple[Parameter, ...] = field(default=(), repr=False)
     file: Path | None = None
@@ -119,42 +115,53 @@ class Estimator:
 
     @property
     def digest(self) -> str:
-        """What tells the text of its file from any other (SHA-256)."""
+        """SHA-256 of the text of its file."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
     @property
     def key(self) -> str:
-        """What tells its functions from those of any other."""
+        """Name for machine code, see `jitable.unique`."""
         return f"{self.name}_{self.digest[:12]}" if self.file else self.name
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Let another process have the same text, whether or not it has the file."""
+        """Pickle the text, so that another process needs no file."""
         if self.file is None:
             return find_estimator, (self.name,)
         return _from_text, (self.name, self.file, self.text)
+
+    def deviations(self, memory: np.ndarray) -> np.ndarray:
+        """Return the standard deviations of its errors (15), NaN if it has no covariance."""
+        found: np.ndarray = np.sqrt(np.maximum(np.diag(self._covariance(memory)), 0.0))
+        return found
+
+    def covariance(self, memory: np.ndarray) -> np.ndarray:
+        """Return the covariance of attitude, position and velocity, see `TRIANGLE` (45)."""
+        found: np.ndarray = self._covariance(memory)[TRIANGLE]
+        return found
+
+    def innovations(self, memory: np.ndarray) -> np.ndarray:
+        """Return innovations and variances of the measurements of this update, see `measured`."""
+        return self.measured(memory) if self.measured else np.full(2 * ekf.CHANNELS, np.nan)
+
+    def _covariance(self, memory: np.ndarray) -> np.ndarray:
+        if self.error_covariance is None:
+            return np.full((ekf.ERRORS, ekf.ERRORS), np.nan)
+        return self.error_covariance(memory)
 
 
 def _begin_ekf(
     state: np.ndarray, mounting: Mounting, drawn: np.ndarray, known: InitialDeviations
 ) -> np.ndarray:
-    """Return the memory of a filter whose errors are as large as it takes them to be."""
+    """Return the initial memory, with errors of the standard deviations that the filter assumes."""
     memory = ekf.initial(state, mounting.p_BI, known)
     errors = np.repeat(np.array(known), 3) * drawn
-    errors[9:] = 0.0  # biases of the estimate start at 0, as the true ones are not known
+    errors[9:] = 0.0  # estimated biases start at 0, because the true ones are unknown
     memory[: ekf.NOMINAL] = ekf.corrected(memory[: ekf.NOMINAL], errors)
     return memory
 
 
-def _ekf_deviations(memory: np.ndarray) -> np.ndarray:
-    P = memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(ekf.ERRORS, ekf.ERRORS)
-    found: np.ndarray = np.sqrt(np.maximum(np.diag(P), 0.0))
-    return found
-
-
 def _ekf_covariance(memory: np.ndarray) -> np.ndarray:
-    P = memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(ekf.ERRORS, ekf.ERRORS)
-    found: np.ndarray = P[TRIANGLE]
-    return found
+    return memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(ekf.ERRORS, ekf.ERRORS)
 
 
 def _ekf_innovations(memory: np.ndarray) -> np.ndarray:
@@ -167,27 +174,12 @@ def _begin_complementary(
     return complementary.initial(state, mounting.p_BI)
 
 
-def _no_deviations(memory: np.ndarray) -> np.ndarray:
-    return np.full(ekf.ERRORS, np.nan)
-
-
-def _no_covariance(memory: np.ndarray) -> np.ndarray:
-    return np.full(len(TRIANGLE[0]), np.nan)
-
-
-def _no_innovations(memory: np.ndarray) -> np.ndarray:
-    return np.full(2 * ekf.CHANNELS, np.nan)
-
-
 _KNOWN = (
     Estimator(
         COMPLEMENTARY,
         ComplementarySettings,
         complementary.update,
         _begin_complementary,
-        _no_deviations,
-        _no_covariance,
-        _no_innovations,
         memory=(
             *(State(f"{kind}_seen", "1") for kind in ("gps", "barometer", "magnetometer")),
             State("gps_age", "s"),
@@ -201,7 +193,6 @@ _KNOWN = (
         EkfSettings,
         ekf.update,
         _begin_ekf,
-        _ekf_deviations,
         _ekf_covariance,
         _ekf_innovations,
     ),
@@ -209,7 +200,7 @@ _KNOWN = (
 
 
 def find_estimator(name: str) -> Estimator | None:
-    """Return the estimator of a name, None for the truth.
+    """Return an estimator by name, None for the truth.
 
     A file's code runs, with the rights of whoever calls this.
 
@@ -239,7 +230,7 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
         WorkbenchError: naming file and line of what is wrong.
     """
     if name in ESTIMATORS:
-        raise WorkbenchError(f"{file}: is called as the shipped {name}: give it another name")
+        raise WorkbenchError(f"{file}: has the name of the shipped {name}: give it another name")
     module = run_own("estimator", name, file, text)
     own = vars(module)
     update = stated_update(file, own, ARGUMENTS["update"])
@@ -248,7 +239,7 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
     check_names(file, "parameter", names)
     memory = stated_memory(file, own)
     begin, covariance = (_optional(file, own, each) for each in ("begin", "covariance"))
-    # machine code does not check indices beyond an array's end
+    # without it, machine code does not check indices
     mark_functions(module, boundscheck=True)
     initial = np.array([each.initial for each in memory])
 
@@ -260,19 +251,10 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
         with own_errors(file, "begin"):
             return _array(file, "begin", begin(state, mounting, drawn, known), size)
 
-    def whole(memory: np.ndarray) -> np.ndarray:
-        if covariance is None:
-            return np.full((ekf.ERRORS, ekf.ERRORS), np.nan)
+    def checked_covariance(memory: np.ndarray) -> np.ndarray:
+        assert covariance
         with own_errors(file, "covariance"):
             return _array(file, "covariance", covariance(memory), ekf.ERRORS, ekf.ERRORS)
-
-    def deviations(memory: np.ndarray) -> np.ndarray:
-        found: np.ndarray = np.sqrt(np.maximum(np.diag(whole(memory)), 0.0))
-        return found
-
-    def triangle(memory: np.ndarray) -> np.ndarray:
-        found: np.ndarray = whole(memory)[TRIANGLE]
-        return found
 
     size = ekf.NOMINAL + len(memory)
     estimator = Estimator(
@@ -280,9 +262,7 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
         settings=record("Settings", names, [row.default for row in rows]),
         update=update,
         begin=begun,
-        deviations=deviations,
-        covariance=triangle,
-        innovations=_no_innovations,
+        error_covariance=checked_covariance if covariance else None,
         memory=memory,
         parameters=rows,
         file=file,
@@ -294,10 +274,10 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
 
 
 def _optional(file: Path, own: Mapping[str, Any], name: str) -> Callable[..., Any] | None:
-    """Return a function that a file may state, None where it does not.
+    """Return an optional function of a file, None without it.
 
     Raises:
-        WorkbenchError: if it is no function, or takes other arguments.
+        WorkbenchError: if it is not a function, or has other arguments.
     """
     function, wanted = own.get(name), ARGUMENTS[name]
     if function is None:
@@ -311,16 +291,16 @@ def _optional(file: Path, own: Mapping[str, Any], name: str) -> Callable[..., An
 
 
 def _array(file: Path, what: str, found: Any, *shape: int) -> np.ndarray:
-    """Return what a function of a file has returned, if it is an array of finite numbers.
+    """Return the result of a function of a file, which must be an array of finite numbers.
 
     Args:
-        file: where the function stands.
-        what: its name.
-        found: what it returned.
-        shape: that it must have.
+        file: of the function.
+        what: name of the function.
+        found: its result.
+        shape: required shape.
 
     Raises:
-        WorkbenchError: if it is something else.
+        WorkbenchError: if the result is anything else.
     """
     wanted = " x ".join(map(str, shape))
     if not isinstance(found, np.ndarray) or found.shape != shape:
@@ -337,10 +317,10 @@ def _array(file: Path, what: str, found: Any, *shape: int) -> np.ndarray:
 
 
 def _tried(estimator: Estimator) -> None:
-    """Run a file's functions with plain numbers: at rest in hover, and on the move.
+    """Run a file's functions with plain numbers: at rest in hover, and in motion.
 
     Raises:
-        WorkbenchError: if they give other things than the interface says.
+        WorkbenchError: if a result is not what the interface requires.
     """
     file, update = estimator.file, estimator.update
     assert file
@@ -388,7 +368,7 @@ def _check_finite(where: str, estimator: Estimator, memory: np.ndarray) -> None:
 def compiled_update(estimator: Estimator) -> Callable[..., None]:
     """Return the update of an estimator, compiled at its first call.
 
-    That of a file says in a sentence what goes wrong in it.
+    Errors in a user's own update are raised as `WorkbenchError`.
     """
     what, file = f"the estimator {estimator.name}", estimator.file
     if file is None:
@@ -421,11 +401,11 @@ def compiled_update(estimator: Estimator) -> Callable[..., None]:
 
 
 def known_motion(memory: np.ndarray, rates: np.ndarray, p_BI: Sequence[float]) -> np.ndarray:
-    """Return the motion of the base origin that a memory says (13).
+    """Return the estimated motion of the base origin (13).
 
     Args:
         memory: of an estimator.
-        rates: angular velocity that the gyro shows, in B, first of it (3) [rad/s].
+        rates: angular velocity of the gyro in B, first (3) [rad/s].
         p_BI: of the IMU (3) [m].
 
     Returns:

@@ -16,23 +16,20 @@ Cytomic, 2013; V. Zavalishin, The Art of VA Filter Design, 2.1, 2018, sections 3
 import math
 from typing import Any
 
-from workbench.common.jitable import register_jitable
-
-Scalar = Any
-"""float, AutoDiffXd, or what numba makes of it."""
+from workbench.common.jitable import Scalar, register_jitable
 
 NYQUIST_SHARE = 0.49
-"""A filter whose frequency is above this share of the sampling rate is left out."""
+"""A filter with a frequency above this share of the sampling rate is off."""
 
 
 Section = tuple[float, float, float, float, float, float, float, float, float]
 THROUGH: Section = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
-"""Lets everything through; its state is that of rest, so that a filter may take over."""
+"""Passes the input; its state is that of a filter at rest, so that switching causes no jump."""
 
 
 @register_jitable
 def works(frequency: float, period: float) -> bool:
-    """Return whether there is a filter at a frequency [Hz] for samples every `period` [s]."""
+    """Return whether a filter at a frequency [Hz] is on, for samples every `period` [s]."""
     return 0.0 < frequency <= NYQUIST_SHARE / period
 
 
@@ -41,7 +38,7 @@ def lowpass(cutoff: float, order: float, period: float) -> Section:
     """Return a Butterworth low-pass of first or second order.
 
     Args:
-        cutoff: where it is 3 dB down [Hz]; 0, or one too near half the sampling rate, for none.
+        cutoff: frequency of -3 dB [Hz]; no filter at 0 or near half the sampling rate.
         order: 1 or 2.
         period: between samples [s].
     """
@@ -70,8 +67,8 @@ def notch(centre: float, width: float, period: float) -> Section:
     """Return a notch.
 
     Args:
-        centre: which is taken out [Hz]; 0, or one too near half the sampling rate, for none.
-        width: of the band that is more than 3 dB down [Hz].
+        centre: removed frequency [Hz]; no filter at 0 or near half the sampling rate.
+        width: of the band below -3 dB [Hz].
         period: between samples [s].
     """
     if not works(centre, period):

@@ -4,15 +4,11 @@ Each axis of the body has both filters in series. A sample is taken at the start
 and one at each control update.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from workbench.common.jitable import register_jitable
+from workbench.common.jitable import Scalar, Vector, register_jitable
 from workbench.dynamics.rigid_body import into_body, rotation
 from workbench.estimation.filters import after, lowpass, notch, output, works
-
-Scalar = Any
-Signal = Any
-"""A sequence of scalars: a list in Python, an array in compiled code."""
 
 STATES = 12
 """For each axis x, y, z of B: two states of the notch and two of the low-pass."""
@@ -21,7 +17,7 @@ COEFFICIENTS = 18
 
 
 class GyroSettings(NamedTuple):
-    """The live numbers of gyro and accelerometer; `workbench params` lists what each means."""
+    """Live parameters of gyro and accelerometer; see `workbench params`."""
 
     gyro_rate: float = 0.0
     gyro_lowpass: float = 0.0
@@ -33,7 +29,7 @@ class GyroSettings(NamedTuple):
 
 
 UNFILTERED = GyroSettings()
-"""A sample every physics step, and no filter."""
+"""A sample at every physics step, and no filters."""
 
 
 @register_jitable
@@ -54,25 +50,25 @@ def sample_steps(rate: float, step: float, steps: int) -> int:
 
 
 @register_jitable
-def filters_gyro(settings: Signal, period: float) -> bool:
+def filters_gyro(settings: Vector, period: float) -> bool:
     """Return whether any filter works at samples every `period` [s]; see `GyroSettings`."""
     return works(settings[1], period) or works(settings[3], period)
 
 
 @register_jitable
-def gyro_filter(settings: Signal, period: float) -> tuple[float, ...]:
+def gyro_filter(settings: Vector, period: float) -> tuple[float, ...]:
     """Return the coefficients (18) of both filters for samples every `period` [s]."""
     return notch(settings[3], settings[4], period) + lowpass(settings[1], settings[2], period)
 
 
 @register_jitable(forceinline=True)
-def body_rates(state: Signal) -> tuple[Scalar, Scalar, Scalar]:
+def body_rates(state: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return the angular velocity w_WB in B [rad/s] of a state of the body (13)."""
     return into_body(rotation(state[0:4]), state[7:10])
 
 
 @register_jitable(forceinline=True)
-def filtered_axis(coefficients: Signal, x: Signal, w: Scalar) -> Scalar:
+def filtered_axis(coefficients: Vector, x: Vector, w: Scalar) -> Scalar:
     """Return the output of both filters on an axis with states x (4) for a rate [rad/s]."""
     between = output(coefficients[0:9], x[0], x[1], w)
     return output(coefficients[9:18], x[2], x[3], between)
@@ -80,7 +76,7 @@ def filtered_axis(coefficients: Signal, x: Signal, w: Scalar) -> Scalar:
 
 @register_jitable(forceinline=True)
 def stepped_axis(
-    coefficients: Signal, x: Signal, w: Scalar
+    coefficients: Vector, x: Vector, w: Scalar
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Return the states (4) of an axis after a rate [rad/s]."""
     between = output(coefficients[0:9], x[0], x[1], w)
@@ -88,7 +84,7 @@ def stepped_axis(
 
 
 @register_jitable
-def filtered_rates(coefficients: Signal, x: Signal, w_B: Signal) -> tuple[Scalar, Scalar, Scalar]:
+def filtered_rates(coefficients: Vector, x: Vector, w_B: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return the outputs (3) of the filters with states x (12) for angular velocities in B."""
     return (
         filtered_axis(coefficients, x[0:4], w_B[0]),
@@ -98,7 +94,7 @@ def filtered_rates(coefficients: Signal, x: Signal, w_B: Signal) -> tuple[Scalar
 
 
 @register_jitable
-def stepped_filters(coefficients: Signal, x: Signal, w_B: Signal) -> tuple[Scalar, ...]:
+def stepped_filters(coefficients: Vector, x: Vector, w_B: Vector) -> tuple[Scalar, ...]:
     """Return the states of the filters (12) after angular velocities in B (3)."""
     return (
         stepped_axis(coefficients, x[0:4], w_B[0])
@@ -108,15 +104,15 @@ def stepped_filters(coefficients: Signal, x: Signal, w_B: Signal) -> tuple[Scala
 
 
 @register_jitable(forceinline=True)
-def at_rest(w_B: Signal) -> tuple[Scalar, ...]:
-    """Return the states of the filters (12) where the angular velocity in B has been steady."""
+def at_rest(w_B: Vector) -> tuple[Scalar, ...]:
+    """Return the states of the filters (12) for a constant angular velocity in B."""
     x, y, z = w_B
     zero = 0.0 * x
     return zero, x, zero, x, zero, y, zero, y, zero, z, zero, z
 
 
 @register_jitable(forceinline=True)
-def sensed(state: Signal, w_B: Signal) -> tuple[Scalar, ...]:
+def sensed(state: Vector, w_B: Vector) -> tuple[Scalar, ...]:
     """Return a state of the body (13) with another angular velocity, given in B (3) [rad/s]."""
     R = rotation(state[0:4])
     x, y, z = w_B

@@ -19,9 +19,9 @@ from workbench.estimation.samples import (
 )
 
 LONGEST_STEP = 0.02
-"""Of an update [s]; a longer time between two samples of the IMU is split."""
+"""Longest period of an update [s]; a longer time between two IMU samples is split."""
 GAP = 3.0
-"""Times the usual period between samples of the IMU: a longer one is told."""
+"""A time between IMU samples of more than this many usual periods is reported."""
 _TOLD = 1024
 """Updates between two reports of progress."""
 
@@ -31,7 +31,7 @@ class Stamped(NamedTuple):
 
     Attributes:
         stamp: when each was taken (N) [s], growing.
-        arrived: when each was there for the flight computer (N) [s].
+        arrived: when each was available to the flight computer (N) [s].
         values: (N, k).
     """
 
@@ -88,7 +88,7 @@ class Gap(NamedTuple):
 
 
 def gaps(imu: Stamped) -> tuple[Gap, ...]:
-    """Return the times that are much longer than the usual one between samples."""
+    """Return the times without samples, see `GAP`."""
     periods = np.diff(imu.stamp)
     if not len(periods):
         return ()
@@ -117,7 +117,7 @@ def run_estimator(
         settings: the estimator's live numbers, in their order.
         mounting: of the sensors.
         begin: memory at the time of the first sample of the IMU, see `Estimator.begin`.
-        progress: takes the share done, 0 .. 1.
+        progress: called with the share done, 0 .. 1.
     """
     imu = _split(samples.imu)
     count = len(imu.stamp)
@@ -168,7 +168,7 @@ def _split(imu: Stamped) -> Stamped:
 
 
 def _inputs(samples: SensorSamples, imu: Stamped) -> np.ndarray:
-    """Return what each update takes (N, 22), see `estimation.samples`."""
+    """Return the samples of each update (N, 25), see `estimation.samples`."""
     z = np.zeros((len(imu.stamp), SAMPLES))
     z[0, :6] = imu.values[0]
     z[1:, :6] = 0.5 * (imu.values[:-1] + imu.values[1:])
@@ -192,12 +192,12 @@ def _inputs(samples: SensorSamples, imu: Stamped) -> np.ndarray:
 
 
 def _joined(sensor: Stamped, imu: Stamped) -> tuple[np.ndarray, np.ndarray]:
-    """Return updates, and the sample of a sensor that joins each."""
+    """Return indices of updates, and of the sensor's sample that each uses."""
     rows = np.maximum(
         np.searchsorted(imu.stamp, sensor.stamp), np.searchsorted(imu.arrived, sensor.arrived)
     )
     new = np.arange(len(rows))
-    # one that was taken before the first update is not of this run
+    # samples from before the first update are not used
     here = (rows < len(imu.stamp)) & (sensor.stamp >= imu.stamp[0])
     rows, new = rows[here], new[here]
     last = np.append(np.diff(rows) > 0, True)[: len(rows)]

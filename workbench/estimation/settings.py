@@ -6,18 +6,18 @@ Commands import this before anything heavy is loaded.
 from typing import NamedTuple
 
 TRUTH = "truth"
-"""What a controller knows is the true motion."""
+"""The controller gets the true motion."""
 COMPLEMENTARY, EKF = "complementary", "ekf"
 ESTIMATORS = (TRUTH, COMPLEMENTARY, EKF)
-"""What a scenario may name, besides a file of the user's own."""
+"""Estimators that a scenario can name, besides a user's own file."""
 OWN = "estimator"
-"""System of the parameters of an estimator of the user's own, see `Parameter`."""
+"""System of the parameters of a user's own estimator, see `Parameter`."""
 HEARD = ("gps", "barometer", "magnetometer", "range_finder")
 """Kinds of sensors that an estimator uses, besides the IMU."""
 
 
 class EkfSettings(NamedTuple):
-    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
+    """Live parameters of the filter; `workbench params` lists meaning, unit and range of each."""
 
     ekf_gyro_noise: float = 1.5e-4
     ekf_accel_noise: float = 2.5e-3
@@ -33,7 +33,7 @@ class EkfSettings(NamedTuple):
 
 
 class ComplementarySettings(NamedTuple):
-    """Live numbers of the filter; `workbench params` lists meaning, unit and range of each."""
+    """Live parameters of the filter; `workbench params` lists meaning, unit and range of each."""
 
     complementary_kp: float = 0.5
     complementary_ki: float = 0.02

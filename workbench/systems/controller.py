@@ -10,8 +10,8 @@ from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from workbench.control.controller import Controller
-from workbench.control.flight_law import flight_law, law_constants
-from workbench.control.guidance import Guidance, Reference, Setpoint
+from workbench.control.flight_law import allocate, flight_law, law_constants
+from workbench.control.guidance import LIFT, MOTORS, Guidance, Reference, Setpoint
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 
@@ -129,25 +129,27 @@ def ContinuousController_(T: Any) -> Any:
                 kept, before = 1.0, states[0]
             probes = context.get_numeric_parameter(PROBES).CopyToVector().tolist()
             loops = [*probes, *[0.0] * len(self.controller.points)]
-            wanted, after = self._law.commands(
-                self._state.Eval(context).tolist(),
-                self._acceleration.Eval(context).tolist(),
-                1.0,
-                Setpoint(
-                    self._reference.Eval(context).tolist(),
-                    self._guidance.Eval(context).tolist(),
-                    (0.0, 0.0, 0.0),
-                ),
-                self._law.gains(context.get_numeric_parameter(GAINS).CopyToVector().tolist()),
-                self._law.memory(states[self._moments :]),
-                self._shares,
-                self._constants,
-                loops,
-                kept,
-                (math.nan, math.nan, math.nan, before),
-                SHORT,
-                commands,
+            guidance = self._guidance.Eval(context).tolist()
+            reference = self._reference.Eval(context).tolist()
+            wanted, after = (0.0, 0.0, 0.0, 0.0), self.controller.initial_memory
+            if guidance[LIFT] > 0.0:
+                wanted, after = self._law.wrench(
+                    self._state.Eval(context).tolist(),
+                    self._acceleration.Eval(context).tolist(),
+                    1.0,
+                    Setpoint(reference, guidance, (0.0, 0.0, 0.0)),
+                    self._law.gains(context.get_numeric_parameter(GAINS).CopyToVector().tolist()),
+                    self._law.memory(states[self._moments :]),
+                    (math.nan, math.nan, math.nan, before),
+                    SHORT,
+                    self._constants,
+                    loops,
+                )
+            force, m_x, m_y, m_z = wanted
+            wrench = (force, m_x, m_y, m_z + kept * (before - m_z))
+            allocate(
+                wrench, guidance[LIFT], guidance[MOTORS], self._shares, self._constants, commands
             )
-            return commands, loops[len(probes) :], wanted, after
+            return commands, loops[len(probes) :], m_z, after
 
     return Impl

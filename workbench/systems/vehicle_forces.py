@@ -10,7 +10,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from workbench.dynamics.rigid_body import rotation
 from workbench.dynamics.rotor_response import speed_slope
 from workbench.dynamics.vehicle_step import (
-    ANSWER,
+    LAG,
     ROW,
     rotor_rows,
     rotor_thrusts,
@@ -95,7 +95,7 @@ def VehicleForces_(T: Any) -> Any:
             voltage = voltage_share(speeds, [1.0] * len(speeds), supply, self._rows)
             turning = zip(commands, speeds, self._rows, strict=True)
             return [
-                speed_slope(supplied(u, row[ANSWER], voltage, voltage, share), w, row[ANSWER:ROW])
+                speed_slope(supplied(u, row[LAG], voltage, voltage, share), w, row[LAG:ROW])
                 for u, w, row in turning
             ]
 

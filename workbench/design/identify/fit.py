@@ -38,7 +38,7 @@ from workbench.design.identify.flight import SHARE, Flight, held_on_grid, on_eve
 from workbench.design.identify.quantities import Quantity, with_quantities
 from workbench.dynamics.rigid_body import accelerations, rigid_body
 from workbench.dynamics.rotor_response import step_rotor, within
-from workbench.dynamics.vehicle_step import ANSWER, ROW, rotor_rows, vehicle_wrench
+from workbench.dynamics.vehicle_step import LAG, ROW, rotor_rows, vehicle_wrench
 from workbench.estimation.filters import lowpass
 from workbench.estimation.imu import measured
 from workbench.plant.drag import AIR_DENSITY, drag_area
@@ -99,7 +99,7 @@ def _follow(commands: Any, rotors: Any, period: float, speeds: Any, slopes: Any)
         slopes: (N, n) places [rad/s²].
     """
     for i in range(commands.shape[1]):
-        constants = rotors[i][ANSWER:ROW]
+        constants = rotors[i][LAG:ROW]
         speed = speeds[0, i]
         for k in range(len(commands)):
             command = within(commands[k, i], constants[0])

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.linear.model import MEASURED, NOMINAL
-from workbench.dynamics.rigid_body import into_body, into_world, rotation
+from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
 from workbench.estimation import covariance, ekf
-from workbench.estimation.ekf import crossed
 from workbench.estimation.estimators import Estimator, compiled_update
 from workbench.estimation.samples import (
     BAROMETER,
@@ -145,7 +144,7 @@ def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> n
     z[:6] = imu
     z[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 1.0
     z[GPS + 2 : GPS + 5] = state[4:7] + into_world(R, places[3:6])
-    z[GPS + 5 : GPS + 8] = state[10:13] + into_world(R, crossed(w_B, places[3:6]))
+    z[GPS + 5 : GPS + 8] = state[10:13] + into_world(R, cross(w_B, places[3:6]))
     z[BAROMETER + 1] = state[6] + into_world(R, places[6:9])[2]
     z[MAGNETOMETER + 1 : MAGNETOMETER + 4] = into_body(R, places[15:18])
     down = -into_world(R, places[12:15])[2]

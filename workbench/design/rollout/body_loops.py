@@ -55,7 +55,7 @@ from workbench.dynamics.air.update import push_at, wind_at
 from workbench.dynamics.rigid_body import accelerations, into_body, middle, moved
 from workbench.dynamics.rotor_response import step_rotor, within
 from workbench.dynamics.vehicle_step import (
-    ANSWER,
+    LAG,
     loaded,
     middle_height,
     power_share,
@@ -90,7 +90,7 @@ def move(block, rotors, blades, changes, sags, compensation, pushed, step):  # t
         rotor = rotors[number]
         if sags:
             for i in range(LANES):
-                held, most = take(rotor, HELD, i), take(rotor, TURN + ANSWER, i)
+                held, most = take(rotor, HELD, i), take(rotor, TURN + LAG, i)
                 voltage = take(block, VOLTAGE, i)
                 speed = supplied(held, most, voltage, voltage, compensation)
                 _step_speed(rotor, i, speed)
@@ -165,7 +165,7 @@ def hold_commands(rotors, asked, acting, updates, step):  # type: ignore[no-unty
         if since == step:
             commands = asked[(updates - age) % len(asked)]
             for number in range(len(rotors)):
-                limit = take(rotors[number], TURN + ANSWER, i)
+                limit = take(rotors[number], TURN + LAG, i)
                 put(rotors[number], HELD, i, within(commands[number, i], limit))
 
 
@@ -225,7 +225,7 @@ def note_lost(block):  # type: ignore[no-untyped-def]
 @register_jitable(forceinline=True)
 def _step_speed(rotor, i, command):  # type: ignore[no-untyped-def]
     """Write the speed after a step, and that in its middle with its slope."""
-    speed, slope, after = step_rotor(command, take(rotor, SPEED, i), take7(rotor, TURN + ANSWER, i))
+    speed, slope, after = step_rotor(command, take(rotor, SPEED, i), take7(rotor, TURN + LAG, i))
     put(rotor, MIDDLE, i, speed)
     put(rotor, SLOPE, i, slope)
     put(rotor, SPEED, i, after)

@@ -74,7 +74,7 @@ from workbench.design.rollout.rows import (
 )
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import EDDIES
-from workbench.dynamics.vehicle_step import ANSWER, INFLOW, ROW, given
+from workbench.dynamics.vehicle_step import INFLOW, LAG, ROW, given
 from workbench.estimation.estimators import Estimator
 from workbench.estimation.filters import lowpass
 
@@ -355,7 +355,7 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
 @register_jitable
 def find_effects(crafts):  # type: ignore[no-untyped-def]
     """Return whether blades have drag, and whether inflow or ground change any thrust."""
-    return crafts.turning[:, :, 6:8].any(), crafts.turning[:, :, INFLOW:ANSWER].any()
+    return crafts.turning[:, :, 6:8].any(), crafts.turning[:, :, INFLOW:LAG].any()
 
 
 @register_jitable
@@ -391,7 +391,7 @@ def _use(rotors, i, flies):  # type: ignore[no-untyped-def]
         peak = take(rotor, PEAK, i)
         if flies:  # the last speed came after the last update
             peak = max(peak, take(rotor, SPEED, i))
-        use = max(use, peak / take(rotor, TURN + ANSWER, i))
+        use = max(use, peak / take(rotor, TURN + LAG, i))
     return use
 
 

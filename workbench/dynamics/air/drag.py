@@ -3,14 +3,8 @@
 The same source runs with floats and AutoDiffXd, and compiles with numba.
 """
 
-from typing import Any
-
-from workbench.common.jitable import register_jitable
-
-Scalar = Any
-"""float, AutoDiffXd, or what numba makes of it."""
-Signal = Any
-"""A sequence of scalars: a list or tuple in Python, an array in compiled code."""
+from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.dynamics.rigid_body import cross
 
 Wrench = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
 STILL = 1e-12
@@ -18,15 +12,7 @@ STILL = 1e-12
 
 
 @register_jitable(forceinline=True)
-def cross(a: Signal, b: Signal) -> tuple[Scalar, Scalar, Scalar]:
-    """Return the cross product."""
-    a_x, a_y, a_z = a
-    b_x, b_y, b_z = b
-    return a_y * b_z - a_z * b_y, a_z * b_x - a_x * b_z, a_x * b_y - a_y * b_x
-
-
-@register_jitable(forceinline=True)
-def body_drag(v_B: Signal, w_B: Signal, pressure: Scalar, p_BoBcm_B: Signal) -> Wrench:
+def body_drag(v_B: Vector, w_B: Vector, pressure: Scalar, p_BoBcm_B: Vector) -> Wrench:
     """Return force [N] and moment about the body's origin [N·m] of the body's drag, in B.
 
     The force at the centre of mass is -pressure |v| v, with its velocity v relative to the air.
@@ -52,7 +38,7 @@ def body_drag(v_B: Signal, w_B: Signal, pressure: Scalar, p_BoBcm_B: Signal) -> 
 
 @register_jitable(forceinline=True)
 def with_rotor_drag(
-    wrench: Wrench, v_B: Signal, w_B: Signal, speed: Scalar, rotor: Signal
+    wrench: Wrench, v_B: Vector, w_B: Vector, speed: Scalar, rotor: Vector
 ) -> Wrench:
     """Return a wrench with a rotor's drag.
 

@@ -18,7 +18,7 @@ SHIFTS = (np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11))
 FRACTION = 2.0**-53
 PAIRS = 3
 COUNT = 2 * PAIRS
-"""Of the numbers of a sample."""
+"""Number of numbers of a sample."""
 
 
 @register_jitable

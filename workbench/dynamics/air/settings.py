@@ -1,12 +1,11 @@
 """The live parameters of the air, in the order of the parameter table."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from workbench.common.jitable import Scalar
 from workbench.plant.drag import AIR_DENSITY, drag_area
 from workbench.plant.vehicle import Vehicle
-
-Scalar = Any
 
 
 class AirSettings(NamedTuple):

@@ -1,4 +1,4 @@
-"""What the air does in a physics step: wind, turbulence and push, as pure functions of numbers.
+"""Wind, turbulence and push in a physics step, as pure functions of numbers.
 
 Turbulence is Dryden's at low altitude, from 10 to 1000 ft: MIL-F-8785C (1980), section 3.7. With
 the height h in feet, lengths of scale are L_u = L_v = h / (0.177 + 0.000823 h)^1.2 and L_w = h;
@@ -19,27 +19,23 @@ same spectra.
 import math
 from typing import Any
 
-from workbench.common.jitable import register_jitable
-from workbench.dynamics.air.drag import cross
-from workbench.dynamics.rigid_body import into_world, rotation, turned
-
-Signal = Any
-"""A sequence of numbers: a list in Python, an array in compiled code."""
+from workbench.common.jitable import Vector, register_jitable
+from workbench.dynamics.rigid_body import cross, into_world, rotation, turned
 
 FOOT = 0.3048
 LOWEST = 10.0
 HIGHEST = 1000.0
-"""Heights within which the model holds; those beyond count as these [ft]."""
+"""Range of heights of the model; other heights are clipped to it [ft]."""
 LEAST_AIRSPEED = 1.0
-"""A drone that moves no faster through the air is met by eddies at this speed [m/s]."""
+"""Smallest airspeed at which a drone meets eddies [m/s]."""
 STATES = 5
-"""Of the filters: one for u, two for v, two for w."""
+"""Number of filter states: one for u, two for v, two for w."""
 BEGUN = 5
-"""Place, behind the filters' states, of whether they have begun."""
+"""Place, after the filter states, of 1 if the filters have started."""
 EDDIES = 6
-"""Size of what the turbulence remembers."""
+"""Size of the memory of the turbulence."""
 ANY_TIME = 50.0
-"""After so many time constants a filter has forgotten how it began."""
+"""Number of time constants after which the initial state of a filter has no effect."""
 
 
 @register_jitable
@@ -64,7 +60,7 @@ def lengths(height: float) -> tuple[float, float]:
 
 @register_jitable
 def step_filters(
-    eddies: Signal, noise: Signal, height: float, airspeed: float, period: float, after: Signal
+    eddies: Vector, noise: Vector, height: float, airspeed: float, period: float, after: Vector
 ) -> None:
     """Step the filters over a period.
 
@@ -73,8 +69,8 @@ def step_filters(
         noise: independent standard normal numbers (5).
         height: above the ground [m].
         airspeed: of the drone through the turbulence [m/s].
-        period: time passed [s]; infinity begins anew, with states drawn as they are at any time.
-        after: 5 places for the states then.
+        period: elapsed time [s]; infinity draws new states from their stationary distribution.
+        after: 5 places for the states after it.
     """
     level, upright = lengths(height)
     speed = max(airspeed, LEAST_AIRSPEED)
@@ -85,7 +81,7 @@ def step_filters(
 
 
 @register_jitable
-def velocities(eddies: Signal, height: float, w20: float) -> tuple[float, float, float]:
+def velocities(eddies: Vector, height: float, w20: float) -> tuple[float, float, float]:
     """Return u, v and w of the turbulence [m/s]: along, left of and above the mean wind.
 
     Args:
@@ -110,7 +106,7 @@ def _step_first(x: float, noise: float, share: float) -> float:
 
 
 @register_jitable
-def _step_second(state: Signal, noise: Signal, share: float) -> tuple[float, float]:
+def _step_second(state: Vector, noise: Vector, share: float) -> tuple[float, float]:
     """Return the states of 1 / (1 + T s) and 1 / (1 + T s)² after `share` of T.
 
     Their variances are 1/2 and 1/4, as that makes 1 for the filter's output. The noise of a step
@@ -124,13 +120,13 @@ def _step_second(state: Signal, noise: Signal, share: float) -> tuple[float, flo
     root = math.sqrt(xx)
     x = decay * state[0] + root * noise[0]
     y = decay * (state[1] + share * state[0]) + xy / root * noise[0]
-    y += math.sqrt(max(0.0, yy - xy * xy / xx)) * noise[1]  # what rounding leaves may be negative
+    y += math.sqrt(max(0.0, yy - xy * xy / xx)) * noise[1]  # negative only by rounding
     return x, y
 
 
 @register_jitable(forceinline=True)
 def gust_share(time: float, start: float, duration: float) -> float:
-    """Return how much of its peak a gust has, 0 .. 1.
+    """Return a gust's share of its peak, 0 .. 1.
 
     It rises as the 1 - cos gust of MIL-F-8785C (section 3.7.1.3) does, in half of its duration,
     and falls along the mirror image.
@@ -151,12 +147,12 @@ def push_share(time: float, period: float, start: float, duration: float) -> flo
 @register_jitable(forceinline=True)
 def wind_at(
     time: float,
-    state: Signal,
-    noise: Signal,
-    settings: Signal,
+    state: Vector,
+    noise: Vector,
+    settings: Vector,
     period: float,
-    eddies: Signal,
-    next_eddies: Signal,
+    eddies: Vector,
+    next_eddies: Vector,
 ) -> tuple[float, float, float]:
     """Return the velocity of the air at the drone, in W [m/s], and step the turbulence up to it.
 
@@ -170,15 +166,15 @@ def wind_at(
         noise: see `step_filters`, and so `eddies`.
         settings: see `AirSettings`.
         period: since the last call [s].
-        eddies: what the turbulence remembers (6).
-        next_eddies: 6 places for it.
+        eddies: memory of the turbulence (6).
+        next_eddies: 6 places for the next memory.
     """
     w_x, w_y, w_z, w20, g_x, g_y, g_z, gust_start, gust_duration = settings[0:9]
     e_x = state[10] - w_x
     e_y = state[11] - w_y
     e_z = state[12] - w_z
     gust = gust_share(time, gust_start, gust_duration)
-    if w20 == 0.0:  # where turbulence begins, it begins as it is at any time
+    if w20 == 0.0:  # turbulence that starts later draws stationary states
         next_eddies[BEGUN] = 0.0
         return w_x + gust * g_x, w_y + gust * g_y, w_z + gust * g_z
     airspeed = math.sqrt(e_x * e_x + e_y * e_y + e_z * e_z)
@@ -197,7 +193,7 @@ def wind_at(
 
 
 @register_jitable(forceinline=True)
-def push_at(time: float, state: Signal, settings: Signal, period: float) -> tuple[Any, ...]:
+def push_at(time: float, state: Vector, settings: Vector, period: float) -> tuple[Any, ...]:
     """Return force [N] and moment about the body's origin [N·m] of the push, in W (6).
 
     They are the mean over a period from `time` on, for the body as it stands at its beginning; the
@@ -221,7 +217,7 @@ def push_at(time: float, state: Signal, settings: Signal, period: float) -> tupl
         R_WB[6] * at_x + R_WB[7] * at_y + R_WB[8] * at_z,
     )
     m_x, m_y, m_z = cross(arm, force)
-    # a torque that turns along with the body is taken in the middle of the step, as forces are
+    # a torque that turns with the body is evaluated in the middle of the step, like forces
     R_WM = rotation(turned(state[0:4], state[7:10], 0.25 * period))
     t_x, t_y, t_z = into_world(R_WM, (share * torque_x, share * torque_y, share * torque_z))
     return force + (m_x + t_x, m_y + t_y, m_z + t_z)
