@@ -1,4 +1,4 @@
-"""The vehicle in its world as systems of a diagram."""
+"""The vehicle and its world as systems of a diagram."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,9 +27,9 @@ class Airframe:
     """The vehicle in its world.
 
     Attributes:
-        dynamics: integrates its motion.
-        plant: has its bodies and shapes; not a system of the diagram.
-        scene_graph: has all shapes.
+        dynamics: system that integrates the motion.
+        plant: plant with the bodies and shapes; not a system of the diagram.
+        scene_graph: scene graph with all shapes.
     """
 
     dynamics: VehicleDynamics
@@ -48,18 +48,18 @@ class Airframe:
 
     @property
     def sensed(self) -> OutputPort:
-        """The same with the angular velocity that the gyro gives (13)."""
+        """The same with the angular velocity of the gyro (13)."""
         return self.dynamics.GetOutputPort("sensed")
 
     def signals(self, commands: OutputPort) -> dict[str, OutputPort]:
-        """Return what is recorded of every flight; `commands` are those of the rotors."""
+        """Return the signals that every flight records, with the rotor commands."""
         names = ("state", "acceleration", "thrusts", "speeds", "wind")
         return {name: self.dynamics.GetOutputPort(name) for name in names} | {"commands": commands}
 
 
 @dataclass(frozen=True)
 class Gauge:
-    """What estimates the charge, and the source of its noise."""
+    """The estimator of the charge, and the source of its noise."""
 
     system: ChargeGauge
     noise: CountedNoise
@@ -78,11 +78,11 @@ def add_airframe(
 
     Args:
         builder: the diagram being built.
-        description: what flies, drawn or not.
+        description: of the vehicle, with or without drawn shapes.
         values: of parameters by name; those of air, gyro and payload are used.
         rates: of physics and control.
-        world: what is around it.
-        imu: that an estimator reads, if any does.
+        world: the surroundings.
+        imu: of the estimator; None without one.
     """
     plant, scene_graph, state = add_shapes(builder, description, world)
     air, gyro = (
@@ -118,7 +118,7 @@ def add_battery(
 
     Args:
         builder: the diagram being built.
-        airframe: that it feeds.
+        airframe: supplied by the battery.
         vehicle: as the law knows it; its hover power defines the duration.
         battery_duration: of a hover on the full battery [s].
         sag_compensation: share of its sag that is compensated.
@@ -145,8 +145,8 @@ def add_gauge(builder: DiagramBuilder, pack: BatteryPack, voltage_noise: float) 
 
     Args:
         builder: the diagram being built.
-        pack: what is known of the battery.
-        voltage_noise: deviation of its measured voltage [V].
+        pack: the known properties of the battery.
+        voltage_noise: standard deviation of the measured voltage [V].
     """
     gauge = builder.AddNamedSystem("gauge", ChargeGauge(pack=pack, voltage_noise=voltage_noise))
     return Gauge(gauge, add_counted_noise(builder, gauge.noise_input, PERIOD))

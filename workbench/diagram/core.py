@@ -151,7 +151,7 @@ def add_computer(
 
     Args:
         builder: of the diagram.
-        controller: whose law runs.
+        controller: its law runs.
         airframe: the vehicle.
         vehicle: as the law knows it.
         gains: parameter values by name.
@@ -192,7 +192,7 @@ def _delayed(
     builder: DiagramBuilder, name: str, port: OutputPort, period: float, periods: int
 ) -> OutputPort:
     """Return a port delayed by some periods [s], for readers between updates."""
-    # sampling itself is the first period: what it puts out at an update is what it held before
+    # sampling is the first period: at an update, the output is the previously held value
     delay = builder.AddNamedSystem(name, DiscreteTimeDelay(period, periods - 1, port.size()))
     builder.Connect(port, delay.get_input_port())
     return delay.get_output_port()

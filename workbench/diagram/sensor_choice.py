@@ -12,20 +12,20 @@ from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import SLOWEST_SENSOR, SensorsConfig
 
 MOST_WAITING = 20_000_000
-"""Numbers of samples that are taken and not yet delivered, of one sensor: 160 MB."""
+"""Largest number of undelivered numbers of a sensor: 160 MB."""
 ALL = "all"
 
 
 @dataclass(frozen=True)
 class SensorChoice:
-    """A sensor that measures.
+    """An active sensor.
 
     Attributes:
         sensor: as declared, or without noise.
         asked_rate: requested samples a second, from description or scenario [1/s].
         period: between samples [s]: the nearest whole number of physics steps.
         latency: from a sample to its delivery [s].
-        kept: whether every sample is kept, to be written.
+        kept: whether every sample is kept, to be written to a file.
     """
 
     sensor: Sensor
@@ -42,13 +42,13 @@ def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, 
     rounded to whole steps, so the actual rate differs a little from the requested one.
 
     Raises:
-        WorkbenchError: for a name that no sensor of the vehicle has, and for a rate of almost 0.
+        WorkbenchError: if no sensor of the vehicle has a name, or a rate is too low.
     """
     config = scenario.sensors
     for key, names in (("use", config.use), ("rates", config.rates), ("latency", config.latency)):
         for name in names:
             if key == "use" and name == ALL:
-                continue  # all that there are: none where it has none
+                continue  # all sensors, also if there are none
             _check_name(vehicle, name, f"sensors.{key}")
     step = scenario.rates.physics_step
     used = {*config.use, *(HEARD if scenario.estimator != TRUTH else ())}
@@ -89,7 +89,7 @@ def _choice(sensor: Sensor, config: SensorsConfig, step: float) -> SensorChoice:
 
 
 def _size(sensor: Sensor) -> int:
-    """Return about how many numbers a sample has."""
+    """Return the approximate number of numbers in a sample."""
     match sensor:
         case Lidar():
             return sensor.horizontal.samples * sensor.vertical.samples
@@ -99,7 +99,7 @@ def _size(sensor: Sensor) -> int:
 
 
 def without_noise(sensor: Sensor) -> Sensor:
-    """Return a sensor that is exact."""
+    """Return the sensor without noise."""
     quiet: dict[str, Any] = {
         field.name: QUIET if isinstance(value, Noise) else (QUIET,) * len(value)
         for field in dataclasses.fields(sensor)
@@ -110,7 +110,7 @@ def without_noise(sensor: Sensor) -> Sensor:
 
 
 def _check_name(vehicle: Vehicle, name: str, where: str) -> None:
-    """Refuse a name of no sensor."""
+    """Refuse a name without a sensor."""
     names = [sensor.name for sensor in vehicle.sensors]
     kinds = [sensor.kind for sensor in vehicle.sensors]
     if not names:

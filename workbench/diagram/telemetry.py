@@ -1,4 +1,4 @@
-"""Telemetry in the diagram: which topics a drone has, and what they are read from."""
+"""Telemetry in the diagram: the topics of a drone and their sources."""
 
 import dataclasses
 import math
@@ -19,11 +19,12 @@ from workbench.systems.sensors.scan_pattern import ScanPattern, make_scan_patter
 from workbench.systems.telemetry import SLOW_SHARE, Telemetry, TopicValues
 
 RATE = 200.0
-"""About so often the state is published: in whole physics steps, 204.8 [1/s]."""
+"""Approximate rate of the published state [1/s]; 204.8 in whole physics steps."""
 MOST_RAYS = 16_000
-"""Of a cloud on the wire, so that it fits into a frame; a larger scan is thinned out."""
+"""Largest number of rays of a published cloud, so that it fits into a frame; larger scans are
+thinned out."""
 PUBLISHED = ("imu", "gps", "lidar", "magnetometer")
-"""Kinds of sensors that are published, the first of each."""
+"""Kinds of published sensors; only the first one of each kind is published."""
 
 
 def add_telemetry(
@@ -40,12 +41,12 @@ def add_telemetry(
 
     Args:
         builder: of the diagram.
-        bridge: where samples wait.
-        vehicle: what flies.
-        recorder: whose stacked signals are published.
+        bridge: keeps the samples.
+        vehicle: the flying vehicle.
+        recorder: its stacked signals are published.
         frames: the tree of frames.
-        sensing: the sensors that measure.
-        limits: largest level speed, climb rate [m/s] and yaw rate [rad/s] at the start.
+        sensing: the active sensors.
+        limits: initial maximum horizontal speed, climb rate [m/s] and yaw rate [rad/s].
         physics_step: of the plant [s].
     """
     period = physics_step * max(1, round(1.0 / (RATE * physics_step)))
@@ -94,13 +95,13 @@ def add_telemetry(
 
 
 def _measurement(mounted: Mounted) -> OutputPort:
-    """Return the port that has stamp and values of what a sensor delivered last."""
+    """Return the port with stamp and values of a sensor's last delivered sample."""
     assert isinstance(mounted.system, SampledSensor)
     return mounted.system.measurement_output
 
 
 def thinned(pattern: ScanPattern, stride: int) -> np.ndarray:
-    """Return the indices of every so many columns of a scan, layer by layer."""
+    """Return the indices of every n-th column of a scan (n is `stride`), layer by layer."""
     layers, columns = pattern.shape
     return np.arange(layers * columns).reshape(layers, columns)[:, ::stride].reshape(-1)
 
@@ -111,7 +112,7 @@ def _rate(mounted: Mounted | None, period: float) -> float:
 
 
 def _scan(lidar: Lidar, pattern: ScanPattern, stride: int) -> dict[str, object]:
-    """Return what a client must know of a cloud's rays; first angle, step and count [rad]."""
+    """Return the description of a cloud's rays for clients; first angle, step and count [rad]."""
     return {
         "frame": lidar.frame,
         "p_BS": list(lidar.p_BS),
@@ -124,6 +125,6 @@ def _scan(lidar: Lidar, pattern: ScanPattern, stride: int) -> dict[str, object]:
 
 
 def _evenly(angles: np.ndarray) -> list[float | int]:
-    """Return the first of evenly spaced angles, the step between them, and how many they are."""
+    """Return first angle, step and number of evenly spaced angles."""
     step = float(angles[1] - angles[0]) if len(angles) > 1 else 0.0
     return [float(angles[0]), step, len(angles)]

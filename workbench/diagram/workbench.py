@@ -57,10 +57,10 @@ PICTURE_PERIOD = 1 / 32
 """Between pictures in Meshcat [s]."""
 
 NAVIGATION = "navigation"
-"""Name of the system that estimates the motion, where there is one."""
+"""Name of the system that estimates the motion."""
 
 NEVER = 1e9
-"""Longer than any flight [s]: Drake from 1.58 on takes no infinite period."""
+"""Longer than any flight [s]: Drake 1.58 and later refuse an infinite period."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def make_workbench(
         gains: a value for every row of the parameter table, by name.
         rates: periods of all sampled systems.
         path: `guidance.Reference` vectors over time, added to the pilot's, if any.
-        meshcat: where to draw, if anywhere.
+        meshcat: the Meshcat to draw in, if any.
         world: the surroundings.
         sensors: the active ones.
         seed: of their noise; the seed of the air is set with its Context.
@@ -122,7 +122,7 @@ def make_workbench(
         feedforward: acceleration of the path in W (3) [m/s²], for laws that use it.
         estimator: one of `ESTIMATORS`, which provides the motion to the controller unless that has
             a user's own estimator; `sensors` include those that it uses.
-        noise: whether the estimator's IMU has noise.
+        noise: whether the IMU of the estimator has noise.
 
     Raises:
         WorkbenchError: if the description has no IMU, which every estimator needs.
@@ -255,7 +255,7 @@ def make_workbench(
 
 
 def _make_pilot(bridge: "Bridge | None", rates: Rates) -> Pilot:
-    """Return the pilot: one that the network may command, or one that it may not."""
+    """Return the pilot, with network commands if there is a bridge."""
     if bridge is None:
         return Pilot()
     from workbench.systems.bridge import CommandBridge
@@ -278,7 +278,7 @@ def _add_navigation(
     home: Home,
     period: float,
 ) -> "Navigation":
-    """Add the system that estimates the motion; its sensors are connected when they are there."""
+    """Add the system that estimates the motion; its sensors are connected later."""
     from workbench.systems.navigation import Navigation  # with it comes pymap3d
 
     navigation = builder.AddNamedSystem(
@@ -340,7 +340,7 @@ def _add_obstacles(
 
 
 def _wall_period(rates: Rates) -> float:
-    """Return how often the flight looks at obstacles [s], in whole physics steps."""
+    """Return the period of obstacle measurements [s], in whole physics steps."""
     return rates.physics_step * max(1, round(WALL_PERIOD / rates.physics_step))
 
 
@@ -351,7 +351,7 @@ def _draw(
     meshcat: Meshcat,
     period: float,
 ) -> MeshcatVisualizer:
-    """Draw the scene, with propellers that turn."""
+    """Draw the scene, with turning propellers."""
     add_propeller_display(
         builder,
         airframe.plant,

@@ -209,17 +209,16 @@ def open_circuit(charge: float, pack: BatteryPack) -> float:
 
 
 def charge_by_voltage(voltage: float, current: float, pack: BatteryPack, near: float) -> float:
-    """Return the charge that a voltage under load tells.
+    """Return the charge for a voltage under load.
 
-    Beyond its ends the curve goes on as it came: a noisy voltage of a full battery may tell more
-    than 1. Were that cut, its noise would lower the mean.
+    The curve is extrapolated linearly, so a noisy voltage of a full battery may give more than 1.
+    With a limit at 1, noise would lower the mean.
 
     Args:
         voltage: at the terminals [V].
-        current: that is drawn [A].
-        pack: whose resistance and curve count.
-        near: where the curve is level all of its charges have that voltage: the one nearest to this
-            is returned.
+        current: of the battery [A].
+        pack: its resistance and curve are used.
+        near: if the curve is flat at this voltage, the charge nearest to this value is returned.
     """
     points = pack.open_circuit_voltage
     rest = voltage + pack.resistance * current
@@ -243,10 +242,10 @@ def next_charge(
     """Return the charge after an update, 0 .. 1.
 
     Args:
-        charge: at its begin, as it was known, 0 .. 1.
-        voltage: at the terminals then [V].
-        current: that is drawn from then on [A].
-        pack: what is known of the battery.
+        charge: estimate before the update, 0 .. 1.
+        voltage: at the terminals [V].
+        current: until the next update [A].
+        pack: the known properties of the battery.
         dt: to the next update [s].
     """
     told = charge_by_voltage(voltage, current, pack, charge)

@@ -200,8 +200,8 @@ class CommandBridge(Pilot):
         self._step = physics_step
         self._mode = self.DeclareVectorInputPort("mode", len(ModeState._fields))
         offset = period - physics_step
-        # A script acts before the updates of its step, this update is seen after them. At usual
-        # rates nobody else looks at that step, and the two are the same.
+        # A script acts before the updates of its step, this update takes effect after them. At
+        # usual rates no other system reads at that step, and both are the same.
         alone = offset > 0.0 and (mode_period / period).is_integer()
         self._lead = 0.0 if alone else physics_step
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
@@ -210,7 +210,7 @@ class CommandBridge(Pilot):
         before = self.wish(context)
         step = round(context.get_time() / self._step)
         now = self._step * step
-        # At a step of its own script, what comes from here would be repeated before it.
+        # at a step of the script, a repeated flight would apply this command before it
         lead = self._step if step in self._bridge.scripted else self._lead
         wish = self._bridge.decide(
             now,

@@ -27,20 +27,20 @@ from pydrake.trajectories import (
 from workbench.plant.worlds.world import MovingObstacle, World
 
 HORIZON = 1e6
-"""How long they move [s]; then they stand still."""
+"""Time for which they move; then they stop [s]."""
 _LAPS = 64
-"""Repetitions of a path in one trajectory; of such trajectories another is made, and so on."""
+"""Repetitions of a path in a trajectory, which is then repeated itself, and so on."""
 
 
 @dataclass(frozen=True)
 class MovingObstacles:
-    """What sensors need of the obstacles that move.
+    """The moving obstacles, for sensors.
 
     Attributes:
         names: of each, as in the world.
         frames: in the scene graph, of each; F is O, at the shape's centre.
         geometries: in the scene graph, of each.
-        kinematics: a plant that is no system of the diagram, and knows its poses.
+        kinematics: a plant for their poses, which is not a system of the diagram.
     """
 
     names: tuple[str, ...]
@@ -52,16 +52,16 @@ class MovingObstacles:
 def add_moving_obstacles(
     builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph, world: World
 ) -> MovingObstacles | None:
-    """Add a world's moving obstacles to a diagram, None where there are none.
+    """Add the moving obstacles of a world to a diagram; return None if there are none.
 
-    They touch nothing: their poses are given, whatever stands in the way. Sensors see them, and
-    signed distances to them may be asked for; a drone flies through them without a force. The
-    first costs 7 µs a step of the plant, each further one 1.5 µs.
+    They have no contact: their poses are functions of time, and a drone flies through them without
+    a force. Sensors see them, and signed distances include them. The first one costs 7 µs a step of
+    the plant, each further one 1.5 µs.
 
     Args:
         builder: of the diagram.
-        plant: in which the drone is, finalised.
-        scene_graph: in which all geometries of the plant are.
+        plant: of the drone, finalised.
+        scene_graph: with all geometries of the plant.
         world: with the paths.
     """
     if not world.moving:
@@ -92,7 +92,7 @@ def add_moving_obstacles(
 
 
 def _touch_nothing(scene_graph: SceneGraph, geometries: list[GeometryId]) -> None:
-    """Leave geometries out of all contact."""
+    """Exclude geometries from all contact."""
     everything = scene_graph.model_inspector().GetAllGeometryIds(Role.kProximity)
     declaration = CollisionFilterDeclaration().ExcludeBetween(
         GeometrySet(geometries), GeometrySet(everything)
@@ -113,7 +113,7 @@ def _path(moving: MovingObstacle) -> Trajectory:
 
 
 def _repeated(path: Trajectory) -> Trajectory:
-    """Return a path run through `_LAPS` times: exact, and no larger for a longer horizon."""
+    """Return a path repeated `_LAPS` times, without more memory for a longer horizon."""
     return PathParameterizedTrajectory(path, _time(path.end_time() * np.arange(_LAPS + 1.0)))
 
 

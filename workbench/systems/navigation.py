@@ -25,11 +25,11 @@ from workbench.plant.home import Home
 MEMORY, STAMPS, HELD, SINCE, RATES, FIX = range(6)
 """Groups of the discrete state."""
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
-"""Of a delivered sample with its stamp, of each of `HEARD`."""
+"""Size of a delivered sample with its stamp, for each of `HEARD`."""
 
 
 DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
-"""Channels of `ekf.update` that say whether it goes by a sample: east and north, heading."""
+"""Channels of `ekf.update` that show whether it used a sample: east and north, heading."""
 
 
 class Navigation(LeafSystem):
@@ -62,11 +62,12 @@ class Navigation(LeafSystem):
         settings: its live numbers by name.
         mounting: of the sensors.
         turn_BM: orientation of the magnetometer, rows of the matrix (3, 3).
-        known: how far the estimate may be off at the start.
+        known: standard deviations of the initial errors.
         home: where the world's origin lies.
         period: between updates [s].
-        repeats: whether a sound IMU may give equal readings, as one without noise does.
-        gps_repeats: whether a sound GPS may in flight, as one that rounds and has no noise does.
+        repeats: whether readings of the IMU may repeat without a fault, as without noise.
+        gps_repeats: whether readings of the GPS may repeat in flight without a fault, as with
+            rounding and without noise.
     """
 
     def __init__(
@@ -111,12 +112,12 @@ class Navigation(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def begin(self, context: Context, state: np.ndarray, seed: int | None) -> None:
-        """Begin at a motion (13), off by what the estimator takes its errors to be.
+        """Begin at a motion (13), with errors as large as the estimator assumes.
 
         Args:
             context: of this system.
             state: of the body (13).
-            seed: of the errors; None for an estimate that begins exactly.
+            seed: of the errors; None for an exact initial estimate.
         """
         memory = self.estimator.begin(state, self._mounting, ekf.start_errors(seed), self._known)
         context.SetDiscreteState(MEMORY, memory)
@@ -228,7 +229,7 @@ class Navigation(LeafSystem):
         return found
 
     def _fresh(self, context: Context, place: int, before: float) -> np.ndarray | None:
-        """Return a sample that was not there at the update before, with its stamp."""
+        """Return a new sample with its stamp, None without one."""
         port = self._heard[place]
         if not port.HasValue(context):
             return None
@@ -239,7 +240,7 @@ class Navigation(LeafSystem):
         return None if frozen else sample
 
     def _is_frozen(self, context: Context, gps: np.ndarray) -> bool:
-        """Return whether a sample of the GPS, with its stamp (7), is the one before once more."""
+        """Return whether a GPS sample with its stamp (7) repeats the previous one."""
         if self._gps_repeats or self._gyro_repeats(context):
             return False
         late = context.get_discrete_state(SINCE).value()[0] > GPS_LATE
@@ -248,12 +249,12 @@ class Navigation(LeafSystem):
         return np.array_equal(gps[1:], context.get_discrete_state(FIX).value())
 
     def _gyro_repeats(self, context: Context) -> bool:
-        """Return whether the gyro's readings are those of the update before."""
+        """Return whether the gyro's readings equal those of the previous update."""
         rates = self._imu.Eval(context)[:3]
         return np.array_equal(rates, context.get_discrete_state(RATES).value())
 
     def _in_the_air(self, context: Context) -> bool:
-        """Return whether the flight mode is one of flying, from the take-off to the landing."""
+        """Return whether the drone flies, from take-off to landing."""
         if not self._mode.HasValue(context):
             return True
         return self._mode.Eval(context)[0] not in (FlightMode.OFF, FlightMode.ARMED)

@@ -18,11 +18,11 @@ from workbench.plant.worlds.world import GROUND, obstacle_of
 RANGE = 30.0
 """Largest distance from the drone's centre at which obstacles are found [m]."""
 APART = 0.9
-"""Of two obstacles in directions n and m with n · m above this, only the nearer is a wall."""
+"""If directions n and m of two obstacles have n · m above this, only the nearer one is a wall."""
 STRIDE = 0.5
-"""A free way is looked along in pieces no longer than this [m]."""
+"""Longest step of the search along a free way [m]."""
 TOUCHES = 0.005
-"""A piece shorter than this ends a free way [m]."""
+"""Shortest step of that search; a shorter one ends the free way [m]."""
 
 
 class NearestObstacle(LeafSystem):
@@ -58,10 +58,10 @@ class NearestObstacle(LeafSystem):
 
         Args:
             reach: of the drone.
-            not_obstacles: what is left out: the drone's own geometries, and the ground's.
+            not_obstacles: geometries of the drone and of the ground.
             period: between measurements [s].
-            lead: by how much they come before whole multiples of the period, so that who reads
-                them there finds them fresh: one physics step [s].
+            lead: time from a measurement to the next multiple of the period, at which others read
+                it: one physics step [s].
             warning_distance: clearance below which there is a warning [m].
         """
         super().__init__()
@@ -79,10 +79,10 @@ class NearestObstacle(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, period - lead, self._update)
 
     def nearest(self, root_context: Context) -> tuple[str, float, float] | None:
-        """Return the nearest obstacle now, None where none is in range.
+        """Return the nearest obstacle now, None if none is in range.
 
-        That is its name, the drone's clearance from it [m], and the distance from it to the drone's
-        middle [m], negative inside.
+        The result is its name, the drone's clearance [m], and the distance from it to the centre of
+        the drone's sphere [m], negative inside.
         """
         context = self.GetMyContextFromRoot(root_context)
         found = self._found(context)
@@ -134,7 +134,7 @@ class NearestObstacle(LeafSystem):
         return self._around(self._query.Eval(context), self._middle(context), RANGE - self._radius)
 
     def _middle(self, context: Context) -> np.ndarray:
-        """Return the middle of the sphere that holds the drone, in W (3) [m]."""
+        """Return the centre of the sphere around the drone, in W (3) [m]."""
         state = self._state.Eval(context)
         R_WB = RotationMatrix(Quaternion(state[0:4] / np.linalg.norm(state[0:4])))
         p_WC: np.ndarray = state[4:7] + R_WB @ self._p_BC
@@ -143,7 +143,7 @@ class NearestObstacle(LeafSystem):
     def _around(
         self, query: QueryObject, p_WC: np.ndarray, most: float
     ) -> list[tuple[float, tuple[float, ...], GeometryId]]:
-        """Return the same of the obstacles that a drone elsewhere is no farther from than this."""
+        """Return the same for the drone's centre at another position, up to a distance [m]."""
         return [
             (each.distance - self._radius, tuple((-each.grad_W).tolist()), each.id_G)
             for each in query.ComputeSignedDistanceToPoint(p_WC, most + self._radius)

@@ -1,7 +1,7 @@
-"""Noise that follows from a seed: white noise for random input ports, and that of large samples.
+"""Seeded noise: white noise for random input ports, and noise of large samples.
 
-Noise of samples of thousands of numbers follows from the seed and the sample's number. So there is
-nothing to remember between samples, and nothing of that size in the diagram's state.
+The noise of samples of thousands of numbers is computed from the seed and the sample's number, so
+the diagram's state does not contain a generator.
 """
 
 import zlib
@@ -28,7 +28,7 @@ compiled_draws = compile_cached(counted_draws, ("dynamics/air/normals.py",), "th
 
 
 class CountedNoise(LeafSystem):
-    """Standard normal numbers that follow from a seed and the time.
+    """Standard normal numbers computed from a seed and the time.
 
     It has no state, so a checkpoint of numbers is complete. Use it for sensors that affect the
     flight; the generator of a `RandomSource` is not part of checkpoints.
@@ -60,7 +60,7 @@ def add_counted_noise(builder: DiagramBuilder, port: InputPort, period: float) -
 
 
 def noise_seed(seed: int, name: str) -> int:
-    """Return the seed of one source of noise, which depends on the flight's seed and its name."""
+    """Return the seed of a source of noise, from the seed of the flight and the source's name."""
     words = np.random.SeedSequence([seed, zlib.crc32(name.encode())]).generate_state(1)
     return int(words[0])
 
@@ -76,12 +76,12 @@ def seed_noise(source: RandomSource | CountedNoise, root_context: Context, seed:
 
 
 def sample_draws(seed: int, number: int) -> np.random.Generator:
-    """Return what the random numbers of a sample come from; seed and number are not negative."""
+    """Return the generator of a sample's random numbers; seed and number are not negative."""
     return _draws(seed, [0, 0, 0, number])
 
 
 def drawn_bias(noise: Noise, seed: int) -> float:
-    """Return the bias that a sensor of a seed has for a whole flight, in the noise's unit."""
+    """Return the constant bias of a sensor in a flight, in the noise's unit."""
     return noise.bias_mean + noise.bias_stddev * float(_draws(seed, [0, 0, 1, 0]).standard_normal())
 
 

@@ -55,17 +55,17 @@ def requested(wish: Wish, what: Request, height: float, mode: FlightMode, seen: 
 
     Args:
         wish: until now.
-        what: is asked for.
+        what: the request.
         height: of a take-off [m].
         mode: the present one.
         seen: serial number of the request that the flight mode saw last.
     """
     reference = wish.reference
     if what in (Request.LAND, Request.STOP) or mode in (FlightMode.OFF, FlightMode.ARMED):
-        reference = AT_REST  # an old command must not come into force later
+        reference = AT_REST  # an old command must not take effect later
     code = float(what)
     if seen < wish.serial and wish.request != Request.HOLD:
-        code = max(code, wish.request, key=urgency)  # the last one is still to be seen
+        code = max(code, wish.request, key=urgency)  # the flight mode has not seen the last one
     return Wish(reference, code, wish.serial + 1.0, height)
 
 
@@ -85,16 +85,16 @@ class Pilot(LeafSystem):
         self.DeclareStateOutputPort("request", self._request)
 
     def wish(self, context: Context) -> Wish:
-        """Return what is asked for."""
+        """Return the present wish."""
         reference = context.get_discrete_state(self._reference).CopyToVector().tolist()
         request = context.get_discrete_state(self._request).CopyToVector().tolist()
         return Wish(Reference(*reference), *request)
 
     def set_wish(self, context: Context, wish: Wish) -> None:
-        """Ask for something else."""
+        """Set the wish."""
         self.write(context.get_mutable_discrete_state(), wish)
 
     def write(self, discrete_state: DiscreteValues, wish: Wish) -> None:
-        """Put a wish into values of the state."""
+        """Write a wish to values of the state."""
         discrete_state.set_value(self._reference, list(wish.reference))
         discrete_state.set_value(self._request, list(wish[1:]))

@@ -1,4 +1,4 @@
-"""The recorder: every signal of a flight in one log, because each log costs time at every step."""
+"""The recorder: one log for all signals, because each log costs time at every step."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSi
 
 @dataclass(frozen=True)
 class Recorder:
-    """A log of stacked signals, and where in it each one lies."""
+    """A log of stacked signals, and the place of each signal in it."""
 
     log: VectorLogSink
     places: Mapping[str, slice]
@@ -22,7 +22,7 @@ class Recorder:
         return {name: values[place] for name, place in self.places.items()}
 
     def times(self, root_context: Context) -> np.ndarray:
-        """Return when it recorded, (N) [s]."""
+        """Return the recorded times (N) [s]."""
         return self.log.FindLog(root_context).sample_times().copy()
 
     def signals(self, root_context: Context) -> dict[str, np.ndarray]:
@@ -36,8 +36,8 @@ class Recorder:
 
         Args:
             root_context: of the diagram.
-            flown: times and rows, piece by piece; where the Simulator goes on behind one it records
-                anew what was there already.
+            flown: times and rows of each piece. If the Simulator continues after a piece, it
+                records the last row again.
         """
         times = np.concatenate([self.times(root_context), *(each for each, _ in flown)])
         rows = np.concatenate(

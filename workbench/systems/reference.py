@@ -33,14 +33,14 @@ def path_acceleration(path: PiecewisePolynomial) -> PiecewisePolynomial:
     """Return the acceleration along a path in W (3) [m/s²]."""
     times = np.array(path.get_segment_times())
     velocity = path.vector_values(times)[:3]
-    # the slopes of straight pieces would be steps, half a piece late
+    # the derivative of linear pieces would be piecewise constant, with a delay of half a piece
     return PiecewisePolynomial.FirstOrderHold(times, np.gradient(velocity, times, axis=1))
 
 
 def figure_eight(
     center: list[float], length: float, width: float, period: float, laps: int
 ) -> PiecewisePolynomial:
-    """Return a figure of eight along x, begun and ended at its centre and at rest.
+    """Return a figure of eight along x, which starts and ends at rest at its centre.
 
     x = length/2 sin(a), y = width/2 sin(2a), where the angle a runs smoothly from 0 to 2 pi laps.
 

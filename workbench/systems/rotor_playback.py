@@ -17,7 +17,7 @@ from workbench.plant.vehicle import Vehicle
 MOST_BYTES = 500_000_000
 LEAST_HOLD = 1e-6
 LONGEST = 1e6
-"""Times that a table may have: rows this far apart, and none later than this [s]."""
+"""Shortest time between rows, and latest time of a row [s]."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class RotorCommands:
     """A table of M rows for n rotors.
 
     Attributes:
-        time: (M) when a row begins to hold, rising from 0 [s].
-        speeds: (M, n) rotor speeds whose thrust is the table's, at rest, far from the ground and
-            on a full battery without load [rad/s].
+        time: (M) start of each row, increasing from 0 [s].
+        speeds: (M, n) rotor speeds for the table's thrusts at rest, far from the ground and with a
+            full battery without load [rad/s].
     """
 
     time: np.ndarray
@@ -38,7 +38,7 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
     """Read a CSV file of t [s] and one thrust [N] a rotor; a first line may name the columns.
 
     Raises:
-        WorkbenchError: naming file and line of what cannot be flown.
+        WorkbenchError: with file and line of an invalid row.
     """
     try:
         text = read_plain(path, MOST_BYTES).decode("utf-8-sig")
@@ -67,8 +67,8 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
 
 
 def make_rotor_playback(commands: RotorCommands) -> TrajectorySource:
-    """Return a source of rotor speeds (n) [rad/s]; the last row holds for ever."""
-    # A hold's last sample only ends the one before it, and a trajectory keeps its end value.
+    """Return a source of rotor speeds (n) [rad/s]; the last row is held."""
+    # the last sample of a zero-order hold only ends the previous one
     time = np.append(commands.time, commands.time[-1] + 1.0)
     speeds = np.vstack([commands.speeds, commands.speeds[-1]])
     return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(time, speeds.T))

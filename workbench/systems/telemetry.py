@@ -23,19 +23,19 @@ Numbers = Sequence[float]
 NS = 1e9
 """Nanoseconds in a second."""
 MEASURED = {"imu": topic.IMU, "gps": topic.GPS, "magnetometer": topic.MAGNETOMETER}
-"""Kinds of sensors whose few numbers go as they are, and their topics."""
+"""Kinds of sensors whose numbers are published unchanged, and their topics."""
 SLOW_SHARE = 6
 """Slow topics are published with every sixth sample."""
 LARGEST = 3.4e38
-"""About what a float of 32 bits holds."""
+"""About the largest number of a 32-bit float."""
 
 
 class TopicValues:
     """Makes payloads from signals.
 
     Args:
-        vehicle: what flies.
-        topics: that it has.
+        vehicle: the flying vehicle.
+        topics: its topics.
 
     Attributes:
         start: where the flight began, in W [m]; displacement is from there.
@@ -105,7 +105,7 @@ class TopicValues:
             stamp: of the scan [s].
             ranges: all of them [m].
             directions: their unit vectors in S.
-            sent: indices of the rays that go over the wire.
+            sent: indices of the published rays.
         """
         seen = np.isfinite(ranges)
         nearest, direction = math.inf, [0.0, 0.0, 0.0]
@@ -119,7 +119,7 @@ class TopicValues:
         ]
 
     def frames(self, poses: Sequence[tuple[Numbers, Numbers]]) -> list[Payload]:
-        """Return the payload of all frames: place and quaternion of each."""
+        """Return the payload of all frames: position and quaternion of each."""
         return [self._pack(topic.FRAMES, *(n for p, q in poses for n in (*p, *q)))]
 
     def _pack(self, number: int, *values: object) -> Payload:
@@ -131,7 +131,7 @@ class TopicValues:
 
 
 def _in_range(value: object) -> object:
-    """Return a number that 32 bits have, infinity for one that is too large."""
+    """Return a number that fits into 32 bits, infinity if it is too large."""
     if isinstance(value, float) and abs(value) > LARGEST:
         return math.copysign(math.inf, value)
     return value
@@ -239,7 +239,7 @@ class Telemetry(LeafSystem):
         self._bridge.publish(Sampled(published, tuple(signals["state"])))
 
     def _measured(self, context: Context, kind: str) -> list[Payload]:
-        """Return the payloads of what a sensor delivered since the last time."""
+        """Return the payloads of a sensor's new sample, none without one."""
         measurement = self._sensors[kind].Eval(context)
         stamp = float(measurement[0])
         if math.isnan(stamp) or stamp == self._stamps[kind]:

@@ -10,8 +10,8 @@ def weakly(method: Callable[..., None]) -> Callable[..., None]:
 
     Drake 1.58 hides the callbacks of abstract output ports and of cache entries from Python's
     garbage collector. A bound method there would keep its system alive for ever, and with it the
-    whole diagram. What makes their first value must not refer to the system, either, nor may the
-    system keep its `CacheEntry`: its index does.
+    whole diagram. The function for their first value must not refer to the system either, and the
+    system must keep the index of a `CacheEntry` instead of the entry.
     """
     reference = WeakMethod(method)
 

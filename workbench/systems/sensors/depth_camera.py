@@ -40,13 +40,13 @@ from workbench.systems.weak_callback import weakly
 RENDERER = "cameras"
 """Name of the cameras' renderer in the scene graph."""
 GROUND_SIDE = 2000.0
-"""Side of the square that stands for a half space [m]."""
+"""Side of the square that represents a half-space [m]."""
 HORIZON = 1000.0
-"""So far do cameras see colours [m]; the far clip is where depth ends, not the world."""
+"""Range of colours [m]; the sensor's `far` limits only depth."""
 NEAREST = 1e-3
-"""Depths from here on are drawn [m]."""
+"""Smallest drawn depth [m]."""
 _MOST_SAID = 300
-"""So many characters of what Drake says are passed on."""
+"""Largest number of characters of Drake's message in an error."""
 _SKY = (0.72, 0.84, 0.95)
 _LIGHTS = (
     # The sun, from the south-west, a little of it from the other side, and a lamp at the camera,
@@ -56,28 +56,28 @@ _LIGHTS = (
     LightParameter(frame="camera", direction=[0.0, 0.0, 1.0], intensity=0.3),
 )
 MOST_PIXELS = 4_000_000
-"""Of a picture; each takes 7 bytes."""
+"""Largest number of pixels of a picture, with 7 bytes each."""
 COLOUR_TYPES = ("rgbd", "rgbd_camera")
-"""The types of sensor that have a colour picture too."""
+"""Types of sensors that also have a colour picture."""
 USUAL = 0.01
-"""Deviation of a common one, from which a fault makes noise where the description has none [m]."""
+"""Deviation of a common camera, for a fault of a camera without noise [m]."""
 
 
 def add_camera_renderer(plant: MultibodyPlant, scene_graph: SceneGraph, body: RigidBody) -> None:
-    """Let cameras see the scene, without the vehicle that carries them; once a scene graph.
+    """Add a renderer of the scene without the vehicle, once for a scene graph.
 
-    Depths of flat faces are right to 0.01 mm, those of the ground to 0.2 mm. Balls and cylinders
-    are drawn with facets, which lie up to 0.25 % of the radius inside them; a ball's 5000 triangles
-    also take as long to draw as a dozen boxes.
+    Depths of flat faces are exact to 0.01 mm, those of the ground to 0.2 mm. Spheres and cylinders
+    are drawn with facets, which lie up to 0.25 % of the radius inside them. The 5000 triangles of a
+    sphere take as long to draw as a dozen boxes.
 
     Args:
-        plant: finalised, with everything in it that a half space belongs to.
-        scene_graph: to which the renderer is added, if it is not there.
-        body: the vehicle's base. What is fixed to it is seen no more, by any renderer: a housing
-            drawn around its camera would blind it, and the lidar leaves its vehicle out too.
+        plant: finalised, with all bodies that have half-spaces.
+        scene_graph: to which the renderer is added, if it has none.
+        body: the vehicle's base. No renderer draws the shapes that are fixed to it, because a
+            housing around a camera would blind it. Lidars do not see their vehicle either.
 
     Raises:
-        WorkbenchError: if the renderer does not take a mesh, as an OBJ without normals.
+        WorkbenchError: if the renderer refuses a mesh, such as an OBJ without normals.
     """
     if scene_graph.HasRenderer(RENDERER):
         return
@@ -99,10 +99,10 @@ def add_camera_renderer(plant: MultibodyPlant, scene_graph: SceneGraph, body: Ri
 
 
 def _widen_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Lay a slab under every fixed half space: the renderer draws no more than 100 m of these.
+    """Add a slab under each fixed half-space, because the renderer draws only 100 m of it.
 
-    A single slab of 2 km costs a fifth of a millimetre of depth, one of 10 km a millimetre (the
-    renderer's numbers are single precision).
+    The renderer uses single precision: a slab of 2 km has a depth error of 0.2 mm, one of 10 km of
+    1 mm.
     """
     inspector = scene_graph.model_inspector()
     anchored = anchored_frames(plant) | {scene_graph.world_frame_id(): RigidTransform()}
@@ -125,12 +125,12 @@ def render_cameras(
 ) -> tuple[DepthRenderCamera, ColorRenderCamera]:
     """Return Drake's cameras for depths from `near` to `far` [m].
 
-    They draw what is a little nearer too, as it has to be drawn to be reported as too near.
+    They also draw nearer surfaces, which are reported as too near.
     """
-    # Drake remarks that depths above 65 m do not fit in its 16-bit picture, which nobody reads.
+    # Drake warns that depths above 65 m do not fit into its 16-bit picture, which is not used.
     logging.getLogger("drake").addFilter(_not_about_16_bits)
     # Drake's documentation has pixels' centres at whole numbers; its renderer has them at halves.
-    # Measured on oblique planes: with this shift depths are right to 0.01 mm, without to 0.1 m.
+    # Measured on oblique planes: depths are exact to 0.01 mm with this shift, to 0.1 m without.
     info = CameraInfo(
         pinhole.width, pinhole.height, pinhole.fx, pinhole.fy, pinhole.cx + 0.5, pinhole.cy + 0.5
     )
@@ -145,18 +145,17 @@ def _not_about_16_bits(record: logging.LogRecord) -> bool:
 
 
 class DepthCameraSystem(LeafSystem):
-    """Takes pictures at the end of each period and delivers them when the latency is over.
+    """Takes a picture at the end of each period, and delivers it after the latency.
 
-    They are abstract state, newest first. That costs other systems nothing: neither their discrete
-    updates nor their unrestricted ones copy it, and a `DepthImage` is not copied but shared.
-    Pictures are rendered in the update and at no other time.
+    Pictures are abstract state, newest first. Other systems have no cost from it, because a
+    `DepthImage` is shared and not copied. Pictures are rendered only in the update.
 
     Input ports:
         depth: a picture of depth, 32F [m].
         colour: a picture of colour, for cameras that have it.
         pose: X_WC of the optical frame.
     Output port:
-        image: the `DepthImage` delivered last, stamp and depth NaN before the first.
+        image: the last delivered `DepthImage`; stamp and depth are NaN before the first.
     Numeric parameter 0: `faults.Fault`.
     """
 
@@ -166,7 +165,7 @@ class DepthCameraSystem(LeafSystem):
         """Declare ports, state and sampling.
 
         Args:
-            sensor: what the description says.
+            sensor: the description's record.
             period: between samples [s], a multiple of the physics step.
             latency: from a sample to its delivery [s].
             seed: of the noise, not negative.
@@ -197,14 +196,14 @@ class DepthCameraSystem(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     def reading(self, context: Context) -> DepthImage | None:
-        """Return the picture delivered last, None if none was."""
+        """Return the last delivered picture, None if there is none."""
         for image in context.get_abstract_state(int(self._images)).get_value():
             if image.stamp + self.latency <= context.get_time() + LATE:
                 return image
         return None
 
     def samples_taken(self, context: Context) -> int:
-        """Return how many samples were taken since the start."""
+        """Return the number of samples taken since the start."""
         return int(context.get_discrete_state(self._count).CopyToVector()[0])
 
     def _update(self, context: Context, state: State) -> None:
@@ -236,7 +235,7 @@ class DepthCameraSystem(LeafSystem):
         )
 
     def _depth(self, context: Context, scale: float) -> np.ndarray:
-        """Return depth with noise on its returns, which never leave the sensor's range."""
+        """Return depth with noise; returns stay within the sensor's range."""
         depth: np.ndarray = self.depth_input.Eval(context).data[:, :, 0].copy()
         depth[depth == 0.0] = -np.inf
         noise = self.sensor.noise
@@ -260,7 +259,7 @@ class DepthCameraSystem(LeafSystem):
 
 
 def _blank(sensor: DepthCamera, pinhole: Pinhole) -> DepthImage:
-    """Return what the port holds before the first picture: it shows nothing and takes no memory."""
+    """Return the value of the port before the first picture; its arrays take no memory."""
     pixels = (sensor.height, sensor.width)
     has_colour = sensor.type in COLOUR_TYPES
     return DepthImage(
@@ -286,21 +285,21 @@ def add_depth_camera(
     latency: float = 0.0,
     seed: int = 0,
 ) -> DepthCameraSystem:
-    """Add a depth camera, and the renderer it sees with if there is none yet.
+    """Add a depth camera, and its renderer if there is none yet.
 
     Args:
         builder: of the diagram.
         plant: finalised.
         scene_graph: of the plant.
-        body: the vehicle's base, on which the sensor's pose is given.
-        sensor: what the description says.
+        body: the vehicle's base, in whose frame the sensor's pose is given.
+        sensor: the description's record.
         name: of its system in the diagram.
         period: between samples [s], a multiple of the physics step.
         latency: from a sample to its delivery [s].
         seed: of the noise, not negative.
 
     Raises:
-        WorkbenchError: if no pinhole camera sees what is asked.
+        WorkbenchError: see `camera_pinhole`.
     """
     add_camera_renderer(plant, scene_graph, body)
     depth, colour = render_cameras(camera_pinhole(sensor), sensor.near, sensor.far)
@@ -322,10 +321,10 @@ def add_depth_camera(
 
 
 def camera_pinhole(sensor: DepthCamera) -> Pinhole:
-    """Return the intrinsics that a description means.
+    """Return the intrinsics of a described camera.
 
     Raises:
-        WorkbenchError: if no pinhole camera sees so much or so near, or no memory holds it.
+        WorkbenchError: if the angle of view, the number of pixels or the range is not possible.
     """
     if not 0.0 < sensor.horizontal_fov < math.pi:
         raise WorkbenchError(

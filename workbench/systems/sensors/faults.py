@@ -10,10 +10,10 @@ class Fault(IntEnum):
     """An injected fault, with the numbers of the parameter table's `..._fault` rows."""
 
     NONE = 0
-    """It works."""
+    """No fault."""
     FROZEN = 1
     """It repeats the values of its last sample."""
     NOISY = 2
     """Its noise is `NOISE_FACTOR` times as large."""
     SILENT = 3
-    """It sends nothing."""
+    """It sends no samples."""

@@ -1,4 +1,4 @@
-"""What sensors measured, as frozen records: ready for a screen, a log or a client.
+"""Measurements of sensors as frozen records, for screens, logs and clients.
 
 Times are simulated [s]; W is east-north-up, S the sensor's frame.
 """
@@ -43,7 +43,7 @@ class Pinhole(NamedTuple):
         """Return the points seen in the optical frame, row by row, m x 3 [m].
 
         Args:
-            depth: along the optical axis, height x width [m]; what is not finite saw nothing.
+            depth: along the optical axis, height x width [m]; not finite without a return.
         """
         v, u = np.nonzero(np.isfinite(depth))
         z = depth[v, u].astype(float)
@@ -68,7 +68,7 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Reading:
-    """What all readings have: when the sample was taken [s], and its sensor's frame."""
+    """The common fields of all readings: time of the sample [s], and frame of the sensor."""
 
     stamp: float
     frame: str
@@ -97,7 +97,7 @@ class DepthImage(Reading):
     colour: np.ndarray | None
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "DepthImage":
-        """Return the same picture: it never changes, and Drake copies state."""
+        """Return itself, because it is immutable: Drake copies state."""
         return self
 
     def points(self) -> np.ndarray:
@@ -115,7 +115,7 @@ class DepthImage(Reading):
 
 @dataclass(frozen=True)
 class ImuReading(Reading):
-    """Of an IMU, along the axes of S.
+    """Reading of an IMU, along the axes of S.
 
     Attributes:
         specific_force: acceleration without gravity, at rest g upwards [m/s²].
@@ -130,7 +130,7 @@ class ImuReading(Reading):
 
 @dataclass(frozen=True)
 class GpsReading(Reading):
-    """Of satellite navigation, for the antenna.
+    """Reading of a GPS receiver, for the antenna.
 
     Attributes:
         latitude: geodetic, on WGS84 [rad].
@@ -147,7 +147,7 @@ class GpsReading(Reading):
 
 @dataclass(frozen=True)
 class BarometerReading(Reading):
-    """Of a barometer.
+    """Reading of a barometer.
 
     Attributes:
         pressure: of the air [Pa].
@@ -160,7 +160,7 @@ class BarometerReading(Reading):
 
 @dataclass(frozen=True)
 class MagnetometerReading(Reading):
-    """Of a magnetometer.
+    """Reading of a magnetometer.
 
     Attributes:
         magnetic_field: along the axes of S [T].
@@ -171,13 +171,13 @@ class MagnetometerReading(Reading):
 
 @dataclass(frozen=True)
 class RangeReading(Reading):
-    """Of a range finder.
+    """Reading of a range finder.
 
     Attributes:
-        distance: along the sensor's x to what is first there [m]; inf where nothing is within
-            range, -inf where something is nearer than that.
-        min_range: least distance it measures [m].
-        max_range: largest [m].
+        distance: to the first surface along the sensor's x [m]; inf if nothing is within range,
+            -inf if something is nearer.
+        min_range: smallest measured distance [m].
+        max_range: largest measured distance [m].
     """
 
     distance: float
@@ -203,12 +203,12 @@ class LidarScan(Reading):
     ranges: np.ndarray
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "LidarScan":
-        """Return the same scan: it never changes."""
+        """Return itself, because it is immutable."""
         return self
 
     @property
     def returns(self) -> int:
-        """How many rays met something within range."""
+        """Number of rays with a return."""
         return int(np.isfinite(self.ranges).sum())
 
     @property
@@ -218,7 +218,7 @@ class LidarScan(Reading):
 
     @property
     def nearest_direction(self) -> Triple:
-        """Unit vector in S along which that was measured, zero without any return."""
+        """Unit vector of that ray in S, zero without any return."""
         if not self.returns:
             return (0.0, 0.0, 0.0)
         nearest = np.where(np.isfinite(self.ranges), self.ranges, np.inf).argmin()
@@ -237,6 +237,6 @@ class LidarScan(Reading):
 
 
 def fixed(array: np.ndarray) -> np.ndarray:
-    """Return the array, which nobody can write to any more."""
+    """Return the array, made read-only."""
     array.flags.writeable = False
     return array

@@ -1,4 +1,4 @@
-"""The base of all sensors: they sample the truth, and deliver it after a latency."""
+"""The base class of sensors: a sample of the truth at each period, delivered after a latency."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 
 LATE = 1e-9
-"""A sample this much too early is on time: sums of periods are not exact in binary [s]."""
+"""Tolerance of delivery times, because sums of periods are not exact in binary [s]."""
 
 
 class SampledSensor(LeafSystem):
@@ -41,8 +41,8 @@ class SampledSensor(LeafSystem):
             size: of a sample.
             period: between samples [s], a multiple of the physics step.
             latency: from a sample to its delivery [s].
-            memory: what is remembered before the first sample, as biases are.
-            settings: live numbers behind the fault.
+            memory: its initial memory, for example of biases.
+            settings: initial values of live parameters after the fault.
         """
         super().__init__()
         self.size = size
@@ -65,7 +65,7 @@ class SampledSensor(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def settings(self, context: Context) -> list[float]:
-        """Return the live numbers behind the fault."""
+        """Return the live parameters after the fault."""
         found: list[float] = context.get_numeric_parameter(0).value()[1:].tolist()
         return found
 
@@ -82,17 +82,17 @@ class SampledSensor(LeafSystem):
         return self.measured(context, self.truth(context), scale)
 
     def next_memory(self, context: Context) -> np.ndarray:
-        """Return the memory after a sample; it advances in silent and frozen sensors, too."""
+        """Return the memory after a sample; it also advances while a sensor is silent or frozen."""
         return context.get_discrete_state(self.memory_index).CopyToVector()
 
     def delivered(self, context: Context) -> np.ndarray:
-        """Return stamp [s] and values of the sample delivered last (1 + size), NaN if none was."""
+        """Return stamp [s] and values of the last delivered sample (1 + size), NaN without one."""
         rows = context.get_discrete_state(self._samples).CopyToVector().reshape(self._depth, -1)
         due = rows[:, 0] + self.latency <= context.get_time() + LATE
         return rows[int(np.argmax(due))] if due.any() else np.full(1 + self.size, math.nan)
 
     def samples_taken(self, context: Context) -> int:
-        """Return how many samples were taken since the start."""
+        """Return the number of samples taken since the start."""
         return int(context.get_discrete_state(self._count).CopyToVector()[0])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:

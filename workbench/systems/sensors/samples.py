@@ -1,4 +1,4 @@
-"""What sensors delivered in a flight, sample by sample, as files for other tools."""
+"""The delivered samples of sensors in a flight, as files for other tools."""
 
 import csv
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Channel:
-    """One number of each sample: its name, its unit, and its values (N)."""
+    """A number of each sample: its name, its unit, and its values (N)."""
 
     name: str
     unit: str
@@ -22,8 +22,8 @@ class SampleTable:
 
     Attributes:
         sensor: its name.
-        columns: what the numbers are, with units.
-        stamps: when they were taken (N) [s].
+        columns: names and units of the numbers.
+        stamps: times of the samples (N) [s].
         values: (N, columns).
         latency: from a stamp to the delivery of its sample [s].
     """
@@ -59,9 +59,9 @@ class ScanStack:
         sensor: its name.
         azimuths: of the columns (columns) [rad].
         elevations: of the layers (layers) [rad].
-        stamps: when the scans were taken (N) [s].
-        ranges: (N, layers, columns) [m]; what is not finite is no return.
-        p_WS: where the sensor was (N, 3) [m].
+        stamps: times of the scans (N) [s].
+        ranges: (N, layers, columns) [m]; not finite without a return.
+        p_WS: position of the sensor (N, 3) [m].
         q_WS: its orientation, unit quaternions w, x, y, z (N, 4).
         latency: from a stamp to the delivery of its scan [s].
     """
@@ -79,10 +79,10 @@ class ScanStack:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What a scan comes to, infinite where nothing is seen.
+        """A summary of the scans.
 
-        Its shortest range, the range of the ray nearest to straight ahead (the sensor's x), and
-        how many rays met something.
+        The shortest range, the range of the ray nearest to the sensor's x (both infinite without a
+        return), and the number of returns.
         """
         rays = self.ranges.reshape(len(self.stamps), self.elevations.size * self.azimuths.size)
         seen = np.isfinite(rays)

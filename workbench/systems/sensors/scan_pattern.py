@@ -1,4 +1,4 @@
-"""The directions in which a lidar looks."""
+"""The directions of a lidar's rays."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import Lidar, ScanAxis
 
 MOST_RAYS = 4_000_000
-"""Of one lidar; its samples are state of the diagram."""
+"""Largest number of rays of a lidar, because its samples are state of the diagram."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +32,12 @@ class ScanPattern:
 
 
 def make_scan_pattern(sensor: Lidar) -> ScanPattern:
-    """Return where a lidar's rays go: from the first angle to the last, both of them measured.
+    """Return the rays of a lidar, from the first angle to the last, including both.
 
-    So a full turn measures its first direction twice, as SDF has it.
+    So a full turn measures its first direction twice, as in SDF.
 
     Raises:
-        WorkbenchError: if that is no scan.
+        WorkbenchError: if there are too many rays, or the angles are not valid.
     """
     layers, columns = sensor.vertical.samples, sensor.horizontal.samples
     if layers * columns > MOST_RAYS:
