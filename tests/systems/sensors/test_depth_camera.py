@@ -1,7 +1,9 @@
 """Sampling, noise and faults of the camera, in front of a picture that is made up."""
 
 import copy
+import gc
 import math
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -239,6 +241,15 @@ def test_a_picture_never_changes_and_is_never_copied():
     setup.at(5 * PERIOD)
     np.testing.assert_array_equal(image.depth, depth)
     np.testing.assert_array_equal(image.colour, colour)
+    np.testing.assert_array_equal(image.p_WS, [0.0, 0.0, 1.0])
+
+
+def test_a_picture_ends_with_the_flight_that_took_it():
+    setup = Setup()
+    image = weakref.ref(setup.at(0.0))
+    setup.simulator = setup.root = setup.context = None  # as a reset leaves them
+    gc.collect()
+    assert image() is None
 
 
 @pytest.mark.parametrize(

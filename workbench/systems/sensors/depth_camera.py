@@ -227,7 +227,7 @@ class DepthCameraSystem(LeafSystem):
         return DepthImage(
             stamp=context.get_time(),
             frame=self.sensor.frame,
-            p_WS=fixed(X_WC.translation()),
+            p_WS=fixed(X_WC.translation().copy()),  # a view would keep the Context alive
             R_WS=fixed(X_WC.rotation().matrix() @ R_SC.T),
             pinhole=self._pinhole,
             depth=fixed(self._depth(context, scale)),
