@@ -112,6 +112,7 @@ class LongRun:
             self.run(2.0)
         self.window.show_screen("visualization")
         self._looks = 0
+        self._before = 0.0
 
     def tune(self, seconds: float) -> None:
         """Tune as a user does, for a time [s]."""
@@ -131,7 +132,10 @@ class LongRun:
         screen.fork.fork()
         self.run(2.0)
         if self._looks % RESETS == 0:
+            begun, self._before = self.workspace.flight.view.flight, self.time
             self.workspace.flight.order(lambda live: live.reset())
+            while self.workspace.flight.view.flight == begun:
+                self.run(0.01)
         self.window.show_screen("visualization")
         self.run(end - time.monotonic())
 
@@ -144,10 +148,10 @@ class LongRun:
 
     @property
     def time(self) -> float:
-        """Simulated time [s]."""
+        """Simulated time of all flights [s]."""
         snapshot = self.workspace.flight.view.snapshot
         assert snapshot is not None
-        return snapshot.time
+        return self._before + snapshot.time
 
     def close(self) -> None:
         """End the app."""

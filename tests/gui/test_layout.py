@@ -41,7 +41,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.gains.gain_panel import GainGroup
 from workbench.gui.help import about_page, keys_page
-from workbench.gui.layout import ElidedLabel
+from workbench.gui.layout import ElidedLabel, hbox
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.view3d.view3d_panel import View3d
 
@@ -378,3 +378,13 @@ def test_a_drop_down_list_shows_whole_rows(window, qapp, qtbot, case):
             rows = box.view().viewport().height() / box.view().sizeHintForRow(0)
             assert rows == pytest.approx(min(count, box.maxVisibleItems()))
             box.hidePopup()
+
+
+def test_a_part_with_an_alignment_takes_no_share(qtbot):
+    """Alignments of Qt are integers, as stretches are."""
+    page, wide, small = QWidget(), QLabel("wide"), QLabel("small")
+    qtbot.addWidget(page)
+    box = hbox((wide, 1), (small, Qt.AlignmentFlag.AlignVCenter), of=page)
+    assert (box.stretch(0), box.stretch(1)) == (1, 0)
+    place = box.itemAt(1)
+    assert place is not None and place.alignment() == Qt.AlignmentFlag.AlignVCenter

@@ -88,12 +88,12 @@ def fill(box: QBoxLayout, *parts: Part) -> None:
                 box.addWidget(part)
             case QLayout():
                 box.addLayout(part)
+            case QWidget() as widget, Qt.AlignmentFlag() as side:  # first, as it is an int, too
+                box.addWidget(widget, 0, side)
             case QLayout() as layout, int(stretch):
                 box.addLayout(layout, stretch)
             case QWidget() as widget, int(stretch):
                 box.addWidget(widget, stretch)
-            case QWidget() as widget, Qt.AlignmentFlag() as side:
-                box.addWidget(widget, 0, side)
 
 
 def grid(
