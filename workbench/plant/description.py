@@ -12,6 +12,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.drawable import with_drawable_meshes
+from workbench.plant.formats.block import Block
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.urdf import read_urdf
 from workbench.plant.formats.values import shortened
@@ -36,7 +37,6 @@ from workbench.plant.rotor_sources.sidecar import (
     load_sidecar,
     read_sidecar,
 )
-from workbench.plant.rotor_sources.tags import Tags
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensor_reader import read_sensors
 from workbench.plant.sensors import Sensor
@@ -428,7 +428,7 @@ def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> Batter
 
 
 def _battery_of_plugin(plugin: DeclaredPlugin, remarks: Remarks) -> BatteryPack | None:
-    tags = Tags(plugin, _BATTERY_KIND)
+    tags = Block(plugin.file, _BATTERY_KIND, plugin.element)
     constant, linear = "open_circuit_voltage_constant_coef", "open_circuit_voltage_linear_coef"
     if not tags.has("capacity") or not (tags.has("openCircuitVoltage") or tags.has(constant)):
         text = f"it has no <capacity>, or no <{constant}>; not used"
@@ -441,7 +441,7 @@ def _battery_of_plugin(plugin: DeclaredPlugin, remarks: Remarks) -> BatteryPack 
         full = tags.positive(constant)
         slope = tags.numbers(linear)[0] if tags.has(linear) else 0.0
         points = [[0.0, full + slope], [1.0, full]]
-    resistance = tags.not_negative("resistance") if tags.has("resistance") else 0.0
+    resistance = tags.non_negative("resistance", 0.0)
     return _checked_battery(_HOUR * tags.positive("capacity"), resistance, points, tags.where())
 
 

@@ -4,14 +4,12 @@ import dataclasses
 import math
 from collections import Counter
 from collections.abc import Callable
-from pathlib import Path
-from xml.etree.ElementTree import Element
 
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.formats.block import Block
 from workbench.plant.formats.values import shortened
-from workbench.plant.formats.xml import place
 from workbench.plant.frame_tree import WORLD
 from workbench.plant.model import DeclaredSensor, Model
 from workbench.plant.remarks import Remarks
@@ -31,8 +29,6 @@ from workbench.plant.sensors import (
     sensor_frames,
 )
 
-LARGEST = 1e9
-"""Limit of numbers of a sensor, in their units."""
 Noises = tuple[Noise, Noise, Noise]
 _MOST_RAYS = 1_000_000
 _MOST_PIXELS = 16_384
@@ -42,103 +38,6 @@ _FASTEST = 1e6
 _AS_STRONG_AS_THE_EARTH = 2e-5
 """The earth's field is always stronger than this [T], and the noise of magnetometers is weaker."""
 _TESLA_IN_GAUSS = 1e-4
-
-
-class Block:
-    """An element inside a sensor; a missing one has no children.
-
-    Args:
-        file: where the sensor is declared.
-        sensor: its name, for messages.
-        element: the element, or if missing the nearest existing element around it.
-        there: whether it exists.
-    """
-
-    def __init__(self, file: Path, sensor: str, element: Element, there: bool = True) -> None:
-        self.file = file
-        self.sensor = sensor
-        self.there = there
-        self._element = element
-
-    def block(self, *tags: str) -> "Block":
-        """Return a nested block by the path of names to it."""
-        element, there = self._element, self.there
-        for tag in tags:
-            child = element.find(tag) if there else None
-            there = child is not None
-            element = element if child is None else child
-        return Block(self.file, self.sensor, element, there)
-
-    def first(self, *tags: str) -> "Block":
-        """Return the first existing child with one of several names, or an empty block."""
-        blocks = [self.block(tag) for tag in tags]
-        return next((block for block in blocks if block.there), blocks[0])
-
-    def has(self, tag: str) -> bool:
-        """Return whether there is a child with a name."""
-        return self.there and self._element.find(tag) is not None
-
-    def text(self, tag: str) -> str:
-        """Return the text of a child, or ""."""
-        return (self._element.findtext(tag) or "").strip() if self.there else ""
-
-    def attribute(self, name: str) -> str:
-        """Return an attribute, or ""."""
-        return self._element.get(name, "").strip() if self.there else ""
-
-    def number(self, tag: str, default: float) -> float:
-        """Return the number of a child, or a default if there is no child.
-
-        Raises:
-            WorkbenchError: if it is not a finite number, or absurdly large.
-        """
-        if not self.has(tag):
-            return default
-        try:
-            value = float(self.text(tag))
-        except ValueError:
-            value = math.nan
-        if not abs(value) <= LARGEST:
-            raise self.fault(tag, "give it a number")
-        return value
-
-    def non_negative(self, tag: str, default: float) -> float:
-        """Return the number of a child, zero or more.
-
-        Raises:
-            WorkbenchError: if it is invalid.
-        """
-        value = self.number(tag, default)
-        if value < 0.0:
-            raise self.fault(tag, "give it a number that is not negative")
-        return value
-
-    def count(self, tag: str, default: int, most: int) -> int:
-        """Return an integer of one or more; decimals are dropped.
-
-        Raises:
-            WorkbenchError: if it is invalid.
-        """
-        value = self.number(tag, default)
-        if not 1.0 <= value < most + 1.0:
-            raise self.fault(tag, f"give it a whole number from 1 to {most}")
-        return int(value)
-
-    def fault(self, tag: str, advice: str) -> WorkbenchError:
-        """Return the error for a child with an invalid text, or for a missing child."""
-        child = self._element.find(tag) if self.there else None
-        if child is None:
-            where = place(self.file, self._element)
-            return WorkbenchError(f"{where}: sensor '{self.sensor}' without <{tag}>: {advice}")
-        return WorkbenchError(
-            f"{place(self.file, child)}: sensor '{self.sensor}' has "
-            f"<{tag}>{shortened(child.text or '')}</{tag}>: {advice}"
-        )
-
-    def wrong(self, what: str) -> WorkbenchError:
-        """Return the error for a block with contradicting numbers."""
-        where = place(self.file, self._element)
-        return WorkbenchError(f"{where}: sensor '{self.sensor}': {what}")
 
 
 def read_noise(block: Block, remarks: Remarks) -> Noise:
@@ -155,7 +54,7 @@ def read_noise_of_many(block: Block, remarks: Remarks) -> Noise:
     if read.dynamic_bias_stddev:
         noise = block.block("noise")
         text = "drift of a bias (dynamic_bias_...) of rays and pixels is not used"
-        remarks.add("ignored", noise.file, f"sensor '{noise.sensor}'", text)
+        remarks.add("ignored", noise.file, noise.what, text)
     return dataclasses.replace(read, dynamic_bias_stddev=0.0, dynamic_bias_correlation_time=0.0)
 
 
@@ -179,7 +78,7 @@ def read_axes(imu: Block, quantity: str, old: str, remarks: Remarks) -> Noises:
 
 def _noise(typed: Block, figures: Block, remarks: Remarks) -> Noise:
     """Return the noise of a block of figures; its type is in that block or in one above."""
-    element = f"sensor '{typed.sensor}'"
+    element = typed.what
     kind = (typed.attribute("type") or typed.text("type")).lower()
     if typed.there and not kind:
         remarks.add("assumed", typed.file, element, "noise of no type is taken as gaussian")
@@ -242,7 +141,7 @@ def _magnetometer(common: Sensor, sensor: Block, remarks: Remarks) -> Magnetomet
     x, y, z = (read_noise(block.block(axis), remarks) for axis in "xyz")
     if max(noise.stddev for noise in (x, y, z)) >= _AS_STRONG_AS_THE_EARTH:
         text = "noise as strong as the earth's field; taken to be in gauss, not in tesla"
-        remarks.add("repaired", sensor.file, f"sensor '{sensor.sensor}'", text)
+        remarks.add("repaired", sensor.file, sensor.what, text)
         x, y, z = (noise.in_unit(_TESLA_IN_GAUSS) for noise in (x, y, z))
     return Magnetometer(**vars(common), magnetic_field=(x, y, z))
 
@@ -252,7 +151,7 @@ def _sonar(common: Sensor, sensor: Block, remarks: Remarks) -> RangeFinder:
     sonar = sensor.block("sonar")
     min_range, max_range = _range(sonar, 0.0, 1.0)
     text = "a sonar measures along its axis only, not in a cone"
-    remarks.add("assumed", sensor.file, f"sensor '{sensor.sensor}'", text)
+    remarks.add("assumed", sensor.file, sensor.what, text)
     return RangeFinder(**vars(common), min_range=min_range, max_range=max_range)
 
 
@@ -269,7 +168,7 @@ def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | RangeFind
     lidar = sensor.first("lidar", "ray", "gpu_lidar", "gpu_ray")
     if not lidar.there:
         text = f"of type {common.type} without a block of its scan and range; not used"
-        remarks.add("ignored", sensor.file, f"sensor '{sensor.sensor}'", text)
+        remarks.add("ignored", sensor.file, sensor.what, text)
         return None
     scan, limits = lidar.block("scan"), lidar.block("range")
     if not scan.has("horizontal"):
@@ -331,7 +230,7 @@ def _depth_camera(common: Sensor, sensor: Block, remarks: Remarks) -> DepthCamer
     missing = [f"{tag} {default}" for block, tag, default in settings if not block.has(tag)]
     if missing:
         text = f"{', '.join(missing)}: not given, SDF's defaults"
-        remarks.add("assumed", sensor.file, f"sensor '{sensor.sensor}'", text)
+        remarks.add("assumed", sensor.file, sensor.what, text)
     fov = camera.number("horizontal_fov", 1.047)
     if not 0.0 < fov < 2.0 * math.pi:
         raise camera.fault("horizontal_fov", "give it an angle between 0 and 2 pi")
@@ -399,7 +298,7 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
             )
             remarks.add("ignored", declared.file, element, text)
             continue
-        block = Block(declared.file, shortened(name), declared.element)
+        block = Block(declared.file, element, declared.element)
         X_BS = X_BM @ link.X_ML @ declared.X_LS
         x, y, z = (triple(row) for row in X_BS.rotation().matrix())
         common = Sensor(

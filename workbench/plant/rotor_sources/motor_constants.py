@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.formats.block import Block
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.mount import Mount
-from workbench.plant.rotor_sources.tags import Tags
 from workbench.plant.rotors import Rotor, propeller_diameter
 from workbench.plant.tree import links_below
 
@@ -57,7 +57,7 @@ GAZEBO = {
 
 
 def read_constants(
-    tags: Tags, otherwise: Mapping[str, float], source: str, element: str, remarks: Remarks
+    tags: Block, otherwise: Mapping[str, float], source: str, element: str, remarks: Remarks
 ) -> dict[str, float]:
     """Return the constants in a plugin by field of `Rotor`, with defaults for omitted ones.
 
@@ -82,7 +82,7 @@ def read_constants(
     for name, tag in _OPTIONAL.items():
         # 0 if omitted: Gazebo's default drag of 1e-4 is too much for a small drone
         if tags.has(tag):
-            found[name] = tags.not_negative(tag)
+            found[name] = tags.non_negative(tag, 0.0)
     note_assumed(missing, source, tags.file, element, remarks)
     return found
 
@@ -103,7 +103,7 @@ def make_rotor(
     direction: int,
     motor_constant: float,
     constants: Mapping[str, float],
-    tags: Tags,
+    tags: Block,
     remarks: Remarks,
 ) -> Rotor:
     """Return the rotor of a plugin, with the inertia of its link if none is stated.

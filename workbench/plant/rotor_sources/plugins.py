@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import count
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.formats.block import Block
 from workbench.plant.formats.values import shortened
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
@@ -23,7 +24,7 @@ from workbench.plant.rotor_sources.motor_constants import (
 )
 from workbench.plant.rotor_sources.mount import Mount, mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
-from workbench.plant.rotor_sources.tags import Tags, refuse_crowd
+from workbench.plant.rotor_sources.tags import note_unused, refuse_crowd, turn_of
 from workbench.plant.rotors import Rotor
 
 _FILE = "setvelocity"
@@ -89,7 +90,7 @@ def read_velocity_plugin(
     Raises:
         WorkbenchError: with file and line, for a missing joint or link, or an invalid tag.
     """
-    tags = Tags(plugin, _VELOCITY_KIND)
+    tags = Block(plugin.file, _VELOCITY_KIND, plugin.element)
     numbers = _numbers(plugin)
     refuse_crowd(plugin.file, len(numbers))
     named = [_named(tags, number, model, base_link, remarks) for number in numbers]
@@ -101,7 +102,7 @@ def read_velocity_plugin(
         tags, ASSUMED, "figures of RotorS and its like", _VELOCITY_KIND, remarks
     )
     numbered = [f"{tag}{n}" for n in numbers for tag in ("joint", "link", "turningDirection")]
-    tags.note_unused(["link", *CONSTANTS, *numbered], _VELOCITY_KIND, remarks)
+    note_unused(tags, ["link", *CONSTANTS, *numbered], _VELOCITY_KIND, remarks)
     motor_constant = _motor_constant(
         tags, model, len(named), constants["max_rot_velocity"], remarks
     )
@@ -128,11 +129,11 @@ def _numbers(plugin: DeclaredPlugin) -> list[str]:
     return sorted({match[1] for match in matches if match}, key=lambda text: (int(text), text))
 
 
-def _named(tags: Tags, number: str, model: Model, base_link: str, remarks: Remarks) -> _Named:
+def _named(tags: Block, number: str, model: Model, base_link: str, remarks: Remarks) -> _Named:
     """Return the rotor with a number."""
     joint_tag, link_tag = f"joint{number}", f"link{number}"
-    joint = find_joint(model, tags.text(joint_tag), tags.where(joint_tag))
-    link = find_link(model, tags.text(link_tag), tags.where(link_tag))
+    joint = find_joint(model, tags.required(joint_tag), tags.where(joint_tag))
+    link = find_link(model, tags.required(link_tag), tags.where(link_tag))
     if joint.child != link.name:
         raise WorkbenchError(
             f"{tags.where(link_tag)}: <{link_tag}> is '{link.name}', but '{joint.name}' turns "
@@ -143,7 +144,7 @@ def _named(tags: Tags, number: str, model: Model, base_link: str, remarks: Remar
 
 
 def _motor_constant(
-    tags: Tags, model: Model, rotors: int, max_rot_velocity: float, remarks: Remarks
+    tags: Block, model: Model, rotors: int, max_rot_velocity: float, remarks: Remarks
 ) -> float:
     """Return the motor constant in the block, or that for the assumed thrust-to-weight ratio."""
     if tags.has("motorConstant"):
@@ -157,14 +158,14 @@ def _motor_constant(
     return constant
 
 
-def _turns(tags: Tags, named: list[_Named], remarks: Remarks) -> list[int]:
+def _turns(tags: Block, named: list[_Named], remarks: Remarks) -> list[int]:
     """Return the direction of each rotor; missing ones alternate around the drone."""
     assumed: list[str] = []
     turns: list[int] = []
     for rotor, place in zip(named, _places_around(named), strict=True):
         tag = f"turningDirection{rotor.number}"
         if tags.has(tag):
-            turns.append(tags.turn(tag) * rotor.mount.sense)
+            turns.append(turn_of(tags, tag) * rotor.mount.sense)
         else:
             turns.append(1 if place % 2 else -1)
             assumed.append(f"{tag} {'ccw' if place % 2 else 'cw'}")
@@ -215,7 +216,7 @@ def read_motor_plugins(model: Model, base_link: str, remarks: Remarks) -> tuple[
     numbered: dict[int, Rotor] = {}
     unnumbered: list[Rotor] = []
     for plugin in turning:
-        tags = Tags(plugin, _MOTOR_KIND)
+        tags = Block(plugin.file, _MOTOR_KIND, plugin.element)
         rotor = _read(tags, model, base_link, remarks)
         if any(rotor.joint == other.joint for other in (*numbered.values(), *unnumbered)):
             raise WorkbenchError(
@@ -251,28 +252,28 @@ def _turns_a_rotor(plugin: DeclaredPlugin, remarks: Remarks) -> bool:
     return False
 
 
-def _read(tags: Tags, model: Model, base_link: str, remarks: Remarks) -> Rotor:
+def _read(tags: Block, model: Model, base_link: str, remarks: Remarks) -> Rotor:
     """Return the rotor of one plugin."""
-    link = find_link(model, tags.text("linkName"), tags.where("linkName"))
+    link = find_link(model, tags.required("linkName"), tags.where("linkName"))
     joint = _joint(tags, model, link, remarks)
     if joint.child != link.name:
         raise WorkbenchError(
             f"{tags.where('linkName')}: a motor-model plugin names the link '{link.name}', but its "
             f"joint '{joint.name}' turns another one: name the joint's child link '{joint.child}'"
         )
-    direction = tags.turn("turningDirection")
+    direction = turn_of(tags, "turningDirection")
     motor_constant = tags.positive("motorConstant")
     element = f"motor model of '{joint.name}'"
     constants = read_constants(tags, GAZEBO, "Gazebo's defaults", element, remarks)
-    tags.note_unused(_USED, element, remarks)
+    note_unused(tags, _USED, element, remarks)
     mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
     turn = direction * mount.sense
     return make_rotor(model, joint, link, mount, turn, motor_constant, constants, tags, remarks)
 
 
-def _joint(tags: Tags, model: Model, link: Link, remarks: Remarks) -> Joint:
+def _joint(tags: Block, model: Model, link: Link, remarks: Remarks) -> Joint:
     """Return the joint named in a plugin, or else the parent joint of its link."""
-    name = tags.text("jointName")
+    name = tags.required("jointName")
     try:
         return find_joint(model, name, tags.where("jointName"))
     except WorkbenchError:
@@ -286,11 +287,11 @@ def _joint(tags: Tags, model: Model, link: Link, remarks: Remarks) -> Joint:
     return above
 
 
-def _number(tags: Tags) -> int | None:
+def _number(tags: Block) -> int | None:
     """Return the index of a motor in the commands; gz-sim's name of the tag takes precedence."""
     for tag in ("actuator_number", "motorNumber"):
         if tags.has(tag):
-            text = tags.text(tag)
+            text = tags.required(tag)
             if not text.isdecimal() or len(text) > _MOST_DIGITS:
                 raise tags.fault(tag, "use 0, 1, 2, ...")
             return int(text)
