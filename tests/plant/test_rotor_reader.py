@@ -6,7 +6,7 @@ from pydrake.math import RigidTransform
 from workbench.common.errors import WorkbenchError
 from workbench.plant.description import read_rotors
 from workbench.plant.formats.xml import parse_xml
-from workbench.plant.model import DeclaredPlugin, Inertial, Joint, Link, Model
+from workbench.plant.model import Inertial, Joint, Link, Model
 from workbench.plant.remarks import Remarks
 
 BLOCK = "".join(f"<link{i}>prop{i}_link</link{i}><joint{i}>spin_{i}</joint{i}>" for i in range(4))
@@ -49,10 +49,7 @@ def model(tmp_path):
             ),
             frames=(),
             sensors=(),
-            plugins=tuple(
-                DeclaredPlugin(path, element)
-                for element in parse_xml(f"<model>{''.join(plugins)}</model>", path)
-            ),
+            plugins=tuple(parse_xml(f"<model>{''.join(plugins)}</model>", path)),
             properties=properties,
         )
 

@@ -60,7 +60,7 @@ def read(tmp_path):
                 joints=(),
                 frames=frames,
                 sensors=tuple(
-                    DeclaredSensor(path, link, RigidTransform(p_LS), element)
+                    DeclaredSensor(link, RigidTransform(p_LS), element)
                     for link, element in zip(links, read_xml(path), strict=False)
                 ),
                 plugins=(),

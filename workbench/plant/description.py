@@ -17,8 +17,8 @@ from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.urdf import read_urdf
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xacro import expand_xacro, is_xacro
-from workbench.plant.formats.xml import parse_xml, read_xml
-from workbench.plant.model import DeclaredPlugin, Inertial, Link, Model
+from workbench.plant.formats.xml import Element, parse_xml, read_xml
+from workbench.plant.model import Inertial, Link, Model
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remark, Remarks
 from workbench.plant.rotor_sources.mjcf_actuators import read_mjcf_actuators
@@ -191,7 +191,7 @@ def _note_plugins(model: Model, remarks: Remarks) -> None:
     read = (is_motor_plugin, is_velocity_plugin, is_battery_plugin)
     for plugin in model.plugins:
         if not any(is_read(plugin) for is_read in read):
-            name, filename = (plugin.element.get(key, "") for key in ("name", "filename"))
+            name, filename = (plugin.get(key, "") for key in ("name", "filename"))
             remarks.add(
                 "ignored",
                 plugin.file,
@@ -329,7 +329,7 @@ def _declares_rotors(model: Model) -> bool:
 
 
 def _note_others(
-    model: Model, rotors: tuple[Rotor, ...], blocks: list[DeclaredPlugin], remarks: Remarks
+    model: Model, rotors: tuple[Rotor, ...], blocks: list[Element], remarks: Remarks
 ) -> None:
     """Note declarations of rotors that differ from the motor-model plugins."""
     for block in blocks:
@@ -392,9 +392,9 @@ def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks
     return repair_inertias(dataclasses.replace(model, links=links), remarks)
 
 
-def is_battery_plugin(plugin: DeclaredPlugin) -> bool:
+def is_battery_plugin(plugin: Element) -> bool:
     """Return whether a plugin is gz-sim's linear battery, by its file or class name."""
-    name, file = (plugin.element.get(key, "").strip() for key in ("name", "filename"))
+    name, file = (plugin.get(key, "").strip() for key in ("name", "filename"))
     return name.endswith(_BATTERY_CLASS) or _BATTERY_FILE in file
 
 
@@ -427,8 +427,8 @@ def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> Batter
     return _battery_of_plugin(plugins[0], remarks) if plugins else None
 
 
-def _battery_of_plugin(plugin: DeclaredPlugin, remarks: Remarks) -> BatteryPack | None:
-    tags = Block(plugin.file, _BATTERY_KIND, plugin.element)
+def _battery_of_plugin(plugin: Element, remarks: Remarks) -> BatteryPack | None:
+    tags = Block(_BATTERY_KIND, plugin)
     constant, linear = "open_circuit_voltage_constant_coef", "open_circuit_voltage_linear_coef"
     if not tags.has("capacity") or not (tags.has("openCircuitVoltage") or tags.has(constant)):
         text = f"it has no <capacity>, or no <{constant}>; not used"

@@ -102,17 +102,8 @@ class NamedFrame:
 class DeclaredSensor:
     """A `<sensor>` element in SDF's terms, for every format, and its mounting."""
 
-    file: Path
     link: str
     X_LS: RigidTransform
-    element: Element
-
-
-@dataclass(frozen=True)
-class DeclaredPlugin:
-    """A `<plugin>` element of the model (not of a sensor or the world)."""
-
-    file: Path
     element: Element
 
 
@@ -150,7 +141,7 @@ class Model:
         joints: in file order.
         frames: SDF frames.
         sensors: all `<sensor>` elements.
-        plugins: all `<plugin>` elements.
+        plugins: all `<plugin>` elements of the model (not of sensors or the world).
         actuators: those of MJCF that apply a force or moment at a site.
         properties: the attributes of gym-pybullet-drones' `<properties>` tag, or empty.
     """
@@ -161,7 +152,7 @@ class Model:
     joints: tuple[Joint, ...]
     frames: tuple[NamedFrame, ...]
     sensors: tuple[DeclaredSensor, ...]
-    plugins: tuple[DeclaredPlugin, ...]
+    plugins: tuple[Element, ...]
     properties: tuple[tuple[str, str], ...] = ()
     actuators: tuple[DeclaredActuator, ...] = ()
 

@@ -296,9 +296,9 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
             text = (
                 f"of type {shortened(kind)} on link '{shortened(declared.link)}'{where}; not used"
             )
-            remarks.add("ignored", declared.file, element, text)
+            remarks.add("ignored", declared.element.file, element, text)
             continue
-        block = Block(declared.file, element, declared.element)
+        block = Block(element, declared.element)
         X_BS = X_BM @ link.X_ML @ declared.X_LS
         x, y, z = (triple(row) for row in X_BS.rotation().matrix())
         common = Sensor(
@@ -350,7 +350,7 @@ def _rate(block: Block, declared: DeclaredSensor, element: str, remarks: Remarks
     """Return samples per second; the default of SDF and Gazebo is 0, every step."""
     if not block.has("update_rate"):
         text = "update_rate: not given, the usual one of its kind"
-        remarks.add("assumed", declared.file, element, text)
+        remarks.add("assumed", declared.element.file, element, text)
     rate = block.non_negative("update_rate", 0.0)
     if rate > _FASTEST:
         raise block.fault("update_rate", f"give it at most {_FASTEST:g} per second")

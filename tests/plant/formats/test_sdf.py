@@ -96,7 +96,7 @@ def test_joints_are_read_with_a_unit_axis(model):
 
 def test_sensors_of_links_are_declared_where_they_are(model, tmp_path):
     imu, eye = model.sensors
-    assert imu.file == tmp_path / "quad.sdf"
+    assert imu.element.file == tmp_path / "quad.sdf"
     assert imu.link == "base"
     assert imu.X_LS.translation().tolist() == [0.0, 0.0, 0.2]
     assert imu.element.findtext("update_rate") == "100"
@@ -106,8 +106,8 @@ def test_sensors_of_links_are_declared_where_they_are(model, tmp_path):
 
 def test_only_plugins_of_the_model_are_declared(model):
     (plugin,) = model.plugins
-    assert plugin.element.get("filename") == "model_plugin"
-    assert plugin.element.findtext("jointName") == "spin"
+    assert plugin.get("filename") == "model_plugin"
+    assert plugin.findtext("jointName") == "spin"
 
 
 def test_a_sensor_of_a_joint_is_noted_as_not_used(tmp_path):
@@ -227,7 +227,7 @@ def test_parts_of_a_model_in_a_model_have_its_name_in_front(tmp_path):
 
 
 def test_names_in_a_plugin_of_a_model_in_a_model_become_names_of_the_whole(tmp_path):
-    inner, outer = (plugin.element for plugin in read(write(tmp_path, NESTED)).plugins)
+    inner, outer = read(write(tmp_path, NESTED)).plugins
     assert [name.text for name in inner.iter("jointName")] == ["left::spin", "left::spin"]
     assert inner.findtext("linkName") == "left::rotor"
     assert inner.findtext("topic") == "spin"

@@ -178,7 +178,7 @@ def test_parts_of_an_include_have_its_name_in_front(models):
     assert model.links[1].X_ML.translation().tolist() == [2.0, 0.0, -1.0]
     assert [frame.link for frame in model.frames] == ["left::hub", "right::hub"]
     assert [sensor.link for sensor in model.sensors] == ["left::hub", "right::hub"]
-    assert [plugin.element.findtext("linkName") for plugin in model.plugins] == [
+    assert [plugin.findtext("linkName") for plugin in model.plugins] == [
         "left::hub",
         "right::hub",
     ]
@@ -197,8 +197,8 @@ def test_parts_of_a_merged_include_become_the_models_own(models):
     assert model.frames[0].name == "mount"
     (plugin,) = model.plugins
     (sensor,) = model.sensors
-    assert plugin.element.findtext("linkName") == "hub"
-    assert plugin.file == sensor.file == models / "arm/model.sdf"
+    assert plugin.findtext("linkName") == "hub"
+    assert plugin.file == sensor.element.file == models / "arm/model.sdf"
 
 
 @pytest.mark.parametrize("text", ["false", "0", ""])
@@ -231,12 +231,12 @@ def test_plugins_in_an_include_belong_to_the_included_model(models):
     plugin = '<plugin filename="outer" name="q"><linkName>hub</linkName></plugin>'
     path = write(models, f"<include><uri>arm</uri>{plugin}</include>")
     inner, outer = read(path).plugins
-    assert inner.element.get("filename") == "inner"
-    assert outer.element.get("filename") == "outer"
-    assert outer.element.findtext("linkName") == "arm::hub"
+    assert inner.get("filename") == "inner"
+    assert outer.get("filename") == "outer"
+    assert outer.findtext("linkName") == "arm::hub"
     assert (inner.file, outer.file) == (models / "arm/model.sdf", path)
     merged = write(models, f"<include merge='true'><uri>arm</uri>{plugin}</include>")
-    assert read(merged).plugins[1].element.findtext("linkName") == "hub"
+    assert read(merged).plugins[1].findtext("linkName") == "hub"
 
 
 def test_a_file_may_be_nothing_but_an_include(models):

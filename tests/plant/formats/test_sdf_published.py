@@ -57,12 +57,12 @@ def test_rotors_are_where_they_are(x500):
 
 
 def test_plugins_and_sensors_are_there(x500):
-    turns = [plugin.element.findtext("turningDirection") for plugin in x500.plugins]
+    turns = [plugin.findtext("turningDirection") for plugin in x500.plugins]
     assert turns == ["ccw", "ccw", "cw", "cw", None]
     assert {plugin.file.parent.name for plugin in x500.plugins} == {"x500"}
     types = [sensor.element.get("type") for sensor in x500.sensors]
     assert types == ["air_pressure", "magnetometer", "imu", "navsat"]
-    assert {sensor.file.parent.name for sensor in x500.sensors} == {"x500_base"}
+    assert {sensor.element.file.parent.name for sensor in x500.sensors} == {"x500_base"}
 
 
 def test_what_the_schema_does_not_know_is_noted_once(x500, remarks):

@@ -16,6 +16,7 @@ FILE = Path("drone.sdf")
 
 def node(tag: str, text: str, **attributes: str) -> Node:
     element = Element(tag, attributes)
+    element.file = FILE
     element.text = text
     element.line = 7
     return Node(element, FILE, (1, 9), "", "__model__")
@@ -23,6 +24,7 @@ def node(tag: str, text: str, **attributes: str) -> Node:
 
 def parent(tag: str, text: str) -> Node:
     element = Element("parent")
+    element.file = FILE
     element.append(node(tag, text).element)
     return Node(element, FILE, (1, 9), "", "__model__")
 

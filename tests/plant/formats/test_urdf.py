@@ -130,7 +130,7 @@ def test_plugins_sensors_and_properties_are_handed_on(read):
       <gazebo reference="base"><sensor name="imu" type="imu"><pose>1 2 3 0 0 1.5</pose></sensor>
         <plugin filename="other.so"/></gazebo>"""
     model, remarks = read(link("", more))
-    assert [plugin.element.get("filename") for plugin in model.plugins] == ["motor.so", "other.so"]
+    assert [plugin.get("filename") for plugin in model.plugins] == ["motor.so", "other.so"]
     (sensor,) = model.sensors
     assert (sensor.link, sensor.element.get("name")) == ("base", "imu")
     assert sensor.X_LS.translation().tolist() == [1.0, 2.0, 3.0]

@@ -28,7 +28,7 @@ def test_elements_know_their_lines(write):
     path = write(b"<a>\n <b/>\n <c>\n  <d/>\n </c>\n</a>")
     root = read_xml(path)
     assert [element.line for element in root.iter()] == [1, 2, 3, 4]
-    assert place(path, root[1]) == f"{path}:3"
+    assert place(root[1]) == f"{path}:3"
 
 
 def test_empty_lines_before_the_declaration_do_not_matter(write):
@@ -43,7 +43,7 @@ def test_two_hyphens_in_a_comment_do_not_matter(write):
 
 def test_a_text_made_from_a_file_has_no_lines(tmp_path):
     path = tmp_path / "a.xacro"
-    assert place(path, parse_xml("<a>\n<b/></a>", path)[0]) == str(path)
+    assert place(parse_xml("<a>\n<b/></a>", path)[0]) == str(path)
 
 
 @pytest.mark.parametrize(

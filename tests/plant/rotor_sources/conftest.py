@@ -6,7 +6,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.plant.formats.xml import read_xml
-from workbench.plant.model import DeclaredPlugin, Inertial, Joint, Link, Model
+from workbench.plant.model import Inertial, Joint, Link, Model
 
 ARMS = ((0.2, 0.0), (0.0, 0.2), (-0.2, 0.0), (0.0, -0.2))
 
@@ -62,7 +62,7 @@ def model(tmp_path, joint) -> Callable[..., Model]:
             ),
             frames=(),
             sensors=(),
-            plugins=tuple(DeclaredPlugin(path, plugin) for plugin in read_xml(path)),
+            plugins=tuple(read_xml(path)),
             properties=properties,
         )
 

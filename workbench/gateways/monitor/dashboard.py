@@ -16,7 +16,7 @@ def dashboard(picture: Picture, full: str = "#", empty: str = ".") -> list[str]:
     """Return the lines of a screen.
 
     Args:
-        picture: what is known.
+        picture: state of the flight.
         full: character for the filled part of a bar.
         empty: character for the rest.
     """

@@ -2,11 +2,10 @@
 
 import math
 from pathlib import Path
-from xml.etree.ElementTree import Element
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
-from workbench.plant.formats.xml import place
+from workbench.plant.formats.xml import Element, place
 
 LARGEST = 1e9
 """Limit of numbers, in their units."""
@@ -18,17 +17,20 @@ class Block:
     """An element of a plugin or sensor; a missing one has no children.
 
     Args:
-        file: that contains it.
         what: name of the plugin or sensor in messages, such as "sensor 'imu'".
         element: the element, or if missing the nearest existing element around it.
         there: whether it exists.
     """
 
-    def __init__(self, file: Path, what: str, element: Element, there: bool = True) -> None:
-        self.file = file
+    def __init__(self, what: str, element: Element, there: bool = True) -> None:
         self.what = what
         self.element = element
         self.there = there
+
+    @property
+    def file(self) -> Path:
+        """The file that contains it."""
+        return self.element.file
 
     def block(self, *tags: str) -> "Block":
         """Return a nested block by the path of names to it."""
@@ -36,8 +38,8 @@ class Block:
         for tag in tags:
             child = element.find(tag) if there else None
             there = child is not None
-            element = element if child is None else child
-        return Block(self.file, self.what, element, there)
+            element = child if isinstance(child, Element) else element
+        return Block(self.what, element, there)
 
     def first(self, *tags: str) -> "Block":
         """Return the first existing child with one of several names, or an empty block."""
@@ -51,7 +53,7 @@ class Block:
     def where(self, tag: str = "") -> str:
         """Return file and line of a child, or of the element without such a child."""
         child = self.element.find(tag) if tag and self.there else None
-        return place(self.file, self.element if child is None else child)
+        return place(self.element if child is None else child)
 
     def text(self, tag: str) -> str:
         """Return the text of a child, or ""."""

@@ -136,11 +136,11 @@ class _Includer:
         self._count += 1
         if self._count > MOST_ELEMENTS:
             raise WorkbenchError(f"{self._path}: with includes there are too many elements")
-        copy = Element(element.tag, element.attrib)
+        copy = element.like(element.attrib)
         copy.text = element.text
-        copy.line = element.line
-        if len(files) > 1:  # messages name the main file and its lines
-            copy.line, copy.owner = 0, f"{files[-1].name}:{element.line}"
+        if len(files) > 1:  # messages name the main file
+            copy.file, copy.line = self._path, 0
+            copy.owner = f"{files[-1].name}:{element.line}"
         for child in element:
             if isinstance(child, Element) and child.tag == "include":
                 copy.extend(self._included(child, files))
@@ -149,7 +149,7 @@ class _Includer:
         return copy
 
     def _included(self, include: Element, files: tuple[Path, ...]) -> Element:
-        where = place(files[-1], include)
+        where = place(include)
         name = include.get("file", "")
         file = self._path.parent / name
         if not name or not file.is_file():
@@ -169,12 +169,10 @@ class Defaults:
     """The default attributes of elements, by class.
 
     Args:
-        path: for messages.
         root: of the document.
     """
 
-    def __init__(self, path: Path, root: Element) -> None:
-        self._path = path
+    def __init__(self, root: Element) -> None:
         self._classes: dict[str, dict[str, dict[str, str]]] = {_MAIN: {}}
         for element in elements(root, "default"):
             self._collect(element, element.get("class", _MAIN), {})
@@ -201,54 +199,52 @@ class Defaults:
         name = element.get("class") or childclass or _MAIN
         if name not in self._classes:
             raise WorkbenchError(
-                f"{place(self._path, element)}: <{element.tag}> has the class "
+                f"{place(element)}: <{element.tag}> has the class "
                 f"'{shortened(name)}', which no <default> is of: add it"
             )
         known = self._classes[name]
         words = known.get(element.tag, {})
         if element.tag == "motor":  # one of the shortcuts of MuJoCo for <general>
             words = known.get("general", {}) | words
-        copy = Element(element.tag, words | element.attrib)
-        copy.line, copy.owner = element.line, element.owner
-        return copy
+        return element.like(words | element.attrib)
 
 
-def pose_of(path: Path, element: Element, compiler: Compiler) -> RigidTransform:
+def pose_of(element: Element, compiler: Compiler) -> RigidTransform:
     """Return the pose of an element in the frame of its parent.
 
     Raises:
         WorkbenchError: for an invalid position or orientation.
     """
-    position = triple(path, element, "pos", "0 0 0")
-    return RigidTransform(_orientation(path, element, compiler), np.array(position))
+    position = triple(element, "pos", "0 0 0")
+    return RigidTransform(_orientation(element, compiler), np.array(position))
 
 
-def _orientation(path: Path, element: Element, compiler: Compiler) -> RotationMatrix:
+def _orientation(element: Element, compiler: Compiler) -> RotationMatrix:
     given = [name for name in _ORIENTATIONS if name in element.attrib]
     if not given:
         return RotationMatrix()
     if len(given) > 1:
         raise WorkbenchError(
-            f"{place(path, element)}: <{element.tag}> has {' and '.join(given)}: leave one"
+            f"{place(element)}: <{element.tag}> has {' and '.join(given)}: leave one"
         )
     (name,) = given
     sizes = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}
-    values = np.array(numbers(path, element, name, ""))
+    values = np.array(numbers(element, name, ""))
     if len(values) != sizes[name]:
-        raise _fault(path, element, name, f"give it {sizes[name]} numbers")
+        raise _fault(element, name, f"give it {sizes[name]} numbers")
     turn = 1.0 if compiler.radians else math.pi / 180.0
     match name:
         case "quat":
-            return RotationMatrix(Quaternion(_unit(path, element, name, values)))
+            return RotationMatrix(Quaternion(_unit(element, name, values)))
         case "axisangle":
-            axis = _unit(path, element, name, values[:3])
+            axis = _unit(element, name, values[:3])
             return RotationMatrix(AngleAxis(turn * values[3], axis))
         case "xyaxes":
-            x = _unit(path, element, name, values[:3])
-            y = _unit(path, element, name, values[3:] - x * (x @ values[3:]))
+            x = _unit(element, name, values[:3])
+            y = _unit(element, name, values[3:] - x * (x @ values[3:]))
             return RotationMatrix(np.column_stack([x, y, np.cross(x, y)]))
         case "zaxis":
-            z = _unit(path, element, name, values)
+            z = _unit(element, name, values)
             return shortest_to(z)
     return _euler(turn * values, compiler.eulerseq)
 
@@ -271,16 +267,16 @@ def shortest_to(z: np.ndarray) -> RotationMatrix:
     return RotationMatrix(AngleAxis(math.atan2(length, float(z[2])), axis))
 
 
-def _unit(path: Path, element: Element, name: str, values: np.ndarray) -> np.ndarray:
+def _unit(element: Element, name: str, values: np.ndarray) -> np.ndarray:
     length = float(np.linalg.norm(values))
     if length < 1e-9:
-        raise _fault(path, element, name, "give it a direction")
+        raise _fault(element, name, "give it a direction")
     return np.asarray(values / length)
 
 
-def _fault(path: Path, element: Element, name: str, advice: str) -> WorkbenchError:
+def _fault(element: Element, name: str, advice: str) -> WorkbenchError:
     text = shortened(element.get(name, ""))
-    return WorkbenchError(f"{place(path, element)}: <{element.tag} {name}='{text}'>: {advice}")
+    return WorkbenchError(f"{place(element)}: <{element.tag} {name}='{text}'>: {advice}")
 
 
 def elements(parent: Element, *tags: str) -> Iterator[Element]:
@@ -322,12 +318,12 @@ class GeomReader:
             file = element.get("file", "")
             name = element.get("name") or PurePosixPath(file).stem
             found = finder.resolve(str(PurePosixPath(compiler.meshdir) / file), path)
-            scale = triple(path, element, "scale", "1 1 1")
+            scale = triple(element, "scale", "1 1 1")
             self._meshes[name] = Mesh(file, found if file else None, scale)
         for asset in root.iterfind("asset/material"):
             assert isinstance(asset, Element)
             if "rgba" in asset.attrib:
-                self._colours[asset.get("name", "")] = _rgba(path, asset)
+                self._colours[asset.get("name", "")] = _rgba(asset)
 
     def shapes(
         self, link: str, placed: Placed
@@ -340,9 +336,9 @@ class GeomReader:
         visuals, collisions = [], []
         for name, element, X_LG, shape in self._geoms(link, placed):
             rgba = self._colour(element)
-            if number(self._path, element, "group", "0") < _DRAWN and (not rgba or rgba[3] > 0.0):
+            if number(element, "group", "0") < _DRAWN and (not rgba or rgba[3] > 0.0):
                 visuals.append(LinkShape(name, X_LG, shape, rgba))
-            if any(number(self._path, element, word, "1") for word in ("contype", "conaffinity")):
+            if any(number(element, word, "1") for word in ("contype", "conaffinity")):
                 collisions.append(LinkShape(name, X_LG, shape))
         return tuple(visuals), tuple(collisions)
 
@@ -371,7 +367,7 @@ class GeomReader:
     def _shape(self, element: Element, what: str) -> tuple[RigidTransform, Shape | None]:
         """Return the pose of a geom and its shape, None for an unsupported one."""
         kind = element.get("type", "sphere")
-        pose = pose_of(self._path, element, self._compiler)
+        pose = pose_of(element, self._compiler)
         if "mesh" in element.attrib:
             name = element.get("mesh", "")
             if name not in self._meshes:
@@ -391,9 +387,9 @@ class GeomReader:
         self, element: Element, kind: str, pose: RigidTransform
     ) -> tuple[RigidTransform, Shape]:
         """Return pose and shape of a geom given by its sizes, or by its ends."""
-        size = list(numbers(self._path, element, "size", ""))
+        size = list(numbers(element, "size", ""))
         if "fromto" in element.attrib and kind != "sphere":
-            ends = numbers(self._path, element, "fromto", "")
+            ends = numbers(element, "fromto", "")
             if len(ends) != 6 or ends[:3] == ends[3:]:
                 raise self._fault(element, "fromto is two points apart: give it six numbers")
             way = np.array(ends[3:]) - np.array(ends[:3])
@@ -418,8 +414,8 @@ class GeomReader:
         self, element: Element, X_LG: RigidTransform, shape: Shape, what: str
     ) -> list[Solid]:
         """Return a geom as a solid, or nothing if it has no mass."""
-        given = number(self._path, element, "mass") if "mass" in element.attrib else None
-        density = number(self._path, element, "density", "1000")
+        given = number(element, "mass") if "mass" in element.attrib else None
+        density = number(element, "density", "1000")
         if given is not None and given < 0.0 or density < 0.0:
             raise self._fault(element, "give it a mass or density of 0 or more")
         if given == 0.0 or (given is None and density == 0.0):
@@ -434,18 +430,18 @@ class GeomReader:
 
     def _colour(self, element: Element) -> Colour | None:
         if "rgba" in element.attrib:
-            return _rgba(self._path, element)
+            return _rgba(element)
         return self._colours.get(element.get("material", ""))
 
     def _fault(self, element: Element, text: str) -> WorkbenchError:
-        return WorkbenchError(f"{place(self._path, element)}: <geom>: {text}")
+        return WorkbenchError(f"{place(element)}: <geom>: {text}")
 
 
-def _rgba(path: Path, element: Element) -> Colour:
-    values = numbers(path, element, "rgba", "")
+def _rgba(element: Element) -> Colour:
+    values = numbers(element, "rgba", "")
     if len(values) != 4:
         raise WorkbenchError(
-            f"{place(path, element)}: <{element.tag} rgba='{shortened(element.get('rgba', ''))}'>: "
+            f"{place(element)}: <{element.tag} rgba='{shortened(element.get('rgba', ''))}'>: "
             "give it four numbers"
         )
     r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
@@ -499,7 +495,7 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
     """
     root = with_includes(path, root)
     note_unused(path, root, remarks)
-    defaults, compiler = Defaults(path, root), read_compiler(path, root)
+    defaults, compiler = Defaults(root), read_compiler(path, root)
     shapes = GeomReader(path, root, compiler, defaults, finder, remarks)
     reader = _Bodies(path, compiler, defaults, shapes, remarks)
     reader.add(_free_body(path, root, remarks), RigidTransform(), "", "")
@@ -593,8 +589,7 @@ class _Bodies:
         name = body.get("name") or f"body_{len(self.links)}"
         if any(link.name == name for link in self.links):
             raise WorkbenchError(
-                f"{place(self.path, body)}: there are two bodies named '{shortened(name)}': "
-                "rename one"
+                f"{place(body)}: there are two bodies named '{shortened(name)}': rename one"
             )
         parts = _Parts()
         self._collect(body, RigidTransform(), body.get("childclass", childclass), parts)
@@ -603,10 +598,10 @@ class _Bodies:
         if parent:
             self.joints.append(self._joint(name, parent, X_ML, parts.joints))
         for site, X_LF in parts.sites:
-            X_LS = X_LF @ pose_of(self.path, site, self.compiler)
+            X_LS = X_LF @ pose_of(site, self.compiler)
             self.sites[site.get("name", "")] = (name, X_LS)
         for child, X_LF, inherited in parts.bodies:
-            pose = pose_of(self.path, child, self.compiler)
+            pose = pose_of(child, self.compiler)
             self.add(child, X_ML @ X_LF @ pose, name, inherited)
 
     def _collect(
@@ -618,7 +613,7 @@ class _Bodies:
                 case "body":
                     parts.bodies.append((child, X_LF, childclass))
                 case "frame":
-                    inside = X_LF @ pose_of(self.path, child, self.compiler)
+                    inside = X_LF @ pose_of(child, self.compiler)
                     self._collect(child, inside, child.get("childclass", childclass), parts)
                 case "inertial":
                     parts.inertial = (child, X_LF)
@@ -638,17 +633,17 @@ class _Bodies:
         return together(solids) if solids else None
 
     def _given_inertial(self, element: Element, X_LF: RigidTransform) -> Inertial:
-        X_LI = X_LF @ pose_of(self.path, element, self.compiler)
-        mass = number(self.path, element, "mass")
+        X_LI = X_LF @ pose_of(element, self.compiler)
+        mass = number(element, "mass")
         if "fullinertia" in element.attrib:
-            values = numbers(self.path, element, "fullinertia", "")
+            values = numbers(element, "fullinertia", "")
             if len(values) != 6:
                 raise WorkbenchError(
-                    f"{place(self.path, element)}: <inertial fullinertia>: give it six numbers"
+                    f"{place(element)}: <inertial fullinertia>: give it six numbers"
                 )
             xx, yy, zz, xy, xz, yz = values
             return Inertial(mass, X_LI, (xx, yy, zz), (xy, xz, yz))
-        moments = triple(self.path, element, "diaginertia", "0 0 0")
+        moments = triple(element, "diaginertia", "0 0 0")
         return Inertial(mass, X_LI, moments, (0.0, 0.0, 0.0))
 
     def _joint(
@@ -666,14 +661,12 @@ class _Bodies:
             what = f"joint '{shortened(other.get('name', ''))}'"
             self.remarks.add("ignored", self.path, what, text)
         element, X_LF = joints[0]
-        axis = X_LF.rotation().multiply(np.array(triple(self.path, element, "axis", "0 0 1")))
+        axis = X_LF.rotation().multiply(np.array(triple(element, "axis", "0 0 1")))
         length = float(np.linalg.norm(axis))
         if length < 1e-9:
-            raise WorkbenchError(
-                f"{place(self.path, element)}: <joint axis> is 0 0 0: give it a direction"
-            )
+            raise WorkbenchError(f"{place(element)}: <joint axis> is 0 0 0: give it a direction")
         x, y, z = (float(value) for value in axis / length)
-        position = np.array(triple(self.path, element, "pos", "0 0 0"))
+        position = np.array(triple(element, "pos", "0 0 0"))
         X_LJ = RigidTransform(RotationMatrix(), X_LF.multiply(position))
         kind = element.get("type", "hinge")
         name = element.get("name") or f"{link}_joint"
@@ -702,11 +695,11 @@ def _actuators(
             continue
         if site not in sites:
             raise WorkbenchError(
-                f"{place(path, element)}: {what} is at the site '{shortened(site)}', which the "
+                f"{place(element)}: {what} is at the site '{shortened(site)}', which the "
                 f"drone has not: sites are {listed(list(sites))}"
             )
-        gear = [*numbers(path, element, "gear", "1 0 0 0 0 0"), *[0.0] * 6][:6]
-        gain = numbers(path, element, "gainprm", "1")[0] if element.tag == "general" else 1.0
+        gear = [*numbers(element, "gear", "1 0 0 0 0 0"), *[0.0] * 6][:6]
+        gain = numbers(element, "gainprm", "1")[0] if element.tag == "general" else 1.0
         link, X_LS = sites[site]
         yield DeclaredActuator(
             name=name,
@@ -714,8 +707,8 @@ def _actuators(
             X_LS=X_LS,
             force_S=(gain * gear[0], gain * gear[1], gain * gear[2]),
             moment_S=(gain * gear[3], gain * gear[4], gain * gear[5]),
-            most=_most(path, element, gain, compiler),
-            time_constant=_lag(path, element),
+            most=_most(element, gain, compiler),
+            time_constant=_lag(element),
         )
 
 
@@ -724,17 +717,17 @@ def _elements(block: object) -> Iterator[Element]:
     yield from elements(block)
 
 
-def _most(path: Path, element: Element, gain: float, compiler: Compiler) -> float | None:
+def _most(element: Element, gain: float, compiler: Compiler) -> float | None:
     """Return the largest control of an actuator, None without a limit."""
     found = []
     for word, scale in (("ctrl", 1.0), ("force", abs(gain) or 1.0)):
         limited = element.get(f"{word}limited", "auto")
         given = f"{word}range" in element.attrib
         if limited == "true" or (limited == "auto" and compiler.autolimits and given):
-            values = numbers(path, element, f"{word}range", "0 0")
+            values = numbers(element, f"{word}range", "0 0")
             if len(values) != 2 or values[1] <= values[0]:
                 raise WorkbenchError(
-                    f"{place(path, element)}: <{element.tag} {word}range="
+                    f"{place(element)}: <{element.tag} {word}range="
                     f"'{shortened(element.get(f'{word}range', ''))}'>: give it two numbers, the "
                     "smaller first"
                 )
@@ -742,9 +735,9 @@ def _most(path: Path, element: Element, gain: float, compiler: Compiler) -> floa
     return min(found) if found else None
 
 
-def _lag(path: Path, element: Element) -> float | None:
+def _lag(element: Element) -> float | None:
     """Return the time constant of an actuator with a first-order filter [s], None without."""
     if element.get("dyntype") not in ("filter", "filterexact"):
         return None
-    value = numbers(path, element, "dynprm", "1")[0]
+    value = numbers(element, "dynprm", "1")[0]
     return value if value > 0.0 else None

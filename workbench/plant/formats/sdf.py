@@ -27,7 +27,6 @@ from workbench.plant.formats.solids import Solid, together, volume
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import Element
 from workbench.plant.model import (
-    DeclaredPlugin,
     DeclaredSensor,
     Inertial,
     Joint,
@@ -349,9 +348,7 @@ def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -
         joints=tuple(_joint(joint, poses) for joint in tree.joints),
         frames=tuple(_frame(frame, poses) for frame in tree.frames),
         sensors=tuple(
-            DeclaredSensor(
-                sensor.file, link.full_name, poses.X_LF(sensor, link.full_name), sensor.element
-            )
+            DeclaredSensor(link.full_name, poses.X_LF(sensor, link.full_name), sensor.element)
             for link in tree.links
             for sensor in link.children("sensor")
         ),
@@ -414,16 +411,14 @@ def _frame(frame: Node, poses: Poses) -> NamedFrame:
     return NamedFrame(frame.full_name, link, X_LF)
 
 
-def read_plugin(plugin: Node) -> DeclaredPlugin:
+def read_plugin(plugin: Node) -> Element:
     """Return a plugin, with full names of joints and links."""
-    element = _with_scope(plugin.element, plugin.scope) if plugin.scope else plugin.element
-    return DeclaredPlugin(plugin.file, element)
+    return _with_scope(plugin.element, plugin.scope) if plugin.scope else plugin.element
 
 
 def _with_scope(element: Element, scope: str) -> Element:
     """Return a copy with a scope before the names of links and joints."""
-    copy = Element(element.tag, element.attrib)
-    copy.line = element.line
+    copy = element.like(element.attrib)
     copy.text, copy.tail = element.text, element.tail
     if element.tag in _NAMES and (element.text or "").strip():
         copy.text = scope + (element.text or "").strip()

@@ -128,22 +128,21 @@ def sdf_file(path: Path, root: Element) -> SdfFile:
     """
     if root.tag == "robot":
         raise WorkbenchError(
-            f"{place(path, root)}: this is URDF (<robot>) where SDF is included: convert it to SDF"
+            f"{place(root)}: this is URDF (<robot>) where SDF is included: convert it to SDF"
         )
     if root.tag != "sdf":
         raise WorkbenchError(
-            f"{place(path, root)}: the root element is <{shortened(root.tag)}>, an SDF file has "
-            "<sdf>"
+            f"{place(root)}: the root element is <{shortened(root.tag)}>, an SDF file has <sdf>"
         )
     text = root.get("version", "").strip()
     match = _VERSION.fullmatch(text)
     version = (int(match[1]), int(match[2])) if match else (0, 0)
     if version < OLDEST:
         raise WorkbenchError(
-            f"{place(path, root)}: <sdf version='{shortened(text)}'>: SDF is read from version "
+            f"{place(root)}: <sdf version='{shortened(text)}'>: SDF is read from version "
             f"{OLDEST[0]}.{OLDEST[1]} on: convert the file with `gz sdf -p`"
             if match
-            else f"{place(path, root)}: <sdf version='{shortened(text)}'>: give it the version of "
+            else f"{place(root)}: <sdf version='{shortened(text)}'>: give it the version of "
             "SDF that it is written in, such as 1.9"
         )
     return SdfFile(path, root, version, sum(1 for _ in root.iter()))

@@ -91,7 +91,7 @@ class Node:
 
     def fault(self, what: str) -> WorkbenchError:
         """Return an error with file, line and reason."""
-        return WorkbenchError(f"{place(self.file, self.element)}: {what}")
+        return WorkbenchError(f"{place(self.element)}: {what}")
 
 
 def checked_name(node: Node, name: str) -> str:

@@ -22,7 +22,6 @@ from workbench.plant.formats.values import (
 )
 from workbench.plant.formats.xml import Element, place
 from workbench.plant.model import (
-    DeclaredPlugin,
     DeclaredSensor,
     Inertial,
     Joint,
@@ -62,12 +61,12 @@ _MOST = 50
 """Largest number of remarks on unknown parts, and of those on unused ones."""
 
 
-def read_colours(path: Path, robot: Element) -> dict[str, Colour]:
+def read_colours(robot: Element) -> dict[str, Colour]:
     """Return colours by name: materials of the robot, and `link NAME` for Gazebo's of a link."""
     colours = {
         material.get("name", ""): colour
         for material in robot.iter("material")
-        if isinstance(material, Element) and (colour := _rgba(path, material)) is not None
+        if isinstance(material, Element) and (colour := _rgba(material)) is not None
     }
     for block in robot.findall("gazebo"):
         name = (block.findtext("material") or "").strip()
@@ -92,9 +91,9 @@ def read_shapes(
         shape = _shape(path, element, what, finder, remarks)
         if shape is None:
             continue
-        X_LS, rgba = origin(path, element), None
+        X_LS, rgba = origin(element), None
         if tag == "visual":
-            rgba = _colour(path, element, colours) or colours.get(f"link {name}")
+            rgba = _colour(element, colours) or colours.get(f"link {name}")
         yield LinkShape(element.get("name") or f"{tag}_{index}", X_LS, shape, rgba)
 
 
@@ -108,17 +107,17 @@ def _shape(
         return None
     match element.tag:
         case "box":
-            size = triple(path, element, "size", "")
-            return Box(_all_positive(path, element, "size", size))
+            size = triple(element, "size", "")
+            return Box(_all_positive(element, "size", size))
         case "sphere":
-            return Sphere(positive(path, element, "radius"))
+            return Sphere(positive(element, "radius"))
         case "cylinder":
-            return Cylinder(positive(path, element, "radius"), positive(path, element, "length"))
+            return Cylinder(positive(element, "radius"), positive(element, "length"))
         case "capsule":
-            return Capsule(positive(path, element, "radius"), positive(path, element, "length"))
+            return Capsule(positive(element, "radius"), positive(element, "length"))
         case "ellipsoid":
-            radii = triple(path, element, "radii", "")
-            return Ellipsoid(_all_positive(path, element, "radii", radii))
+            radii = triple(element, "radii", "")
+            return Ellipsoid(_all_positive(element, "radii", radii))
         case "mesh":
             return _mesh(path, element, what, finder)
     remarks.add(
@@ -130,47 +129,47 @@ def _shape(
 def _mesh(path: Path, element: Element, what: str, finder: PackageFinder) -> Mesh:
     """Return a mesh, found or not."""
     uri = element.get("filename", "") or element.get("uri", "")
-    scale = numbers(path, element, "scale", "1 1 1")
+    scale = numbers(element, "scale", "1 1 1")
     if len(scale) == 1:  # not in the specification, but accepted by all parsers of ROS
         scale *= 3
     if len(scale) != 3 or 0.0 in scale:
         raise WorkbenchError(
-            f"{place(path, element)}: {what} has a mesh with the scale "
+            f"{place(element)}: {what} has a mesh with the scale "
             f"'{shortened(element.get('scale', ''))}': give it three numbers, none 0"
         )
     return Mesh(uri, finder.resolve(uri, path) if uri else None, (scale[0], scale[1], scale[2]))
 
 
 def _all_positive(
-    path: Path, element: Element, attribute: str, values: tuple[float, float, float]
+    element: Element, attribute: str, values: tuple[float, float, float]
 ) -> tuple[float, float, float]:
     if min(values) <= 0.0:
         raise WorkbenchError(
-            f"{place(path, element)}: <{element.tag} {attribute}='{element.get(attribute)}'>: "
+            f"{place(element)}: <{element.tag} {attribute}='{element.get(attribute)}'>: "
             "give it positive numbers"
         )
     return values
 
 
-def _colour(path: Path, visual: Element, colours: Mapping[str, Colour]) -> Colour | None:
+def _colour(visual: Element, colours: Mapping[str, Colour]) -> Colour | None:
     """Return the colour of a visual, or that of its named material, or None."""
     material = visual.find("material")
     if not isinstance(material, Element):
         return None
-    return _rgba(path, material) or colours.get(material.get("name", ""))
+    return _rgba(material) or colours.get(material.get("name", ""))
 
 
-def _rgba(path: Path, material: Element) -> Colour | None:
+def _rgba(material: Element) -> Colour | None:
     """Return the colour in a material, or None."""
     colour = material.find("color")
     if not isinstance(colour, Element):
         return None
-    values = numbers(path, colour, "rgba", "")
+    values = numbers(colour, "rgba", "")
     if len(values) == 3:
         values = (*values, 1.0)
     if len(values) != 4:
         raise WorkbenchError(
-            f"{place(path, colour)}: <color rgba='{shortened(colour.get('rgba', ''))}'>: "
+            f"{place(colour)}: <color rgba='{shortened(colour.get('rgba', ''))}'>: "
             "give it four numbers"
         )
     r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
@@ -256,16 +255,16 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
     note_unknown(path, robot, remarks)
     elements = _children(robot, "link")
     joint_elements = _children(robot, "joint")
-    _refuse_twins(path, [*elements])
-    _refuse_twins(path, [*joint_elements])
-    links = [_name(path, element) for element in elements]
-    ends = [(_end(path, j, "parent", links), _end(path, j, "child", links)) for j in joint_elements]
+    _refuse_twins([*elements])
+    _refuse_twins([*joint_elements])
+    links = [_name(element) for element in elements]
+    ends = [(_end(j, "parent", links), _end(j, "child", links)) for j in joint_elements]
     X_ML = link_poses(
         path,
         links,
-        [(*pair, origin(path, j)) for pair, j in zip(ends, joint_elements, strict=True)],
+        [(*pair, origin(j)) for pair, j in zip(ends, joint_elements, strict=True)],
     )
-    colours = read_colours(path, robot)
+    colours = read_colours(robot)
     return Model(
         source=path,
         name=robot.get("name") or path.name.partition(".")[0],
@@ -273,22 +272,20 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
             Link(
                 name=name,
                 X_ML=X_ML[name],
-                inertial=_inertial(path, element),
+                inertial=_inertial(element),
                 visuals=tuple(read_shapes(path, element, "visual", colours, finder, remarks)),
                 collisions=tuple(read_shapes(path, element, "collision", colours, finder, remarks)),
             )
             for name, element in zip(links, elements, strict=True)
         ),
         joints=tuple(
-            _joint(path, element, *pair, X_ML[pair[1]])
+            _joint(element, *pair, X_ML[pair[1]])
             for element, pair in zip(joint_elements, ends, strict=True)
         ),
         frames=(),
         sensors=tuple(_sensors(path, robot, links, remarks)),
         plugins=tuple(
-            DeclaredPlugin(path, plugin)
-            for block in _children(robot, "gazebo")
-            for plugin in _children(block, "plugin")
+            plugin for block in _children(robot, "gazebo") for plugin in _children(block, "plugin")
         ),
         properties=tuple(
             (key, value)
@@ -303,10 +300,10 @@ def _children(element: Element, tag: str) -> list[Element]:
     return [child for child in element if isinstance(child, Element) and child.tag == tag]
 
 
-def _name(path: Path, element: Element) -> str:
+def _name(element: Element) -> str:
     name = element.get("name", "")
     if not name:
-        raise WorkbenchError(f"{place(path, element)}: <{element.tag}> without a name: add it")
+        raise WorkbenchError(f"{place(element)}: <{element.tag}> without a name: add it")
     return name
 
 
@@ -315,32 +312,32 @@ def _short(element: Element) -> str:
     return shortened(element.get("name", ""))
 
 
-def _refuse_twins(path: Path, elements: list[Element]) -> None:
+def _refuse_twins(elements: list[Element]) -> None:
     """Reject two links or joints with one name."""
     seen: dict[str, Element] = {}
     for element in elements:
-        name = _name(path, element)
+        name = _name(element)
         if name in seen:
             raise WorkbenchError(
-                f"{place(path, element)}: there are two {element.tag}s named "
+                f"{place(element)}: there are two {element.tag}s named "
                 f"'{shortened(name)}': rename one"
             )
         seen[name] = element
 
 
-def _end(path: Path, joint: Element, end: str, links: list[str]) -> str:
+def _end(joint: Element, end: str, links: list[str]) -> str:
     """Return the parent or child link of a joint."""
     element = joint.find(end)
     link = "" if element is None else element.get("link", "")
     if link not in links:
         raise WorkbenchError(
-            f"{place(path, joint)}: joint '{_short(joint)}' has the {end} link "
+            f"{place(joint)}: joint '{_short(joint)}' has the {end} link "
             f"'{shortened(link)}', which is not there: links are {listed(links)}"
         )
     return link
 
 
-def _inertial(path: Path, link: Element) -> Inertial | None:
+def _inertial(link: Element) -> Inertial | None:
     """Return mass and inertia of a link."""
     element = link.find("inertial")
     if not isinstance(element, Element):
@@ -348,36 +345,34 @@ def _inertial(path: Path, link: Element) -> Inertial | None:
     mass, inertia = element.find("mass"), element.find("inertia")
     if not isinstance(mass, Element):
         raise WorkbenchError(
-            f"{place(path, element)}: link '{_short(link)}' has an <inertial> without <mass>: "
-            "add it"
+            f"{place(element)}: link '{_short(link)}' has an <inertial> without <mass>: add it"
         )
     if not isinstance(inertia, Element):
         inertia = Element("inertia")
     xx, yy, zz, xy, xz, yz = (
-        number(path, inertia, name, "0") for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        number(inertia, name, "0") for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
     )
     return Inertial(
-        mass=number(path, mass, "value"),
-        X_LI=origin(path, element),
+        mass=number(mass, "value"),
+        X_LI=origin(element),
         moments=(xx, yy, zz),
         products=(xy, xz, yz),
     )
 
 
-def _joint(path: Path, element: Element, parent: str, child: str, X_MJ: RigidTransform) -> Joint:
+def _joint(element: Element, parent: str, child: str, X_MJ: RigidTransform) -> Joint:
     """Return a joint; its frame is that of the child link."""
     axis = element.find("axis")
-    x, y, z = triple(path, axis, "xyz", "1 0 0") if isinstance(axis, Element) else (1.0, 0.0, 0.0)
+    x, y, z = triple(axis, "xyz", "1 0 0") if isinstance(axis, Element) else (1.0, 0.0, 0.0)
     length = float(np.linalg.norm((x, y, z)))
     if length < 1e-9 and element.get("type") == "fixed":  # a fixed joint has no axis
         x, y, z, length = 0.0, 0.0, 1.0, 1.0
     if length < 1e-9:
         raise WorkbenchError(
-            f"{place(path, element)}: joint '{_short(element)}' has the axis 0 0 0: "
-            "give it a direction"
+            f"{place(element)}: joint '{_short(element)}' has the axis 0 0 0: give it a direction"
         )
     return Joint(
-        name=_name(path, element),
+        name=_name(element),
         kind=element.get("type", ""),
         parent=parent,
         child=child,
@@ -395,7 +390,7 @@ def _sensors(
         for sensor in _children(block, "sensor"):
             if link in links:
                 X_LS = pose(Node(sensor, path, FRAME_SEMANTICS, "", "").child("pose"))
-                yield DeclaredSensor(path, link, X_LS, sensor)
+                yield DeclaredSensor(link, X_LS, sensor)
             else:
                 remarks.add(
                     "ignored",

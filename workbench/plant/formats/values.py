@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -14,7 +13,7 @@ LARGEST = 1e6
 """Limit of the lengths, masses and moments of a drone, in their units."""
 
 
-def numbers(path: Path, element: Element, attribute: str, default: str) -> tuple[float, ...]:
+def numbers(element: Element, attribute: str, default: str) -> tuple[float, ...]:
     """Return the numbers in an attribute.
 
     Raises:
@@ -27,62 +26,59 @@ def numbers(path: Path, element: Element, attribute: str, default: str) -> tuple
         found = (math.nan,)
     if not all(abs(number) <= LARGEST for number in found):
         raise WorkbenchError(
-            f"{place(path, element)}: <{element.tag} {attribute}='{shortened(text)}'>: "
+            f"{place(element)}: <{element.tag} {attribute}='{shortened(text)}'>: "
             f"give it numbers within ±{LARGEST:g}"
         )
     return found
 
 
-def number(path: Path, element: Element, attribute: str, default: str | None = None) -> float:
+def number(element: Element, attribute: str, default: str | None = None) -> float:
     """Return the number in an attribute.
 
     Raises:
         WorkbenchError: naming the element, if it is missing or not one number.
     """
     if default is None and attribute not in element.attrib:
-        raise WorkbenchError(f"{place(path, element)}: <{element.tag}> without {attribute}: add it")
-    found = numbers(path, element, attribute, default or "")
+        raise WorkbenchError(f"{place(element)}: <{element.tag}> without {attribute}: add it")
+    found = numbers(element, attribute, default or "")
     if len(found) != 1:
-        raise _count(path, element, attribute, 1)
+        raise _count(element, attribute, 1)
     return found[0]
 
 
-def positive(path: Path, element: Element, attribute: str) -> float:
+def positive(element: Element, attribute: str) -> float:
     """Return the positive number in an attribute.
 
     Raises:
         WorkbenchError: naming the element, if it is not positive.
     """
-    found = number(path, element, attribute)
+    found = number(element, attribute)
     if found <= 0.0:
         raise WorkbenchError(
-            f"{place(path, element)}: <{element.tag} {attribute}='{found:g}'>: "
-            "give it a positive number"
+            f"{place(element)}: <{element.tag} {attribute}='{found:g}'>: give it a positive number"
         )
     return found
 
 
-def triple(
-    path: Path, element: Element, attribute: str, default: str
-) -> tuple[float, float, float]:
+def triple(element: Element, attribute: str, default: str) -> tuple[float, float, float]:
     """Return the three numbers in an attribute.
 
     Raises:
         WorkbenchError: naming the element, if there are more or fewer.
     """
-    found = numbers(path, element, attribute, default)
+    found = numbers(element, attribute, default)
     if len(found) != 3:
-        raise _count(path, element, attribute, 3)
+        raise _count(element, attribute, 3)
     return (found[0], found[1], found[2])
 
 
-def origin(path: Path, element: Element) -> RigidTransform:
+def origin(element: Element) -> RigidTransform:
     """Return the pose in the `<origin xyz rpy>` of an element; the identity without one."""
     found = element.find("origin")
     if not isinstance(found, Element):
         return RigidTransform()
-    xyz = triple(path, found, "xyz", "0 0 0")
-    rpy = triple(path, found, "rpy", "0 0 0")
+    xyz = triple(found, "xyz", "0 0 0")
+    rpy = triple(found, "rpy", "0 0 0")
     return RigidTransform(RollPitchYaw(np.array(rpy)), np.array(xyz))
 
 
@@ -98,9 +94,9 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(map(shortened, names[:12])) + more
 
 
-def _count(path: Path, element: Element, attribute: str, count: int) -> WorkbenchError:
+def _count(element: Element, attribute: str, count: int) -> WorkbenchError:
     text = shortened(element.get(attribute, ""))
     return WorkbenchError(
-        f"{place(path, element)}: <{element.tag} {attribute}='{text}'>: give it {count} "
+        f"{place(element)}: <{element.tag} {attribute}='{text}'>: give it {count} "
         f"{'number' if count == 1 else 'numbers'}"
     )

@@ -1,5 +1,6 @@
 """Read untrusted XML with line numbers, and limits of size and depth, without entities."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
@@ -15,13 +16,20 @@ _OWNERS = ("link", "joint", "plugin", "sensor")
 
 
 class Element(ET.Element):
-    """An element with its line in the file, or 0.
+    """An element with its file, and its line in it, or 0.
 
     In a text made from a file, it has the name of the part that it belongs to instead.
     """
 
+    file: Path = Path()
     line: int = 0
     owner: str = ""
+
+    def like(self, attributes: Mapping[str, str]) -> "Element":
+        """Return an element with this tag and place, other attributes, and no children."""
+        made = Element(self.tag, dict(attributes))
+        made.file, made.line, made.owner = self.file, self.line, self.owner
+        return made
 
 
 def read_xml(path: Path) -> Element:
@@ -113,6 +121,7 @@ class _Reader:
             raise self._fault(f"there are more than {MOST_ELEMENTS} elements")
         element = self._builder.start(tag, attributes)
         assert isinstance(element, Element)
+        element.file = self._path
         element.line = self._line if self._lines else 0
 
     def _end(self, tag: str) -> None:
@@ -127,9 +136,9 @@ class _Reader:
         return WorkbenchError(f"{where}: {what}")
 
 
-def place(path: Path, element: ET.Element) -> str:
+def place(element: ET.Element) -> str:
     """Return file and line of an element, or its part, for the beginning of a message."""
-    line, owner = getattr(element, "line", 0), getattr(element, "owner", "")
-    if line:
-        return f"{path}:{line}"
-    return f"{path}: {owner}" if owner else f"{path}"
+    assert isinstance(element, Element)
+    if element.line:
+        return f"{element.file}:{element.line}"
+    return f"{element.file}: {element.owner}" if element.owner else f"{element.file}"

@@ -11,8 +11,9 @@ from itertools import count
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.block import Block
 from workbench.plant.formats.values import shortened
+from workbench.plant.formats.xml import Element
 from workbench.plant.gravity import GRAVITY
-from workbench.plant.model import DeclaredPlugin, Joint, Link, Model
+from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.motor_constants import (
     CONSTANTS,
@@ -60,20 +61,18 @@ class _Named:
     mount: Mount
 
 
-def is_velocity_plugin(plugin: DeclaredPlugin) -> bool:
+def is_velocity_plugin(plugin: Element) -> bool:
     """Return whether a plugin is that of the paper, by its file name and numbered joints."""
-    return _FILE in plugin.element.get("filename", "").lower() and bool(_numbers(plugin))
+    return _FILE in plugin.get("filename", "").lower() and bool(_numbers(plugin))
 
 
-def velocity_plugin_joints(plugin: DeclaredPlugin) -> list[str]:
+def velocity_plugin_joints(plugin: Element) -> list[str]:
     """Return the names of the joints in the block."""
-    return [
-        (plugin.element.findtext(f"joint{number}") or "").strip() for number in _numbers(plugin)
-    ]
+    return [(plugin.findtext(f"joint{number}") or "").strip() for number in _numbers(plugin)]
 
 
 def read_velocity_plugin(
-    model: Model, plugin: DeclaredPlugin, base_link: str, remarks: Remarks
+    model: Model, plugin: Element, base_link: str, remarks: Remarks
 ) -> tuple[Rotor, ...]:
     """Return the rotors named in the block, by number.
 
@@ -90,7 +89,7 @@ def read_velocity_plugin(
     Raises:
         WorkbenchError: with file and line, for a missing joint or link, or an invalid tag.
     """
-    tags = Block(plugin.file, _VELOCITY_KIND, plugin.element)
+    tags = Block(_VELOCITY_KIND, plugin)
     numbers = _numbers(plugin)
     refuse_crowd(plugin.file, len(numbers))
     named = [_named(tags, number, model, base_link, remarks) for number in numbers]
@@ -123,9 +122,9 @@ def read_velocity_plugin(
     )
 
 
-def _numbers(plugin: DeclaredPlugin) -> list[str]:
+def _numbers(plugin: Element) -> list[str]:
     """Return the numbers in all jointN and linkN, as written, in order."""
-    matches = (_NUMBERED.fullmatch(str(child.tag)) for child in plugin.element)
+    matches = (_NUMBERED.fullmatch(str(child.tag)) for child in plugin)
     return sorted({match[1] for match in matches if match}, key=lambda text: (int(text), text))
 
 
@@ -188,10 +187,10 @@ def _places_around(named: list[_Named]) -> list[int]:
     return [order.index(i) for i in range(len(named))]
 
 
-def is_motor_plugin(plugin: DeclaredPlugin) -> bool:
+def is_motor_plugin(plugin: Element) -> bool:
     """Return whether a plugin is a motor model, by its file or class name."""
-    return plugin.element.get("name", "").strip().endswith(_CLASS) or any(
-        file in plugin.element.get("filename", "") for file in _FILES
+    return plugin.get("name", "").strip().endswith(_CLASS) or any(
+        file in plugin.get("filename", "") for file in _FILES
     )
 
 
@@ -216,7 +215,7 @@ def read_motor_plugins(model: Model, base_link: str, remarks: Remarks) -> tuple[
     numbered: dict[int, Rotor] = {}
     unnumbered: list[Rotor] = []
     for plugin in turning:
-        tags = Block(plugin.file, _MOTOR_KIND, plugin.element)
+        tags = Block(_MOTOR_KIND, plugin)
         rotor = _read(tags, model, base_link, remarks)
         if any(rotor.joint == other.joint for other in (*numbered.values(), *unnumbered)):
             raise WorkbenchError(
@@ -241,12 +240,12 @@ def read_motor_plugins(model: Model, base_link: str, remarks: Remarks) -> tuple[
     return tuple(numbered[number] for number in sorted(numbered))
 
 
-def _turns_a_rotor(plugin: DeclaredPlugin, remarks: Remarks) -> bool:
+def _turns_a_rotor(plugin: Element, remarks: Remarks) -> bool:
     """Return whether a motor model has the type velocity; add a remark if not."""
-    kind = (plugin.element.findtext("motorType") or "").strip()
+    kind = (plugin.findtext("motorType") or "").strip()
     if kind in ("", "velocity"):
         return True
-    joint = shortened(plugin.element.findtext("jointName") or "")
+    joint = shortened(plugin.findtext("jointName") or "")
     text = f"its motorType is {shortened(kind)}; not used, a rotor has velocity"
     remarks.add("ignored", plugin.file, f"motor model of '{joint}'", text)
     return False

@@ -215,8 +215,8 @@ def without_planes(link: Node, poses: Poses, remarks: Remarks) -> Node:
             remarks.add("ignored", part.file, f"{part.title} of link '{link.full_name}'", text)
     if not left_out:
         return link
-    kept = Element(link.element.tag, link.element.attrib)
-    kept.line, kept.text = link.element.line, link.element.text
+    kept = link.element.like(link.element.attrib)
+    kept.text = link.element.text
     kept.extend(child for child in link.element if child not in left_out)
     return dataclasses.replace(link, element=kept)
 
