@@ -16,6 +16,8 @@ from workbench.control.controller import PROGRAMS, SHIPPED
 from workbench.gui.screen_table import SCREENS
 
 RECENT = "Recent &files"
+REPEATED = ("step", "undo", "redo")
+"""Actions that a held key repeats."""
 AFTER = "open_log"
 """Name of the action above the recent files."""
 
@@ -47,11 +49,11 @@ def fill_menus(bar: QMenuBar, actions: Mapping[str, QAction]) -> dict[str, QMenu
 
 @dataclass(frozen=True)
 class ActionRow:
-    """An action that is available anywhere in the app.
+    """An action with its words, key and place.
 
     Attributes:
         name: unique name.
-        menu: its menu.
+        menu: its menu in the menu bar, "" for one of a screen.
         text: its text in the menu, with the mnemonic.
         help: what it does, as a sentence.
         shortcut: key sequence as Qt writes it, "" without one.
@@ -294,16 +296,21 @@ ACTIONS: tuple[ActionRow, ...] = (
 
 
 def make_actions(
-    parent: QWidget, handlers: Mapping[str, Callable[[], object]]
+    parent: QWidget,
+    handlers: Mapping[str, Callable[[], object]],
+    rows: Iterable[ActionRow] = ACTIONS,
+    context: Qt.ShortcutContext = Qt.ShortcutContext.ApplicationShortcut,
 ) -> dict[str, QAction]:
-    """Return an action for each row of the table, by name.
+    """Return an action for each row of a table, by name.
 
     Args:
-        parent: window in which the shortcuts work.
+        parent: widget that gets the actions.
         handlers: what each action calls, by name.
+        rows: the table.
+        context: where the shortcuts work.
     """
     made = {}
-    for row in ACTIONS:
+    for row in rows:
         action = QAction(row.text, parent)
         action.setObjectName(row.name)
         action.setIconText(row.button or row.label)
@@ -312,8 +319,8 @@ def make_actions(
         action.setStatusTip(row.help)
         if row.shortcut:
             action.setShortcut(QKeySequence(row.shortcut))
-            action.setShortcutContext(Qt.ShortcutContext.ApplicationShortcut)
-            action.setAutoRepeat(row.name == "step")
+            action.setShortcutContext(context)
+            action.setAutoRepeat(row.name in REPEATED)
         handler = handlers[row.name]
         action.triggered.connect(lambda _checked, handler=handler: handler())
         parent.addAction(action)

@@ -15,15 +15,13 @@ from PyQt6.QtWidgets import (
     QLabel,
     QScrollArea,
     QTextBrowser,
-    QVBoxLayout,
     QWidget,
 )
 
 from workbench.common.resources import docs_dir
 from workbench.gui.actions import MENUS, rows_of
 from workbench.gui.gains.profile_bar import PROFILE_ACTIONS
-from workbench.gui.layout import NO_MARGINS, hbox, vbox
-from workbench.gui.style import dressed
+from workbench.gui.layout import NO_MARGINS, grid, hbox, label, vbox
 
 SIZE = (860, 640)
 """Size of the window [px]."""
@@ -482,7 +480,7 @@ def keys_page(parent: QWidget | None = None) -> QDialog:
         [(menu.replace("&", ""), _keys_of(menu)) for menu in MENUS],
         [("Tuning", _tuning_keys())],
     ):
-        column = QVBoxLayout()
+        column = vbox()
         for heading, keys in tables:
             if keys:
                 column.addLayout(_table(heading, keys))
@@ -512,9 +510,8 @@ def about_page(parent: QWidget | None = None) -> QDialog:
     """
     dialog = QDialog(parent)
     dialog.setWindowTitle("About")
-    words = QLabel(ABOUT)
+    words = label(ABOUT, wraps=True)
     words.setTextFormat(Qt.TextFormat.RichText)
-    words.setWordWrap(True)
     words.setMinimumWidth(380)
     vbox(words, _close_button(dialog), of=dialog, margins=(22, 18, 22, 14))
     return dialog
@@ -522,21 +519,16 @@ def about_page(parent: QWidget | None = None) -> QDialog:
 
 def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:
     """Return keys and their actions in two columns."""
-    grid = QGridLayout()
-    grid.setHorizontalSpacing(16)
-    grid.setVerticalSpacing(3)
-    title = dressed(QLabel(heading), "heading")
-    grid.addWidget(title, 0, 0, 1, 2)
+    made = grid(spacing=(16, 3), stretches=(0, 1))
+    made.addWidget(label(heading, "heading"), 0, 0, 1, 2)
     for at, (shortcut, help) in enumerate(keys, start=1):
-        grid.addWidget(_key(shortcut), at, 0, Qt.AlignmentFlag.AlignTop)
-        words = QLabel(help)
-        words.setWordWrap(True)
+        made.addWidget(_key(shortcut), at, 0, Qt.AlignmentFlag.AlignTop)
+        words = label(help, wraps=True)
         words.setFixedWidth(WORDS)
         words.setMinimumHeight(words.heightForWidth(WORDS))
-        grid.addWidget(words, at, 1)
-    grid.setColumnMinimumWidth(0, QLabel(LONGEST_KEY).sizeHint().width())
-    grid.setColumnStretch(1, 1)
-    return grid
+        made.addWidget(words, at, 1)
+    made.setColumnMinimumWidth(0, QLabel(LONGEST_KEY).sizeHint().width())
+    return made
 
 
 def _keys_of(menu: str) -> list[tuple[str, str]]:

@@ -6,7 +6,7 @@ It holds a number in SI and shows it in a unit. A point or a comma separates the
 import math
 import re
 
-from PyQt6.QtCore import QLocale, QPoint, Qt, pyqtSignal
+from PyQt6.QtCore import QLocale, QPoint, QSignalBlocker, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QValidator, QWheelEvent
 from PyQt6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
@@ -146,12 +146,11 @@ class NumberField(QDoubleSpinBox):
         kept = self.si
         self._unit, self._least = unit, least
         low, high = unit.shown(minimum), unit.shown(maximum)
-        self.blockSignals(True)
-        self.setRange(low, high)
-        glue = "" if unit.symbol in ("", "°", "%") else " "
-        self.setSuffix(f"{glue}{unit.symbol}")
-        self.setValue(unit.shown(kept))
-        self.blockSignals(False)
+        with QSignalBlocker(self):
+            self.setRange(low, high)
+            glue = "" if unit.symbol in ("", "°", "%") else " "
+            self.setSuffix(f"{glue}{unit.symbol}")
+            self.setValue(unit.shown(kept))
         name = f"{self._label}, {self._limits()}"
         if name != self.accessibleName():
             self.setAccessibleName(name)
@@ -168,9 +167,8 @@ class NumberField(QDoubleSpinBox):
             return
         self._si = value
         self._accept()
-        blocked = self.blockSignals(True)
-        self.setValue(shown)
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            self.setValue(shown)
 
     def setToolTip(self, text: str | None) -> None:
         """Set the tooltip, which is shown while the text is valid."""

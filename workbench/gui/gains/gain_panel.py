@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import QSignalBlocker, Qt
 from PyQt6.QtGui import QKeyEvent, QKeySequence, QShortcut, QShowEvent
 from PyQt6.QtWidgets import (
     QCheckBox,
@@ -290,9 +290,8 @@ class GainPanel(QWidget):
             self._make_rows()
         elif self._start is not self._editor.start:
             self._show_start()
-        self.linked.blockSignals(True)
-        self.linked.setChecked(self._editor.linked)
-        self.linked.blockSignals(False)
+        with QSignalBlocker(self.linked):
+            self.linked.setChecked(self._editor.linked)
         self._show_values(self.rows)
 
     def _show_values(self, names: Iterable[str]) -> None:

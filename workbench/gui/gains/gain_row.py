@@ -4,7 +4,7 @@ import math
 from enum import Enum
 from functools import partial
 
-from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import (
     QKeyEvent,
     QKeySequence,
@@ -16,11 +16,11 @@ from PyQt6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PyQt6.QtWidgets import QAbstractSpinBox, QGridLayout, QSlider, QWidget
+from PyQt6.QtWidgets import QAbstractSpinBox, QSlider, QWidget
 
 from workbench.gui.gains.gain_editor import GainEditor, Mark
 from workbench.gui.gains.gain_rows import partner
-from workbench.gui.layout import ElidedLabel, label, tool_button
+from workbench.gui.layout import NO_MARGINS, ElidedLabel, grid, label, tool_button
 from workbench.gui.number_field import NumberField
 from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look
@@ -223,9 +223,8 @@ class GainSlider(QSlider):
         if places == (self._place, self._flown):
             return
         self._place, self._flown = places
-        blocked = self.blockSignals(True)
-        self.setValue(round(self._place * SLIDER_PLACES))
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            self.setValue(round(self._place * SLIDER_PLACES))
         self.update()
 
     def show_start(self, value: float) -> None:
@@ -656,10 +655,6 @@ class GainRow(QWidget):
         self.field.setFixedWidth(round(FIELD_WIDTH * digit))
         self.mark.setFixedWidth(round(MARK_WIDTH * digit))
         self.mark.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(GAP)
-        grid.setVerticalSpacing(1)
         self.own_name.setText(self.row.name)
         self.own_name.setFixedWidth(round(OWN_NAME_WIDTHS[0] * digit))
         parts = (
@@ -671,10 +666,8 @@ class GainRow(QWidget):
             self.mark,
             self.reset,
         )
-        for column, part in enumerate(parts):
-            grid.addWidget(part, 0, column)
-        grid.addWidget(self.error, 1, 0, 1, len(parts))
-        grid.setColumnStretch(2, 1)
+        box = grid(parts, of=self, margins=NO_MARGINS, spacing=(GAP, 1), stretches=(0, 0, 1))
+        box.addWidget(self.error, 1, 0, 1, len(parts))
         self._share_width()
 
 

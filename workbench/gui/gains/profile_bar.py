@@ -1,12 +1,10 @@
 """The bar above the gains: the profile, its state, undo, slots, and files."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QAction, QKeySequence
 from PyQt6.QtWidgets import (
     QCheckBox,
     QFrame,
@@ -19,6 +17,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.control.schedule import QUANTITIES
 from workbench.gains.gains import GainChange
+from workbench.gui.actions import ActionRow, make_actions
 from workbench.gui.file_dialogs import clipboard, open_file, save_file
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
 from workbench.gui.gains.profiles import OWN, GainProfiles, ProfileDiff, percent_text
@@ -147,84 +146,75 @@ class ProfileDiffView(QFrame):
         self._profiles.take([name for name, tick in self.ticks.items() if tick.isChecked()])
 
 
-@dataclass(frozen=True)
-class ProfileAction:
-    """An action with a key.
-
-    Attributes:
-        name: unique name.
-        text: text on its button or in its menu, with the mnemonic.
-        shortcut: as Qt writes it.
-        help: what it does, as a sentence.
-    """
-
-    name: str
-    text: str
-    shortcut: str
-    help: str
-
-    @property
-    def tip(self) -> str:
-        """The tool tip of its button."""
-        return f"{self.help} ({self.shortcut})"
-
-
-PROFILE_ACTIONS: tuple[ProfileAction, ...] = (
-    ProfileAction(
-        "keep", "&Keep", "Ctrl+K", "Let the gains that fly be those that Revert brings back."
+PROFILE_ACTIONS: tuple[ActionRow, ...] = (
+    ActionRow(
+        "keep", "", "&Keep", "Let the gains that fly be those that Revert brings back.", "Ctrl+K"
     ),
-    ProfileAction(
-        "revert", "Re&vert", "Ctrl+Shift+K", "Fly the kept gains at once, whatever is the matter."
+    ActionRow(
+        "revert",
+        "",
+        "Re&vert",
+        "Fly the kept gains at once, whatever is the matter.",
+        "Ctrl+Shift+K",
     ),
-    ProfileAction("undo", "↶", "Ctrl+Z", "Take the last change back."),
-    ProfileAction("redo", "↷", "Ctrl+Shift+Z", "Make the change again that was taken back."),
+    ActionRow("undo", "", "↶", "Take the last change back.", "Ctrl+Z"),
+    ActionRow("redo", "", "↷", "Make the change again that was taken back.", "Ctrl+Shift+Z"),
     *(
-        ProfileAction(
+        ActionRow(
             f"compare_{slot}",
+            "",
             slot,
-            f"F{number}",
             f"Fly the gains of slot {slot}; again, go back. An empty slot takes those shown.",
+            f"F{number}",
         )
         for number, slot in enumerate(SLOTS, start=2)
     ),
     *(
-        ProfileAction(
+        ActionRow(
             f"store_{slot}",
+            "",
             f"Store in slot &{slot}",
-            f"Shift+F{number}",
             f"Store the gains that are shown in slot {slot}.",
+            f"Shift+F{number}",
         )
         for number, slot in enumerate(SLOTS, start=2)
     ),
-    ProfileAction(
-        "load", "&Load...", "Ctrl+Shift+L", "Choose lines of a gain file; none flies before."
+    ActionRow(
+        "load", "", "&Load...", "Choose lines of a gain file; none flies before.", "Ctrl+Shift+L"
     ),
-    ProfileAction(
-        "own", "&Model's own...", "Ctrl+Shift+M", "Choose lines of the gains the model came with."
+    ActionRow(
+        "own",
+        "",
+        "&Model's own...",
+        "Choose lines of the gains the model came with.",
+        "Ctrl+Shift+M",
     ),
-    ProfileAction("save", "&Save...", "Ctrl+S", "Write what flies to a gain file."),
-    ProfileAction(
-        "copy", "&Copy YAML", "Ctrl+Shift+C", "Copy what flies as the text of a gain file."
+    ActionRow("save", "", "&Save...", "Write what flies to a gain file.", "Ctrl+S"),
+    ActionRow(
+        "copy", "", "&Copy YAML", "Copy what flies as the text of a gain file.", "Ctrl+Shift+C"
     ),
-    ProfileAction(
+    ActionRow(
         "import",
+        "",
         "&Import from autopilot...",
-        "Ctrl+Shift+I",
         "Choose lines of an autopilot's file of parameters; none flies before.",
+        "Ctrl+Shift+I",
     ),
-    ProfileAction(
+    ActionRow(
         "export",
+        "",
         "&Export to autopilot...",
-        "Ctrl+Shift+E",
         "Write what flies to an autopilot's file, line by line; all else in it stays.",
+        "Ctrl+Shift+E",
     ),
-    ProfileAction(
+    ActionRow(
         "schedule",
+        "",
         "Sc&hedule...",
-        "Ctrl+Shift+H",
         "Have a set of gains at each of some speeds, heights, payloads or voltages.",
+        "Ctrl+Shift+H",
     ),
-    ProfileAction("paste", "&Paste YAML...", "Ctrl+Shift+V", "Choose lines of a gain file's text."),
+    ActionRow("paste", "", "&Paste YAML...", "Choose lines of a gain file's text.", "Ctrl+Shift+V"),
 )
 
 
@@ -249,7 +239,8 @@ class ProfileBar(QWidget):
         self.setAccessibleName("Profile of gains")
         self.setStyleSheet(COMPACT)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
-        self.actions_by_name = self._make_actions()
+        window = Qt.ShortcutContext.WindowShortcut
+        self.actions_by_name = make_actions(self, self._handlers(), PROFILE_ACTIONS, window)
         self.buttons: dict[str, QToolButton] = {}
         self._said: dict[str, str] = {}
         self.name = label()
@@ -305,20 +296,6 @@ class ProfileBar(QWidget):
         shortcut = self.actions_by_name[name].shortcut().toString()
         self.buttons[name].setToolTip(f"{said} ({shortcut})")
         self.buttons[name].setAccessibleName(said.strip())
-
-    def _make_actions(self) -> dict[str, QAction]:
-        handlers = self._handlers()
-        made = {}
-        for row in PROFILE_ACTIONS:
-            action = QAction(row.text, self)
-            action.setShortcut(QKeySequence(row.shortcut))
-            action.setToolTip(row.tip)
-            action.setStatusTip(row.help)
-            action.setAutoRepeat(row.name in ("undo", "redo"))
-            action.triggered.connect(lambda _checked, handler=handlers[row.name]: handler())
-            self.addAction(action)
-            made[row.name] = action
-        return made
 
     def _handlers(self) -> dict[str, Callable[[], None]]:
         editor, profiles = self._editor, self._profiles

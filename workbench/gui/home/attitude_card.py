@@ -12,7 +12,7 @@ from workbench.gui.home.cards import Card, beside, put
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.heading import heading_of, mark_text, point_of
 from workbench.gui.instruments.instrument import Instrument
-from workbench.gui.instruments.readout import Line, Readout
+from workbench.gui.instruments.readout import Line
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Snapshot
@@ -443,23 +443,13 @@ class AttitudeCard(Card):
         super().__init__(look, units, parent)
         self.indicator = AttitudeIndicator(look, self)
         self.tape = HeadingTape(look, self)
-        self.table = Readout(
-            look,
-            "Angles",
-            [Line(label) for label in LABELS],
-            widest="\N{MINUS SIGN}888.8",
-            parent=self,
-        )
+        self.table = self.make_table("Angles", widest="\N{MINUS SIGN}888.8")
         self.parts = [self.indicator, self.tape, self.table]
-        self.use_units(units)
         self.set_note("+ right side down, + nose down")
 
-    def use_units(self, units: ShownUnits) -> None:
-        """Show units and numbers."""
-        super().use_units(units)
-        for index, label in enumerate(LABELS[:3]):
-            self.table.set_line(index, Line(label, units.angle.unit.symbol))
-        self.table.set_line(3, Line(LABELS[3], "°"))
+    def lines(self, units: ShownUnits) -> Sequence[Line]:
+        """Return a line for each angle; a heading is always in degrees."""
+        return *(Line(label, units.angle.symbol) for label in LABELS[:3]), Line(LABELS[3], "°")
 
     def place_parts(self, body: QRectF) -> None:
         """Place the tape below dial and numbers."""

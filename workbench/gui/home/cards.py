@@ -16,7 +16,8 @@ from workbench.gui.home.sensor_state import Health, SensorState
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.heading import direction_of, point_of
-from workbench.gui.instruments.instrument import LEFT, RIGHT, Instrument, Sign, paint_sign
+from workbench.gui.instruments.instrument import LEFT, RIGHT, Hint, Instrument, Sign, paint_sign
+from workbench.gui.instruments.readout import WIDEST, Line, Readout
 from workbench.gui.theme import Look
 from workbench.live.announcer import LOW_CHARGE
 from workbench.live.messages import Phase
@@ -85,6 +86,7 @@ class Card(Instrument):
         explain(self, self.title)
         self.units = units
         self.parts: list[Instrument] = []
+        self._table: Readout | None = None
         self._note = ""
         self._sign: Sign | None = None
 
@@ -118,9 +120,28 @@ class Card(Instrument):
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Update numbers; called ten times a second."""
 
+    def lines(self, units: ShownUnits) -> Sequence[Line]:
+        """Return the lines of the card's table, if it has one, in some units."""
+        return ()
+
+    def make_table(self, name: str, columns: Sequence[str] = (), widest: str = WIDEST) -> Readout:
+        """Return a table of the card's `lines`, whose units follow; arguments as for `Readout`."""
+        lines = self.lines(self.units)
+        self._table = Readout(self.look, name, lines, columns, widest, self)
+        return self._table
+
+    def make_hint(self, name: str) -> Hint:
+        """Return a hidden hint, which is shown in place of a table without readings."""
+        hint = Hint(self.look, name, self)
+        hint.hide()
+        return hint
+
     def use_units(self, units: ShownUnits) -> None:
         """Show numbers in other units from now on."""
         self.units = units
+        if self._table is not None:
+            for index, line in enumerate(self.lines(units)):
+                self._table.set_line(index, line)
 
     def place_parts(self, body: QRectF) -> None:
         """Place the parts; by default each of them fills the card."""
@@ -146,13 +167,17 @@ class Card(Instrument):
 
     def paint_still(self, painter: QPainter) -> None:
         """Paint frame and title."""
+        self.paint_frame(painter)
+        painter.setFont(self.face(1.0, bold=True))
+        painter.setPen(self.colour("muted"))
+        painter.drawText(self._title_line, LEFT, self.title)
+
+    def paint_frame(self, painter: QPainter) -> None:
+        """Paint the frame."""
         painter.setPen(QPen(self.colour("line"), 1.0))
         painter.setBrush(self.colour("card"))
         corner = 0.5 * self.text_size
         painter.drawRoundedRect(self.area.adjusted(0.5, 0.5, -0.5, -0.5), corner, corner)
-        painter.setFont(self.face(1.0, bold=True))
-        painter.setPen(self.colour("muted"))
-        painter.drawText(self._title_line, LEFT, self.title)
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
         """Paint the note."""
@@ -506,10 +531,7 @@ class ClockCard(Card):
 
     def paint_still(self, painter: QPainter) -> None:
         """Paint the frame and the names of the times."""
-        painter.setPen(QPen(self.colour("line"), 1.0))
-        painter.setBrush(self.colour("card"))
-        corner = 0.5 * self.text_size
-        painter.drawRoundedRect(self.area.adjusted(0.5, 0.5, -0.5, -0.5), corner, corner)
+        self.paint_frame(painter)
         painter.setFont(self.face())
         painter.setPen(self.colour("muted"))
         painter.drawText(self._lower(self._left_half), LEFT, "Local time")

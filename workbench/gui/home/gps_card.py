@@ -17,14 +17,14 @@ from PyQt6.QtGui import (
     QShortcut,
     QWheelEvent,
 )
-from PyQt6.QtWidgets import QToolButton, QWidget
+from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.home.cards import Card, beside, put
 from workbench.gui.home.route import Route
 from workbench.gui.home.sensor_state import sensor_state
 from workbench.gui.home.shown_units import ShownUnits
-from workbench.gui.instruments.instrument import Hint, Instrument
+from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.instruments.map_frame import (
     LEAST,
     MARGIN,
@@ -33,9 +33,9 @@ from workbench.gui.instruments.map_frame import (
     SteadyFrame,
     round_reach,
 )
-from workbench.gui.instruments.readout import Line, Readout
+from workbench.gui.instruments.readout import Line
+from workbench.gui.layout import tool_button
 from workbench.gui.signals import Signals
-from workbench.gui.style import dressed
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 from workbench.plant.geodesy import geodetic
@@ -459,8 +459,8 @@ class GpsCard(Card):
         self._outlines: tuple[Outline, ...] = ()
         self.map = PathMap(look, self)
         self.map.say_place = self._say_place
-        self.go_to = dressed(QToolButton(self), "tight")
-        self.go_to.setText("Go to")
+        self.go_to = tool_button("Go to", kind="tight")
+        self.go_to.setParent(self)
         self.go_to.setCheckable(True)
         self.go_to.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self._escape = QShortcut(Qt.Key.Key_Escape, self, lambda: self.go_to.setChecked(False))
@@ -471,12 +471,9 @@ class GpsCard(Card):
         self.map.unwanted.connect(route.remove)
         route.changed.connect(self._show_points)
         self._bar(route.barred)
-        lines = [Line("Lat."), Line("Lon."), Line("Alt.", "m"), Line("Home", "m")]
-        self.table = Readout(look, "GPS", lines, widest="188.8888888", parent=self)
-        self.hint = Hint(look, "GPS", self)
-        self.hint.hide()
+        self.table = self.make_table("GPS", widest="188.8888888")
+        self.hint = self.make_hint("GPS")
         self.parts = [self.map, self.table, self.hint]
-        self.use_units(units)
 
     @property
     def spoken(self) -> str:
@@ -484,14 +481,10 @@ class GpsCard(Card):
         said = self.hint.spoken if self.hint.isVisibleTo(self) else self.table.spoken
         return f"{self.note}; {said}; {self.map.spoken}"
 
-    def use_units(self, units: ShownUnits) -> None:
-        """Show units and numbers."""
-        super().use_units(units)
-        symbol = units.place.unit.symbol
-        self.table.set_line(0, Line("Latitude", symbol))
-        self.table.set_line(1, Line("Longitude", symbol))
-        self.table.set_line(2, Line("Altitude", "m"))
-        self.table.set_line(3, Line("From home", "m"))
+    def lines(self, units: ShownUnits) -> Sequence[Line]:
+        """Return a line for each coordinate."""
+        place = [Line(label, units.place.symbol) for label in ("Latitude", "Longitude")]
+        return *place, Line("Altitude", "m"), Line("From home", "m")
 
     def place_parts(self, body: QRectF) -> None:
         """Place the map on the left, or above."""

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from PyQt6.QtCore import QRect, QRectF, QSize, Qt, QTimer
@@ -18,8 +18,7 @@ from workbench.gui.home.route import Route
 from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits, shown_units
 from workbench.gui.home.stream_watch import StreamWatch
-from workbench.gui.instruments.instrument import Hint
-from workbench.gui.instruments.readout import NOTHING, Line, Readout
+from workbench.gui.instruments.readout import NOTHING, Line
 from workbench.gui.layout import BAR, NO_MARGINS, vbox
 from workbench.gui.screens import Screen
 from workbench.gui.units import MICROTESLA
@@ -65,29 +64,32 @@ class MotionCard(Card):
 
     def __init__(self, *args: object) -> None:
         super().__init__(*args)  # type: ignore[arg-type]
-        lines = [Line("Displacement"), Line("Velocity"), Line("Acceleration")]
-        headings = ("x east", "y north", "z up", "total")
-        self.table = Readout(self.look, "Motion in W", lines, headings, parent=self)
+        self.table = self.make_table("Motion in W", ("x east", "y north", "z up", "total"))
         self.parts = [self.table]
-        self.use_units(self.units)
 
     @property
     def spoken(self) -> str:
         """The table as a sentence."""
         return f"in the world frame: {self.table.spoken}"
 
-    def use_units(self, units: ShownUnits) -> None:
-        """Show units and numbers."""
-        super().use_units(units)
-        self._rows = (units.length, units.speed, units.acceleration)
-        labels = ("Displacement", "Velocity", "Acceleration")
-        for index, (label, shown) in enumerate(zip(labels, self._rows, strict=True)):
-            self.table.set_line(index, Line(label, shown.unit.symbol))
+    def lines(self, units: ShownUnits) -> Sequence[Line]:
+        """Return a line for each vector."""
+        return (
+            Line("Displacement", units.length.symbol),
+            Line("Velocity", units.speed.symbol),
+            Line("Acceleration", units.acceleration.symbol),
+        )
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Show all three."""
-        vectors = (now.displacement, now.v_WB, now.vdot_WB)
-        for index, (vector, shown) in enumerate(zip(vectors, self._rows, strict=True)):
+        units = self.units
+        for index, (vector, shown) in enumerate(
+            (
+                (now.displacement, units.length),
+                (now.v_WB, units.speed),
+                (now.vdot_WB, units.acceleration),
+            )
+        ):
             self.table.show_row(index, *shown.texts(*vector, math.hypot(*vector)))
         self.set_note("world frame W")
 
@@ -100,27 +102,22 @@ class ImuCard(Card):
 
     def __init__(self, *args: object) -> None:
         super().__init__(*args)  # type: ignore[arg-type]
-        lines = [
-            Line("Turn rate"),
-            Line("Specific force"),
-            Line("Magnetic field", MICROTESLA.symbol),
-        ]
-        self.table = Readout(self.look, "IMU", lines, ("x", "y", "z"), parent=self)
-        self.hint = Hint(self.look, "IMU", self)
-        self.hint.hide()
+        self.table = self.make_table("IMU", ("x", "y", "z"))
+        self.hint = self.make_hint("IMU")
         self.parts = [self.table, self.hint]
-        self.use_units(self.units)
 
     @property
     def spoken(self) -> str:
         """The readings as a sentence."""
         return f"{self.note}; {super().spoken}"
 
-    def use_units(self, units: ShownUnits) -> None:
-        """Show units and numbers."""
-        super().use_units(units)
-        self.table.set_line(0, Line("Turn rate", units.rate.unit.symbol))
-        self.table.set_line(1, Line("Specific force", units.acceleration.unit.symbol))
+    def lines(self, units: ShownUnits) -> Sequence[Line]:
+        """Return a line for each reading."""
+        return (
+            Line("Turn rate", units.rate.symbol),
+            Line("Specific force", units.acceleration.symbol),
+            Line("Magnetic field", MICROTESLA.symbol),
+        )
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Show the newest readings, and the worse of the two states beside the title."""
@@ -168,16 +165,18 @@ class HeightCard(Card):
 
     def __init__(self, *args: object) -> None:
         super().__init__(*args)  # type: ignore[arg-type]
-        lines = [Line("Altitude", "m"), Line("Pressure", "hPa"), Line("Range finder", "m")]
-        self.table = Readout(self.look, "Heights", lines, widest="88888.88", parent=self)
-        self.hint = Hint(self.look, "Heights", self)
-        self.hint.hide()
+        self.table = self.make_table("Heights", widest="88888.88")
+        self.hint = self.make_hint("Heights")
         self.parts = [self.table, self.hint]
 
     @property
     def spoken(self) -> str:
         """The heights as a sentence."""
         return f"{self.note}; {super().spoken}"
+
+    def lines(self, units: ShownUnits) -> Sequence[Line]:
+        """Return a line for each reading."""
+        return Line("Altitude", "m"), Line("Pressure", "hPa"), Line("Range finder", "m")
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Show the newest readings, and the worse of the two states beside the title."""

@@ -1,6 +1,7 @@
 """The lidar's scan: the nearest obstacles around the drone, seen from above."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from PyQt6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
@@ -8,13 +9,13 @@ from PyQt6.QtGui import QPainter, QPainterPath, QPen, QPolygonF
 from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.charts.ticks import number_text
-from workbench.gui.home.cards import SIGNS, Card, beside, put
-from workbench.gui.home.sensor_state import Health, SensorState, sensor_state
+from workbench.gui.home.cards import Card, beside, put
+from workbench.gui.home.sensor_state import SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
-from workbench.gui.instruments.instrument import Hint, Instrument, Sign, paint_sign
+from workbench.gui.instruments.instrument import Instrument, Sign, paint_sign
 from workbench.gui.instruments.map_frame import SteadyScale
-from workbench.gui.instruments.readout import Line, Readout
+from workbench.gui.instruments.readout import Line
 from workbench.gui.instruments.ring_scan import (
     NOTHING,
     SECTORS,
@@ -219,14 +220,9 @@ class LidarCard(Card):
         self._watch = watch
         self._cloud = b""
         self.ring = LidarRing(look, self)
-        lines = [Line("Nearest", "m"), Line("To the left"), Line("Side"), Line("Free way", "m")]
-        self.table = Readout(
-            look, "Nearest obstacle", lines, widest="\N{MINUS SIGN}888.88", parent=self
-        )
-        self.hint = Hint(look, "Lidar", self)
-        self.hint.hide()
+        self.table = self.make_table("Nearest obstacle")
+        self.hint = self.make_hint("Lidar")
         self.parts = [self.ring, self.table, self.hint]
-        self.use_units(units)
 
     @property
     def spoken(self) -> str:
@@ -234,10 +230,10 @@ class LidarCard(Card):
         said = self.hint.spoken if self.hint.isVisibleTo(self) else self.ring.spoken
         return f"{self.note}; {said}; {self.table.spoken}"
 
-    def use_units(self, units: ShownUnits) -> None:
-        """Show units and numbers."""
-        super().use_units(units)
-        self.table.set_line(1, Line("To the left", units.angle.unit.symbol))
+    def lines(self, units: ShownUnits) -> Sequence[Line]:
+        """Return where the nearest obstacle is, and the free distance ahead."""
+        bearing = Line("To the left", units.angle.symbol)
+        return Line("Nearest", "m"), bearing, Line("Side"), Line("Free way", "m")
 
     def place_parts(self, body: QRectF) -> None:
         """Place the ring on the left, or above."""
@@ -276,10 +272,8 @@ class LidarCard(Card):
         """Show a warning in preference to the lidar's own state."""
         if near:
             self.set_note("obstacle near", Sign.WARNING)
-        elif state.health is Health.FAULTY:
-            self.set_note(state.note, Sign.BAD)
         else:
-            self.set_note(state.note, SIGNS[state.health])
+            self.set_state(state)
 
     def _show_scan(self, now: Snapshot, near: bool) -> None:
         watch = self._watch

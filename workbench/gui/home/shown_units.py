@@ -19,6 +19,11 @@ class Shown:
     unit: Unit
     decimals: int
 
+    @property
+    def symbol(self) -> str:
+        """Symbol of the unit."""
+        return self.unit.symbol
+
     def text(self, value: float) -> str:
         """Return a value in SI as text."""
         return number_text(self.unit.shown(value), self.decimals)

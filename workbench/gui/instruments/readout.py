@@ -12,6 +12,8 @@ from workbench.gui.theme import Look
 
 NOTHING = "–"
 """Text for an unknown value."""
+WIDEST = "\N{MINUS SIGN}888.88"
+"""Text for which a column has room, without another one."""
 DIGITS = 1.12
 """Size of digits relative to plain text."""
 TALLEST_ROW = 2.1
@@ -49,7 +51,7 @@ class Readout(Instrument):
         name: str,
         lines: Sequence[Line],
         columns: Sequence[str] = (),
-        widest: str = "\N{MINUS SIGN}888.88",
+        widest: str = WIDEST,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(look, name, parent)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QShowEvent
 from PyQt6.QtWidgets import (
     QFrame,
@@ -366,9 +366,10 @@ class HandlingPanel(QWidget):
             return
         row, value = find_preference(name), self._preferences.number(name)
         slider = self.sliders[name]
-        slider.blockSignals(True)
-        slider.setValue(round((value - row.minimum) / (row.maximum - row.minimum) * SLIDER_STEPS))
-        slider.blockSignals(False)
+        with QSignalBlocker(slider):
+            slider.setValue(
+                round((value - row.minimum) / (row.maximum - row.minimum) * SLIDER_STEPS)
+            )
         self._values[name].setText(self._text(name, value))
 
     def _text(self, name: str, value: float) -> str:

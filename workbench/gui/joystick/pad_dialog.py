@@ -1,12 +1,11 @@
 """The dialog of the game pads: mapping of the axes, calibration, and which pad flies."""
 
-from PyQt6.QtCore import QRectF, Qt, QTimer
+from PyQt6.QtCore import QRectF, QSignalBlocker, Qt, QTimer
 from PyQt6.QtGui import QPainter
 from PyQt6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
-    QGridLayout,
     QLabel,
     QSpinBox,
     QWidget,
@@ -16,8 +15,7 @@ from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadReading
 from workbench.gui.joystick.pad_mapping import AXES, FUNCTIONS, Ends, PadMapping, name_axis
 from workbench.gui.joystick.pilot import Pilot
-from workbench.gui.layout import button, choice, hbox, label, named, vbox
-from workbench.gui.style import dressed
+from workbench.gui.layout import button, choice, grid, hbox, label, named, vbox
 from workbench.gui.theme import Look
 
 PERIOD = 33
@@ -158,21 +156,19 @@ class PadDialog(QDialog):
     def _list(self, pads: tuple[tuple[int, str], ...]) -> None:
         chosen = self.pads.currentData()
         self._shown = pads
-        self.pads.blockSignals(True)
-        self.pads.clear()
-        for number, name in pads:
-            self.pads.addItem(name, number)
-        at = self.pads.findData(self._pilot.pads.flying if chosen is None else chosen)
-        self.pads.setCurrentIndex(max(at, 0))
-        self.pads.blockSignals(False)
+        with QSignalBlocker(self.pads):
+            self.pads.clear()
+            for number, name in pads:
+                self.pads.addItem(name, number)
+            at = self.pads.findData(self._pilot.pads.flying if chosen is None else chosen)
+            self.pads.setCurrentIndex(max(at, 0))
         self._choose()
 
     def _choose(self) -> None:
         """Show another pad's mapping; an unfinished calibration is dropped."""
         self._ends = None
-        self.calibrate.blockSignals(True)
-        self.calibrate.setChecked(False)
-        self.calibrate.blockSignals(False)
+        with QSignalBlocker(self.calibrate):
+            self.calibrate.setChecked(False)
         self.calibrate.setText("Calibrate")
         self.said.setText(HELP)
         reading = self.reading
@@ -247,13 +243,9 @@ class PadDialog(QDialog):
 
     def _lay_out(self) -> None:
         top = hbox((self.pads, 1), self.flies, self.fly)
-        grid = QGridLayout()
-        for column, heading in enumerate(HEADINGS):
-            grid.addWidget(dressed(QLabel(heading, self), "muted"), 0, column)
-        for line, row in enumerate(self.rows):
-            for column, widget in enumerate(row.widgets):
-                grid.addWidget(widget, line + 1, column)
+        headings = [label(heading, "muted") for heading in HEADINGS]
+        table = grid(headings, *(row.widgets for row in self.rows))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
         buttons.rejected.connect(self.reject)
         foot = hbox(self.calibrate, self.defaults, 1, buttons)
-        vbox(top, grid, self.moved, self.said, foot, of=self)
+        vbox(top, table, self.moved, self.said, foot, of=self)

@@ -9,7 +9,7 @@ from functools import partial
 from itertools import groupby
 from pathlib import Path
 
-from PyQt6.QtCore import Qt, pyqtSignal
+from PyQt6.QtCore import QSignalBlocker, Qt, pyqtSignal
 from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtWidgets import (
     QCheckBox,
@@ -128,9 +128,8 @@ class Switch(QCheckBox):
 
     def show_value(self, on: bool) -> None:
         """Show whether it is on, without a signal."""
-        self.blockSignals(True)
-        self.setChecked(on)
-        self.blockSignals(False)
+        with QSignalBlocker(self):
+            self.setChecked(on)
         self._say(on)
 
     def _say(self, on: bool) -> None:
@@ -673,6 +672,7 @@ class SettingsScreen(Screen):
         fill(self._groups[-1].box, (self._fly, Qt.AlignmentFlag.AlignRight))
         page.setMaximumWidth(WIDEST)
         area = scroll_area(page)
+        area.setFocusPolicy(Qt.FocusPolicy.StrongFocus)  # for keys that scroll
         area.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self._search.setMaximumWidth(WIDEST - 16)
         # aligned with the cards below

@@ -333,9 +333,8 @@ class LogBar(QFrame):
 
     def _show(self) -> None:
         """Show the clock, without a signal from the slider."""
-        self.slider.blockSignals(True)
-        self.slider.setValue(round(self.clock.time * PARTS))
-        self.slider.blockSignals(False)
+        with QSignalBlocker(self.slider):
+            self.slider.setValue(round(self.clock.time * PARTS))
         self.play.setChecked(self.clock.plays)
         self.play.setText("&Pause" if self.clock.plays else "&Play")
         now, end = number_text(self.clock.time, 2), number_text(self.clock.end, 2)
