@@ -9,7 +9,7 @@ from scipy.linalg import block_diag
 from scipy.optimize import minimize
 
 from workbench.design.judge.margins import all_margins
-from workbench.design.judge.multiloop import multiloop_margin, structured_singular_value
+from workbench.design.judge.multiloop import lowest, multiloop_margin, structured_singular_value
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.plant.variation import Variation
@@ -142,3 +142,21 @@ def test_a_delay_of_the_rotors_beyond_the_margin_makes_it_unstable(case):
 def test_every_point_of_flight_has_one(study):
     for point in (OperatingPoint(velocity=(5.0, 0.0, 0.0)), OperatingPoint(yaw_rate=0.3)):
         assert 0.3 < multiloop_margin(study.plant_input(point)).disk_margin < 1.0
+
+
+def test_the_search_for_scales_makes_scipys_steps():
+    """To the bit, also where the number of calls ends it: in the valley of Rosenbrock."""
+
+    def valley(x):
+        return float((100.0 * (x[1:] - x[:-1] ** 2) ** 2 + (1.0 - x[:-1]) ** 2).sum())
+
+    def size(x):
+        return float(np.abs(x - 0.3).max())
+
+    rng = np.random.default_rng(4)
+    for count in (1, 2, 3, 5, 8):
+        for function in (valley, size):
+            corners = rng.normal(size=(count + 1, count))
+            options = {"initial_simplex": corners, "xatol": 1e-5, "fatol": 1e-7}
+            oracle = minimize(function, corners[0], method="Nelder-Mead", options=options)
+            assert lowest(function, corners.copy(), 1e-5, 1e-7) == oracle.fun

@@ -14,8 +14,8 @@ more, so α is never overestimated.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -27,6 +27,8 @@ _BALANCINGS = 30
 """Number of iterations that balance rows and columns."""
 _ZOOMS = 4
 _ZOOM = np.linspace(0.0, 1.0, 9)
+_CALLS = 200
+"""Largest number of matrices whose size the search for scales computes, for each of them."""
 _EXACT = 1e-5
 """Relative error of the bound at the worst frequency."""
 
@@ -134,22 +136,78 @@ def structured_singular_value(matrix: np.ndarray, scale: np.ndarray | None = Non
         matrix: M (k, k).
         scale: initial log of D (k).
     """
-    from scipy.optimize import minimize
-
     start = np.zeros(len(matrix)) if scale is None else scale - scale[-1]
 
-    def size(free: Any) -> float:
+    def size(free: np.ndarray) -> float:
         logs = np.append(free, 0.0)
-        scaled = matrix * np.exp(np.clip(logs[:, None] - logs[None, :], -300.0, 300.0))
-        return float(np.linalg.norm(scaled, 2))
+        scaled = matrix * np.exp((logs[:, None] - logs[None, :]).clip(-300.0, 300.0))
+        return float(np.linalg.svd(scaled, compute_uv=False)[0])
 
     if len(matrix) == 1:
         return size(start[:-1])
     corners = np.vstack([start[:-1], start[:-1] + 0.3 * np.eye(len(matrix) - 1)])
-    found = minimize(
-        size,
-        start[:-1],
-        method="Nelder-Mead",
-        options={"initial_simplex": corners, "xatol": 1e-5, "fatol": _EXACT * size(start[:-1])},
-    )
-    return float(found.fun)
+    return lowest(size, corners, 1e-5, _EXACT * size(start[:-1]))
+
+
+class _EnoughError(Exception):
+    """A search has computed as many values as it may."""
+
+
+def lowest(
+    function: Callable[[np.ndarray], float], corners: np.ndarray, near: float, flat: float
+) -> float:
+    """Return the lowest value of a function, by the method of Nelder and Mead (1965).
+
+    It makes the steps of scipy's `minimize`, which takes longer to load than to run.
+
+    Args:
+        function: of n numbers.
+        corners: the first simplex (n + 1, n).
+        near: it ends where all corners are within this of the best one,
+        flat: .. and so are their values within this.
+    """
+    values = np.full(len(corners), np.inf)
+    left = _CALLS * corners.shape[1]
+
+    def called(at: np.ndarray) -> float:
+        nonlocal left
+        if not left:
+            raise _EnoughError
+        left -= 1
+        return function(at)
+
+    with suppress(_EnoughError):
+        for index, corner in enumerate(corners):
+            values[index] = called(corner)
+        while left:
+            order = np.argsort(values)
+            corners, values = corners[order], values[order]
+            close = np.abs(corners[1:] - corners[0]).max() <= near
+            if close and np.abs(values[0] - values[1:]).max() <= flat:
+                break
+            _replace_worst(called, corners, values)
+    return float(values.min())
+
+
+def _replace_worst(
+    function: Callable[[np.ndarray], float], corners: np.ndarray, values: np.ndarray
+) -> None:
+    """Replace the last corner by a better one, or shrink the simplex, in place."""
+    middle, worst = np.add.reduce(corners[:-1], 0) / corners.shape[1], corners[-1]
+    corner = 2.0 * middle - worst
+    value = function(corner)
+    if value < values[0]:
+        farther = 3.0 * middle - 2.0 * worst
+        there = function(farther)
+        if there < value:
+            corner, value = farther, there
+    elif value >= values[-2]:
+        outside, reflected = value < values[-1], value
+        corner = 1.5 * middle - 0.5 * worst if outside else 0.5 * middle + 0.5 * worst
+        value = function(corner)
+        if value > reflected if outside else value >= values[-1]:
+            for index in range(1, len(corners)):
+                corners[index] = corners[0] + 0.5 * (corners[index] - corners[0])
+                values[index] = function(corners[index])
+            return
+    corners[-1], values[-1] = corner, value
