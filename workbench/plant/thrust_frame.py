@@ -6,8 +6,9 @@ with its z axis along the lift of the rotors. For most vehicles it is B itself.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -47,7 +48,7 @@ class RotorBody(Protocol):
 
 @dataclass(frozen=True)
 class ThrustFrame:
-    """The attributes of a vehicle that the law uses, in T.
+    """The attributes of a vehicle that the law uses, in T; arrays cannot be changed.
 
     Attributes:
         R_BT: orientation in the body (3, 3).
@@ -70,34 +71,33 @@ class ThrustFrame:
 
         return [float(q) for q in RotationMatrix(self.R_BT).ToQuaternion().wxyz()]
 
-    @property
+    @cached_property
     def allocation(self) -> np.ndarray:
         """Matrix from force along z of T [N] and moments [N·m] to thrusts (n, 4) [N]."""
-        return allocation_matrix(self.rotors, self.p_ToTcm_T)
+        return _fixed(allocation_matrix(self.rotors, self.p_ToTcm_T))
 
-    @property
+    @cached_property
     def hover_thrusts(self) -> np.ndarray:
         """Thrusts that hold the vehicle still, (n) [N]."""
-        return self.allocation[:, 0] * self.mass * GRAVITY
+        return _fixed(self.allocation[:, 0] * self.mass * GRAVITY)
 
-    @property
+    @cached_property
     def hover_speeds(self) -> np.ndarray:
         """Rotor speeds that hold the vehicle still, (n) [rad/s]."""
         constants = np.array([rotor.motor_constant for rotor in self.rotors])
         half = 0.5 * np.array([rotor.linear_speed for rotor in self.rotors])
-        speeds: np.ndarray = np.sqrt(half**2 + self.hover_thrusts / constants) - half
-        return speeds
+        return _fixed(np.sqrt(half**2 + self.hover_thrusts / constants) - half)
 
-    @property
+    @cached_property
     def idle_thrusts(self) -> np.ndarray:
         """Smallest thrusts of turning rotors, (n) [N]; 0 for those that do not lift."""
         most = np.array([rotor.max_thrust for rotor in self.rotors])
         linear = np.array([r.linear_motor_constant * r.max_rot_velocity for r in self.rotors])
         # the linear part is proportional to the speed, the rest to its square
         idle = IDLE_SPEED_SHARE**2 * most + IDLE_SPEED_SHARE * (1.0 - IDLE_SPEED_SHARE) * linear
-        return np.minimum(idle, IDLE_HOVER_SHARE * self.hover_thrusts)
+        return _fixed(np.minimum(idle, IDLE_HOVER_SHARE * self.hover_thrusts))
 
-    @property
+    @cached_property
     def spin_up_time(self) -> float:
         """Lead of spin-up torque over drag torque in yaw, at hover [s].
 
@@ -130,14 +130,42 @@ class ThrustFrame:
 
 def thrust_frame(vehicle: RotorBody) -> ThrustFrame:
     """Return the thrust frame of a vehicle."""
-    R_BT = _rotation_of_z_to(lift_direction(vehicle))
+    inertia = tuple(_triple(row) for row in vehicle.inertia)
+    body = _Body(vehicle.mass, tuple(vehicle.rotors), _triple(vehicle.p_BoBcm_B), inertia)
+    return _frame_of(body)
+
+
+@dataclass(frozen=True)
+class _Body:
+    """The numbers of a `RotorBody`, which can be a key."""
+
+    mass: float
+    rotors: tuple[Rotor, ...]
+    p_BoBcm_B: tuple[float, float, float]
+    I_BBcm_B: tuple[tuple[float, float, float], ...]
+
+    @property
+    def inertia(self) -> np.ndarray:
+        return np.array(self.I_BBcm_B)
+
+
+@lru_cache(maxsize=64)
+def _frame_of(body: _Body) -> ThrustFrame:
+    """Return the thrust frame; gains, trims and limits of one vehicle ask for it many times."""
+    R_BT = _rotation_of_z_to(lift_direction(body))
     return ThrustFrame(
-        R_BT=R_BT,
-        rotors=tuple(_seen_from(rotor, R_BT) for rotor in vehicle.rotors),
-        p_ToTcm_T=_triple(R_BT.T @ vehicle.p_BoBcm_B),
-        inertia_T=R_BT.T @ vehicle.inertia @ R_BT,
-        mass=vehicle.mass,
+        R_BT=_fixed(R_BT),
+        rotors=tuple(_seen_from(rotor, R_BT) for rotor in body.rotors),
+        p_ToTcm_T=_triple(R_BT.T @ body.p_BoBcm_B),
+        inertia_T=_fixed(R_BT.T @ body.inertia @ R_BT),
+        mass=body.mass,
     )
+
+
+def _fixed(array: np.ndarray) -> np.ndarray:
+    """Return an array that several callers share, so that none can change it."""
+    array.setflags(write=False)
+    return array
 
 
 def lift_direction(vehicle: RotorBody) -> np.ndarray:
@@ -183,6 +211,6 @@ def _seen_from(rotor: Rotor, R_BT: np.ndarray) -> Rotor:
     )
 
 
-def _triple(values: np.ndarray) -> tuple[float, float, float]:
+def _triple(values: Iterable[float]) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in values)
     return (x, y, z)
