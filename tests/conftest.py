@@ -125,9 +125,11 @@ def compiled():
 @pytest.fixture
 def interpreted_laws(monkeypatch):
     """Let laws run as Python in the diagram: to make a law's machine code takes ten seconds."""
+    from workbench.session import session
     from workbench.systems import flight_computer
 
     monkeypatch.setattr(flight_computer, "compiled_update", flight_computer.interpreted_update)
+    monkeypatch.setattr(session, "is_quick", lambda controller: False)
 
 
 @pytest.fixture

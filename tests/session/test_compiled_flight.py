@@ -9,6 +9,7 @@ import pytest
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.control.mode import FlightMode
+from workbench.controllers import pd
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import (
     Action,
@@ -146,6 +147,42 @@ def test_what_it_does_not_fly_is_said(case):
         Session(bridge=Bridge(), engine="compiled")
     with pytest.raises(WorkbenchError, match="'fast'.*diagram"):
         Session(engine="fast")
+
+
+def test_either_compiles_what_it_can_and_what_seldom_changes(case, tmp_path):
+    """Machine code of a flight is made for a shipped law, and not for each edit of one's own."""
+    own = tmp_path / "own.py"
+    own.write_text(f"{Path(pd.__file__).read_text(encoding='utf-8')}# edited\n", "utf-8")
+    table = [
+        (Scenario(), True),
+        (Scenario(estimator="ekf"), False),
+        (Scenario(world="room"), False),
+        (Scenario(controller=str(own)), False),
+        (Scenario(controller="pd@speed=0,3.7"), False),
+    ]
+    for scenario, compiled in table:
+        with case(scenario):
+            session, diagram = Session(scenario, engine="either"), Session(scenario)
+            assert (session._compiled is not None) is compiled
+            if compiled:
+                for each in (session, diagram):
+                    each.command([1.0, 0.0, 0.0])
+                    each.tick(0.5)
+                assert_same(session, diagram)
+
+
+def test_a_session_that_follows_another_script_flies_as_a_new_one():
+    scripts = [[Action(at=0.2, velocity=[1.0, 0.5, 0.2])], [Action(at=0.3, yaw_rate=0.4)]]
+    again = Session(Scenario(script=scripts[0], duration=1.0), engine="compiled")
+    again.run()
+    for script in scripts[::-1]:
+        again.follow(script)
+        again.run()
+        new = Session(Scenario(script=script, duration=1.0))
+        new.run()
+        assert_same(new, again)
+    with pytest.raises(WorkbenchError, match="rotor_9"):
+        again.follow([Action(at=0.1, set={"rotor_9": 0.5})])
 
 
 def test_a_flight_that_breaks_off_is_said_and_recorded_until_then():

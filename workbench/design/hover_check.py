@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.design.step_response import START_HEIGHT, STEPS, StepResponse, fly_step
+from workbench.design.step_response import (
+    START_HEIGHT,
+    STEPS,
+    StepResponse,
+    fly_step,
+    step_session,
+)
 from workbench.scenario.scenario import Scenario, Start
 
 if TYPE_CHECKING:
@@ -129,6 +135,7 @@ def check_hover(
 
     session = _hover(scenario, settings, report)
     hover, steps = session.recording(), []
+    flown = step_session(STEP_DURATION, scenario, settings)
     for axis, amplitude in STEPS:
         done += 1
         steps.append(
@@ -139,6 +146,7 @@ def check_hover(
                 scenario=scenario,
                 settings=settings,
                 progress=report,
+                session=flown,
             )
         )
     up = hover.z_axis_W
@@ -170,7 +178,7 @@ def _hover(
     flight.figure_eight = None
     flight.script = []
     flight.duration = HOVER_DURATION
-    session = Session(flight, settings)
+    session = Session(flight, settings, engine="either")
     with session.programs():
         session.run(progress)
     return session

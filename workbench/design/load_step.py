@@ -103,7 +103,8 @@ def fly_load_step(
     size = usual_load(row, vehicle) if amplitude is None else amplitude
     check_load(load, size)
     check_duration(duration)
-    session = Session(load_scenario(row, size, duration, common, vehicle, acts), settings)
+    flight = load_scenario(row, size, duration, common, vehicle, acts)
+    session = Session(flight, settings, engine="either")
     with session.programs():
         session.run(progress)
     after = session.recording().between(EDGE, np.inf)

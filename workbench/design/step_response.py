@@ -105,6 +105,8 @@ def fly_step(
     settings: Mapping[str, float] | None = None,
     velocity: Sequence[float] = HOVER,
     progress: Callable[[float], None] | None = None,
+    engine: str = "either",
+    session: "Session | None" = None,
 ) -> StepResponse:
     """Fly one step and measure it.
 
@@ -116,16 +118,20 @@ def fly_step(
         settings: parameter values for this flight.
         velocity: of the steady flight before the step, in W (3) [m/s].
         progress: called with the flown share, 0 .. 1.
+        engine: see `Session`; all give the same numbers.
+        session: of another step with the same arguments but axis and amplitude, see `step_session`,
+            to fly again; this saves building the diagram.
 
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the step cannot be flown.
     """
     check_step(axis, amplitude)
     check_duration(duration)
-    from workbench.session.session import Session
-
     flight = step_scenario(axis, amplitude, duration, scenario or Scenario(), velocity)
-    session = Session(flight, settings)
+    if session:
+        session.follow(flight.script)
+    else:
+        session = _session(flight, settings, engine)
     _check_within_limit(session, axis, amplitude, velocity)
     with session.programs():
         session.run(progress)
@@ -144,6 +150,23 @@ def fly_step(
         exchange=session.exchange,
         ended=session.ended,
     )
+
+
+def step_session(
+    duration: float,
+    scenario: Scenario | None = None,
+    settings: Mapping[str, float] | None = None,
+) -> "Session":
+    """Return a session that flies steps of several axes one after another, see `fly_step`."""
+    return _session(step_scenario(AXES[0], 1.0, duration, scenario or Scenario()), settings)
+
+
+def _session(
+    flight: Scenario, settings: Mapping[str, float] | None, engine: str = "either"
+) -> "Session":
+    from workbench.session.session import Session  # loads Drake; figures of steps do not need it
+
+    return Session(flight, settings, engine=engine)
 
 
 def check_step(axis: str, amplitude: float) -> None:

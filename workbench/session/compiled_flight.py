@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from pydrake.systems.framework import Context, System
 
+from workbench.control.controller import Controller
 from workbench.control.flight_mode import ModeState, Settings, Situation, guidance, next_state
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
 from workbench.diagram.workbench import Workbench
@@ -51,6 +52,16 @@ def why_not_compiled(scenario: Scenario, bench: Workbench) -> str:
         if there:
             return reason
     return ""
+
+
+def is_quick(controller: Controller) -> bool:
+    """Return whether compiled code of a law's flights exists, or is made once on a machine.
+
+    A user's own law and a schedule change often. The diagram flies them sooner, as it compiles the
+    law and not the whole flight.
+    """
+    once = controller.shipped and controller.schedule is None
+    return once or compiled_loop(controller).is_made
 
 
 class CompiledFlight:

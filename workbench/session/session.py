@@ -59,7 +59,7 @@ from workbench.scenario.scenario import (
     flown_tables,
 )
 from workbench.session.checkpoint import Checkpoint
-from workbench.session.compiled_flight import CompiledFlight, why_not_compiled
+from workbench.session.compiled_flight import CompiledFlight, is_quick, why_not_compiled
 from workbench.session.injected import Injected, Injecting
 from workbench.session.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.session.pilot_numbers import check_height, finite, place_above
@@ -77,7 +77,7 @@ if TYPE_CHECKING:
     from workbench.systems.bridge import Bridge
 
 
-ENGINES = ("diagram", "compiled")
+ENGINES = ("diagram", "compiled", "either")
 """Choices of the `engine`."""
 LOOK = 0.125
 """Time that the diagram flies before compiled code is tried again [s]."""
@@ -192,7 +192,8 @@ class Session:
         picture_period: time between pictures in Meshcat [s]; infinite if only `draw` makes them.
         engine: "diagram", or "compiled", which computes the same numbers without Drake, a thousand
             times as fast as real time. The diagram takes over while the vehicle may touch the
-            ground, Python runs the law, or an injection is flown.
+            ground, Python runs the law, or an injection is flown. "either" is compiled code where
+            it supports the flight and need not be compiled for a law that changes often.
 
     Raises:
         WorkbenchError: if the scenario cannot be built, or compiled code does not support it.
@@ -242,6 +243,19 @@ class Session:
             self._exchange = {}
         self.scenario = self._first.scenario
         self._begin(None)
+
+    def follow(self, script: Sequence[Action]) -> None:
+        """Restart with another script; the flight equals that of a new session to the bit.
+
+        Raises:
+            WorkbenchError: if the vehicle cannot fly it.
+        """
+        scenario = dataclasses.replace(self._first.scenario, script=list(script))
+        check_scenario(scenario)
+        _check_script(scenario, self.vehicle, payload_of(self._first.values))
+        self._first = dataclasses.replace(self._first, scenario=scenario)
+        self._script = Script(scenario.script, scenario.rates.physics_step)
+        self.reset()
 
     def checkpoint(self) -> Checkpoint:
         """Return the present state of the flight, to continue from here or in another process."""
@@ -661,9 +675,12 @@ class Session:
         Raises:
             WorkbenchError: if compiled code is requested but does not support the flight.
         """
-        if self._engine != "compiled":
+        if self._engine == "diagram":
             return None
-        if reason := why_not_compiled(built.scenario, built.bench):
+        reason = why_not_compiled(built.scenario, built.bench)
+        if self._engine == "either" and (reason or not is_quick(built.bench.controller)):
+            return None
+        if reason:
             raise WorkbenchError(
                 f"compiled code does not fly {reason}: leave it out, or let the diagram fly, as "
                 'Session(engine="diagram")'

@@ -14,6 +14,7 @@ from workbench.design.judge.step_pair import STEPS, StepPair, step_pair
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import HOLDING, HOVER, OperatingPoint
 from workbench.design.linear.study import LinearStudy
+from workbench.design.step_response import step_session
 from workbench.gains.gains import flight_gains
 from workbench.plant.sensors import Imu
 from workbench.scenario.scenario import Scenario
@@ -96,6 +97,7 @@ def judge(
     say = progress or (lambda share: None)
     steps = []
     if at_hover:
+        session = step_session(STEP_DURATION, scenario, settings)
         for index, (axis, amplitude) in enumerate(STEPS):
             say(index / (len(STEPS) + 1))
             steps.append(
@@ -106,6 +108,7 @@ def judge(
                     duration=STEP_DURATION,
                     scenario=scenario,
                     settings=settings,
+                    session=session,
                 )
             )
     loops = judge_loops(steering, holding)

@@ -1,8 +1,9 @@
-"""A step by the linear model and in flight on the full diagram."""
+"""A step by the linear model and in flight."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from workbench.design.step_response import fly_step
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from workbench.session.session import Session
 
 STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
 """Axes and amplitudes of the steps in the paper [m/s, rad/s]."""
@@ -70,6 +74,7 @@ def step_pair(
     duration: float,
     scenario: Scenario,
     settings: Mapping[str, float] | None = None,
+    session: "Session | None" = None,
 ) -> StepPair:
     """Return a step of a sampled model in hover, and the flown one.
 
@@ -80,6 +85,7 @@ def step_pair(
         duration: after the command [s].
         scenario: as for `fly_step`.
         settings: as for `fly_step`.
+        session: as for `fly_step`.
 
     Raises:
         WorkbenchError: as `fly_step`.
@@ -87,7 +93,14 @@ def step_pair(
     time = model.period * np.arange(round(duration / model.period) + 1)
     flown, broken = None, ""
     try:
-        flight = fly_step(axis, amplitude, duration=duration, scenario=scenario, settings=settings)
+        flight = fly_step(
+            axis,
+            amplitude,
+            duration=duration,
+            scenario=scenario,
+            settings=settings,
+            session=session,
+        )
     except FlightBrokenError as error:
         broken = str(error)
     else:

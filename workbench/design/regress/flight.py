@@ -298,7 +298,7 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     scenario = case_scenario(case, common)
     of_sensors = [name for name in case.signals if POINT in name]
     scenario.sensors.keep |= bool(of_sensors)
-    session = Session(scenario, {**case.set, **settings})
+    session = Session(scenario, {**case.set, **settings}, engine="either")
     for name in of_sensors:  # before a possibly long flight
         sensor_signal(name, session.samples())
     broke_off = ""

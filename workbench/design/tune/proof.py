@@ -86,6 +86,7 @@ def prove(
             settings=gains,
             velocity=velocity,
             progress=tell,
+            engine="diagram",  # apart from the compiled code that searched
         )
         flown.append((case, response))
         for each in required:
