@@ -103,6 +103,7 @@ def main(connection: Connection) -> int:
     first = read.get()
     if first is None:
         return 0
+    _leave_out_help()
     for module in ("matplotlib.backends.backend_agg", *pickle.loads(first)):
         importlib.import_module(module)
     write = importlib.import_module("workbench.design.plots").write_png
@@ -117,6 +118,21 @@ def main(connection: Connection) -> int:
             else:
                 connection.send(None)
     return 0
+
+
+def _leave_out_help() -> None:
+    """Load matplotlib without the help texts of its classes, which take a third of that time.
+
+    It composes them for each class from all its methods, and nobody reads them in this process. A
+    release with other names composes them as usual.
+    """
+    from matplotlib import artist
+
+    if hasattr(artist.Artist, "_update_set_signature_and_docstring") and hasattr(artist, "kwdoc"):
+        setattr(artist, "kwdoc", lambda of: "")  # noqa: B010
+        setattr(  # noqa: B010
+            artist.Artist, "_update_set_signature_and_docstring", classmethod(lambda cls: None)
+        )
 
 
 def _read(connection: Connection, read: "SimpleQueue[bytes | None]") -> None:

@@ -10,7 +10,7 @@ from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
     add_flight_options,
-    with_vehicle,
+    chosen_scenario,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table, say
@@ -102,29 +102,23 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Judge, print, write pictures; 1 if a mode grows."""
-    from workbench.design.linear.operating_point import OperatingPoint, parse_point
-    from workbench.scenario.scenario import Scenario, flown_controller
+    from workbench.design.linear.operating_point import parse_point
 
     point = parse_point(args.at)
-    scenario = with_vehicle(Scenario(), args)
-    law = flown_controller(scenario)
-    if args.loop and law.loop(args.loop).hold and point != OperatingPoint():
-        raise WorkbenchError(f"the loop {args.loop} is closed at hover only: leave --at out")
     if args.axis and not args.sensitivity:
         raise WorkbenchError("--axis is that of the step for --sensitivity: give both or neither")
     if (args.sensitivity or args.map) and (args.at != "hover" or args.loop):
         raise WorkbenchError("--sensitivity and --map begin at hover: leave --at and --loop out")
     if args.sensitivity:
-        return _sensitivity(args, scenario)
+        return _sensitivity(args, chosen_scenario(args))
     if args.map:
-        return _map(args, scenario)
-    return _judge(args, scenario, point)
+        return _map(args, chosen_scenario(args))
+    return _judge(args, point)
 
 
-def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoint") -> int:
+def _judge(args: argparse.Namespace, point: "OperatingPoint") -> int:
     """Judge one operating point."""
     from workbench.commands.drawer import Drawer
-    from workbench.design.judge.report import judge
 
     with Outputs() as outputs, ExitStack() as stack:
         drawer = None
@@ -134,6 +128,14 @@ def _judge(args: argparse.Namespace, scenario: "Scenario", point: "OperatingPoin
             rates = outputs.add(args.output / "judge-rates.png")
             phase = outputs.add(args.output / "judge-phase.png")
             drawer = stack.enter_context(Drawer(_PICTURES))
+        scenario = chosen_scenario(args)  # loads numpy, while the other process loads matplotlib
+        from workbench.design.judge.report import judge
+        from workbench.design.linear.operating_point import HOVER
+        from workbench.scenario.scenario import flown_controller
+
+        law = flown_controller(scenario)
+        if args.loop and law.loop(args.loop).hold and point != HOVER:
+            raise WorkbenchError(f"the loop {args.loop} is closed at hover only: leave --at out")
 
         def draw_loops(steering: "LinearModel", holding: "LinearModel | None") -> None:
             if drawer and not args.loop:  # during the rest of the judgement

@@ -317,6 +317,13 @@ def with_model(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     return scenario
 
 
+def chosen_scenario(args: argparse.Namespace) -> "Scenario":
+    """Return the default scenario with the vehicle and the world from the command line."""
+    from workbench.scenario.scenario import Scenario
+
+    return with_vehicle(Scenario(), args)
+
+
 def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     """Set the vehicle and the world from the command line in a scenario, and return it."""
     from workbench.common.resources import find_file, find_world

@@ -10,6 +10,7 @@ from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
     add_flight_options,
+    chosen_scenario,
     flown_with,
     with_vehicle,
 )
@@ -100,7 +101,6 @@ def run(args: argparse.Namespace) -> int:
     """Fly the step, print its metrics, write plot and log; return 1 if the flight is lost."""
     from workbench.commands.drawer import Drawer
     from workbench.design.linear.operating_point import steady_velocity
-    from workbench.scenario.scenario import Scenario
 
     velocity = steady_velocity(args.at)
     if args.load and any(velocity):
@@ -109,12 +109,12 @@ def run(args: argparse.Namespace) -> int:
         raise WorkbenchError("a command is asked for to the end: give --acts to a --load")
     name = args.load or args.axis or AXIS
     what, kind = (f"of {name}", "load") if args.load else (f"along {name}", "step")
-    scenario = with_vehicle(Scenario(), args)
     with ExitStack() as stack:
         outputs = stack.enter_context(Outputs())
         log = outputs.add(args.output / f"step-{name}.csv")
         picture = outputs.picture(args, f"step-{name}.png")
         drawer = stack.enter_context(Drawer(_PICTURES)) if picture else None
+        scenario = chosen_scenario(args)  # loads numpy, while the other process loads matplotlib
         with progress_bar(f"flying a step {what}") as progress:
             flown = _fly(args, name, scenario, velocity, progress)
         if drawer and picture:
@@ -147,11 +147,17 @@ def _fly(
         from workbench.design.load_step import fly_load_step
 
         return fly_load_step(args.load, args.amplitude, acts=args.acts, **common)
-    from workbench.design.reproduce import COMMANDS
     from workbench.design.step_response import fly_step
 
-    amplitude = COMMANDS.get(axis, 1.0) if args.amplitude is None else args.amplitude
+    amplitude = _usual(axis) if args.amplitude is None else args.amplitude
     return fly_step(axis, amplitude, velocity=velocity, **common)
+
+
+def _usual(axis: str) -> float:
+    """Return the amplitude of the paper's step, or 1."""
+    from workbench.design.reproduce import COMMANDS
+
+    return COMMANDS.get(axis, 1.0)
 
 
 def _result(flown: "LoadResponse | StepResponse", args: argparse.Namespace) -> dict[str, Any]:

@@ -19,6 +19,7 @@ STYLE: Any = {
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 10,
+    "axes.titley": 1.0,  # else every draw looks for ticks above the axes
     "figure.dpi": 130,
     "font.size": 9,
     "grid.color": "0.88",
@@ -60,6 +61,9 @@ LEFT, RIGHT, BOTTOM, TOP = 0.72, 2.35, 0.48, 0.6
 every text, which takes almost as long as drawing the figure."""
 BETWEEN = 0.32
 """Space between panels, as a share of the height of a panel."""
+NAMED = 0.3
+"""Place of the y labels of stacked panels, from the left edge of the figure [inch]. To align them
+measures the numbers of each axis, for each of its neighbours."""
 
 PALETTE = Palette()
 styled = rc_context(STYLE)
@@ -89,6 +93,8 @@ def stacked(
     )
     axes = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    for each in axes:
+        each.yaxis.set_label_coords((NAMED - LEFT) / (width - LEFT - right), 0.5)
     axes[-1].set_xlabel("time since the command's edge [s]")
     return figure, list(axes)
 

@@ -74,7 +74,6 @@ def plot_step(step: StepResponse) -> Figure:
         f"peak rotor use  {100.0 * step.peak_rotor_use:.0f} %",
         *textwrap.wrap(metrics.withheld, _WIDTH),
     )
-    figure.align_ylabels()
     return figure
 
 
@@ -129,7 +128,6 @@ def plot_load(flown: LoadResponse) -> Figure:
         f"peak rotor use  {100.0 * flown.peak_rotor_use:.0f} %",
         *textwrap.wrap(metrics.withheld, _WIDTH),
     )
-    figure.align_ylabels()
     return figure
 
 
@@ -260,7 +258,6 @@ def plot_reproduced(row: Row) -> Figure:
         if np.isfinite(row.t90):
             axes.axvspan(0.0, row.t90, color=PALETTE.window, lw=0, zorder=0, label="window")
         legend(axes)
-    figure.align_ylabels()
     panels[-1].set_xlim(-BEFORE, shown.time[-1] - EDGE)
     return figure
 

@@ -2,13 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import growth_rate, growth_rates, loop_responses
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import HOLDING
-from workbench.design.linear.study import LinearStudy
+
+if TYPE_CHECKING:
+    from workbench.design.linear.study import LinearStudy
 
 UNSTATED = "the law, which states no loops"
 
@@ -82,7 +85,7 @@ class LiveMargins:
 
 
 def live_margins(
-    study: LinearStudy, gains: Mapping[str, float] | None = None
+    study: "LinearStudy", gains: Mapping[str, float] | None = None
 ) -> tuple[LiveMargins, ...]:
     """Return the margins of every loop at hover.
 

@@ -4,15 +4,18 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.design.judge.loop_judgement import LoopJudgement
-from workbench.design.linear.model import LinearModel
+from workbench.design.linear.model import FILTERS, LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.design.linear.study import FILTERS, LinearStudy
 from workbench.estimation.settings import TRUTH
 from workbench.scenario.parameters import parameter_table
+
+if TYPE_CHECKING:
+    from workbench.design.linear.study import LinearStudy
 
 PARTS = ("law", "filters", "estimator", "delay", "hold", "rotors")
 """In the order of output."""
@@ -61,7 +64,7 @@ class PhaseStudy:
         study: of the vehicle.
     """
 
-    def __init__(self, study: LinearStudy) -> None:
+    def __init__(self, study: "LinearStudy") -> None:
         self._study = study
         self._on_truth = study
         if study.scenario.estimator != TRUTH:
@@ -131,7 +134,7 @@ class PhaseStudy:
 
 
 def phase_budgets(
-    study: LinearStudy,
+    study: "LinearStudy",
     steering: LinearModel,
     holding: LinearModel | None,
     loops: tuple[LoopJudgement, ...],

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,19 +12,26 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from workbench.control.controller import Loop
 from workbench.design.judge.gang_of_four import GangOfFour, gang_of_four
-from workbench.design.judge.loop_measurement import Measurement
 from workbench.design.judge.loop_response import LoopResponses, loop_responses
-from workbench.design.judge.margins import LoopMargins, frequency_grid, loop_margins
+from workbench.design.judge.margins import (
+    LoopMargins,
+    frequency_grid,
+    loop_margins,
+    response_margins,
+)
 from workbench.design.judge.measured_loop import COHERENT
 from workbench.design.judge.modes import GONE, natural_poles
-from workbench.design.judge.operating_map import OperatingMap
 from workbench.design.judge.phase_budget import PARTS, PhaseBudget
 from workbench.design.judge.sampled_stability import SAFE_PHASE, SLOW, SlowestRate
-from workbench.design.judge.sensitivity import Sensitivity
 from workbench.design.judge.step_pair import INPUTS, OUTPUTS, STEPS, StepPair, linear_step
 from workbench.design.linear.model import LinearModel
 from workbench.design.plots import PALETTE, label, legend, note, stacked, styled, titled, widen
 from workbench.scenario.axes import find_axis
+
+if TYPE_CHECKING:  # these load Drake
+    from workbench.design.judge.loop_measurement import Measurement
+    from workbench.design.judge.operating_map import OperatingMap
+    from workbench.design.judge.sensitivity import Sensitivity
 
 _DISK_REACH = 60.0
 """Limit of the drawn size of a disk; a larger one has a straight edge."""
@@ -286,19 +293,44 @@ def plot_loops(
     """
     shown = [loop for loop in steering.loops if not loop.hold or holding is not None]
     rows = -(-len(shown) // 3)
-    figure = titled(
-        f"all loops at {steering.trim.point.label}, cut at the {cut}", 12.0, 3.9 * rows + 0.6
-    )
-    panels = figure.subplots(rows, 3, squeeze=False).ravel()
+    width, height = 12.0, 3.9 * rows + 0.6
+    figure = Figure(figsize=(width, height))
+    title = f"all loops at {steering.trim.point.label}, cut at the {cut}"
+    figure.suptitle(title, x=0.01, y=1.0 - 0.1 / height, ha="left", fontsize=11, fontweight="bold")
+    # a layout engine measures every text, which takes as long as drawing
+    panels = figure.subplots(
+        rows,
+        3,
+        sharex=True,
+        sharey=True,
+        squeeze=False,
+        gridspec_kw={
+            "left": 0.6 / width,
+            "right": 1.0 - 0.1 / width,
+            "bottom": 0.45 / height,
+            "top": 1.0 - 0.65 / height,
+            "wspace": 0.25,
+            "hspace": 0.25,
+        },
+    ).ravel()
     for axes in panels[len(shown) :]:
         axes.set_visible(False)
-    for axes, loop in zip(panels, shown, strict=False):
-        model = holding if loop.hold and holding is not None else steering
-        point = loop.point(cut)
-        loops, margins = loop_responses(model, [point]), loop_margins(model, point)
-        response = loops.at(shown_frequencies(loops, margins))[0]
-        draw_nyquist(axes, response, margins, legend=loop is shown[0])
-        axes.set_title(f"{loop.name}\n{_in_few_words(margins)}", fontsize=9)
+    for axes in panels[max(0, len(shown) - 3) : len(shown)]:
+        axes.tick_params(labelbottom=True)  # also above a panel that is left out
+    for model in filter(None, (steering, holding)):
+        held = model is holding
+        found = loop_responses(model, [loop.point(cut) for loop in shown if loop.hold is held])
+        these = [(a, loop) for a, loop in zip(panels, shown, strict=False) if loop.hold is held]
+        for index, margins in enumerate(response_margins(found)):
+            axes, loop = these[index]
+            response = found.at(shown_frequencies(found, margins))[index]
+            draw_nyquist(axes, response, margins, legend=loop is shown[0])
+            place = shown.index(loop)
+            if place + 3 < len(shown):
+                axes.set_xlabel("")
+            if place % 3:
+                axes.set_ylabel("")
+            axes.set_title(f"{loop.name}\n{_in_few_words(margins)}", fontsize=9)
     return figure
 
 
@@ -309,9 +341,18 @@ def plot_phase(budgets: Sequence[PhaseBudget], title: str) -> Figure:
         budgets: of the loops.
         title: of the figure.
     """
-    figure = Figure(figsize=(10.0, 0.55 * len(budgets) + 1.6), layout="constrained")
-    axes = figure.subplots()
     names = [f"{each.loop}\n{each.crossover:.3g} rad/s" for each in budgets]
+    longest = max((len(line) for name in names for line in name.split("\n")), default=0)
+    width, height = 10.0, 0.55 * len(budgets) + 1.6
+    figure = Figure(figsize=(width, height))
+    axes = figure.subplots(
+        gridspec_kw={
+            "left": (0.2 + 0.075 * longest) / width,
+            "right": 1.0 - 0.12 / width,
+            "bottom": 0.8 / height,
+            "top": 1.0 - 0.3 / height,
+        }
+    )
     ends, starts = np.zeros(len(budgets)), np.zeros(len(budgets))
     for number, part in enumerate(PARTS):
         turned = np.degrees([getattr(each, part) for each in budgets])
@@ -326,7 +367,7 @@ def plot_phase(budgets: Sequence[PhaseBudget], title: str) -> Figure:
     axes.set_xlabel("phase at the crossover [deg]; what is left to the dashed line is the margin")
     axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
     if axes.containers:  # an unstable loop has no phase budget
-        figure.legend(loc="outside lower center", ncols=len(PARTS), fontsize=8, frameon=False)
+        figure.legend(loc="lower center", ncols=len(PARTS), fontsize=8, frameon=False)
     return figure
 
 
@@ -408,7 +449,7 @@ def _in_few_words(margins: LoopMargins) -> str:
 
 
 @styled
-def plot_map(found: OperatingMap) -> Figure:
+def plot_map(found: "OperatingMap") -> Figure:
     """Return the figure of contours of smallest phase margin, disk margin and damping."""
     figure = titled(
         f"{found.vehicle}: the weakest loop over {found.first.name} and {found.second.name}",
@@ -432,7 +473,7 @@ def plot_map(found: OperatingMap) -> Figure:
 
 
 @styled
-def plot_sensitivity(found: tuple[Sensitivity, ...], title: str) -> Figure:
+def plot_sensitivity(found: "tuple[Sensitivity, ...]", title: str) -> Figure:
     """Return the figure of sensitivities: a table of percent of metric per percent of gain."""
     rows = [each for each in found if np.isfinite(list(each.elasticities.values())).all()]
     names = [
@@ -493,7 +534,7 @@ def plot_rates(found: SlowestRate, title: str) -> Figure:
 
 
 def _draw_contours(
-    axes: Axes, found: OperatingMap, values: np.ndarray, unit: str, least: float
+    axes: Axes, found: "OperatingMap", values: np.ndarray, unit: str, least: float
 ) -> None:
     """Draw filled contours with a colour scale, which spans at least `least`.
 
@@ -523,7 +564,7 @@ def _named(name: str, unit: str) -> str:
 
 
 @styled
-def plot_measurement(found: Measurement) -> Figure:
+def plot_measurement(found: "Measurement") -> Figure:
     """Return the figure of a measurement; frequencies of low coherence are pale."""
     measured, model = found.measured, found.model
     frequency, good = measured.frequency, measured.coherence >= COHERENT
@@ -569,5 +610,4 @@ def plot_measurement(found: Measurement) -> Figure:
         if math.isfinite(found.margins.bandwidth):
             axes.axvline(found.margins.bandwidth, color=PALETTE.command, lw=0.8)
     coherence.set_xlabel("frequency [rad/s], the line is the bandwidth")
-    figure.align_ylabels()
     return figure

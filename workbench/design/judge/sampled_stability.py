@@ -4,6 +4,7 @@ import copy
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,9 +17,11 @@ from workbench.design.judge.loop_response import (
 )
 from workbench.design.judge.modes import natural_poles
 from workbench.design.linear.operating_point import HOVER, OperatingPoint
-from workbench.design.linear.study import LinearStudy
 from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import SLOWEST, Scenario
+
+if TYPE_CHECKING:
+    from workbench.design.linear.study import LinearStudy
 
 SAFE_PHASE = math.radians(30.0)
 """Smallest phase margin of all loops at a safe rate [rad]."""
@@ -74,7 +77,7 @@ def slowest_rate(
     *,
     point: OperatingPoint = HOVER,
     settings: Mapping[str, float] | None = None,
-    study: LinearStudy | None = None,
+    study: "LinearStudy | None" = None,
 ) -> SlowestRate:
     """Return the slowest rates of the law, to the resolution of the physics step.
 
@@ -88,7 +91,10 @@ def slowest_rate(
         WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.
     """
     scenario = scenario or Scenario()
-    study = study or LinearStudy(scenario)
+    if study is None:
+        from workbench.design.linear.study import LinearStudy  # loads Drake; figures do not need it
+
+        study = LinearStudy(scenario)
     most = math.floor(SLOWEST["control_period"] / scenario.rates.physics_step + 1e-9)
     samples: dict[int, RateSample] = {}
 
@@ -117,7 +123,7 @@ def slowest_rate(
 
 
 def rate_sample(
-    study: LinearStudy,
+    study: "LinearStudy",
     steps: int,
     point: OperatingPoint = HOVER,
     settings: Mapping[str, float] | None = None,

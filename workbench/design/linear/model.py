@@ -11,6 +11,9 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller, Loop
 from workbench.design.linear.operating_point import OperatingPoint
 
+FILTERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass")
+"""Parameters that switch filters of the flight computer on."""
+
 
 @dataclass(frozen=True)
 class Signal:

@@ -29,6 +29,7 @@ from workbench.design.linear.derivatives import (
 )
 from workbench.design.linear.estimation import EstimatorModel, estimator_model
 from workbench.design.linear.model import (
+    FILTERS,
     MEASURED,
     LinearModel,
     Signal,
@@ -81,8 +82,6 @@ GYRO, ACCEL, IMU = 12, 6, 6
 a reading of the IMU."""
 RATE = slice(6, 9)
 """Indices of the angular velocity in the motion."""
-FILTERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass")
-"""Parameters that switch filters on."""
 SAME = 1e-12
 """Difference of attitudes and rates up to which derivatives of a step count as equal."""
 REMOVABLE = frozenset(

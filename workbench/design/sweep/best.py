@@ -6,7 +6,6 @@ import numpy as np
 
 from workbench.design.metrics import for_people
 from workbench.design.sweep.case import axis_of
-from workbench.design.sweep.full_flights import fly_one
 from workbench.design.sweep.ranges import SEED, VARY
 from workbench.design.sweep.table import SweepTable, resolution
 
@@ -168,6 +167,8 @@ def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
     refused: tuple[int, ...] = ()
     if why_no_best(table, metric):
         return None
+    from workbench.design.sweep.full_flights import fly_one  # loads Drake
+
     tied = table.tied(metric)
     ranking = [*_nearest_first(table, tied), *table.ranking(metric)[len(tied) :]]
     for index in map(int, ranking[:MOST_TRIED]):

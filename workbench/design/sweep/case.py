@@ -14,11 +14,9 @@ from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SEED, VARY, SweepRange
 from workbench.estimation.settings import COMPLEMENTARY, EKF, TRUTH
 from workbench.gains.gains import flight_gains
-from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.axes import AXES, find_axis
-from workbench.scenario.configured import read_configured
 from workbench.scenario.parameters import check_parameters, parameter_table
 from workbench.scenario.scenario import Scenario, flown_controller
 
@@ -87,6 +85,9 @@ class SweepCase:
         Raises:
             WorkbenchError: if its description cannot be read.
         """
+        from workbench.plant.loading import make_vehicle  # loads Drake; a figure does not need it
+        from workbench.scenario.configured import read_configured
+
         return make_vehicle(read_configured(self.scenario.vehicle))
 
     def values(self, vehicle: Vehicle) -> dict[str, float]:
