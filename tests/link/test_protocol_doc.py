@@ -258,16 +258,3 @@ def test_the_figures_of_the_server_are_told():
         assert sentence in told, sentence
     assert outgoing.BATCHES == 2 and "at most two batches" in told
     assert admission.LONGEST_WAIT == 60.0 and "up to a minute" in told
-
-
-def test_the_way_of_a_velocity_is_drawn_by_functions_that_there_are():
-    root = Path(__file__).resolve().parents[2]
-    page = (root / "docs" / "architecture.md").read_text(encoding="utf-8")
-    told = re.search(r"through (\d+) functions in (\d+) files.*?```\n(.*?)```", page, re.DOTALL)
-    ways = re.findall(r"^(\w+/[\w/]+\.py) +(\w[\w., ]*?)(?:  |$)", told[3], re.MULTILINE)
-    functions = [(file, name) for file, names in ways for name in names.split(", ")]
-    assert (len(functions), len({file for file, _ in ways})) == (int(told[1]), int(told[2]))
-    for file, name in functions:
-        source = (root / "workbench" / file).read_text(encoding="utf-8")
-        for part in name.split("."):
-            assert re.search(rf"^ *(class|def) {part}\b", source, re.MULTILINE), (file, name)
