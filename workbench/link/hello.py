@@ -1,7 +1,7 @@
 """The first message of the server: all that a client needs to decode the others."""
 
-from dataclasses import asdict, dataclass
-from typing import ClassVar
+from dataclasses import asdict, dataclass, fields
+from typing import Any, ClassVar
 
 from workbench.link.drone_topics import LONGEST_NAME
 from workbench.link.json_fields import LARGEST_ID, JsonFields
@@ -130,19 +130,15 @@ def _range(found: JsonFields) -> tuple[int, int]:
 
 
 def _limits(found: JsonFields) -> Limits:
-    return Limits(
-        level_speed=found.number("level_speed", 0.0),
-        climb_rate=found.number("climb_rate", 0.0),
-        yaw_rate=found.number("yaw_rate", 0.0),
-        largest=found.integer("largest", 1, LARGEST_ID),
-        largest_before_login=found.integer("largest_before_login", 1, LARGEST_ID),
-        clients=found.integer("clients", 1, MOST_CLIENTS),
-        clients_an_address=found.integer("clients_an_address", 1, MOST_CLIENTS),
-        hold_after=found.number("hold_after", 0.0),
-        lost_after=found.number("lost_after", 0.0),
-        land_after=found.number("land_after", 0.0),
-        oldest_state=found.number("oldest_state", 0.0),
-    )
+    most = dict.fromkeys(("clients", "clients_an_address"), MOST_CLIENTS)
+    values: dict[str, Any] = {
+        each.name: found.integer(each.name, 1, most.get(each.name, LARGEST_ID))
+        if each.type is int
+        else found.number(each.name, 0.0)
+        for each in fields(Limits)
+        if each.name != "largest_operation"  # not read, as older servers do not state it
+    }
+    return Limits(**values)
 
 
 def _topics(found: JsonFields) -> tuple[Topic, ...]:
