@@ -7,7 +7,7 @@ import numpy as np
 from PyQt6.QtCore import QObject, pyqtSignal
 from PyQt6.QtWidgets import (
     QComboBox,
-    QStackedWidget,
+    QSizePolicy,
 )
 
 from workbench.analysis.questions import DrawFrequency, PlanMeasurement, Question
@@ -32,7 +32,14 @@ from workbench.gui.tuning.drawn_loop import (
 from workbench.gui.tuning.excitation_card import BUSY, GROUNDED
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import Limits, find_limit, written
-from workbench.gui.tuning.loop_plots import FOUR, BodePlots, GangPlots, NyquistPlot, PhaseView
+from workbench.gui.tuning.loop_plots import (
+    FOUR,
+    LOWEST,
+    BodePlots,
+    GangPlots,
+    NyquistPlot,
+    PhaseView,
+)
 from workbench.gui.tuning.loop_shaping import LoopShaping
 from workbench.gui.tuning.margins_card import loop_label, weakest_loop
 from workbench.gui.tuning.trial import Trial
@@ -188,7 +195,9 @@ class LoopMeasuring(QObject):
         super().__init__(parent)
         self._flight, self._analysis = workspace.flight, workspace.analysis
         self._notices = workspace.notices
-        self.button = button("Measure", self._press, help=MEASURE_HELP.format(seconds=USUAL))
+        self.button = button(
+            "Measure", self._press, kind="compact", help=MEASURE_HELP.format(seconds=USUAL)
+        )
         self.said = ""
         self._analysis.measurement_planned.connect(self._fly)
         self._analysis.refused.connect(self._hear_refusal)
@@ -336,19 +345,22 @@ class FrequencyCard(Card):
         policy.setHeightForWidth(True)
         self.legend.setSizePolicy(policy)
         self.reading = Sentence()
-        self._stack = QStackedWidget()
-        for page in (self.bode, self.nyquist, scrolled(self.gang), self.phase):
-            self._stack.addWidget(page)
+        # no stack, which would be as tall as its tallest page
+        self._pages = (self.bode, self.nyquist, scrolled(self.gang), self.phase)
+        for page in self._pages:  # it has the room that there is, down to its least height
+            page.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
+            tall = page.minimumSizeHint().height() if page is self.phase else LOWEST
+            page.setMinimumHeight(tall)
         self.progress = Sentence()
         parts = column(
             self.legend,
-            (self._stack, 1),
+            *((page, 1) for page in self._pages),
             hbox((self.reading, 1), self.measuring.button),
             self.shaping,
-            spacing=SPACING,
+            spacing=SPACING // 2,
         )
         row = hbox(self.views, self.loops, self.cuts, (self.progress, 1))
-        # scrolled in a low window: plots and sliders need 400 px
+        # scrolled in a low window: plots and sliders need 260 px
         fill(self.body, row, (scrolled(parts), 1))
         self.views.currentIndexChanged.connect(lambda _: self._turn_to_view())
         self.loops.activated.connect(lambda _: self.choose_loop(self.loops.currentData()))
@@ -438,11 +450,12 @@ class FrequencyCard(Card):
 
     def _turn_to_view(self) -> None:
         name = self._view
-        self._stack.setCurrentIndex(self.views.currentIndex())
+        for index, page in enumerate(self._pages):
+            page.setVisible(index == self.views.currentIndex())
+            page.setToolTip(HELP[name])
         of_a_loop = (self.loops, self.cuts, self.legend, self.reading, self.shaping)
         for part in (*of_a_loop, self.measuring.button):
             part.setVisible(name != "Phase")
-        self._stack.setToolTip(HELP[name])
         self.set_seen(self._seen)
         self._show()
 

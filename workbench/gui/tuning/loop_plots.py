@@ -44,7 +44,7 @@ EVERYWHERE = (-math.inf, math.inf)
 GAIN, REDUCTION, PHASE = map(find_limit, ("gain_margin", "gain_reduction_margin", "phase_margin"))
 LOW = 150
 """Least height of a legible plot [px]."""
-LOWEST = 110
+LOWEST = 120
 """The same of plots side by side in a low window [px]."""
 MIDDLE, HALF = (-0.8, 0.0), 2.4
 """Initial centre and half height of the picture, as in `workbench judge`."""
@@ -151,9 +151,8 @@ class BodePlots(FrequencyPlots):
         for plot in self.plots:
             plot.set_scales(Scale.LOGARITHMIC)
             plot.setMinimumHeight(LOWEST)
-        # one below the other they are no taller than there is room, or they would stay so
+        # one below the other they may become lower again, or they would stay so
         self._box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
-        self.setMinimumHeight(LOWEST)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Arrange the plots in one column if the height allows it, else in two."""
