@@ -216,7 +216,9 @@ def make_step_blocks(act: Callable[..., None], key: str) -> Callable[..., None]:
     fly_period = make_fly_period(act, KNOW_TRUTH, f"batch_{key}")
     begin = KNOW_TRUTH.begin
 
-    def step_blocks(first, last, periods, updates, schedule, tables, crafts, kept, coarse):  # type: ignore[no-untyped-def]
+    def step_blocks(  # type: ignore[no-untyped-def]
+        first, last, periods, updates, schedule, tables, crafts, kept, effects, due, coarse
+    ):
         """Fly blocks on; this is what gets compiled.
 
         Args:
@@ -228,11 +230,11 @@ def make_step_blocks(act: Callable[..., None], key: str) -> Callable[..., None]:
             tables: see `Tables`.
             crafts: one for each flight, see `Crafts`.
             kept: see `Kept`.
+            effects: see `find_effects`.
+            due: at which steps of a period states are seen and commands act, see `steps_of`.
             coarse: whether anybody's commands come in steps.
         """
-        effects = find_effects(crafts)
-        looks = steps_of(crafts.seen, schedule.steps)
-        acts = steps_of(crafts.acting, schedule.steps)
+        looks, acts = due
         for number in range(first, last):
             since = number * LANES
             to = min(since + LANES, len(tables.states))
@@ -589,6 +591,9 @@ class Batch(_Arrays):
         self._crafts = planned.crafts.chosen(planned.which)
         self._schedule = planned.schedule
         self._coarse = bool(candidates.computers[:, 2].any())
+        self._effects = find_effects(self._crafts)
+        delays = self._crafts.seen, self._crafts.acting
+        self._due = tuple(steps_of(each, self._schedule.steps) for each in delays)
         self._tables = _make_tables(candidates, actions)
         self._kept = _make_kept(candidates, self._crafts, self.controller)
         self._steps = compiled_steps(self.controller, actions)
@@ -759,6 +764,8 @@ class Batch(_Arrays):
                 self._tables,
                 self._crafts,
                 self._kept,
+                self._effects,
+                self._due,
                 self._coarse,
             )
 

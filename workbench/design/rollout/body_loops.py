@@ -253,25 +253,46 @@ def _drag(block):  # type: ignore[no-untyped-def]
 
 @register_jitable
 def _turn(block, rotors, blades):  # type: ignore[no-untyped-def]
-    """Add what the rotors do, with the drag of their blades if any drag."""
-    if blades:
-        for number in range(len(rotors)):
-            rotor = rotors[number]
+    """Add what the rotors do, with the drag of their blades if any drag.
+
+    Four rotors in a loop: what acts on the body is read and written once for them.
+    """
+    fours = len(rotors) // 4 * 4
+    for number in range(0, fours, 4):
+        a, b, c, d = rotors[number], rotors[number + 1], rotors[number + 2], rotors[number + 3]
+        if blades:
             for i in range(LANES):
-                row, speed = take16(rotor, TURN, i), take(rotor, MIDDLE, i)
-                slope, share = take(rotor, SLOPE, i), take(rotor, SHARE, i)
-                load = with_thrust(take9(block, LOAD, i), speed, slope, share, row)
                 v_B, w_B = take3(block, WAY, i), take3(block, WAY + 3, i)
-                wrench = with_rotor_drag(load[0:6], v_B, w_B, speed, row)
-                put9(block, LOAD, i, wrench + load[6:9])
-    else:
-        for number in range(len(rotors)):
-            rotor = rotors[number]
-            for i in range(LANES):
-                row, speed = take16(rotor, TURN, i), take(rotor, MIDDLE, i)
-                slope, share = take(rotor, SLOPE, i), take(rotor, SHARE, i)
-                load = with_thrust(take9(block, LOAD, i), speed, slope, share, row)
+                load = _dragged(_dragged(take9(block, LOAD, i), a, i, v_B, w_B), b, i, v_B, w_B)
+                load = _dragged(_dragged(load, c, i, v_B, w_B), d, i, v_B, w_B)
                 put9(block, LOAD, i, load)
+        else:
+            for i in range(LANES):
+                load = _pushed(_pushed(take9(block, LOAD, i), a, i), b, i)
+                put9(block, LOAD, i, _pushed(_pushed(load, c, i), d, i))
+    for number in range(fours, len(rotors)):
+        rotor = rotors[number]
+        if blades:
+            for i in range(LANES):
+                v_B, w_B = take3(block, WAY, i), take3(block, WAY + 3, i)
+                put9(block, LOAD, i, _dragged(take9(block, LOAD, i), rotor, i, v_B, w_B))
+        else:
+            for i in range(LANES):
+                put9(block, LOAD, i, _pushed(take9(block, LOAD, i), rotor, i))
+
+
+@register_jitable(forceinline=True)
+def _pushed(load, rotor, i):  # type: ignore[no-untyped-def]
+    """Return a load with what a rotor does, but for the drag of its blades."""
+    row, speed = take16(rotor, TURN, i), take(rotor, MIDDLE, i)
+    return with_thrust(load, speed, take(rotor, SLOPE, i), take(rotor, SHARE, i), row)
+
+
+@register_jitable(forceinline=True)
+def _dragged(load, rotor, i, v_B, w_B):  # type: ignore[no-untyped-def]
+    """Return a load with what a rotor does."""
+    load, speed = _pushed(load, rotor, i), take(rotor, MIDDLE, i)
+    return with_rotor_drag(load[0:6], v_B, w_B, speed, take16(rotor, TURN, i)) + load[6:9]
 
 
 @register_jitable
