@@ -9,15 +9,16 @@ A batch flies closed loops in two threads, each drone with its own setpoint: phy
 controller at 128 Hz. crazyflow does so at its 500 Hz, with position control at 100 Hz: as it comes,
 and with its worlds split over two devices, one for each core. Each flies ten of its own control
 periods a call, then one, with new commands in each call. Turns alternate. Ratios are of seconds
-flown, in wall-clock time, and in processor time of all threads, which depends less on other load:
-under high load, a program with more threads loses in wall-clock time.
+flown and of physics steps, in wall-clock time, and in processor time of all threads, which depends
+less on other load: under high load, a program with more threads loses in wall-clock time.
 
-With calls of ten periods a batch flies some 20,000 seconds per second of a core, with calls of a
-hundred 24,000. A physics step of one drone takes 40 ns. A second of ours has twice as many steps as
-one of crazyflow's, so by steps ours is ahead by twice the ratios. To be 15 times as fast by seconds
-flown, a step would have to take 14 ns. Blocks of sixteen drones already use vector instructions.
-Longer calls gain a fifth; coarser physics would gain more, but change the flight. With calls of one
-period, nearly half of the time is spent on the call.
+A physics step of one drone takes some 40 ns of processor time; blocks of sixteen drones use vector
+instructions. A flight of a sweep costs the same, so batches and sweeps differ by the calls alone.
+Calls of a hundred periods gain a twentieth over those of ten; with calls of one period, a third of
+the time is spent on the call. Coarser physics would gain more, but change the flight. A second of
+ours has twice as many steps as one of crazyflow's: to be 15 times as fast by seconds flown, a step
+would have to take 14 ns. A quarter of a step is the blend of the rotors' time constants, whose
+roots and divisions keep the processor's divider busy.
 """
 
 import sys
@@ -46,6 +47,7 @@ PERIODS = (10, 1)
 CALLS = 20
 OURS = "Batch"
 LAW_RATE = {OURS: 128.0, "crazyflow": 100.0}
+PHYSICS_RATE = {OURS: 1024.0, "crazyflow": 500.0}
 TURNS = 12
 PATIENCE = 1e6
 """Longer than any session flies [s]."""
@@ -79,6 +81,8 @@ class BatchRow:
         flown_for_a_second: likewise, of processor time.
         ours_as_fast: seconds flown by `Batch` in a time of the wall clock over those of this one.
         ours_as_fast_by_processor: the same for a processor time.
+        steps_as_fast: physics steps of `Batch` in a time of the wall clock over those of this one.
+        steps_as_fast_by_processor: the same for a processor time.
     """
 
     flown_by: str
@@ -87,6 +91,8 @@ class BatchRow:
     flown_for_a_second: Spread
     ours_as_fast: Spread
     ours_as_fast_by_processor: Spread
+    steps_as_fast: Spread
+    steps_as_fast_by_processor: Spread
 
 
 @dataclass(frozen=True)
@@ -109,12 +115,14 @@ class Fleet:
     Attributes:
         flown_by: name in the table.
         law_rate: control periods a second.
+        physics_rate: steps a second.
         fly: takes periods a call, and returns the seconds of `CALLS` calls, by the wall clock and
             of the processor.
     """
 
     flown_by: str
     law_rate: float
+    physics_rate: float
     fly: Callable[[int], tuple[float, float]]
 
 
@@ -131,14 +139,18 @@ def show(figures: FastFigures) -> None:
             f"{row.engine:12} {row.slice:9.4f}   {text(row.real_time_factor):28} "
             f"{text(row.as_fast)}"
         )
-    print(f"{'1,024 flights':34} periods   {'flown a second':28} {'ours as fast':22} by processor")
+    print(
+        f"{'1,024 flights':34} periods   {'flown a second':28} {'ours as fast':22} "
+        f"{'by processor':22} {'by steps':22} both"
+    )
     for each in figures.batches:
         if isinstance(each, Missing):
             print(f"{each.simulator:34} {each.reason}")
         else:
             print(
                 f"{each.flown_by:34} {each.periods:7d}   {text(each.flown_a_second):28} "
-                f"{text(each.ours_as_fast):22} {text(each.ours_as_fast_by_processor)}"
+                f"{text(each.ours_as_fast):22} {text(each.ours_as_fast_by_processor):22} "
+                f"{text(each.steps_as_fast):22} {text(each.steps_as_fast_by_processor)}"
             )
 
 
@@ -178,10 +190,12 @@ def _batches(turns: int) -> Iterator[BatchRow | Missing]:
                         paces[each.flown_by].append((flown / wall, flown / processor))
             print(f"  batches, {periods} periods a call", file=sys.stderr, flush=True)
             ours = [*zip(*paces[OURS], strict=True)]
-            for name, own in paces.items():
-                by = [*zip(*own, strict=True)]
-                often = (ratios(a, b) for a, b in zip(ours, by, strict=True))
-                yield BatchRow(name, periods, *map(spread, by), *often)
+            for each in fleets:
+                by = [*zip(*paces[each.flown_by], strict=True)]
+                steps = [[pace * each.physics_rate for pace in own] for own in by]
+                own_steps = [[pace * PHYSICS_RATE[OURS] for pace in own] for own in ours]
+                often = (ratios(a, b) for a, b in zip(ours + own_steps, by + steps, strict=True))
+                yield BatchRow(each.flown_by, periods, *map(spread, by), *often)
 
 
 def _own() -> Fleet:
@@ -201,7 +215,7 @@ def _own() -> Fleet:
             raise RuntimeError("a flight of the batch was lost")
         return seconds
 
-    return Fleet(OURS, LAW_RATE[OURS], fly)
+    return Fleet(OURS, LAW_RATE[OURS], PHYSICS_RATE[OURS], fly)
 
 
 def _others(stack: ExitStack) -> Iterator[Fleet | Missing]:
@@ -212,7 +226,8 @@ def _others(stack: ExitStack) -> Iterator[Fleet | Missing]:
     ):
         try:
             simulator = stack.enter_context(OtherSimulator("crazyflow", devices))
-            yield Fleet(title, LAW_RATE["crazyflow"], _asking(simulator))
+            law, physics = LAW_RATE["crazyflow"], PHYSICS_RATE["crazyflow"]
+            yield Fleet(title, law, physics, _asking(simulator))
         except NoSimulatorError as error:
             yield Missing(title, str(error))
 
