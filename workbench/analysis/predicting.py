@@ -17,7 +17,6 @@ from workbench.analysis.replies import (
     Predicted,
     StepNumbers,
     Weighed,
-    load_numbers,
     step_numbers,
 )
 from workbench.analysis.subject import Subject
@@ -108,7 +107,7 @@ def predict(subject: Subject, question: Predict, _: Work) -> Working:
             acts=step.acts,
             heading=step.heading,
         )
-        numbers = load_numbers(load_metrics(time, response), use)
+        numbers = step_numbers(load_metrics(time, response), use)
         yield Predicted(question, time, response, numbers, not np.isfinite(response).all())
         return
     flown = engine.fly(

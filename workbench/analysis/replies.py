@@ -175,25 +175,12 @@ class StepNumbers:
     peak: float = math.nan
 
 
-def step_numbers(metrics: StepMetrics, peak_rotor_use: float) -> StepNumbers:
-    """Return the numbers of a step of a command."""
+def step_numbers(metrics: StepMetrics | LoadMetrics, peak_rotor_use: float) -> StepNumbers:
+    """Return the numbers of a step of a command or a load; a load has no rise and no overshoot."""
     return StepNumbers(
-        rise_time=metrics.rise_time,
+        rise_time=metrics.rise_time if isinstance(metrics, StepMetrics) else math.nan,
         settling_time=metrics.settling_time,
-        overshoot=metrics.overshoot,
-        steady_state_error=metrics.steady_state_error,
-        peak_rotor_use=peak_rotor_use,
-        withheld=metrics.withheld,
-        peak=metrics.peak,
-    )
-
-
-def load_numbers(metrics: LoadMetrics, peak_rotor_use: float) -> StepNumbers:
-    """Return the numbers of a step of a load."""
-    return StepNumbers(
-        rise_time=math.nan,
-        settling_time=metrics.settling_time,
-        overshoot=math.nan,
+        overshoot=metrics.overshoot if isinstance(metrics, StepMetrics) else math.nan,
         steady_state_error=metrics.steady_state_error,
         peak_rotor_use=peak_rotor_use,
         withheld=metrics.withheld,

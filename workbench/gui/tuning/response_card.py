@@ -14,7 +14,7 @@ from PyQt6.QtWidgets import QSizePolicy, QWidget
 from pyqtgraph.functions import arrayToQPolygonF
 
 from workbench.analysis.questions import Step
-from workbench.analysis.replies import Predicted, StepNumbers, load_numbers
+from workbench.analysis.replies import Predicted, StepNumbers, step_numbers
 from workbench.design.response_metrics import load_metrics, response_metrics, why_withheld
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
@@ -229,7 +229,7 @@ def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
     if len(flown) < FEWEST or part.jump == 0.0:
         return None
     found = load_metrics(flown.time, flown.response - flown.response[0], changed=changed)
-    return load_numbers(found, float(flown.rotor_use.max()))
+    return step_numbers(found, float(flown.rotor_use.max()))
 
 
 Take = Callable[[Excitation, float, float], Trace]
