@@ -12,6 +12,7 @@ from workbench.gui.charts.curve import CurveStyle, make_pen
 from workbench.gui.theme import Look
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
+JOINER = "\N{WORD JOINER}"
 
 
 @dataclass(frozen=True)
@@ -139,4 +140,5 @@ class Legend(QLabel):
 
 def _unbroken(text: str) -> str:
     """Return text without line breaks in it, as HTML."""
-    return escape(text).replace(" ", NO_BREAK)
+    joined = escape(text).replace("/", f"{JOINER}/{JOINER}")  # as in m/s
+    return joined.replace(" ", NO_BREAK)
