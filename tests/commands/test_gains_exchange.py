@@ -26,7 +26,7 @@ def vehicle(write):
 def test_import_says_what_changes_in_the_firmwares_words(run, vehicle):
     lines = run("gains", "import", vehicle, "--no-margins").out.splitlines()
     assert lines[0].endswith("px4 1.16.0, law px4, vehicle dh_drone")
-    row = "MC_ROLLRATE_P 0.15 0.12 s/rad -20.0 % torque per error of the rate of roll"
+    row = "MC_ROLLRATE_P 0.15 0.12 s/rad -20.0 % roll rate P gain"
     assert " ".join(lines[2].split()) == row
     assert lines[3] == "1 of 2 gains differ"
     assert lines[4] == "not flown here, and left alone: MPC_LAND_SPEED"
