@@ -5,14 +5,11 @@ caches. Wall-clock time is what a user waits for: a second process draws picture
 free cores. Processor time, of both processes, depends less on other load.
 
 These figures were measured while a dozen other programs shared the two cores: two processes had
-less than one core, so wall-clock ratios are near those of processor time. They are older than three
-changes: measured steps fly in compiled code, and figures are drawn without Drake and without
-matplotlib's help texts. Two turns since then, under the same load, gave `step` 2.9 times the plant
-in wall-clock time and 4.4 times in processor time, `judge` 4.4 and 7.9, `sweep` 2.9 and 5.3,
-`regress steps` 6.3 and 10.4, `linearize` 2.1 and 2.0, `inspect` 0.75 and 1.5. So all meet their
-targets in wall-clock time, and `step`, `judge`, `sweep` and `regress steps` not in processor time.
-Half of the processor time of `step`, `judge` and `sweep` is the picture, and a third of that is
-loading matplotlib.
+less than one core, so wall-clock ratios vary widely and are near those of processor time. `step`,
+`judge`, `sweep` and `regress steps` miss their targets under that load. Half of the processor time
+of `step`, `judge` and `sweep` is the picture, which a second free core takes over, and a third of
+that is loading matplotlib. First uses are older than the other figures: `step` now compiles a whole
+flight, and not the systems of the diagram one by one.
 
 The first use after installation compiles, here with an empty cache; `silence` is the longest time
 without a message. `sweep` also compiles a flight of 260 functions. It was silent for 26 s, because
