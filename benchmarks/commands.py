@@ -8,12 +8,12 @@ These figures were measured while a dozen other programs shared the two cores: t
 less than one core, so wall-clock ratios vary widely and are near those of processor time. `step`,
 `judge`, `sweep` and `regress steps` miss their targets under that load. Half of the processor time
 of `step`, `judge` and `sweep` is the picture, which a second free core takes over, and a third of
-that is loading matplotlib. First uses are older than the other figures: `step` now compiles a whole
-flight, and not the systems of the diagram one by one.
+that is loading matplotlib.
 
 The first use after installation compiles, here with an empty cache; `silence` is the longest time
-without a message. `sweep` also compiles a flight of 260 functions. It was silent for 26 s, because
-an unchanged message was printed only once; it is now repeated.
+without a message. The figures of `sweep` are older than the others. It also compiles a flight of
+260 functions, and was silent for 26 s, because an unchanged message was printed only once; it is
+now repeated.
 """
 
 import os
