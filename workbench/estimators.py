@@ -9,6 +9,7 @@ from workbench.estimation.complementary import turning as turning
 from workbench.estimation.covariance import ERRORS as ERRORS
 from workbench.estimation.ekf import NOMINAL as NOMINAL
 from workbench.estimation.ekf import corrected as corrected
+from workbench.estimation.ekf import cross as cross
 from workbench.estimation.ekf import nominal as nominal
 from workbench.estimation.ekf import propagated as propagated
 from workbench.estimation.ekf import turned_by as turned_by
@@ -18,3 +19,6 @@ from workbench.estimation.samples import GPS as GPS
 from workbench.estimation.samples import MAGNETOMETER as MAGNETOMETER
 from workbench.estimation.samples import RANGE_FINDER as RANGE_FINDER
 from workbench.plant.gravity import GRAVITY as GRAVITY
+
+crossed = cross
+"""The name of the cross product in earlier files."""

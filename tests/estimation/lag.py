@@ -7,7 +7,7 @@ from workbench.estimators import (
     GPS,
     NOMINAL,
     State,
-    crossed,
+    cross,
     gain,
     into_world,
     nominal,
@@ -32,7 +32,7 @@ def update(memory, z, settings, mounting, dt):
     x = propagated(memory[:NOMINAL], z, dt)
     R = rotation((x[0], x[1], x[2], x[3]))
     arm = mounting[3:6] - mounting[0:3]
-    by_turning = into_world(R, crossed((z[0], z[1], z[2]), (arm[0], arm[1], arm[2])))
+    by_turning = into_world(R, cross((z[0], z[1], z[2]), (arm[0], arm[1], arm[2])))
     by_place = into_world(R, (arm[0], arm[1], arm[2]))
     for i in range(4):
         memory[i] = x[i]

@@ -216,7 +216,7 @@ def test_what_is_wrong_in_a_file_is_one_sentence_about_it(tmp_path, case):
     assert "no such module is installed" in complaint(find_estimator, "nobody.has.this")
     assert "unknown estimator 'efk': did you" in complaint(find_estimator, "efk")
     path = written(tmp_path, name="ekf")
-    assert "is called as the shipped ekf: give it" in complaint(find_estimator, str(path))
+    assert "has the name of the shipped ekf: give it" in complaint(find_estimator, str(path))
 
 
 def test_what_goes_wrong_in_flight_is_a_sentence_too(tmp_path, case):
