@@ -21,14 +21,15 @@ _marked: list[tuple[Callable[..., Any], dict[str, Any]]] = []
 def register_jitable(function: Function) -> Function: ...
 @overload
 def register_jitable(
-    *, forceinline: bool = False, boundscheck: bool = False
+    *, forceinline: bool = False, boundscheck: bool = False, _nrt: bool = True
 ) -> Callable[[Function], Function]: ...
 def register_jitable(function: Any = None, **options: Any) -> Any:
     """Let compiled code call a function; in Python it stays as it is.
 
     Args:
         function: to be marked; without one, a decorator is returned.
-        options: of `numba.extending.register_jitable`.
+        options: of `numba.extending.register_jitable`, such as `_nrt=False` for one that makes no
+            arrays: numba then counts no references to those that it is given.
     """
 
     def mark(each: Callable[..., Any]) -> Callable[..., Any]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.common.jitable import Scalar, Vector, register_jitable
-from workbench.dynamics.air.normals import COUNT, draw_normals
+from workbench.dynamics.air.normals import drawn_normals
 from workbench.dynamics.rigid_body import into_body, rotation
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.sensors import Imu
@@ -76,19 +76,23 @@ def packed(sensor: Imu, step: float, period: float) -> np.ndarray:
 
 
 @register_jitable
-def drawn_bias(mean: Vector, spread: Vector, seed: float, bias: Vector) -> None:
-    """Write the initial biases of a flight, in the axes of the sensor (6).
+def drawn_bias(mean: Vector, spread: Vector, seed: float) -> Six:
+    """Return the initial biases of a flight, in the axes of the sensor (6).
 
     Args:
         mean: of the biases (6).
         spread: their deviations (6).
         seed: of the flight's noise.
-        bias: 6 places.
     """
-    drawn = np.empty(COUNT)
-    draw_normals(seed, FIRST_DRAW, drawn)
-    for i in range(6):
-        bias[i] = mean[i] + spread[i] * drawn[i]
+    drawn = drawn_normals(seed, FIRST_DRAW)
+    return (
+        mean[0] + spread[0] * drawn[0],
+        mean[1] + spread[1] * drawn[1],
+        mean[2] + spread[2] * drawn[2],
+        mean[3] + spread[3] * drawn[3],
+        mean[4] + spread[4] * drawn[4],
+        mean[5] + spread[5] * drawn[5],
+    )
 
 
 @register_jitable
@@ -136,12 +140,16 @@ def noisy_sample(
         imu: see `packed`.
         seed: of the flight's noise.
     """
-    drawn = np.empty(COUNT)
-    draw_normals(seed, 2 * number, drawn)
+    drawn = drawn_normals(seed, 2 * number)
     scale = (NOISE_FACTOR if fault == NOISY else 1.0) / math.sqrt(every)
-    n = np.empty(6)
-    for i in range(6):
-        n[i] = bias[i] + bias[6 + i] + scale * imu[DEVIATION + i] * drawn[i]
+    n = (
+        bias[0] + bias[6] + scale * imu[DEVIATION] * drawn[0],
+        bias[1] + bias[7] + scale * imu[DEVIATION + 1] * drawn[1],
+        bias[2] + bias[8] + scale * imu[DEVIATION + 2] * drawn[2],
+        bias[3] + bias[9] + scale * imu[DEVIATION + 3] * drawn[3],
+        bias[4] + bias[10] + scale * imu[DEVIATION + 4] * drawn[4],
+        bias[5] + bias[11] + scale * imu[DEVIATION + 5] * drawn[5],
+    )
     return with_noise(exact, n, imu[TURN : TURN + 9])
 
 
@@ -161,7 +169,6 @@ def with_noise(exact: Vector, n: Vector, R_BS: Vector) -> Six:
 @register_jitable
 def step_drift(drift: Vector, number: int, imu: Vector, seed: float) -> None:
     """Advance the drift of the biases (6) from a reading to the next, in place."""
-    drawn = np.empty(COUNT)
-    draw_normals(seed, 2 * number + 1, drawn)
+    drawn = drawn_normals(seed, 2 * number + 1)
     for i in range(6):
         drift[i] = imu[KEPT + i] * drift[i] + imu[DRIVEN + i] * drawn[i]

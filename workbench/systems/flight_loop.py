@@ -15,7 +15,6 @@ from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.control.flight_law import ALL_PARTS, flight_law
 from workbench.control.flight_law import SOURCES as LAW
-from workbench.dynamics.air.normals import COUNT
 from workbench.dynamics.rigid_body import into_body, rotation
 from workbench.dynamics.vehicle_step import ROW, rotor_thrust, voltage_share
 from workbench.plant.contact import sphere_centre, steps_to
@@ -32,8 +31,9 @@ from workbench.systems.vehicle_dynamics import (
     SUPPLY,
     TOUCHED,
     WIND,
-    advance_in,
+    advance,
     gyro_reading,
+    step_places,
 )
 from workbench.systems.vehicle_dynamics import SOURCES as VEHICLE
 
@@ -109,7 +109,7 @@ def make_flight_loop(controller: Controller) -> Any:
         gains, shares, known, probes, estimate, settings = law
         period, n = constants[0], len(commands)
         held, reading, voltage = np.empty(n), np.empty(13), np.empty(1)
-        places = np.empty(COUNT + 2 * n)
+        places = step_places(n)
         rotors = constants[ROTORS:].reshape(-1, ROW)
         speeds, given = memory[SPEEDS : SPEEDS + n], memory[SPEEDS + n : SPEEDS + 2 * n]
         row = 0
@@ -147,7 +147,7 @@ def make_flight_loop(controller: Controller) -> Any:
                     commands,
                     1.0 * (number // control) if divides else ALL_PARTS,
                 )
-            if advance_in(places, time, acting, values, constants, state, memory) == BROKEN:
+            if advance(time, acting, values, constants, places, state, memory) == BROKEN:
                 return number, BROKEN
             if (number + 1) % record == 0:
                 _write(state, memory, commands, speeds, given, rotors, rows[row])

@@ -119,10 +119,13 @@ SOURCES = (
 """Sources of the compiled steps below `workbench/`."""
 
 
-def advance(time, commands, values, constants, state, memory):  # type: ignore[no-untyped-def]
+# counting references to views of arrays would take two thirds of the time
+@register_jitable(forceinline=True, _nrt=False)
+def advance(time, commands, values, constants, places, state, memory):  # type: ignore[no-untyped-def]
     """Do a step in the air, in place; this is what gets compiled.
 
-    A step of length zero does not move the body, but writes the present acceleration.
+    A step of length zero does not move the body, but writes the present acceleration. Neither this
+    function nor those that it calls may make an array.
 
     Args:
         time: now [s].
@@ -132,6 +135,7 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
             `vehicle_step.loaded`; steps between two readings of the IMU; that, see `imu.packed`,
             or zeros where nobody reads it; and a row a rotor for that step, see
             `vehicle_step.rotor_rows`.
+        places: for numbers of the step, see `step_places`.
         state: of the body (13).
         memory: see `MEMORY`.
 
@@ -139,13 +143,6 @@ def advance(time, commands, values, constants, state, memory):  # type: ignore[n
         DONE; NEAR if there may be contact, then nothing was done; or BROKEN if the result is not a
         finite number.
     """
-    places = np.empty(COUNT + 2 * (len(constants) - ROTORS) // ROW)
-    return advance_in(places, time, commands, values, constants, state, memory)
-
-
-@register_jitable(forceinline=True)
-def advance_in(places, time, commands, values, constants, state, memory):  # type: ignore[no-untyped-def]
-    """Do a step in the air as `advance` does, in places (`COUNT` + 2 n) that may be used again."""
     if memory[AWAY] < 1.0:
         return NEAR
     memory[AWAY] -= 1.0
@@ -191,19 +188,25 @@ def advance_in(places, time, commands, values, constants, state, memory):  # typ
     return DONE if math.isfinite(total) else BROKEN
 
 
+@register_jitable
+def step_places(n: int) -> np.ndarray:
+    """Return places for the numbers of a step with n rotors, which steps may use again."""
+    return np.empty(COUNT + 2 * n)
+
+
 @register_jitable(forceinline=True)
 def _sample(number, every, settings, imu, state, memory):  # type: ignore[no-untyped-def]
     """Return the sample (6) at a step: of a perfect gyro alone where nobody reads the IMU."""
     if imu[ON] == 0.0:
         return body_rates(state) + (0.0, 0.0, 0.0)
     fault, seed = settings[FAULT - SETTINGS], settings[IMU_SEED - SETTINGS]
-    bias = memory[BIAS:SPEEDS].copy()
+    bias, drift = six(memory[BIAS:DRIFT]), six(memory[DRIFT:SPEEDS])
     if memory[ELAPSED] < 0.0:
-        drawn_bias(imu[MEAN:SPREAD], imu[SPREAD:CONSTANTS], seed, bias)
+        bias = drawn_bias(imu[MEAN:SPREAD], imu[SPREAD:CONSTANTS], seed)
     elif fault in (FROZEN, SILENT):
         return six(memory[SAMPLE:SUMS])
     exact = measured(state, memory[LAST:WIND], imu[PLACE:TURN])
-    return noisy_sample(exact, number, every, fault, bias, imu, seed)
+    return noisy_sample(exact, number, every, fault, bias + drift, imu, seed)
 
 
 @register_jitable(forceinline=True)
@@ -226,7 +229,9 @@ def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-
         return
     seed, first = settings[IMU_SEED - SETTINGS], memory[ELAPSED] < 0.0
     if first:
-        drawn_bias(imu[MEAN:SPREAD], imu[SPREAD:CONSTANTS], seed, memory[BIAS:DRIFT])
+        bias = drawn_bias(imu[MEAN:SPREAD], imu[SPREAD:CONSTANTS], seed)
+        for i in range(6):
+            memory[BIAS + i] = bias[i]
     section = lowpass(settings[5], settings[6], every * period)
     for i in range(3):
         row, force = ACCEL + 2 * i, sample[3 + i]
@@ -250,8 +255,8 @@ def read_imu(time, values, constants, state, memory, reading):  # type: ignore[n
     """Write a reading of the IMU (9); this is compiled, too.
 
     It is the mean angular velocity and specific force since the previous reading, and the filtered
-    angular velocity of the gyro, in B. The arguments are those of `advance`, and places for the
-    result.
+    angular velocity of the gyro, in B. The arguments are those of `advance`, with places for the
+    result instead of those of the step.
     """
     settings, period, readout = values[SETTINGS:SHARES], constants[0], int(constants[READOUT])
     every = sample_steps(settings[0], period, readout)
@@ -275,7 +280,7 @@ def read_imu(time, values, constants, state, memory, reading):  # type: ignore[n
 def gyro_reading(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
     """Write the state (13) with the gyro's filtered angular velocity; this is compiled, too.
 
-    The arguments are those of `advance`, and places for the result.
+    The arguments are those of `advance`, with places for the result instead of those of the step.
     """
     settings, period, readout = values[SETTINGS:SHARES], constants[0], int(constants[READOUT])
     every = sample_steps(settings[0], period, readout)
@@ -293,7 +298,7 @@ def gyro_reading(time, values, constants, state, memory, reading):  # type: igno
 
 compiled_imu = compile_cached(read_imu, SOURCES, "the IMU", parts=28)
 compiled_reading = compile_cached(gyro_reading, SOURCES, "the gyro", parts=46)
-compiled_advance = compile_cached(advance, SOURCES, "the vehicle's motion", parts=84)
+compiled_advance = compile_cached(advance, SOURCES, "the vehicle's motion", parts=84, _nrt=False)
 
 
 class VehicleDynamics(LeafSystem):
@@ -473,7 +478,7 @@ class VehicleDynamics(LeafSystem):
         assert self._contact
         acceleration = self._free_acceleration(context, known[1])
         memory[AWAY] = 1.0
-        compiled_advance(*known[:4], state.copy(), memory)  # rotors and air alone
+        compiled_advance(*known[:5], state.copy(), memory)  # rotors and air alone
         memory[AWAY] = TOUCHED
         before = state[7:13].copy()
         self._contact.carry(self.payload(context))
@@ -501,7 +506,8 @@ class VehicleDynamics(LeafSystem):
         memory[AWAY] = 1.0
         values = context.get_numeric_parameter(0).get_value()
         constants = self._supplied(context, self._present)
-        compiled_advance(context.get_time(), commands, values, constants, state, memory)
+        known = context.get_time(), commands, values, constants, step_places(self._n)
+        compiled_advance(*known, state, memory)
         return memory[LAST:WIND]
 
     def _calc_kept(self, context: Context, output: Any) -> None:
@@ -516,7 +522,7 @@ class VehicleDynamics(LeafSystem):
         """Copy what only changes with a control update: reading it costs as much as a step."""
         commands = np.array(self._commands.Eval(context))
         values, constants, _ = self.get_cache_entry(self._kept).Eval(context)
-        output.set_value((commands, values, constants))
+        output.set_value((commands, values, constants, step_places(self._n)))
 
     def _supplied(self, context: Context, constants: np.ndarray) -> np.ndarray:
         """Return constants of `advance` with what the battery supplies now."""

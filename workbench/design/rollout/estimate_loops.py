@@ -131,7 +131,7 @@ class Imus(NamedTuple):
 def begin_imus(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
     """Return the IMUs at the start."""
     rows, due = np.zeros(ROWS * LANES), np.zeros((schedule.steps, LANES))
-    works, bias, noise = False, np.empty(6), hearing.imu_noise
+    works, noise, drawn = False, hearing.imu_noise, np.empty(COUNT)
     for i in range(LANES):
         c = min(i, len(candidates.gains) - 1)
         settings = candidates.gyros[c]
@@ -153,13 +153,13 @@ def begin_imus(block, candidates, hearing, schedule):  # type: ignore[no-untyped
         for k in range(12):
             put(rows, GYRO + k, i, states[k])
         put3(rows, RATES, i, w_B)
-        imu.drawn_bias(noise.mean, noise.spread, candidates.noises[c, 0], bias)
+        bias = imu.drawn_bias(noise.mean, noise.spread, candidates.noises[c, 0])
         for k in range(6):
             put(rows, BIAS + k, i, bias[k])
         put(rows, ELAPSED, i, -1.0)
     seeds = candidates.noises[:, 0].copy()
     alike = (candidates.noises == candidates.noises[0]).all()
-    return Imus(rows, due, works, seeds, alike, hearing.p_BS, hearing.R_BS, noise.deviation, bias)
+    return Imus(rows, due, works, seeds, alike, hearing.p_BS, hearing.R_BS, noise.deviation, drawn)
 
 
 @register_jitable(forceinline=True)

@@ -16,9 +16,9 @@ STEP = np.uint64(0x9E3779B97F4A7C15)
 FIRST, SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 SHIFTS = (np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11))
 FRACTION = 2.0**-53
-PAIRS = 3
-COUNT = 2 * PAIRS
-"""Number of numbers of a sample."""
+COUNT = 6
+"""Number of numbers of a sample: three pairs."""
+Normals = tuple[float, float, float, float, float, float]
 
 
 @register_jitable
@@ -30,23 +30,35 @@ def mixed(z: np.uint64) -> np.uint64:
 
 
 @register_jitable
-def draw_normals(seed: float, number: int, normals: np.ndarray) -> None:
-    """Write a sample's independent standard normal numbers, by Box and Muller (1958).
+def drawn_normals(seed: float, number: int) -> Normals:
+    """Return a sample's independent standard normal numbers, by Box and Muller (1958).
 
     Args:
         seed: a whole number.
         number: of the sample, from 0.
-        normals: places for `COUNT` of them.
     """
-    state = mixed(np.uint64(seed) + STEP) + np.uint64(number) * np.uint64(COUNT) * STEP
-    for pair in range(PAIRS):
-        state = state + STEP
-        radius = (float(mixed(state) >> SHIFTS[3]) + 1.0) * FRACTION  # above 0, up to 1
-        state = state + STEP
-        turn = float(mixed(state) >> SHIFTS[3]) * FRACTION
-        length = math.sqrt(-2.0 * math.log(radius))
-        normals[2 * pair] = length * math.cos(2.0 * math.pi * turn)
-        normals[2 * pair + 1] = length * math.sin(2.0 * math.pi * turn)
+    first = mixed(np.uint64(seed) + STEP) + np.uint64(number) * np.uint64(COUNT) * STEP
+    second = first + STEP + STEP
+    return _pair(first) + _pair(second) + _pair(second + STEP + STEP)
+
+
+@register_jitable
+def _pair(state: np.uint64) -> tuple[float, float]:
+    """Return the pair of numbers behind a state of the generator."""
+    state = state + STEP
+    radius = (float(mixed(state) >> SHIFTS[3]) + 1.0) * FRACTION  # above 0, up to 1
+    state = state + STEP
+    turn = float(mixed(state) >> SHIFTS[3]) * FRACTION
+    length = math.sqrt(-2.0 * math.log(radius))
+    return length * math.cos(2.0 * math.pi * turn), length * math.sin(2.0 * math.pi * turn)
+
+
+@register_jitable
+def draw_normals(seed: float, number: int, normals: np.ndarray) -> None:
+    """Write what `drawn_normals` returns to `COUNT` places."""
+    drawn = drawn_normals(seed, number)
+    for place in range(COUNT):
+        normals[place] = drawn[place]
 
 
 @register_jitable
