@@ -8,7 +8,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.design.metrics import FLOWN
 from workbench.design.step_response import fly_step
-from workbench.design.sweep import best as best_module
+from workbench.design.sweep import full_flights
 from workbench.design.sweep.best import (
     MOST_TRIED,
     prove_best,
@@ -219,17 +219,17 @@ def test_a_best_that_is_lost_on_the_full_diagram_is_refused(lost_table, monkeypa
     def fly(case, candidate):
         return ([NAN] * len(FLOWN), 0.5) if candidate in lost else ([1.0] * len(FLOWN), NAN)
 
-    monkeypatch.setattr(best_module, "fly_one", fly)
+    monkeypatch.setattr(full_flights, "fly_one", fly)
     best = prove_best(lost_table, "rise_time")
     assert best.index == order[1]
     assert best.refused == tuple(order[:1])
-    monkeypatch.setattr(best_module, "fly_one", lambda *_: ([NAN] * len(FLOWN), 0.5))
+    monkeypatch.setattr(full_flights, "fly_one", lambda *_: ([NAN] * len(FLOWN), 0.5))
     assert prove_best(lost_table, "rise_time") is None
     assert MOST_TRIED == 5
 
 
 def test_what_the_controller_does_not_know_of_cannot_be_the_best(monkeypatch):
-    monkeypatch.setattr(best_module, "fly_one", lambda *_: ([1.0] * len(FLOWN), NAN))
+    monkeypatch.setattr(full_flights, "fly_one", lambda *_: ([1.0] * len(FLOWN), NAN))
     table = sweep(["kp_velocity_z=2..6:2", "vary.mass=0.9..1.1:2"], duration=0.5)
     assert prove_best(table, "rise_time") is None
     with pytest.raises(WorkbenchError, match="unknown metric"):

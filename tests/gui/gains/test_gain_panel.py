@@ -289,7 +289,7 @@ def test_every_control_says_its_name_unit_and_range(panel):
     assert row.slider.accessibleName() == "Velocity x Kp slider, 0 1/s to 30 1/s"
     assert row.field.accessibleName() == "Velocity x Kp value, 0 1/s to 30 1/s"
     assert row._name.buddy() is row.field
-    assert "acceleration per velocity error along x" in row.slider.toolTip()
+    assert "velocity P gain, x" in row.slider.toolTip()
     for part in panel.findChildren((QAbstractSpinBox, QLineEdit)):
         parent = part.parent()
         assert part.accessibleName() or isinstance(parent, QAbstractSpinBox)
