@@ -4,16 +4,13 @@ Each is a separate process, in turns with one that only imports `pydrake.multibo
 caches. Wall-clock time is what a user waits for: a second process draws pictures, so it needs two
 free cores. Processor time, of both processes, depends less on other load.
 
-These figures were measured while a dozen other programs shared the two cores: two processes had
-less than one core, so wall-clock ratios vary widely and are near those of processor time. `step`,
-`judge`, `sweep` and `regress steps` miss their targets under that load. Half of the processor time
-of `step`, `judge` and `sweep` is the picture, which a second free core takes over, and a third of
-that is loading matplotlib.
+On two free cores each meets its target in wall-clock time. Half of the processor time of `step`,
+`judge` and `sweep` is the picture, which a second free core takes over, and a third of that is
+loading matplotlib; so on one free core they take about as many times the plant as in processor
+time.
 
-The first use after installation compiles, here with an empty cache; `silence` is the longest time
-without a message. The figures of `sweep` are older than the others. It also compiles a flight of
-260 functions, and was silent for 26 s, because an unchanged message was printed only once; it is
-now repeated.
+The first use after installation compiles, unless `make setup` or `workbench compile` has done so;
+here the cache is empty. `silence` is the longest time without a message.
 """
 
 import os

@@ -72,7 +72,7 @@ def test_help_lists_every_command(capsys):
 def test_numpy_has_one_thread_in_a_command_and_in_the_processes_that_it_starts(monkeypatch):
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     monkeypatch.setattr(sys, "argv", ["workbench", "--version"])
-    monkeypatch.setattr(__main__, "_let_signals_end_it", lambda: None)
+    monkeypatch.setattr(__main__, "_end_quickly", lambda: None)
     assert __main__.main() == 0
     assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
 

@@ -21,13 +21,20 @@ def main() -> int:
         print("workbench: interrupted; nothing was written", file=sys.stderr)
         return 130
     finally:
-        _let_signals_end_it()
+        _end_quickly()
 
 
-def _let_signals_end_it() -> None:
-    """Let Ctrl-C end the process while the interpreter takes itself down, without a traceback."""
+def _end_quickly() -> None:
+    """Prepare the end of the process: no search for garbage, and no traceback for Ctrl-C.
+
+    Python searches for garbage while it ends. With Drake and numpy that takes 40 ms, a seventh of a
+    short command, and the system takes the memory back anyway.
+    """
+    import gc
     import signal
 
+    gc.disable()
+    gc.freeze()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
