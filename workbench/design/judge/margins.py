@@ -88,7 +88,7 @@ def loop_margins(model: LinearModel, point: str) -> LoopMargins:
 
     Args:
         model: a closed loop that can be cut.
-        point: one of `loop_points.POINTS`.
+        point: name of one of the controller's loop points, such as pitch_acceleration.
     """
     return all_margins(model, [point])[0]
 
@@ -213,7 +213,7 @@ def _shapes(response: np.ndarray, level: np.ndarray) -> np.ndarray:
 
 
 def disk_margins(response: np.ndarray) -> np.ndarray:
-    """Return the disk margins (S) of L (S, F), at the frequencies of a grid."""
+    """Return the disk margins (S) of L (S, F) on a grid; `response_margins` refines one."""
     found: np.ndarray = _distances(response)[1].min(axis=1)
     return found
 

@@ -1,1 +1,1 @@
-"""Sensors as LeafSystems, one file each; truth, sampling and noise are separate."""
+"""Sensors as LeafSystems; those of a few numbers are an Instrument in a NoisySensor."""
