@@ -4,8 +4,10 @@ A flight runs in real time with its server. Eight clients, separate programs tha
 read eight topics of 200 samples a second each and acknowledge every batch. Age is the time from the
 sampling of a frame of time_data to its reading, by the machine's clock. A second test adds two
 clients: one reads 20 frames a second, the other one stops reading. With a C compiler, a third test
-has eight clients in C, which wake up faster and so show the link's own share. Everything, including
-the clients, runs on this machine's cores.
+has eight clients in C, which wake up faster and so show the link's own share. Then the eight
+clients read the same bytes from a bare broadcast: a loop of asyncio that sends the frames to
+everybody and does nothing else. At last 64 clients read time_data alone. Everything,
+including the clients, runs on this machine's cores.
 """
 
 import json
@@ -19,18 +21,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from link_client import DATA, HEADER, TOPICS, Watcher
+
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
 from workbench.scenario.scenario import Rates, Scenario, SensorsConfig
 
-SECONDS = 60.0
-CLIENTS = 8
+SECONDS = 30.0
+CLIENTS, MANY = 8, 64
+SERVED = ServerConfig(port=0, clients=2 * MANY)
+"""Clients of one machine get a share of the places."""
 WARM_UP = 2.0
 """Clients are started one after the other; what is read before that is not counted [s]."""
 SLOW = 20.0
 FLOWN = Scenario(sensors=SensorsConfig(use=["imu"]), rates=Rates(record_period=10.0))
 """With an IMU, as clients subscribe to it too; it keeps no arrays, as `workbench serve` does."""
 CLIENT = Path(__file__).with_name("link_client.py")
+BROADCAST = Path(__file__).with_name("link_broadcast.py")
+PERIOD = 5 / 1024
+"""Of the samples of a topic [s]."""
 IN_PYTHON = (sys.executable, str(CLIENT))
 
 
@@ -87,11 +96,15 @@ class LinkAgeFigures:
         loads: of the two processes.
         others_99: 99th percentile of the eight clients' age beside the two slow ones over that
             without them.
+        over_bare_50: median age of the eight clients over that of a bare broadcast.
+        over_bare_99: the same of the 99th percentiles.
     """
 
     ages: list[LinkAgeRow]
     loads: list[LinkLoadRow]
     others_99: float
+    over_bare_50: float
+    over_bare_99: float
 
 
 @dataclass(frozen=True)
@@ -110,14 +123,19 @@ def measure(seconds: float = SECONDS) -> LinkAgeFigures:
     alone, load = _fly(seconds, [])
     beside, load_beside = _fly(seconds, [SLOW, -1.0])
     in_c = _fly_in_c(seconds)
+    bare = _row("eight", "a bare broadcast", _broadcast(seconds))
+    seen, load_many = _fly(seconds, [], [*IN_PYTHON], MANY, ["1"])
+    many = _row("64, of one topic", "nobody", seen)
     eight = _row("eight", "nobody", alone)
     eight_beside = _row("eight", "two slow ones", beside[:CLIENTS])
     slow = _row("reads 20 frames/s", "eight", [beside[CLIENTS]])
     stopped = _row("stops reading", "eight", [beside[CLIENTS + 1]])
     return LinkAgeFigures(
-        [eight, eight_beside, slow, stopped, *in_c],
-        [load, load_beside],
+        [eight, eight_beside, slow, stopped, *in_c, bare, many],
+        [load, load_beside, load_many],
         eight_beside.age_99 / eight.age_99,
+        eight.age_50 / bare.age_50,
+        eight.age_99 / bare.age_99,
     )
 
 
@@ -134,23 +152,68 @@ def _fly_in_c(seconds: float) -> list[LinkAgeRow]:
     return [_row("eight in C", "nobody", seen)]
 
 
-def _fly(
-    seconds: float, slow: list[float], program: Sequence[str] = IN_PYTHON
-) -> tuple[list[Seen], LinkLoadRow]:
-    """Fly with eight clients and some slow ones; return what they saw, and what it cost."""
+def _broadcast(seconds: float) -> list[Seen]:
+    """Return what eight clients saw of a bare broadcast of the frames of a flight."""
+    given = json.dumps({"frames": [each.hex() for each in _frames()], "period": PERIOD})
+    with subprocess.Popen(
+        [sys.executable, str(BROADCAST)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as server:
+        assert server.stdin and server.stdout
+        server.stdin.write(given.encode() + b"\n")
+        server.stdin.flush()
+        address = f"127.0.0.1:{int(server.stdout.readline())}"
+        clients = [_start(IN_PYTHON, address, seconds + WARM_UP, 0.0) for _ in range(CLIENTS)]
+        seen = [Seen(**json.loads(each.communicate(timeout=seconds + 60.0)[0])) for each in clients]
+        server.stdin.close()
+    return seen
+
+
+class _Recorder(Watcher):
+    """Keeps the first frame of each topic."""
+
+    def __init__(self, host: str, port: int) -> None:
+        super().__init__(host, port)
+        self.found: dict[int, bytes] = {}
+
+    def _take(self, kind: int, topic: int, t_ns: int, payload: bytes) -> None:
+        if kind == DATA:
+            head = HEADER.pack(b"DH", 1, DATA, topic, 0, 0, len(payload), t_ns)
+            self.found.setdefault(topic, head + payload)
+
+
+def _frames() -> list[bytes]:
+    """Return a frame of each topic of a flight."""
     with LiveFlight(FLOWN) as flight:
         flight.wait()
-        address = flight.serve(ServerConfig(port=0)).result(30.0)
+        host, _, port = flight.serve(SERVED).result(30.0).rpartition(":")
+        recorder = _Recorder(host, int(port))
+        recorder.subscribe()
+        while len(recorder.found) < len(TOPICS):
+            recorder.read()
+    return list(recorder.found.values())
+
+
+def _fly(
+    seconds: float,
+    slow: list[float],
+    program: Sequence[str] = IN_PYTHON,
+    count: int = CLIENTS,
+    topics: Sequence[str] = (),
+) -> tuple[list[Seen], LinkLoadRow]:
+    """Fly with clients and some slow ones; return what they saw, and what it cost."""
+    with LiveFlight(FLOWN) as flight:
+        flight.wait()
+        address = flight.serve(SERVED).result(30.0)
         server = child_of(flight.pid)
-        paces = [0.0] * CLIENTS + slow
-        clients = [_start(program, address, seconds + WARM_UP, pace) for pace in paces]
+        paces = [0.0] * count + slow
+        clients = [_start(program, address, seconds + WARM_UP, pace, topics) for pace in paces]
         time.sleep(WARM_UP)
         begun, flown = time.perf_counter(), flown_by(flight)
         busy, busy_server = busy_of(flight.pid), busy_of(server)
         time.sleep(seconds - 1.0)
         wall, flown = time.perf_counter() - begun, flown_by(flight) - flown
         load = LinkLoadRow(
-            "two slow ones" if slow else "eight clients",
+            "two slow ones" if slow else f"{count} clients",
             flown / wall,
             (busy_of(server) - busy_server) / wall,
             (busy_of(flight.pid) - busy) / wall,
@@ -160,10 +223,15 @@ def _fly(
 
 
 def _start(
-    program: Sequence[str], address: str, seconds: float, pace: float
+    program: Sequence[str],
+    address: str,
+    seconds: float,
+    pace: float,
+    topics: Sequence[str] = (),
 ) -> subprocess.Popen[bytes]:
     host, _, port = address.rpartition(":")
-    return subprocess.Popen([*program, host, port, str(seconds), str(pace)], stdout=subprocess.PIPE)
+    words = [*program, host, port, str(seconds), str(pace), *topics]
+    return subprocess.Popen(words, stdout=subprocess.PIPE)
 
 
 def _row(clients: str, beside: str, seen: list[Seen]) -> LinkAgeRow:
@@ -216,6 +284,7 @@ def show(figures: LinkAgeFigures) -> None:
             f"server {load.server_share:.2f}, flight {load.flight_share:.2f}"
         )
     print(f"the eight's 99 % beside the slow ones over that without: {figures.others_99:.2f}")
+    print(f"over the bare broadcast: {figures.over_bare_50:.2f}, {figures.over_bare_99:.2f} (99 %)")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,13 @@
 """A client of the link by sockets alone, for link_age.py: it prints what it saw as JSON.
 
-`python benchmarks/link_client.py HOST PORT SECONDS FRAMES_A_SECOND`; 0 frames a second for all that
-come, less than 0 to stop reading. It acknowledges as docs/protocol.md asks.
+`python benchmarks/link_client.py HOST PORT SECONDS FRAMES_A_SECOND [TOPICS]`; 0 frames a second for
+all that come, less than 0 to stop reading; the first TOPICS of eight. It acknowledges as
+docs/protocol.md asks.
 """
 
 import contextlib
 import json
+import os
 import socket
 import struct
 import sys
@@ -35,7 +37,9 @@ class Watcher:
     """Reads frames, and keeps how old they were and where some were missing."""
 
     def __init__(self, host: str, port: int) -> None:
-        self._socket = socket.create_connection((host, port))
+        # a server takes 32 connections from one address at most
+        source = (f"127.0.0.{2 + os.getpid() % 4}", 0) if host == "127.0.0.1" else None
+        self._socket = socket.create_connection((host, port), source_address=source)
         self._socket.settimeout(LONGEST_WAIT)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._buffer = b""
@@ -46,9 +50,9 @@ class Watcher:
         self.frames = 0
         self.ended = ""
 
-    def subscribe(self) -> None:
-        """Ask for eight topics."""
-        names = [f"/dh_drone/{name}" for name in TOPICS]
+    def subscribe(self, count: int = len(TOPICS)) -> None:
+        """Ask for so many topics."""
+        names = [f"/dh_drone/{name}" for name in TOPICS[:count]]
         self.send(CONTROL, json.dumps({"op": "subscribe", "topics": names}).encode())
 
     def send(self, kind: int, payload: bytes = b"", seq: int | None = None) -> None:
@@ -113,9 +117,9 @@ class Watcher:
 
 def main() -> None:
     """Watch, and print what was seen."""
-    host, port, seconds, pace = sys.argv[1], int(sys.argv[2]), *map(float, sys.argv[3:])
+    host, port, seconds, pace = sys.argv[1], int(sys.argv[2]), *map(float, sys.argv[3:5])
     watcher = Watcher(host, port)
-    watcher.subscribe()
+    watcher.subscribe(*map(int, sys.argv[5:]))
     begun = time.monotonic()
     end = begun + seconds
     try:

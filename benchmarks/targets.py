@@ -288,6 +288,24 @@ TARGETS = (
         lambda figures: figures["link_age"]["others_99"],
     ),
     Target(
+        "median age over that of a bare broadcast of the same bytes",
+        3.0,
+        False,
+        lambda figures: figures["link_age"]["over_bare_50"],
+    ),
+    Target(
+        "99th percentile over that of a bare broadcast of the same bytes",
+        1.5,
+        False,
+        lambda figures: figures["link_age"]["over_bare_99"],
+    ),
+    Target(
+        "samples that 64 watchers of one topic have missed",
+        0,
+        False,
+        lambda figures: figures["link_age"]["ages"][-1]["gaps"],
+    ),
+    Target(
         "flights in which the hold came too late, of all faults",
         0,
         False,
