@@ -2,29 +2,21 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
-from PyQt6.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
+import pyqtgraph as pg
+from PyQt6.QtCore import QPointF, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import (
     QBrush,
-    QColor,
-    QFont,
-    QFontMetrics,
+    QFocusEvent,
     QKeyEvent,
     QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPixmap,
-    QResizeEvent,
 )
-from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
+from PyQt6.QtWidgets import QComboBox
 
 from workbench.analysis.questions import DrawMap
 from workbench.analysis.replies import Mapped
 from workbench.gui.analysis import Follower
-from workbench.gui.charts.colour_scale import colour_table, colours_of, image_of
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.errands import single_shot
 from workbench.gui.layout import fill
@@ -42,6 +34,10 @@ CONTOURS = 6
 """Approximate number of contour lines."""
 NUMBERED_PIECES = 6
 """Least number of pieces of a line with a number."""
+OUTSIDE = 22
+"""Space for the last number below the map beyond its right end [px]."""
+NUMBER_SPACE = 0.12
+"""Least distance between numbers: the sum of the shares of the map's width and height."""
 PAIRS = {
     "x": ("kp_velocity_x", "kp_pitch"),
     "y": ("kp_velocity_y", "kp_roll"),
@@ -51,45 +47,6 @@ PAIRS = {
 """Gains with the largest effect on a response along an axis."""
 REST = 120
 """Ask for a map when gains have not changed for this time [ms]: it takes hundreds of flights."""
-
-
-@dataclass(frozen=True)
-class MapGrid:
-    """Positions of a map's points, each in the centre of its cell.
-
-    Attributes:
-        box: area of the map in the widget.
-        x: values along the columns.
-        y: values along the rows, increasing upwards.
-    """
-
-    box: QRectF
-    x: np.ndarray
-    y: np.ndarray
-
-    def cell(self, column: float, row: float) -> QPointF:
-        """Return the position of a column and a row, which need not be whole."""
-        return QPointF(
-            self.box.left() + (column + 0.5) / len(self.x) * self.box.width(),
-            self.box.bottom() - (row + 0.5) / len(self.y) * self.box.height(),
-        )
-
-    def place(self, x: float, y: float) -> QPointF:
-        """Return the position of gains, limited to the map."""
-        column = np.interp(x, self.x, np.arange(len(self.x)))
-        row = np.interp(y, self.y, np.arange(len(self.y)))
-        return self.cell(float(column), float(row))
-
-    def gains(self, place: QPointF) -> tuple[float, float] | None:
-        """Return the gains at a position, None outside the map."""
-        if not self.box.contains(place):
-            return None
-        column = (place.x() - self.box.left()) / self.box.width() * len(self.x) - 0.5
-        row = (self.box.bottom() - place.y()) / self.box.height() * len(self.y) - 0.5
-        return (
-            float(np.interp(column, np.arange(len(self.x)), self.x)),
-            float(np.interp(row, np.arange(len(self.y)), self.y)),
-        )
 
 
 def contour_segments(values: np.ndarray, level: float) -> list[Segment]:
@@ -143,105 +100,11 @@ def contour_levels(low: float, high: float, count: int) -> tuple[float, ...]:
     return tuple(float(each) for each in np.arange(first * step, high, step))
 
 
-class MapPicture:
-    """Paints a map, which the view keeps as a pixmap.
+class MapView(pg.PlotWidget):
+    """Draws a map; a click, or arrow keys and Enter, select a point on it.
 
-    Args:
-        mapped: the map.
-        grid: positions of its points.
-        look: source of colours for the rest.
-        font: font of its numbers.
-    """
-
-    def __init__(self, mapped: Mapped, grid: MapGrid, look: Look, font: QFont) -> None:
-        self._mapped, self._grid, self._look, self._font = mapped, grid, look, font
-
-    def paint(self, painter: QPainter) -> None:
-        """Paint the map."""
-        values = self._mapped.values
-        low, high = value_range(values)
-        known = np.where(np.isfinite(values), values, low)
-        colours = colours_of(known, low, high, colour_table())
-        painter.drawImage(self._grid.box, image_of(colours[::-1]))
-        self._hatch(painter, self._grid.box)
-        self._paint_lines(painter)
-        self._paint_axes(painter, self._grid.box)
-
-    def _hatch(self, painter: QPainter, box: QRectF) -> None:
-        """Hatch flights that were lost, or lack the metric."""
-        rows, columns = self._mapped.values.shape
-        width, height = box.width() / columns, box.height() / rows
-        lines = QBrush(self._look.colour("bad"), Qt.BrushStyle.BDiagPattern)
-        for row, column in zip(*np.nonzero(~np.isfinite(self._mapped.values)), strict=True):
-            cell = QRectF(
-                box.left() + column * width, box.bottom() - (row + 1) * height, width, height
-            )
-            painter.fillRect(cell, self._look.colour("field"))
-            painter.fillRect(cell, lines)
-
-    def _paint_lines(self, painter: QPainter) -> None:
-        values, factor = self._mapped.values, 100.0 if self._mapped.unit == "1" else 1.0
-        small = QFont(self._font)
-        small.setWeight(QFont.Weight.DemiBold)
-        painter.setFont(small)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        taken: list[QPointF] = []
-        for level in contour_levels(*value_range(values), CONTOURS):
-            pieces = contour_segments(values, level)
-            for pen in (QPen(QColor(0, 0, 0, 110), 2.0), QPen(QColor(255, 255, 255, 210), 1.0)):
-                painter.setPen(pen)
-                for x0, y0, x1, y1 in pieces:
-                    painter.drawLine(self._grid.cell(x0, y0), self._grid.cell(x1, y1))
-            if len(pieces) >= NUMBERED_PIECES:
-                self._label(painter, f"{level * factor:.3g}", pieces, taken)
-
-    def _label(
-        self,
-        painter: QPainter,
-        text: str,
-        pieces: list[Segment],
-        taken: list[QPointF],
-    ) -> None:
-        """Write a value on its line, if no other value is there."""
-        box = self._grid.box
-        for x, y, *_ in sorted(pieces, key=lambda piece: abs(piece[0] - piece[1])):
-            at = self._grid.cell(x, y)
-            inside = box.adjusted(16.0, 8.0, -16.0, -8.0).contains(at)
-            if inside and all((at - other).manhattanLength() > 34.0 for other in taken):
-                taken.append(at)
-                place = QRectF(at.x() - 24.0, at.y() - 9.0, 48.0, 18.0)
-                painter.setPen(QColor(0, 0, 0, 170))
-                for way in ((1, 1), (-1, 1), (1, -1), (-1, -1)):
-                    shifted = place.translated(QPointF(*map(float, way)))
-                    painter.drawText(shifted, Qt.AlignmentFlag.AlignCenter, text)
-                painter.setPen(QColor("white"))
-                painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
-                return
-
-    def _paint_axes(self, painter: QPainter, box: QRectF) -> None:
-        painter.setFont(self._font)
-        painter.setPen(self._look.colour("muted"))
-        line = QFontMetrics(self._font).height()
-        for share in (0.0, 0.5, 1.0):
-            x = self._mapped.x[round(share * (len(self._mapped.x) - 1))]
-            y = self._mapped.y[round(share * (len(self._mapped.y) - 1))]
-            wide = QRectF(box.left() + share * box.width() - 40.0, box.bottom() + 2.0, 80.0, line)
-            wide.moveLeft(min(max(wide.left(), box.left() - 40.0 * share), box.right() - 40.0))
-            side = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignHCenter)[share > 0.0]
-            if share == 1.0:
-                wide.moveRight(box.right())
-                side = Qt.AlignmentFlag.AlignRight
-            elif share == 0.0:
-                wide.moveLeft(box.left())
-            painter.drawText(wide, side, f"{x:.3g}")
-            top = box.bottom() - share * box.height()
-            tall = QRectF(0.0, top - share * line, box.left() - 5.0, line)
-            tall.moveTop(min(max(top - 0.5 * line, box.top()), box.bottom() - line))
-            painter.drawText(tall, Qt.AlignmentFlag.AlignRight, f"{y:.3g}")
-
-
-class MapView(QWidget):
-    """Paints a map; a click, or arrow keys and Enter, select a point on it.
+    The plot's coordinates are columns and rows of the map; the gains along them are seldom evenly
+    spaced.
 
     Args:
         look: source of colours.
@@ -254,18 +117,34 @@ class MapView(QWidget):
     """The value under the pointer, in words."""
 
     def __init__(self, look: Look, words: Callable[[str], str]) -> None:
-        super().__init__()
+        super().__init__(enableMenu=False)
         self._look, self._words = look, words
         self._mapped: Mapped | None = None
-        self._spot: tuple[float, float] | None = None
         self._cursor: tuple[int, int] | None = None
-        self._picture: QPixmap | None = None
+        self._image = pg.ImageItem(axisOrder="row-major", colorMap="viridis")
+        self._contours = pg.PlotCurveItem(
+            connect="pairs",
+            antialias=True,
+            pen="#ffffffd2",
+            shadowPen=pg.mkPen("#0000006e", width=2),
+        )
+        self._numbers: list[pg.TextItem] = []
+        self._spot = pg.ScatterPlotItem(symbol="crosshair", size=14.0, brush=None)
+        self._square = pg.ScatterPlotItem(
+            symbol="s", size=10.0, brush=None, pen=pg.mkPen("w", width=1.5)
+        )
+        self._none = pg.TextItem("No map yet", anchor=(0.5, 0.5))
+        for item in (self._image, self._contours, self._spot, self._square, self._none):
+            self.addItem(item)
+        self.hideButtons()
+        self.setMouseEnabled(False, False)
+        self.plotItem.setContentsMargins(0.0, 4.0, OUTSIDE, 0.0)
         self.setMinimumHeight(120)
-        self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAccessibleName("Map over two gains: arrows move, Enter proposes")
-        look.changed.connect(self._forget)
+        look.changed.connect(self._dress)
+        self._dress()
+        self.show_map(None)
 
     @property
     def mapped(self) -> Mapped | None:
@@ -279,83 +158,95 @@ class MapView(QWidget):
     def show_map(self, mapped: Mapped | None) -> None:
         """Show a map, None for none."""
         self._mapped = mapped
+        while self._numbers:
+            self.removeItem(self._numbers.pop())
+        for item in (self._image, self._contours, self._spot, self._square):
+            item.clear()
+        self._none.setVisible(mapped is None)
+        self.showAxes((mapped is not None, False, False, mapped is not None))
+        self.getViewBox().background.setVisible(mapped is not None)
         if mapped is None:
             self._cursor = None
-        self._forget()
+            self.setRange(xRange=(-1.0, 1.0), yRange=(-1.0, 1.0))
+            return
+        rows, columns = mapped.values.shape
+        self.setRange(xRange=(-0.5, columns - 0.5), yRange=(-0.5, rows - 0.5), padding=0.0)
+        low, high = value_range(mapped.values)
+        self._image.setImage(mapped.values, levels=(low, max(high, low + 1e-9)))
+        self._image.setRect(-0.5, -0.5, columns, rows)
+        for side, values in (("bottom", mapped.x), ("left", mapped.y)):
+            places = (0, (len(values) - 1) // 2, len(values) - 1)
+            self.getAxis(side).setTicks([[(each, f"{values[each]:.3g}") for each in places]])
+        self._show_lines(mapped)
+        self._show_cursor()
+
+    def _show_lines(self, mapped: Mapped) -> None:
+        """Draw contour lines, with numbers where no other number is."""
+        values, factor = mapped.values, 100.0 if mapped.unit == "1" else 1.0
+        lines: list[Segment] = []
+        taken: list[np.ndarray] = []
+        for level in contour_levels(*value_range(values), CONTOURS):
+            pieces = contour_segments(values, level)
+            lines += pieces
+            for x, y, *_ in sorted(pieces, key=lambda piece: abs(piece[0] - piece[1])):
+                share = np.array([x, y]) / values.shape[::-1]
+                inside = (abs(share - 0.5) < 0.5 - NUMBER_SPACE / 2.0).all()
+                if len(pieces) < NUMBERED_PIECES:
+                    break
+                if inside and all(abs(share - other).sum() > NUMBER_SPACE for other in taken):
+                    taken.append(share)
+                    number = pg.TextItem(f"{level * factor:.3g}", "w", fill="#00000060")
+                    number.setAnchor((0.5, 0.5))
+                    number.setPos(x, y)
+                    self.addItem(number)
+                    self._numbers.append(number)
+                    break
+        self._contours.setData(*np.reshape(lines, (-1, 2)).T)
 
     def show_spot(self, x: float, y: float) -> None:
-        """Mark the proposed gains."""
-        self._spot = x, y
-        self.update()
+        """Mark the proposed gains, dark and light, which is visible on any colour."""
+        if self._mapped is not None:
+            column = np.interp(x, self._mapped.x, range(len(self._mapped.x)))
+            row = np.interp(y, self._mapped.y, range(len(self._mapped.y)))
+            pens = [pg.mkPen("k", width=3.5), pg.mkPen("w", width=1.5)]
+            self._spot.setData([column] * 2, [row] * 2, pen=pens)
 
     def point_at(self, place: QPointF) -> tuple[float, float] | None:
         """Return the gains at a position in the widget, None outside the map."""
-        return self._grid.gains(place) if self._grid is not None else None
-
-    def place_of(self, x: float, y: float) -> QPointF:
-        """Return the position of gains in the widget."""
-        assert self._grid is not None
-        return self._grid.place(x, y)
-
-    @property
-    def _grid(self) -> MapGrid | None:
-        if self._mapped is None:
+        if self._mapped is None or not self.getViewBox().sceneBoundingRect().contains(place):
             return None
-        return MapGrid(self._box(), self._mapped.x, self._mapped.y)
+        at, x, y = self.getViewBox().mapSceneToView(place), self._mapped.x, self._mapped.y
+        return (
+            float(np.interp(at.x(), range(len(x)), x)),
+            float(np.interp(at.y(), range(len(y)), y)),
+        )
 
-    def _box(self) -> QRectF:
-        metrics = self.fontMetrics()
-        left = metrics.horizontalAdvance("0.0000") + 8.0
-        bottom = metrics.height() + 4.0
-        return QRectF(left, 4.0, self.width() - left - 6.0, self.height() - bottom - 4.0)
+    def _dress(self) -> None:
+        """Apply the colours of the look."""
+        self.setBackground(self._look.colour("card"))
+        self._none.setColor(self._look.colour("muted"))
+        hatched = QBrush(self._look.colour("bad"), Qt.BrushStyle.BDiagPattern)
+        self.getViewBox().setBackgroundColor(hatched)  # seen where the image has no value
+        for side in ("left", "bottom"):
+            self.getAxis(side).setStyle(
+                tickLength=0, tickFont=self.font(), hideOverlappingLabels=OUTSIDE
+            )
+            self.getAxis(side).setPen(None)
+            self.getAxis(side).setTextPen(self._look.colour("muted"))
 
-    def _forget(self) -> None:
-        self._picture = None
-        self.update()
+    def _show_cursor(self) -> None:
+        seen = [self._cursor] if self._cursor is not None and self.hasFocus() else []
+        self._square.setData(pos=seen)
 
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Redraw the map."""
-        self._forget()
+    def focusInEvent(self, event: QFocusEvent | None) -> None:
+        """Show the selected point."""
+        super().focusInEvent(event)
+        self._show_cursor()
 
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the map, which is cached as a picture, and the marks on it."""
-        painter = QPainter(self)
-        if self._mapped is None:
-            painter.setPen(self._look.colour("muted"))
-            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, "No map yet")
-            return
-        if self._picture is None:
-            self._picture = self._draw()
-        painter.drawPixmap(0, 0, self._picture)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if self._spot is not None:
-            self._ring(painter, self.place_of(*self._spot), 6.0)
-        if self._cursor is not None and self._grid is not None and self.hasFocus():
-            at = self._grid.cell(*map(float, self._cursor))
-            painter.setPen(QPen(QColor("white"), 1.5))
-            painter.drawRect(QRectF(at.x() - 5.0, at.y() - 5.0, 10.0, 10.0))
-
-    def _ring(self, painter: QPainter, at: QPointF, size: float) -> None:
-        """Draw a ring with a cross, dark and light, which is visible on any colour."""
-        for colour, width in ((QColor("black"), 3.5), (QColor("white"), 1.5)):
-            painter.setPen(QPen(colour, width))
-            painter.drawEllipse(at, size, size)
-            painter.drawLine(at - QPointF(size + 5.0, 0.0), at - QPointF(size, 0.0))
-            painter.drawLine(at + QPointF(size + 5.0, 0.0), at + QPointF(size, 0.0))
-            painter.drawLine(at - QPointF(0.0, size + 5.0), at - QPointF(0.0, size))
-            painter.drawLine(at + QPointF(0.0, size + 5.0), at + QPointF(0.0, size))
-
-    def _draw(self) -> QPixmap:
-        assert self._mapped is not None and self._grid is not None
-        ratio = self.devicePixelRatioF()
-        picture = QPixmap(self.size() * ratio)
-        picture.setDevicePixelRatio(ratio)
-        picture.fill(QColor(0, 0, 0, 0))
-        painter = QPainter(picture)
-        painter.setFont(self.font())
-        MapPicture(self._mapped, self._grid, self._look, self.font()).paint(painter)
-        painter.end()
-        return picture
+    def focusOutEvent(self, event: QFocusEvent | None) -> None:
+        """Hide the selected point."""
+        super().focusOutEvent(event)
+        self._show_cursor()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
         """Report the value under the pointer."""
@@ -395,7 +286,7 @@ class MapView(QWidget):
         said = self._text(float(x[column]), float(y[row]))
         self.setAccessibleDescription(said)
         self.read.emit(said)
-        self.update()
+        self._show_cursor()
 
     def _text(self, x: float, y: float) -> str:
         assert self._mapped is not None
