@@ -35,7 +35,7 @@ def add_parser(commands: Any) -> None:
         commands,
         "identify",
         "Find a vehicle's thrust, lag, inertia and drag in logs of its flights, each with its "
-        "interval, and write a file of rotors and body for it.",
+        "interval, and write a sidecar for it: rotors and body.",
         "workbench identify flight.csv --model dh_drone --sidecar flown.rotors.yaml",
         run,
     )
@@ -60,7 +60,7 @@ def add_parser(commands: Any) -> None:
         "--sidecar",
         type=Path,
         metavar="FILE",
-        help="where to write rotors and body for --rotors (default: DIR/MODEL.rotors.yaml)",
+        help="where to write the sidecar, for --rotors (default: DIR/MODEL.rotors.yaml)",
     )
     parser.add_argument(
         "--output",

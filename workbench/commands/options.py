@@ -154,8 +154,8 @@ def add_rotors_option(parser: "argparse._ActionsContainer") -> None:
         "--rotors",
         metavar="FILE",
         default="",
-        help="rotors (YAML) for a description that has none; without it, STEM.rotors.yaml beside "
-        "the description",
+        help="sidecar: YAML with the rotors of a description that has none; without it, "
+        "STEM.rotors.yaml beside the description",
     )
 
 

@@ -101,7 +101,7 @@ def read_description(
         args: values for a xacro file's arguments.
         packages: folders of ROS packages and Gazebo models by name, in addition to those found near
             the file and through the environment.
-        rotors: a YAML file of rotors, "" for those in the description or in a sidecar.
+        rotors: a sidecar, "" for the one beside the description, if any.
 
     Raises:
         WorkbenchError: if it cannot be read, or is ambiguous.
@@ -294,7 +294,7 @@ def read_rotors(
         model: what the description says.
         base_link: its frame is the body frame B.
         remarks: receives remarks on assumptions, and on declarations not used.
-        sidecar: a requested file of rotors, instead of the one next to the description.
+        sidecar: a requested one, instead of the one beside the description.
 
     Raises:
         WorkbenchError: with file and line, if rotors are declared and cannot be read.
@@ -351,7 +351,7 @@ def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks
     Args:
         model: its links make up the drone.
         base_link: its frame is the body frame.
-        sidecar: a requested file, instead of the one next to the description.
+        sidecar: a requested one, instead of the one beside the description.
         remarks: receives a remark.
 
     Raises:
@@ -407,7 +407,7 @@ def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> Batter
 
     Args:
         model: with the plugins.
-        sidecar: a requested file, instead of the one next to the description.
+        sidecar: a requested one, instead of the one beside the description.
         remarks: receives a remark on an incomplete plugin.
 
     Raises:

@@ -87,7 +87,7 @@ def _check_rotors(description: Description) -> None:
         found = f"{count} rotors are declared" if count else "no rotors are declared"
         raise WorkbenchError(
             f"{description.source}: {found}, a multirotor has four or more: add a motor-model "
-            f"plugin for each, or a file {sidecar_name(description.source)} beside it (see "
+            f"plugin for each, or a sidecar {sidecar_name(description.source)} beside it (see "
             "docs/descriptions.md)"
         )
     if not any(link.inertial for link in description.model.links):

@@ -71,9 +71,8 @@ class VehicleConfig:
     """The vehicle and its gains.
 
     The name of a shipped model or the path of a description; arguments for its xacro file; folders
-    of packages and models that it refers to, by name; the path of a file of rotors for a
-    description without any; the path of a gain file; and the variation of the flying vehicle from
-    all that.
+    of packages and models that it refers to, by name; the path of a sidecar, for a description
+    without rotors; the path of a gain file; and the variation of the flying vehicle from all that.
     """
 
     model: str = "dh_drone"

@@ -1,6 +1,6 @@
 """The report on an identification: numbers, their confidence, and the sidecar.
 
-The sidecar is the file of rotors and body that any `--model` takes.
+The sidecar has rotors and body, and any command takes it with `--rotors`.
 """
 
 import math
@@ -357,7 +357,7 @@ def yaw_scale(vehicle: Vehicle) -> float:
 
 
 def _rotor(rotor: Rotor, base_link: str, scale: float) -> dict[str, Any]:
-    """Return a rotor as `plant.rotor_sources.sidecar_file` has it."""
+    """Return a rotor as `plant.rotor_sources.sidecar` has it."""
     where: dict[str, Any] = {"name": rotor.name}
     direction = rotor.direction
     where["link"] = base_link
@@ -394,7 +394,7 @@ class Report:
         correlations: autocorrelations of the errors of prediction, see `whiteness`.
         noise: densities of gyro [rad/s/√Hz] and accelerometer [m/s²/√Hz].
         held_back: prediction of the last fifth by a search without it; None without one.
-        sidecar: text of the file.
+        sidecar: its text.
     """
 
     found: Found

@@ -69,7 +69,7 @@ def identified_robustness(sidecar: Path) -> Robustness | None:
     least certain one counts. Others keep their defaults.
 
     Args:
-        sidecar: rotors (YAML), as `workbench identify` writes them.
+        sidecar: one with intervals, as `workbench identify` writes them.
 
     Raises:
         WorkbenchError: with file and line, for an unknown key or a wrong type.

@@ -21,7 +21,7 @@ _USED = ("kf", "km", "thrust2weight", "gnd_eff_coeff", "prop_radius", "drag_coef
 _EFFECTS = {
     "arm": "the places of the propellers' links count",
     "max_speed_kmh": "no flight is held to it",
-    "drag_coeff_xy": "rotors have the drag that a file of rotors gives them",
+    "drag_coeff_xy": "rotors have the drag that a sidecar gives them",
     "dw_coeff_1": "no flight has downwash",
     "dw_coeff_2": "no flight has downwash",
     "dw_coeff_3": "no flight has downwash",

@@ -1,4 +1,4 @@
-"""The sidecar of a description: a YAML file next to it, with rotors, body and battery."""
+"""The sidecar of a description: a YAML file beside it, with rotors, body and battery."""
 
 import dataclasses
 import math
@@ -102,7 +102,7 @@ class IdentifiedRow:
 
 @dataclass
 class Sidecar:
-    """The schema of the file."""
+    """The schema of a sidecar."""
 
     body: BodyRows | None = None
     identified: list[IdentifiedRow] = field(default_factory=list)
@@ -140,7 +140,7 @@ def sidecar_name(description: Path) -> str:
 
 
 def find_sidecar(description: Path) -> Path | None:
-    """Return the sidecar of a description, or else `rotors.yaml` next to it, or None."""
+    """Return the sidecar of a description, or else `rotors.yaml` beside it, or None."""
     for name in (sidecar_name(description), "rotors.yaml"):
         path = description.parent / name
         try:
