@@ -174,7 +174,7 @@ def test_a_ulog_is_what_pyulog_reads_turned_to_our_axes():
     np.testing.assert_allclose(turn(ours), NED_TO_ENU @ turn(q) @ FRD_TO_FLU, atol=1e-5)
     assert any("4 times" in remark for remark in flight.remarks)
     assert flight.parameters["SYS_AUTOSTART"] == 10020.0
-    # An outer loop makes the rate set-point here: there is no response to be trusted.
+    # An outer loop makes the rate setpoint here: there is no response to be trusted.
     assert "roll_rate" in contents_of(flight).loops
 
 

@@ -114,7 +114,7 @@ TAU, DELAY, RATE = 0.08, 0.02, 500.0
 
 
 def write_steps(path: Path, edges: dict[float, float], noisy: float = 0.0, **columns) -> None:
-    """Write a CSV of a first-order loop's answer to a set-point that jumps, and its mapping.
+    """Write a CSV of a first-order loop's answer to a setpoint that jumps, and its mapping.
 
     y(t) = sum of a (1 - exp(-(t - edge - DELAY) / TAU)): the closed form, sampled.
     """
@@ -196,9 +196,9 @@ def test_what_a_log_cannot_give_fails_or_is_skipped_with_a_sentence(case, tmp_pa
         ("still.csv", "trim", 0.596),
         ("still.csv", "saturation", 100.0),
         ("still.csv", "mean_rotor_use", 0.574),
-        ("still.csv", "rise_time", "the set-point has no step that stands for 0.3 s"),
-        ("still.csv", "lag", "the set-point does not move"),
-        ("still.csv", "measured_rise_time", "not to be trusted: the set-point never moves"),
+        ("still.csv", "rise_time", "the setpoint has no step that stands for 0.3 s"),
+        ("still.csv", "lag", "the setpoint does not move"),
+        ("still.csv", "measured_rise_time", "not to be trusted: the setpoint never moves"),
         ("still.csv", "hover_thrust", "the log has no speeds of the rotors"),
         ("still.csv", "peak_speed", "the log has no velocity_data.v_x .. or estimate.v_x .."),
         ("still.csv", "maximum of tilt", "the log has no attitude.q_w .."),

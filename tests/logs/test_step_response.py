@@ -53,7 +53,7 @@ def record(time: np.ndarray, setpoint: np.ndarray, response: np.ndarray) -> Flig
 def fly(
     seed: int = 0, duration: float = 60.0, rate: float = 200.0, disturbed: float = 0.2
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return time, a pilot's set-point, and the response with a slow disturbance and noise."""
+    """Return time, a pilot's setpoint, and the response with a slow disturbance and noise."""
     count = int(duration * rate)
     time = np.arange(count) / rate
     setpoint = noise(seed, count, 0.05, 2.0, rate)
@@ -101,20 +101,20 @@ def poor_data() -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     torn = np.arange(count) % 150 < 100
     following = np.interp(time - 0.02, time, scipy.signal.lsim(LOOP, wild, time)[1])
     return {
-        "a set-point that never moves": (time, np.full(count, 0.3), response),
-        "hover: a set-point of noise alone": (
+        "a setpoint that never moves": (time, np.full(count, 0.3), response),
+        "hover: a setpoint of noise alone": (
             time,
             0.02 * np.random.default_rng(5).standard_normal(count),
             response,
         ),
-        "a set-point of another flight": (time, wild, response),
+        "a setpoint of another flight": (time, wild, response),
         "a response that stands still": (time, setpoint, np.full(count, 0.1)),
         "three seconds": (time[:600], setpoint[:600], response[:600]),
         "ten samples a second": (time[slow], setpoint[slow], response[slow]),
         "gaps everywhere": (time[torn], setpoint[torn], response[torn]),
         "turbulence that drowns it": fly(disturbed=3.0),
         "a clock that is 0.1 s off": (time[:-20], setpoint[:-20], response[20:]),
-        "a set-point that follows the response": (time, following, wild),
+        "a setpoint that follows the response": (time, following, wild),
     }
 
 

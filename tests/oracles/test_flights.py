@@ -141,7 +141,7 @@ def test_a_step_along_x_leaves_height_and_y_alone(velocity):
     assert np.abs(flight.p_WB[:, 1]).max() <= 0.01
 
 
-def test_a_square_of_way_points_is_reached():
+def test_a_square_of_waypoints_is_reached():
     corners = [[2.0, 0.0, 3.0], [2.0, 2.0, 3.0], [0.0, 2.0, 3.0], [0.0, 0.0, 3.0]]
     script = [at(8.0 * index, go_to=corner) for index, corner in enumerate(corners)]
     flight = flown(duration=32.0, start=Start(position=[0.0, 0.0, 3.0]), script=script)

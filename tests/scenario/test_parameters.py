@@ -188,7 +188,7 @@ def test_rows_that_nothing_has_may_keep_their_defaults():
 
 
 def eventful() -> Session:
-    """Return a flight that asks for everything: speed, turn, way-point, landing."""
+    """Return a flight that asks for everything: speed, turn, waypoint, landing."""
     script = [
         Action(at=0.0, velocity=[2.0, -2.0, 1.0], yaw_rate=0.3),
         Action(at=0.4, velocity=[0.0, 0.0, 0.0]),

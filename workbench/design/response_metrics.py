@@ -1,4 +1,4 @@
-"""Numbers of flown responses: to a step, to a load, and to any set-point.
+"""Numbers of flown responses: to a step, to a load, and to any setpoint.
 
 Those of a step, of one response or of many at once, are by python-control's definitions.
 

@@ -289,7 +289,7 @@ def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
         judged(
             "prediction in closed loop",
             {
-                "set-points": ASKED,
+                "setpoints": ASKED,
                 "position": parts(f"{motion}."),
                 "attitude": attitude,
             },

@@ -432,7 +432,7 @@ def _doubts(
 ) -> tuple[str, ...]:
     """Return reasons not to trust a step response."""
     if moved == 0.0:
-        return ("the set-point never moves",)
+        return ("the setpoint never moves",)
     scale = max(abs(final), 1e-9)
     found = [
         (
@@ -441,18 +441,18 @@ def _doubts(
         ),
         (
             coherence < LEAST_COHERENCE,
-            f"the coherence is {coherence:.2f}: the response hardly follows the set-point, or much "
+            f"the coherence is {coherence:.2f}: the response hardly follows the setpoint, or much "
             "else moves it",
         ),
         (final < LEAST_GAIN, f"it settles at {final:.2f}, where a loop comes to 1"),
         (
             width > WIDEST * scale,
-            f"the settled part is known to {100.0 * width / scale:.0f} % only: the set-point moves "
+            f"the settled part is known to {100.0 * width / scale:.0f} % only: the setpoint moves "
             "too little, or disturbances too much",
         ),
         (
             sooner > SOONER,
-            "the response comes before the set-point: clocks are off, or the set-point follows the "
+            "the response comes before the setpoint: clocks are off, or the setpoint follows the "
             "response",
         ),
         (

@@ -38,8 +38,7 @@ TWICE = NOISE_FROM / 0.45
 MEASURED = ("measured_rise_time", "measured_overshoot", "measured_final")
 """Metrics from the step response of a loop over a whole log."""
 _WHY_NAN = (
-    "the set-point does not move, or the response follows it later than is looked for, or not at "
-    "all"
+    "the setpoint does not move, or the response follows it later than is looked for, or not at all"
 )
 
 

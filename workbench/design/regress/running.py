@@ -310,7 +310,7 @@ def _checks(name: str, limit: Limit, flight: Flight) -> list[Check]:
             found.append(Check(said, measure.unit_of(part), value, limit, doubt))
         if not found:
             raise UnknownError(
-                f"the set-point has no step that stands for {SHORTEST:g} s before and after its "
+                f"the setpoint has no step that stands for {SHORTEST:g} s before and after its "
                 f"edge: {' and '.join(MEASURED[:2])} take any flying"
             )
     except UnknownError as reason:

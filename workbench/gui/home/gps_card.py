@@ -61,7 +61,7 @@ MOST_LINES = 4
 """Largest number of lines about the place under the pointer."""
 GO_TO = (
     "Click a place on the map to fly there at the present height. With Shift, further clicks set "
-    "way-points that are flown in turn. A right click takes one away, Escape sets none. The wheel "
+    "waypoints that are flown in turn. A right click takes one away, Escape sets none. The wheel "
     "shows more of the world."
 )
 
@@ -163,7 +163,7 @@ class PathMap(Instrument):
         east, north = self.place.east - self.home.east, self.place.north - self.home.north
         said = f"{math.hypot(east, north):.1f} metres from home: {east:.1f} east, {north:.1f} north"
         if self._points:
-            said += f"; flies to way-point {self._present + 1} of {len(self._points)}"
+            said += f"; flies to waypoint {self._present + 1} of {len(self._points)}"
         return said
 
     def begin(self, home: Place, outlines: tuple[Outline, ...] = ()) -> None:

@@ -142,7 +142,7 @@ class Route(QObject):
 
     def _end(self, why: str) -> None:
         self._forget()
-        self._notices.inform(f"the way-points are given up, as {why}")
+        self._notices.inform(f"the waypoints are given up, as {why}")
         self.changed.emit()
 
 

@@ -1,4 +1,4 @@
-"""Way-points by mouse on the Home screen's map, over a flight that answers."""
+"""Waypoints by mouse on the Home screen's map, over a flight that answers."""
 
 import math
 
@@ -41,7 +41,7 @@ class Bench:
 
     @property
     def places(self):
-        """Way-points, level."""
+        """Waypoints, level."""
         return [each[:2] for each in self.route.places]
 
     def at(self, east, north):
@@ -90,7 +90,7 @@ def flown(qapp, tmp_path_factory):
 
 @pytest.fixture
 def bench(flown, qtbot):
-    """The drone hovering, without way-points, the button up."""
+    """The drone hovering, without waypoints, the button up."""
     qtbot.waitUntil(lambda: flown.now is not None)
     if flown.now.mode is FlightMode.OFF:
         qtbot.waitUntil(lambda: flown.button.toolTip() == ON_THE_GROUND)
@@ -133,7 +133,7 @@ def test_several_are_flown_in_turn_and_one_is_taken_away(bench, qtbot):
     assert len(bench.places) == 2
     qtbot.waitUntil(lambda: bench.asked((-3.0, 3.0)))
     assert bench.route.present == 1
-    assert "way-point 2 of 2" in bench.map.spoken
+    assert "waypoint 2 of 2" in bench.map.spoken
     bench.click(-3.0, 3.0, RIGHT)  # the one that is flown to: it brakes and stays
     assert bench.places == []
     qtbot.waitUntil(lambda: bench.now.reference[7] == 0.0)
