@@ -28,8 +28,8 @@ rotation of the thrust vector, x and y, and the remaining heading error, z. The 
     e_f  = LPF_FLTE(LPF_FLTT(ω_sp) - ω),   τ = P e_f + I + D LPF_FLTD(de_f/dt) + FF LPF_FLTT(ω_sp)
     dI/dt = I e_f, within IMAX; only towards 0 while the mixer saturates
 
-ω has passed INS_GYRO_FILTER. Motor signals follow from τ and F, see `control/mixers.py`; a
-speed controller converts a full signal to `motor_speed`.
+ω has passed INS_GYRO_FILTER. Motor signals follow from τ and F, see
+`control/autopilot_mixers.py`; a speed controller converts a full signal to `motor_speed`.
 
 Source: ArduPilot, AC_PosControl.cpp, AC_AttitudeControl.cpp, AC_AttitudeControl_Multi.cpp,
 AC_PID.cpp, AP_Math/control.cpp. docs/autopilots.md lists omissions.
@@ -40,14 +40,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.control.firmware_filters import (
-    COEFFICIENTS,
-    butterworth,
-    filtered,
-    first_order,
-)
-from workbench.control.flight_law import known_vehicle, law_constants
-from workbench.control.mixers import (
+from workbench.control.autopilot_mixers import (
     MOST,
     NAMES,
     ardupilot_actuator,
@@ -59,6 +52,13 @@ from workbench.control.mixers import (
     moment_shares,
     with_motor,
 )
+from workbench.control.firmware_filters import (
+    COEFFICIENTS,
+    butterworth,
+    filtered,
+    first_order,
+)
+from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.control.quaternions import (
     canonical,
     inverse,

@@ -30,7 +30,7 @@ pidsum_limit, integrals at iterm_windup percent of it; they are thousandths of a
 First low-passes have dynamic cut-offs: min + (max - min) (t + expo / 10 t (1 - t)). The part of the
 throttle above the frequency throttle_boost_cutoff is boosted by throttle_boost / 10. In rate mode
 (`acro` 1) the outer loop commands ω_sp = outer_p_angle (θ_d - θ), and the 8 above becomes 40.
-Motor signals follow from sums and throttle, see `control/mixers.py`; a speed controller
+Motor signals follow from sums and throttle, see `control/autopilot_mixers.py`; a speed controller
 converts a full signal to `motor_speed`. The update runs at 1024 Hz, Betaflight's at 8000.
 
 Source: Betaflight 4.6.0 development snapshot (MSP API 1.47), pid.c, pid_init.c, filter.c, gyro.c.
@@ -42,10 +42,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.control.betaflight_outer import outer_loop
-from workbench.control.firmware_filters import cascaded, first_order, towards
-from workbench.control.flight_law import known_vehicle, law_constants
-from workbench.control.mixers import (
+from workbench.control.autopilot_mixers import (
     MOST,
     NAMES,
     betaflight_mixed,
@@ -56,6 +53,9 @@ from workbench.control.mixers import (
     moment_shares,
     with_motor,
 )
+from workbench.control.betaflight_outer import outer_loop
+from workbench.control.firmware_filters import cascaded, first_order, towards
+from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.controllers import (
     State,
     arctan2,

@@ -18,7 +18,7 @@ those of the world and the body with z up, where the same equations hold. By com
 
 ω has passed the second-order low-pass IMU_GYRO_CUTOFF, and dω/dt also the first-order low-pass
 IMU_DGYRO_CUTOFF. The yaw torque passes the first-order low-pass MC_YAW_TQ_CUTOFF.
-Motor signals follow from τ and F, see `control/mixers.py`. A signal x gives the thrust
+Motor signals follow from τ and F, see `control/autopilot_mixers.py`. A signal x gives the thrust
 share THR_MDL_FAC x² + (1 - THR_MDL_FAC) x, and a speed controller converts x to a speed between
 SIM_GZ_EC_MIN and SIM_GZ_EC_MAX. Rates: 512, 256 and 102 Hz; in PX4 400, 250 and 50 to 100.
 
@@ -31,15 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.control.firmware_filters import (
-    COEFFICIENTS,
-    butterworth,
-    filtered,
-    first_order,
-    towards,
-)
-from workbench.control.flight_law import known_vehicle, law_constants
-from workbench.control.mixers import (
+from workbench.control.autopilot_mixers import (
     MOST,
     NAMES,
     SCALES,
@@ -52,6 +44,14 @@ from workbench.control.mixers import (
     px4_mixing,
     with_motor,
 )
+from workbench.control.firmware_filters import (
+    COEFFICIENTS,
+    butterworth,
+    filtered,
+    first_order,
+    towards,
+)
+from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.control.quaternions import canonical, inverse, product, shortest, unit, upright
 from workbench.controllers import (
     GRAVITY,
