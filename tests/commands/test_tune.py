@@ -1,9 +1,13 @@
 """`workbench tune`."""
 
+import re
 from pathlib import Path
 
 import pytest
 
+from workbench.commands.cli import main
+from workbench.design.metrics import WISHED
+from workbench.design.tune.wish import GROUPS
 from workbench.gains.gains import load_gains
 
 PALM = Path(__file__).parent.parent / "drones" / "palm_quad.urdf.xacro"
@@ -134,3 +138,11 @@ def test_a_file_that_cannot_be_written_is_refused_before_the_search(
 
 def test_a_variation_of_the_callers_is_refused(refused):
     assert "leave the variation out" in refused("tune", "--vary", "mass=1.1")
+
+
+def test_the_help_names_every_wish(capsys):
+    with pytest.raises(SystemExit):
+        main(["tune", "--help"])
+    help_text = capsys.readouterr().out.partition("  --wish WISH")[2].partition("  --wishes")[0]
+    words = set(re.findall(r"\w+", help_text))
+    assert {*(metric.name for metric in WISHED), *GROUPS, "rotors"} <= words

@@ -41,12 +41,14 @@ def add_parser(commands: Any) -> None:
         "--wish",
         "WISH",
         str,
-        "SUBJECT.METRIC<=VALUE or >=; may be repeated. Steps of x, y, z, yaw: rise_time, "
-        "settling_time, overshoot, steady_state_error, peak_rotor_use; of the angles roll, pitch: "
-        "the first three; loops, as roll, yaw_rate, velocity_x, position_z, or loop points, as "
+        "SUBJECT.METRIC<=VALUE or >=; may be repeated. Steps of the axes x, y, z, yaw, or level "
+        "for x and y: rise_time, settling_time, overshoot, steady_state_error, peak_rotor_use. "
+        "Steps of the angles roll, pitch, or tilt for both: the first three. Loops, such as roll, "
+        "yaw_rate, velocity_x, position_z, or tilt for roll and pitch, and loop points, such as "
         "pitch_error: phase_margin, gain_margin, delay_margin, disk_margin, peak_sensitivity, "
-        "bandwidth; rotors: noise_amplification. As x.rise_time<=0.4, pitch.rise_time<=80ms, "
-        "roll.bandwidth>=12rad/s, yaw_rate.phase_margin>=60deg; see docs/tuning.md",
+        "bandwidth. rotors: noise_amplification, command_noise. Examples: level.rise_time<=0.4, "
+        "pitch.rise_time<=80ms, roll.bandwidth>=12rad/s, yaw_rate.phase_margin>=60deg; see "
+        "docs/tuning.md",
     )
     group.add_argument(
         "--wishes", type=Path, metavar="FILE", help="file of wishes (YAML), see docs/tuning.md"
