@@ -1,7 +1,7 @@
 """Do searches from bad gains end in good ones: `python benchmarks/tuning.py [MODEL]`.
 
 Each run starts from the vehicle's gains, every one scaled by a random factor between 0.2 and 5,
-and has the wishes that follow from the vehicle. It counts when the profile meets them on the full
+and has the wishes that follow from the vehicle. It counts when the gain file meets them on the full
 diagram. It takes some six seconds a run, so it is no part of `make bench`.
 """
 

@@ -175,7 +175,7 @@ def test_who_stops_it_at_the_last_moment_finds_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_profile_beside_the_model_may_change_later(tmp_path):
+def test_a_gain_file_beside_the_model_may_change_later(tmp_path):
     """The model's own gains.yaml is edited after the pin: the pinned step still flies as it did."""
     model = tmp_path / "models" / "drone"
     shutil.copytree(models_dir() / "dh_drone", model)

@@ -12,7 +12,7 @@ CONTROLLER = 18
 
 
 @pytest.fixture
-def profile(run, tmp_path):
+def gain_file(run, tmp_path):
     """A file of three states: kp_velocity_z 4.4, 3, 2."""
     path = tmp_path / "mine.yaml"
     assert run("gains", "save", path).code == 0
@@ -70,8 +70,8 @@ def test_diff_takes_what_a_file_lacks_from_the_rule(run, write):
     assert (rows["kp_pitch"]["a"], rows["kp_pitch"]["b"]) == (rule["kp_pitch"], 1.0)
 
 
-def test_diff_prints_only_what_differs(run, profile):
-    lines = run("gains", "diff", profile, "dh_drone").out.splitlines()
+def test_diff_prints_only_what_differs(run, gain_file):
+    lines = run("gains", "diff", gain_file, "dh_drone").out.splitlines()
     assert [line.split() for line in lines[1:]] == [
         ["kp_velocity_z", "2", "4.4", "1/s", "+120.0", "%"],
         ["19", "others", "are", "equal"],
@@ -79,13 +79,13 @@ def test_diff_prints_only_what_differs(run, profile):
     assert run("gains", "diff", "default", "default").out == "no difference in 20 gains\n"
 
 
-def test_what_is_saved_flies_the_same(run, profile):
-    said = run("params", "--gains", profile, "--json").json["parameters"]
+def test_what_is_saved_flies_the_same(run, gain_file):
+    said = run("params", "--gains", gain_file, "--json").json["parameters"]
     values = {row["name"]: row["value"] for row in said}
     own = {row["name"]: row["value"] for row in run("params", "--json").json["parameters"]}
     assert values == {**own, "kp_velocity_z": 2.0}
-    assert load_gains(profile).vehicle == "dh_drone"
-    assert load_gains(profile).origin == "tried 2"
+    assert load_gains(gain_file).vehicle == "dh_drone"
+    assert load_gains(gain_file).origin == "tried 2"
 
 
 def test_save_builds_on_another_file_and_says_so(run, write, tmp_path):
@@ -98,15 +98,15 @@ def test_save_builds_on_another_file_and_says_so(run, write, tmp_path):
     assert file.origin == f"dh_drone with {other} and kd_roll=9"
 
 
-def test_history_lists_the_states(run, profile):
-    states = run("gains", "history", profile, "--json").json["states"]
+def test_history_lists_the_states(run, gain_file):
+    states = run("gains", "history", gain_file, "--json").json["states"]
     assert [state["state"] for state in states] == [0, 1, 2]
     assert [state["changed"] for state in states] == [
         {},
         {"kp_velocity_z": [4.4, 3.0]},
         {"kp_velocity_z": [3.0, 2.0]},
     ]
-    lines = run("gains", "history", profile).out.splitlines()
+    lines = run("gains", "history", gain_file).out.splitlines()
     assert lines[0].split()[0] == "state"
     assert lines[2].endswith("kp_velocity_z 4.4 to 3  tried 3")
 
@@ -117,13 +117,13 @@ def test_history_of_a_file_by_hand(run, write):
     assert run("gains", "history", path, "--json").json["states"] == []
 
 
-def test_restore_brings_a_state_back(run, profile):
-    said = run("gains", "restore", profile, "0")
+def test_restore_brings_a_state_back(run, gain_file):
+    said = run("gains", "restore", gain_file, "0")
     assert "kp_velocity_z" in said.out
-    file = load_gains(profile)
+    file = load_gains(gain_file)
     assert file.gains["kp_velocity_z"] == 4.4
     assert len(file.history) == 4
-    assert f"wrote {profile}" in said.err
+    assert f"wrote {gain_file}" in said.err
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_bad_input_is_a_sentence_and_leaves_nothing(refused, tmp_path, monkeypat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_state_that_is_not_there_leaves_the_file(refused, profile):
-    before = profile.read_bytes()
-    assert "no state 7" in refused("gains", "restore", profile, "7")
-    assert profile.read_bytes() == before
+def test_a_state_that_is_not_there_leaves_the_file(refused, gain_file):
+    before = gain_file.read_bytes()
+    assert "no state 7" in refused("gains", "restore", gain_file, "7")
+    assert gain_file.read_bytes() == before

@@ -63,17 +63,17 @@ def test_it_finds_gains_and_proves_them(said):
     assert all(row["met"] for row in found["wishes"] + found["proof"])
 
 
-def test_profile_report_and_picture_are_written(said, folder):
+def test_gain_file_report_and_picture_are_written(said, folder):
     names = {"tuned.yaml", "tuning.html", "tuning.png"}
     assert {Path(path).name for path in said.json["files"]} == names
     assert (folder / "tuning.png").read_bytes()[:4] == PNG
     assert "yaw.rise_time" in (folder / "tuning.html").read_text(encoding="utf-8")
-    profile = load_gains(folder / "tuned.yaml")
-    assert profile.vehicle == "palm_quad"
-    assert profile.gains["kp_yaw_rate"] == said.json["gains"]["kp_yaw_rate"]["after"]
+    file = load_gains(folder / "tuned.yaml")
+    assert file.vehicle == "palm_quad"
+    assert file.gains["kp_yaw_rate"] == said.json["gains"]["kp_yaw_rate"]["after"]
 
 
-def test_the_profile_flies_as_it_says(said, folder, run):
+def test_the_gain_file_flies_as_it_says(said, folder, run):
     step = run(
         *("step", "--model", PALM, "--axis", "yaw", "--amplitude", "0.2", "--json", "--no-plots"),
         *("--gains", folder / "tuned.yaml", "--output", folder / "step"),
@@ -81,7 +81,7 @@ def test_the_profile_flies_as_it_says(said, folder, run):
     assert step.json["rise_time"] <= 0.3
 
 
-def test_what_cannot_be_met_writes_no_profile_and_returns_1(unmet, folder):
+def test_what_cannot_be_met_writes_no_gain_file_and_returns_1(unmet, folder):
     assert unmet.code == 1
     assert "yaw.rise_time <= 0.02 s cannot be met" in unmet.err
     assert "the nearest has" in unmet.err
@@ -113,7 +113,7 @@ def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
             assert not out.parent.exists()
 
 
-def test_a_profile_of_another_vehicle_is_refused_before_the_search(refused, out, write):
+def test_a_gain_file_of_another_vehicle_is_refused_before_the_search(refused, out, write):
     path = write("other.yaml", "vehicle: other\ngains: {kp_roll: 100}\n")
     said = refused("tune", "--model", PALM, "--save", path, "--output", out)
     assert "has the gains of 'other'" in said

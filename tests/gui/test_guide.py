@@ -8,7 +8,7 @@ from PyQt6.QtCore import Qt
 
 from workbench.control.mode import FlightMode
 from workbench.gui.banner import DONE, END, STAGES, Guide
-from workbench.gui.gains.profile_bar import ProfileBar
+from workbench.gui.gains.gain_bar import GainBar
 from workbench.scenario.excitation import Excitation, Exciting, Shape
 
 FLOWN = Exciting(Excitation("x", Shape.STEP, 1.0, 4.0), 3.0, 1)
@@ -81,7 +81,7 @@ def test_it_begins_on_the_tuning_screen_and_names_keys_that_act(shared_window):
     shared_window.show_screen("home")
     shared_window.actions_by_name["guide"].trigger()
     assert shared_window.stack.name == "tuning" and stage(shared_window.guide) == 1
-    bar = shared_window.stack.screen_of("tuning").findChild(ProfileBar)
+    bar = shared_window.stack.screen_of("tuning").findChild(GainBar)
     actions = (*shared_window.actions_by_name.values(), *bar.actions_by_name.values())
     keys = {action.shortcut().toString() for action in actions}
     hints = " ".join(how for _, how in STAGES)

@@ -10,7 +10,7 @@ from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
 from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTIONS
-from workbench.gui.gains.profile_bar import PROFILE_ACTIONS
+from workbench.gui.gains.gain_bar import GAIN_ACTIONS
 from workbench.gui.screen_table import SCREENS
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
@@ -116,7 +116,7 @@ def test_shortcuts_work_in_a_field_unless_they_edit_text(window, orders, canned,
     line.setFocus()
     qtbot.keyClick(line, Qt.Key.Key_E, CONTROL)
     assert [name for name, *_ in orders.given] == ["excite"]
-    for text in (*(row.shortcut for row in (*ACTIONS, *PROFILE_ACTIONS)), "Ctrl+E", "Ctrl+F"):
+    for text in (*(row.shortcut for row in (*ACTIONS, *GAIN_ACTIONS)), "Ctrl+E", "Ctrl+F"):
         sequence = QKeySequence(text)
         if sequence.count() == 0:
             continue

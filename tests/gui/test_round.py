@@ -15,7 +15,7 @@ from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QTabBar
 from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.gains import GainFile, save_gains
-from workbench.gui.gains.profile_bar import ProfileBar, ProfileDiffView
+from workbench.gui.gains.gain_bar import GainBar, GainFileDiffView
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import apply_style
@@ -94,7 +94,7 @@ def test_bad_gains_are_found_repaired_compared_and_pinned(window, qtbot, tmp_pat
     margin = math.degrees(card.curves.shown["flown"].margins.phase_margin)
     assert margin == pytest.approx(phase_margin(BAD), abs=0.1) and margin < 30.0
     # an empty slot takes what flies: A has the bad gains
-    engineer.click(screen.findChild(ProfileBar).buttons["compare_A"])
+    engineer.click(screen.findChild(GainBar).buttons["compare_A"])
     assert screen.gains.slots["A"]["kp_pitch"] == BAD["kp_pitch"]
 
     measure(engineer, card)
@@ -152,7 +152,7 @@ def load(engineer, folder) -> None:
     field = dialogs()[0].findChild(QLineEdit)
     field.setText(str(path))
     engineer.qtbot.keyClick(field, Qt.Key.Key_Return)
-    view = engineer.screen.findChild(ProfileDiffView)
+    view = engineer.screen.findChild(GainFileDiffView)
     engineer.until(view.isVisible)
     engineer.click(view.fly)
     engineer.until(lambda: engineer.screen.gains.flown["kp_pitch"] == BAD["kp_pitch"])

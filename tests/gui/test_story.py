@@ -232,7 +232,7 @@ def search_gains(pilot, screen) -> dict[str, float]:
     wanted = dict(screen.gains.proposed)
     pilot.until(lambda: dict(screen.gains.flown) == wanted)
     pilot.press(Qt.Key.Key_K, CONTROL)
-    return {n: v for n, v in wanted.items() if v != before[n] and n in screen.gains.profile_names}
+    return {n: v for n, v in wanted.items() if v != before[n] and n in screen.gains.saved_names}
 
 
 def pin(pilot, screen, folder: Path) -> Path:

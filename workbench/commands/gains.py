@@ -160,11 +160,11 @@ def _save(args: argparse.Namespace) -> int:
     vehicle = _read_vehicle(args)
     values = flight_gains(vehicle, args.gains or "", dict(args.set), law)
     origin = f"{vehicle.name} {flown_with(args)}" if args.origin is None else args.origin
-    profile = make_profile(vehicle, values, origin, law)
+    file = make_profile(vehicle, values, origin, law)
     for name, _ in args.set:
-        if name not in profile.gains:
+        if name not in file.gains:
             raise WorkbenchError(f"{name} is no gain of a vehicle, and cannot be saved with them")
-    saved = save_gains(args.file, profile, law)
+    saved = save_gains(args.file, file, law)
     result = {"file": args.file, "state": len(saved.history) - 1}
     result |= pick(saved, "vehicle controller origin gains")
     print_result(args, result, files=[args.file])
@@ -424,8 +424,8 @@ def _translate(args: argparse.Namespace) -> int:
     about = {"vehicle": old.vehicle.name, "from": laws[0].name, "to": laws[1].name}
     if args.save:
         origin = f"translated from {laws[0].name} for {old.vehicle.name}"
-        profile = make_profile(old.vehicle, found.values, origin, laws[1])
-        save_gains(args.save, profile, laws[1])
+        file = make_profile(old.vehicle, found.values, origin, laws[1])
+        save_gains(args.save, file, laws[1])
     loops = {"flown": flown, "gains_alone": alone}
     result = {**about, **pick(found, "gains lost remarks"), "loops": loops}
     title = f"{old.vehicle.name}: gains of {laws[0].name} as those of {laws[1].name}"

@@ -95,7 +95,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Tune, print the table, write profile, report and figure; return 1 if wishes cannot be met."""
+    """Tune, print the table, write gains, report and figure; return 1 if wishes cannot be met."""
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.tune.tuner import Tuner
     from workbench.scenario.scenario import Scenario, flown_controller
@@ -112,8 +112,8 @@ def run(args: argparse.Namespace) -> int:
         seed=args.seed,
         velocity=steady_velocity(args.at),
     )
-    profile = args.save or args.output / "tuned.yaml"
-    _check_profile(profile, tuner.vehicle, law)
+    gain_file = args.save or args.output / "tuned.yaml"
+    _check_gain_file(gain_file, tuner.vehicle, law)
     with Outputs() as outputs:
         report = outputs.add(args.output / "tuning.html")
         picture = outputs.picture(args, "tuning.png")
@@ -121,8 +121,8 @@ def run(args: argparse.Namespace) -> int:
         _write(found, report, picture)
     files = outputs.files
     if found.met:
-        _save(found, profile)
-        files = [profile, *files]
+        _save(found, gain_file)
+        files = [gain_file, *files]
     print_result(args, tuning_json(found), print_tuning, found, files=files)
     if found.met:
         return ExitCode.DONE
@@ -200,7 +200,7 @@ def _write(found: "Tuning", report: Path, picture: Path | None) -> None:
     report.write_text(report_html(found, figure), encoding="utf-8")
 
 
-def _check_profile(path: Path, vehicle: str, law: "Controller") -> None:
+def _check_gain_file(path: Path, vehicle: str, law: "Controller") -> None:
     """Check that no file is lost, before time is spent."""
     from workbench.gains.gains import load_gains
 

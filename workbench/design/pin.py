@@ -44,7 +44,7 @@ from workbench.scenario.scenario import (
 
 _HEAD = """\
 # Pinned from a flight: limits have room around what it was like, and baselines are its curves.
-# The gains stand in the gain file beside this one, so no other profile changes what is flown.
+# The gains stand in the gain file beside this one, so no other gain file changes what is flown.
 """
 SHARES = {"rise_time": 0.12, "peak_tilt": 0.12}
 """Numbers with limits on both sides, at this share of the value."""
@@ -107,17 +107,17 @@ settled."""
 _NOT_IN_NAMES = re.compile(r"^[^A-Za-z0-9]+|[^A-Za-z0-9 _.+-]")
 
 
-def spec_text(content: SpecFile, path: Path, profile: Path) -> str:
+def spec_text(content: SpecFile, path: Path, gain_file: Path) -> str:
     """Return the text of a spec of one step, with a line for each limit.
 
     Args:
         content: what the spec states.
         path: of the spec; files named in it are relative to it.
-        profile: the gain file beside it.
+        gain_file: the one beside it.
     """
     (case,) = content.cases
     law = load_controller(content.controller)
-    flown = vehicle_head(content.vehicle, path.parent) | {"gains": profile.name}
+    flown = vehicle_head(content.vehicle, path.parent) | {"gains": gain_file.name}
     head: dict[str, object] = {"title": content.title, "vehicle": flown}
     if content.controller != DEFAULT:
         head["controller"] = _controller(content.controller, path.parent)
@@ -321,8 +321,8 @@ def pin_step(
     if loaded:
         acting_time(find_load(axis), duration, acts)
     path = Path(path).expanduser().absolute()
-    profile = _profile(path)
-    check_name(path, (path, profile, baseline_folder(path)), overwrite)
+    gain_file = _gain_file(path)
+    check_name(path, (path, gain_file, baseline_folder(path)), overwrite)
     tell = progress or (lambda share: None)
     if scenario.estimator not in ESTIMATORS:
         raise WorkbenchError(
@@ -373,18 +373,18 @@ def pin_step(
     tell(0.6)
     files = {
         **baseline_files(Job(spec, case.name), flown),
-        path: spec_text(content, path, profile),
+        path: spec_text(content, path, gain_file),
     }
     _make_folder(baseline_folder(path))
-    with _restoring([profile, *files]):
-        save_gains(profile, kept, law)
+    with _restoring([gain_file, *files]):
+        save_gains(gain_file, kept, law)
         for file, text in files.items():  # the spec last: it must not stand alone
             write_atomically(file, text)
         _prove(path, scenario.controller)
         tell(1.0)  # if that raises, as when a user stops it, these files go
     return Pinned(
         spec=path,
-        gains=profile,
+        gains=gain_file,
         baseline=baseline_folder(path),
         limits=len(case.limits),
         curves=len(case.baseline),
@@ -409,7 +409,7 @@ def _restoring(files: Sequence[Path]) -> Iterator[None]:
         raise
 
 
-def _profile(path: Path) -> Path:
+def _gain_file(path: Path) -> Path:
     """Return the path of the gain file of a spec."""
     return path.with_name(f"{spec_name(path)}.gains.yaml")
 

@@ -1,1 +1,1 @@
-"""Gains: profiles with their history, their differences, and the rule for any vehicle."""
+"""Gains: gain files with their history, differences of gains, and the rule for any vehicle."""

@@ -20,7 +20,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.common.resources import docs_dir
 from workbench.gui.actions import MENUS, rows_of
-from workbench.gui.gains.profile_bar import PROFILE_ACTIONS
+from workbench.gui.gains.gain_bar import GAIN_ACTIONS
 from workbench.gui.layout import NO_MARGINS, grid, hbox, label, vbox
 
 SIZE = (860, 640)
@@ -536,7 +536,7 @@ def _keys_of(menu: str) -> list[tuple[str, str]]:
 
 
 def _tuning_keys() -> list[tuple[str, str]]:
-    return [(row.shortcut, row.help) for row in PROFILE_ACTIONS] + list(TUNING_KEYS)
+    return [(row.shortcut, row.help) for row in GAIN_ACTIONS] + list(TUNING_KEYS)
 
 
 def _key(shortcut: str) -> QLabel:

@@ -69,7 +69,7 @@ def test_before_and_after_are_told(found):
     assert flight.metrics.rise_time == pytest.approx(rise.after, abs=1 / 128)
 
 
-def test_the_profile_has_all_the_gains_of_the_vehicle(found):
+def test_the_gain_file_has_all_the_gains_of_the_vehicle(found):
     assert found.profile.vehicle == "palm_quad"
     assert found.profile.gains["kp_yaw_rate"] == found.gains["kp_yaw_rate"]
     assert {"kp_roll", "max_tilt"} <= set(found.profile.gains)
@@ -143,7 +143,7 @@ def test_another_law_is_tuned_for_a_margin_of_its_own_loops(law, searched, monke
     ],
 )
 def test_another_law_is_tuned_by_its_own_loops(law, start, searched):
-    """Its profile is of that law, and a step flown with it is as wished."""
+    """Its gain file is of that law, and a step flown with it is as wished."""
     asked = wishes_for("yaw.rise_time<=0.3", "yaw_rate.phase_margin>=50deg", controller=law)
     asked = dataclasses.replace(asked, robustness=SURE)
     found = of_law(law, asked, settings=start)

@@ -11,7 +11,7 @@ from PyQt6.QtCore import QObject, pyqtSignal
 from workbench.analysis.questions import FindRanges
 from workbench.analysis.replies import Judged, Ranges
 from workbench.gui.gains.gain_editor import GainEditor
-from workbench.gui.gains.profiles import GainProfiles
+from workbench.gui.gains.gain_files import GainFiles
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import PARAMETERS, Outfit, drone_topics
 from workbench.live.view import LiveView
@@ -97,7 +97,7 @@ class Rig:
     """Gains between a fake flight and a fake analyst."""
 
     editor: GainEditor
-    profiles: GainProfiles
+    gain_files: GainFiles
     flight: FakeFlight
     analysis: FakeAnalysis
     view: LiveView
@@ -135,12 +135,12 @@ def rig(workspace, new_view):
     """Gains of a flight that has begun; every gain is 3, 150, ... as the table has it."""
     flight, analysis = FakeFlight(workspace.notices), FakeAnalysis()
     editor = GainEditor(flight, analysis, workspace.preferences, workspace.notices)
-    profiles = GainProfiles(editor, workspace.notices)
-    made = Rig(editor, profiles, flight, analysis, new_view())
+    gain_files = GainFiles(editor, workspace.notices)
+    made = Rig(editor, gain_files, flight, analysis, new_view())
     workspace.notices.told.connect(made.told.append)
     editor.begin(made.view)
     yield made
-    profiles.close()
+    gain_files.close()
 
 
 @pytest.fixture

@@ -242,7 +242,7 @@ def test_while_an_order_is_not_answered_only_the_newest_waits(rig):
 def test_a_set_is_one_order_so_that_no_mixture_is_flown(rig):
     rig.know()
     rig.flight.at_once = False
-    rig.editor.adopt({NAME: 4.0, "kp_roll": 200.0}, "a profile")
+    rig.editor.adopt({NAME: 4.0, "kp_roll": 200.0}, "a gain file")
     rig.editor.adopt({NAME: 5.0, "kp_pitch": 210.0}, "another")
     rig.editor.adopt({"kp_pitch": 220.0, "kd_roll": 21.0}, "a third")
     assert [order.values for order in rig.flight.waiting] == [{NAME: 4.0, "kp_roll": 200.0}]

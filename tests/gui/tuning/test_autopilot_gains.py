@@ -7,7 +7,7 @@ import pytest
 
 from workbench.analysis.questions import Judge
 from workbench.control.controller import load_controller
-from workbench.gui.gains.profile_bar import ProfileBar
+from workbench.gui.gains.gain_bar import GainBar
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.scenario.parameters import parameter_table
 
@@ -38,7 +38,7 @@ def screen(offline, px4, qtbot):
 
 @pytest.fixture
 def bar(screen):
-    return screen.findChild(ProfileBar)
+    return screen.findChild(GainBar)
 
 
 def test_an_import_shows_what_it_does_to_margins_before_anything_flies(
@@ -46,8 +46,8 @@ def test_an_import_shows_what_it_does_to_margins_before_anything_flies(
 ):
     path = tmp_path / "mine.params"
     path.write_bytes(PARAMS.format("0.12").encode())
-    with qtbot.waitSignal(screen.profiles.diff_changed):
-        screen.profiles.load_autopilot(path)
+    with qtbot.waitSignal(screen.gain_files.diff_changed):
+        screen.gain_files.load_autopilot(path)
     (tick,) = bar.diff.ticks.values()
     assert tick.text() == "MC_ROLLRATE_P"
     assert bar.diff.ticks["MC_ROLLRATE_P"].accessibleName().endswith("0.15 becomes 0.12 s/rad")
@@ -69,8 +69,8 @@ def test_an_import_shows_what_it_does_to_margins_before_anything_flies(
 def test_what_is_unsafe_is_left_out_and_named(screen, bar, tmp_path, qtbot):
     path = tmp_path / "mine.params"
     path.write_text(PARAMS.format("nan") + "1\t1\tMC_PITCHRATE_P\t0.12\t9\n")
-    with qtbot.waitSignal(screen.profiles.diff_changed):
-        screen.profiles.load_autopilot(path)
+    with qtbot.waitSignal(screen.gain_files.diff_changed):
+        screen.gain_files.load_autopilot(path)
     assert list(bar.diff.ticks) == ["MC_PITCHRATE_P"]
     assert "MC_ROLLRATE_P is no number and is left out" in bar.diff.said.text()
 
@@ -79,12 +79,12 @@ def test_an_export_changes_what_is_ticked_and_nothing_else(screen, bar, tmp_path
     path = tmp_path / "mine.params"
     more = "1\t1\tMC_PITCHRATE_P\t0.2\t9\r\n"
     path.write_bytes((PARAMS.format("0.12") + more).encode())
-    with qtbot.waitSignal(screen.profiles.diff_changed):
-        screen.profiles.export(path)
+    with qtbot.waitSignal(screen.gain_files.diff_changed):
+        screen.gain_files.export(path)
     assert list(bar.diff.ticks) == ["MC_ROLLRATE_P", "MC_PITCHRATE_P"]
-    offered = dict(screen.profiles.diff.values)
+    offered = dict(screen.gain_files.diff.values)
     screen.gains._flown.values["MC_ROLL_P"] = 9.0  # a client's, meanwhile
-    assert screen.profiles.diff.values == offered
+    assert screen.gain_files.diff.values == offered
     assert bar.diff.fly.text() == "&Write 2 ticked"
     bar.diff.ticks["MC_PITCHRATE_P"].setChecked(False)
     bar.diff.fly.click()
@@ -97,6 +97,6 @@ def test_a_file_of_another_firmware_is_refused(screen, tmp_path, qtbot):
     screen.workspace.notices.told.connect(told.append)
     path = tmp_path / "mine.param"
     path.write_text("ATC_ANG_RLL_P,4.5\n")
-    screen.profiles.load_autopilot(path)
+    screen.gain_files.load_autopilot(path)
     qtbot.waitUntil(lambda: bool(told), timeout=20000)
     assert "choose File > Controller > ardupilot first" in told[-1].what

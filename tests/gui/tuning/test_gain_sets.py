@@ -96,7 +96,7 @@ def test_what_is_shown_is_judged_and_linked_within_its_set(screen, scheduled, qt
     assert {"kp_roll_at_0", "kp_roll_at_4"} <= set(tune.gains)
 
 
-def test_a_profile_with_sets_of_gains_has_them_scheduled(
+def test_a_gain_file_with_sets_of_gains_has_them_scheduled(
     screen, scheduled, tmp_path, qtbot, flying
 ):
     path = tmp_path / "fast.yaml"
@@ -108,15 +108,15 @@ def test_a_profile_with_sets_of_gains_has_them_scheduled(
     )
     screen.begin(before)
     orders = screen.workspace.flight.orders.given
-    screen.profiles.load(path)
+    screen.gain_files.load(path)
     qtbot.waitUntil(lambda: ("fly_controller", "pd@speed=0,4") in orders)
     screen.take_over(dataclasses.replace(scheduled, vehicle=flying.vehicle))
-    assert screen.profiles.diff is not None
-    changed = {each.name: each.b for each in screen.profiles.diff.changes}
+    assert screen.gain_files.diff is not None
+    changed = {each.name: each.b for each in screen.gain_files.diff.changes}
     assert changed == gains
-    screen.profiles.take(changed)
+    screen.gain_files.take(changed)
     screen.gains.confirm()
-    screen.profiles.save(tmp_path / "saved.yaml")
+    screen.gain_files.save(tmp_path / "saved.yaml")
     qtbot.waitUntil((tmp_path / "saved.yaml").exists)
     assert load_gains(tmp_path / "saved.yaml").controller == LAW.name
 

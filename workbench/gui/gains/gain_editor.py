@@ -22,7 +22,7 @@ from workbench.gui.gains.gain_rows import (
     controller_gains,
     flight_rows,
     gain_label,
-    in_profile,
+    in_gain_file,
     loop_gains,
     partner,
 )
@@ -257,7 +257,7 @@ class GainEditor(QObject):
     """Tries gains on the flight, keeps them or brings the kept ones back.
 
     Sliders show `proposed`; the flight has `flown`; `kept` is what `revert` restores, at first the
-    values of the flight's start. Values of the vehicle's profile (`profile_names`) can be kept,
+    values of the flight's start. Values that a gain file has (`saved_names`) can be kept,
     reverted, stored and saved. The other rows, as wind, faults and modes, are conditions: they can
     be set and undone here, and do not change when gains are restored.
 
@@ -274,10 +274,10 @@ class GainEditor(QObject):
     Attributes:
         table: parameter table of the flight's controller.
         rows: rows of that table that the flight has, in order.
-        profile_names: names of those rows that belong to the profile.
+        saved_names: names of those rows that a gain file has.
         proposed: values on the sliders, of all rows.
-        kept: values of the profile that `revert` restores.
-        slots: stored values of the profile, by letter of the slot.
+        kept: their values that `revert` restores.
+        slots: their stored values, by letter of the slot.
         linked: whether gains of x and y change together.
         shown_set: the shown and evaluated set of scheduled gains; None without a schedule.
         follows: whether that is the set that flies, or has the largest weight.
@@ -319,7 +319,7 @@ class GainEditor(QObject):
         self._vehicle: object = None
         self.table = parameter_table()
         self.rows: tuple[Parameter, ...] = ()
-        self.profile_names: tuple[str, ...] = ()
+        self.saved_names: tuple[str, ...] = ()
         self.proposed: dict[str, float] = {}
         self.kept: dict[str, float] = {}
         self.slots: dict[str, Values] = {}
@@ -356,14 +356,14 @@ class GainEditor(QObject):
         return self._flown.start
 
     @property
-    def ordered_profile(self) -> dict[str, float]:
-        """The profile that flies or was ordered."""
-        return {name: self._flown.ordered(name) for name in self.profile_names}
+    def ordered_gains(self) -> dict[str, float]:
+        """The values for a gain file that fly or were ordered."""
+        return {name: self._flown.ordered(name) for name in self.saved_names}
 
     @property
-    def proposed_profile(self) -> dict[str, float]:
-        """The proposed profile."""
-        return {name: self.proposed[name] for name in self.profile_names}
+    def proposed_gains(self) -> dict[str, float]:
+        """The proposed values for a gain file."""
+        return {name: self.proposed[name] for name in self.saved_names}
 
     @property
     def schedule(self) -> Schedule | None:
@@ -448,7 +448,7 @@ class GainEditor(QObject):
 
     @property
     def tried(self) -> tuple[str, ...]:
-        """Names in the profile whose flown values differ from the kept ones."""
+        """Names of `saved_names` whose flown values differ from the kept ones."""
         ordered = self._flown.ordered
         return tuple(name for name, value in self.kept.items() if value != ordered(name))
 
@@ -500,10 +500,10 @@ class GainEditor(QObject):
         self._flown.begin(view)
         self.table = parameter_table(view.controller)
         self.rows = flight_rows(view.values, self.table)
-        self.profile_names = tuple(row.name for row in self.rows if in_profile(row))
+        self.saved_names = tuple(row.name for row in self.rows if in_gain_file(row))
         self.shown_set, self.follows = (0 if self.schedule else None), True
         self.proposed = dict(view.values)
-        self.kept = self.proposed_profile
+        self.kept = self.proposed_gains
         self._steps.clear()
         self.slots, self._compared = {}, {}
         self._stability.begin()
@@ -583,7 +583,7 @@ class GainEditor(QObject):
         self._tell_proposed(changed)
 
     def adopt(self, values: Values, what: str) -> None:
-        """Propose many values in one step whatever is preferred: a profile, or a search's result.
+        """Propose many values in one step whatever is preferred: a gain file, or a search's result.
 
         Args:
             values: values by name; the others stay.
@@ -633,7 +633,7 @@ class GainEditor(QObject):
 
     def keep(self) -> None:
         """Keep the flown values: `revert` will restore them."""
-        self.kept = self.ordered_profile
+        self.kept = self.ordered_gains
         self.end_edit()
 
     def revert(self) -> None:
@@ -661,7 +661,7 @@ class GainEditor(QObject):
 
     def store(self, slot: str) -> None:
         """Store the proposed gains in a slot."""
-        self.slots[slot] = self.proposed_profile
+        self.slots[slot] = self.proposed_gains
         self._compared = {}
         self.state_changed.emit()
 
@@ -670,7 +670,7 @@ class GainEditor(QObject):
 
         So one key compares the slot with the present. An empty slot takes the proposed values.
         """
-        present = self.proposed_profile
+        present = self.proposed_gains
         if slot not in self.slots:
             self.store(slot)
         elif present != self.slots[slot]:

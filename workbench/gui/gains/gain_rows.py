@@ -16,7 +16,7 @@ PAIRS = (
 )
 """Gains of x and of y that can be linked."""
 
-WITH_A_PROFILE = ("drag_area",)
+IN_A_GAIN_FILE = ("drag_area",)
 """Rows beside the controller's that belong to the vehicle: a gain file also has them."""
 
 _VELOCITY = "Velocity loop"
@@ -99,7 +99,7 @@ _IN_A_SET = re.compile(r"_at_\d+(_\d+)?$")
 """Suffix of a scheduled gain's name: a screen names the shown set once."""
 _OTHERS = frozenset(row.name for row in OTHERS)
 _FELT = frozenset(row.name for row in OTHERS if row.system in SIGNAL_PATH)
-"""Parameters of filters and estimators: no gains, and not in a profile, but they affect loops in
+"""Parameters of filters and estimators: no gains, and not in a gain file, but they affect loops in
 the same way."""
 _NO_LOOP = (_OTHERS - _FELT) | {row.name for row in COMMON if row.group == _LIMITS}
 
@@ -144,9 +144,9 @@ def is_gain(row: Parameter) -> bool:
     return row.system == "controller"
 
 
-def in_profile(row: Parameter) -> bool:
+def in_gain_file(row: Parameter) -> bool:
     """Return whether a vehicle's gain file has the row."""
-    return is_gain(row) or row.name in WITH_A_PROFILE
+    return is_gain(row) or row.name in IN_A_GAIN_FILE
 
 
 def controller_gains(values: Mapping[str, float]) -> dict[str, float]:

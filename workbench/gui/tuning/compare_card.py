@@ -355,14 +355,14 @@ class CompareCard(Card):
         elif design.name == PROPOSED:
             gains.apply()
         else:
-            gains.adopt(self._designs.profile(design.name), f"slot {design.name}")
+            gains.adopt(self._designs.gains_of(design.name), f"slot {design.name}")
 
     def keep(self, design: Design) -> None:
         """Keep the gains of a design; gains that do not fly yet are first evaluated and flown."""
         if design.name == FLOWN:
             self._trial.gains.keep()
             return
-        self._keeping = self._designs.profile(design.name)
+        self._keeping = self._designs.gains_of(design.name)
         self.fly(design)
         self._go_on_keeping()
 
@@ -381,7 +381,7 @@ class CompareCard(Card):
         gains = self._trial.gains
         if self._keeping is None:
             return
-        if gains.proposed_profile != self._keeping:
+        if gains.proposed_gains != self._keeping:
             self._keeping = None
         elif not gains.unflown:
             self._keeping = None
@@ -587,14 +587,14 @@ class CompareCard(Card):
 
     def _add_uses(self, menu: QMenu, design: Design) -> None:
         """Add actions for a design."""
-        profile = self._designs.profile
+        gains_of = self._designs.gains_of
         if design.name != FLOWN:
             fly = _action(menu, f"Fly {design.name}", lambda _: self.fly(design))
-            same = not design.controller and profile(design.name) == profile(FLOWN)
+            same = not design.controller and gains_of(design.name) == gains_of(FLOWN)
             fly.setEnabled(not same)
         if design.name != KEPT and not design.controller:
             keep = _action(menu, f"Keep {design.name}", lambda _: self.keep(design))
-            keep.setEnabled(profile(design.name) != profile(KEPT))
+            keep.setEnabled(gains_of(design.name) != gains_of(KEPT))
 
     def _add_copies(self, menu: QMenu) -> None:
         _action(menu, "Copy table as &text", lambda _: self.copy_text())

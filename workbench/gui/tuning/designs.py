@@ -220,11 +220,11 @@ class Designs(QObject):
         self._others.note_flight()
         self._follow()
 
-    def profile(self, name: str) -> dict[str, float]:
-        """Return the values of a set that belong to its profile."""
+    def gains_of(self, name: str) -> dict[str, float]:
+        """Return the values of a set that a gain file has."""
         gains = self._trial.gains
-        stored = {KEPT: gains.kept, PROPOSED: gains.proposed_profile, **gains.slots}
-        return dict(stored[name]) if name in stored else gains.ordered_profile
+        stored = {KEPT: gains.kept, PROPOSED: gains.proposed_gains, **gains.slots}
+        return dict(stored[name]) if name in stored else gains.ordered_gains
 
     def differs(self, gains: Mapping[str, float]) -> str:
         """Return the differences of a set from the kept gains, as a short text."""
@@ -262,7 +262,7 @@ class Designs(QObject):
         if not flown:
             return {}
         stored = {KEPT: gains.kept, **gains.slots}
-        # filters are not in a profile: they stay
+        # filters are not in a gain file: they stay
         found = {name: flown | controller_gains(values) for name, values in stored.items()}
         found |= {FLOWN: flown, PROPOSED: self._trial.proposed}
         return {name: found[name] for name in NAMES if name in found}

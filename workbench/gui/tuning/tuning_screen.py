@@ -14,10 +14,10 @@ from workbench.design.branches import Branch
 from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
+from workbench.gui.gains.gain_bar import GainBar, ask_to_save
 from workbench.gui.gains.gain_editor import GainEditor
+from workbench.gui.gains.gain_files import GainFileDiff, GainFiles
 from workbench.gui.gains.gain_panel import GainPanel
-from workbench.gui.gains.profile_bar import ProfileBar, ask_to_save
-from workbench.gui.gains.profiles import GainProfiles, ProfileDiff
 from workbench.gui.help import explain
 from workbench.gui.layout import NO_MARGINS, column, hbox, scrolled
 from workbench.gui.screens import Screen
@@ -265,7 +265,7 @@ class TuningScreen(Screen):
 
     Attributes:
         gains: editor of the gains.
-        profiles: loads and saves profiles of gains.
+        gain_files: loads and saves gain files.
         trial: the gains that are being tried.
         designs: designs to compare.
         excitation, response, margins, frequency, poles, map, weights, compare: cards.
@@ -281,7 +281,7 @@ class TuningScreen(Screen):
         self.gains = GainEditor(
             workspace.flight, analysis, workspace.preferences, workspace.notices, self
         )
-        self.profiles = GainProfiles(self.gains, workspace.notices, self)
+        self.gain_files = GainFiles(self.gains, workspace.notices, self)
         self.trial = Trial(self.gains, self)
         self.limits = Limits(workspace.preferences.store, self)
         self.judgement = Judgement(analysis, self)
@@ -330,20 +330,20 @@ class TuningScreen(Screen):
             workspace, self.diff_judgement, self.limits, "Margins with these"
         )
         self.diff_margins.hide()
-        self.profiles.diff_changed.connect(self._judge_diff)
-        bar = ProfileBar(workspace, self.gains, self.profiles)
+        self.gain_files.diff_changed.connect(self._judge_diff)
+        bar = GainBar(workspace, self.gains, self.gain_files)
         gains = column(bar, self.diff_margins, (self.panel, 1), spacing=GAP)
         explain(gains, "Gains")
         response = column(self.excitation, (self.response, 1), spacing=GAP)
         self.arrangement = Arrangement(gains, scrolled(response), self.margins, self.tabs)
         hbox(self.arrangement, of=self, margins=NO_MARGINS)
-        # Linked gains, or a whole profile, change one by one: ask once.
+        # Linked gains, or a whole gain file, change one by one: ask once.
         self._soon = single_shot(self._ask, self)
         self._connect()
         self._plan(self.excitation.choice)
 
-    def _judge_diff(self, diff: ProfileDiff | None) -> None:
-        """Show the effect of a loaded profile on the margins, while it waits for a choice."""
+    def _judge_diff(self, diff: GainFileDiff | None) -> None:
+        """Show the effect of a loaded gain file on the margins, while it waits for a choice."""
         self.diff_judgement.set_seen(diff is not None)
         self.diff_margins.setVisible(diff is not None)
         if diff is not None:
@@ -388,15 +388,15 @@ class TuningScreen(Screen):
 
     def unsaved(self) -> str:
         """Return which gains would be lost with the flight."""
-        return self.profiles.unsaved()
+        return self.gain_files.unsaved()
 
     def save_unsaved(self, saved: Callable[[], object]) -> None:
         """Ask for a file, and write those gains to it."""
-        ask_to_save(self.window() or self, lambda path: self.profiles.save_unsaved(path, saved))
+        ask_to_save(self.window() or self, lambda path: self.gain_files.save_unsaved(path, saved))
 
     def close_screen(self) -> None:
         """Wait for files that are being read or written."""
-        self.profiles.close()
+        self.gain_files.close()
 
     def showEvent(self, event: QShowEvent | None) -> None:
         """Ask again: the screen is visible."""

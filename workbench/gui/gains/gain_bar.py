@@ -1,4 +1,4 @@
-"""The bar above the gains: the profile, its state, undo, slots, and files."""
+"""The bar above the gains: the gain file, its state, undo, and slots."""
 
 from collections.abc import Callable
 from functools import partial
@@ -20,7 +20,7 @@ from workbench.gains.gains import GainChange
 from workbench.gui.actions import ActionRow, make_actions
 from workbench.gui.file_dialogs import clipboard, open_file, save_file
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
-from workbench.gui.gains.profiles import OWN, GainProfiles, ProfileDiff, percent_text
+from workbench.gui.gains.gain_files import OWN, GainFileDiff, GainFiles, percent_text
 from workbench.gui.layout import (
     ElidedLabel,
     button,
@@ -41,12 +41,12 @@ from workbench.gui.workspace import Workspace
 TALLEST = 240
 """Largest height of the list; longer ones scroll [px]."""
 LONGEST_NAME = 20
-"""Largest length of a profile's name; the tool tip has the rest."""
+"""Largest length of a gain file's name; the tool tip has the rest."""
 FILTER = "Gain files (*.yaml *.yml)"
 AUTOPILOTS = "Parameters of autopilots (*.params *.param *.parm *.txt *.yaml *.json);;All files (*)"
 COMPACT = """
-ProfileBar > QToolButton { min-height: 18px; padding: 3px 5px; }
-ProfileBar > QToolButton:focus, ProfileBar > QToolButton:checked { padding: 2px 4px; }
+GainBar > QToolButton { min-height: 18px; padding: 3px 5px; }
+GainBar > QToolButton:focus, GainBar > QToolButton:checked { padding: 2px 4px; }
 """
 PADDING = 12
 """Padding around the text of a button [px]."""
@@ -67,20 +67,20 @@ MENU = (
 )
 
 
-class ProfileDiffView(QFrame):
-    """Shows a loaded profile until the user takes some of it, or dismisses it.
+class GainFileDiffView(QFrame):
+    """Shows a loaded gain file until the user takes some of it, or dismisses it.
 
     Args:
-        profiles: compares profiles.
+        gain_files: compares gain files.
         preferences: units.
 
     Attributes:
         ticks: tick boxes of the lines, by the parameter's name.
     """
 
-    def __init__(self, profiles: GainProfiles, preferences: Preferences) -> None:
+    def __init__(self, gain_files: GainFiles, preferences: Preferences) -> None:
         super().__init__()
-        self._profiles, self._preferences = profiles, preferences
+        self._gain_files, self._preferences = gain_files, preferences
         self.ticks: dict[str, QCheckBox] = {}
         self.setProperty("class", "card")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
@@ -88,13 +88,13 @@ class ProfileDiffView(QFrame):
         self._area = scroll_area(sideways=False)
         self.fly = button("", self._take, "primary")
         self.none = button("&Tick none", self._tick_others)
-        self.back = button("Take &nothing", profiles.dismiss)
+        self.back = button("Take &nothing", gain_files.dismiss)
         buttons = hbox(self.none, 0, self.back, self.fly, spacing=6)
         vbox(self.said, self._area, buttons, of=self, margins=(8, 6, 8, 6), spacing=5)
-        profiles.diff_changed.connect(self._show)
+        gain_files.diff_changed.connect(self._show)
         self.hide()
 
-    def _show(self, diff: ProfileDiff | None) -> None:
+    def _show(self, diff: GainFileDiff | None) -> None:
         if diff is None:
             self.hide()
             return
@@ -111,7 +111,7 @@ class ProfileDiffView(QFrame):
         self.fly.setFocus()
 
     def _make_row(self, change: GainChange) -> list[QWidget]:
-        words = self._profiles.words(change.name)
+        words = self._gain_files.words(change.name)
         unit = unit_for(change.unit, self._preferences)
         a, b = (f"{unit.shown(value):.4g}" for value in (change.a, change.b))
         tick = QCheckBox(words)
@@ -131,7 +131,7 @@ class ProfileDiffView(QFrame):
     def _count(self) -> None:
         """Show the number of ticked lines."""
         ticked = sum(tick.isChecked() for tick in self.ticks.values())
-        writes = self._profiles.diff is not None and self._profiles.diff.target is not None
+        writes = self._gain_files.diff is not None and self._gain_files.diff.target is not None
         self.fly.setText(f"{'&Write' if writes else '&Fly'} {ticked} ticked")
         self.fly.setEnabled(ticked > 0)
         self.none.setText("&Tick none" if ticked else "&Tick all")
@@ -143,10 +143,10 @@ class ProfileDiffView(QFrame):
             tick.setChecked(not some)
 
     def _take(self) -> None:
-        self._profiles.take([name for name, tick in self.ticks.items() if tick.isChecked()])
+        self._gain_files.take([name for name, tick in self.ticks.items() if tick.isChecked()])
 
 
-PROFILE_ACTIONS: tuple[ActionRow, ...] = (
+GAIN_ACTIONS: tuple[ActionRow, ...] = (
     ActionRow(
         "keep", "", "&Keep", "Let the gains that fly be those that Revert brings back.", "Ctrl+K"
     ),
@@ -218,7 +218,7 @@ PROFILE_ACTIONS: tuple[ActionRow, ...] = (
 )
 
 
-class ProfileBar(QWidget):
+class GainBar(QWidget):
     """Keeps, reverts, undoes, compares, loads and saves, and shows the state.
 
     Its keys work anywhere in the window while the bar is shown.
@@ -226,44 +226,44 @@ class ProfileBar(QWidget):
     Args:
         workspace: units, notices.
         editor: keeps, reverts, undoes and compares.
-        profiles: loads and saves.
+        gain_files: loads and saves.
 
     Attributes:
-        actions_by_name: actions of the table `PROFILE_ACTIONS`.
+        actions_by_name: actions of the table `GAIN_ACTIONS`.
         buttons: buttons of the actions that have one.
     """
 
-    def __init__(self, workspace: Workspace, editor: GainEditor, profiles: GainProfiles) -> None:
+    def __init__(self, workspace: Workspace, editor: GainEditor, gain_files: GainFiles) -> None:
         super().__init__()
-        self._workspace, self._editor, self._profiles = workspace, editor, profiles
-        self.setAccessibleName("Profile of gains")
+        self._workspace, self._editor, self._gain_files = workspace, editor, gain_files
+        self.setAccessibleName("Gain file")
         self.setStyleSheet(COMPACT)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         window = Qt.ShortcutContext.WindowShortcut
-        self.actions_by_name = make_actions(self, self._handlers(), PROFILE_ACTIONS, window)
+        self.actions_by_name = make_actions(self, self._handlers(), GAIN_ACTIONS, window)
         self.buttons: dict[str, QToolButton] = {}
         self._said: dict[str, str] = {}
         self.name = label()
         self.state = named(dressed(ElidedLabel(), "muted"), "State of the gains")
-        self.diff = ProfileDiffView(profiles, workspace.preferences)
+        self.diff = GainFileDiffView(gain_files, workspace.preferences)
         changes = map(self._button, ("keep", "revert", "undo", "redo"))
         slots = (self._button(f"compare_{slot}") for slot in SLOTS)
         row = hbox(*changes, 0, *slots, spacing=3)
-        menu = menu_button("Profile ▾", "Files, clipboard and slots", self._fill_menu)
+        menu = menu_button("Gain file ▾", "Files, clipboard and slots", self._fill_menu)
         top = hbox((self.name, 1), dressed(menu, "compact"))
         vbox(top, self.state, row, self.diff, of=self, margins=(8, 6, 8, 2), spacing=3)
-        for signal in (editor.state_changed, editor.flown_changed, profiles.named):
+        for signal in (editor.state_changed, editor.flown_changed, gain_files.named):
             signal.connect(self._show)
         self._show()
 
     def _show(self) -> None:
         editor = self._editor
-        profile = self._profiles.name or "No profile"
-        short = profile if len(profile) <= LONGEST_NAME else f"{profile[: LONGEST_NAME - 1]}…"
-        changed = " ◆ changed" if self._profiles.is_changed else ""
+        name = self._gain_files.name or "No gain file"
+        short = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+        changed = " ◆ changed" if self._gain_files.is_changed else ""
         law = self._editor.table.controller
         self.name.setText(f"<b>{short}</b>{changed} · {law.name}")
-        self.name.setToolTip(f"{profile}, with the controller {law.name} ({law.file})")
+        self.name.setToolTip(f"{name}, with the controller {law.name} ({law.file})")
         said = editor.summary()
         entered = (
             "" if editor.is_at_once or not editor.unflown or editor.warning else " (Enter flies)"
@@ -284,7 +284,7 @@ class ProfileBar(QWidget):
             stored = editor.slots.get(slot)
             button = self.buttons[f"compare_{slot}"]
             button.setCheckable(stored is not None)
-            button.setChecked(stored is not None and stored == editor.proposed_profile)
+            button.setChecked(stored is not None and stored == editor.proposed_gains)
             does = "Store the gains in" if stored is None else "Compare with"
             button.setText(slot if stored is None else f"{slot}•")
             self._say(f"compare_{slot}", f"{does} slot {slot}")
@@ -298,7 +298,7 @@ class ProfileBar(QWidget):
         self.buttons[name].setAccessibleName(said.strip())
 
     def _handlers(self) -> dict[str, Callable[[], None]]:
-        editor, profiles = self._editor, self._profiles
+        editor, gain_files = self._editor, self._gain_files
         slots: dict[str, Callable[[], None]] = {}
         for slot in SLOTS:
             slots[f"compare_{slot}"] = partial(editor.compare, slot)
@@ -309,7 +309,7 @@ class ProfileBar(QWidget):
             "undo": editor.undo,
             "redo": editor.redo,
             "load": self._load,
-            "own": profiles.load_own,
+            "own": gain_files.load_own,
             "save": self._save,
             "copy": self._copy,
             "paste": self._paste,
@@ -333,33 +333,33 @@ class ProfileBar(QWidget):
         dialog.open()
 
     def _load(self) -> None:
-        ask_to_load(self, self._profiles.load)
+        ask_to_load(self, self._gain_files.load)
 
     def _import(self) -> None:
         title = "Import gains from an autopilot's file"
-        open_file(self, title, self._profiles.load_autopilot, kinds=AUTOPILOTS)
+        open_file(self, title, self._gain_files.load_autopilot, kinds=AUTOPILOTS)
 
     def _export(self) -> None:
         title = "Export gains to an autopilot's file"  # everything in it but the gains stays
-        save_file(self, title, self._profiles.export, kinds=AUTOPILOTS)
+        save_file(self, title, self._gain_files.export, kinds=AUTOPILOTS)
 
     def _save(self) -> None:
         ask_to_save(self, self._write)
 
     def _write(self, path: Path) -> None:
         unflown = len(self._editor.unflown)
-        self._profiles.save(path)
+        self._gain_files.save(path)
         if unflown:
             self._workspace.notices.inform(
                 f"What flies is saved: {unflown} proposed and not flown, and so not in it."
             )
 
     def _copy(self) -> None:
-        clipboard().setText(self._profiles.as_yaml())
+        clipboard().setText(self._gain_files.as_yaml())
         self._workspace.notices.inform("The gains that fly are on the clipboard, as YAML.")
 
     def _paste(self) -> None:
-        self._profiles.paste(clipboard().text())
+        self._gain_files.paste(clipboard().text())
 
     def _button(self, name: str) -> QToolButton:
         """Return the button of an action; Tab can focus it, too."""

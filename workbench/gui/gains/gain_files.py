@@ -1,4 +1,4 @@
-"""Profiles of gains: files, texts of the clipboard, and the changes that one would make."""
+"""Gain files, texts of the clipboard, and the changes that one would make."""
 
 import math
 import tempfile
@@ -40,11 +40,11 @@ Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class ProfileDiff:
-    """The changes that a profile would make, line by line, before any of them flies.
+class GainFileDiff:
+    """The changes that a gain file would make, line by line, before any of them flies.
 
     Attributes:
-        name: name of the profile.
+        name: name of the gain file.
         origin: source of its values, and which of them cannot be used.
         values: all values that the flight can use.
         changes: values that differ from the present ones.
@@ -67,8 +67,8 @@ class ProfileDiff:
         return {**flown, **{each.name: each.b for each in self.changes}}
 
 
-class GainProfiles(QObject):
-    """Loads and saves profiles of the gains that are edited, in the background.
+class GainFiles(QObject):
+    """Loads and saves gain files of the gains that are edited, in the background.
 
     Args:
         editor: the editor of the gains.
@@ -76,14 +76,14 @@ class GainProfiles(QObject):
         parent: the Qt parent.
 
     Attributes:
-        name: name of the profile that was loaded or saved last.
-        diff: changes of a loaded profile; None if none waits for a choice.
+        name: name of the gain file that was loaded or saved last.
+        diff: changes of a loaded gain file; None if none waits for a choice.
     """
 
     diff_changed = pyqtSignal(object)
     """`diff` changed."""
     named = pyqtSignal(str)
-    """Name of the profile that flies now."""
+    """Name of the gain file that flies now."""
 
     def __init__(self, editor: GainEditor, notices: Notices, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -94,7 +94,7 @@ class GainProfiles(QObject):
         self._start: Values = {}
         self._values: Values = {}
         self.name = ""
-        self.diff: ProfileDiff | None = None
+        self.diff: GainFileDiff | None = None
         self._waiting: tuple[str, GainFile] | None = None  # for the schedule of its gains
         editor.begun.connect(self._begin)
 
@@ -109,7 +109,7 @@ class GainProfiles(QObject):
 
     @property
     def is_changed(self) -> bool:
-        """Whether the flight's values differ from the profile that was loaded or saved last."""
+        """Whether the flight's values differ from the gain file that was loaded or saved last."""
         return not self._has(self._editor.flown)
 
     def load(self, path: Path) -> None:
@@ -145,7 +145,7 @@ class GainProfiles(QObject):
         self._read(f"the {CLIPBOARD}", lambda: read_text(text, self._law))
 
     def take(self, names: Iterable[str]) -> None:
-        """Fly the lines of the loaded profile with these parameters."""
+        """Fly the lines of the loaded gain file with these parameters."""
         if self.diff is None:
             return
         diff, taken = self.diff, set(names)
@@ -157,21 +157,21 @@ class GainProfiles(QObject):
         self._editor.adopt({n: v for n, v in diff.values.items() if n in taken}, diff.name)
 
     def dismiss(self) -> None:
-        """Dismiss the loaded profile."""
+        """Dismiss the loaded gain file."""
         self.diff = None
         self.diff_changed.emit(None)
 
     def save(self, path: Path) -> None:
         """Write the flown gains to a gain file, which keeps its history."""
-        self._save(path, self._editor.ordered_profile)
+        self._save(path, self._editor.ordered_gains)
 
     def unsaved(self) -> str:
         """Return which gains would be lost with the flight, as a sentence; "" for none.
 
         Flown or kept gains are lost if they equal neither those of the flight's start nor those of
-        the profile that was loaded or saved last.
+        the gain file that was loaded or saved last.
         """
-        flown_values, kept_values = self._editor.ordered_profile, self._editor.kept
+        flown_values, kept_values = self._editor.ordered_gains, self._editor.kept
         flown, kept = self._is_lost(flown_values), self._is_lost(kept_values)
         if not flown and not kept:
             return ""
@@ -183,7 +183,7 @@ class GainProfiles(QObject):
 
     def save_unsaved(self, path: Path, saved: Callable[[], object]) -> None:
         """Write the gains that `unsaved` names to a gain file, and call back when it is written."""
-        flown = self._editor.ordered_profile
+        flown = self._editor.ordered_gains
         values = flown if self._is_lost(flown) else self._editor.kept
         self._save(path, values, saved)
 
@@ -191,7 +191,7 @@ class GainProfiles(QObject):
         """Return the flown gains as a gain file's text, without a history."""
         gains = {
             name: _with_unit(self._editor.table.find(name), value)
-            for name, value in self._editor.ordered_profile.items()
+            for name, value in self._editor.ordered_gains.items()
         }
         whose = {} if self._law.name == DEFAULT else {"controller": self._law.name}
         file = {
@@ -213,7 +213,7 @@ class GainProfiles(QObject):
         return self._vehicle.name if self._vehicle else ""
 
     def _begin(self, view: LiveView) -> None:
-        """Start with the profile of a new flight's start."""
+        """Start with the gains of a new flight's start."""
         self._vehicle = view.vehicle
         self._start = dict(self._editor.kept)
         self._set_name(AT_START, self._start)
@@ -223,11 +223,11 @@ class GainProfiles(QObject):
             self._compare(*waiting)
 
     def _has(self, values: Values) -> bool:
-        """Return whether the profile that was loaded or saved last has these values."""
+        """Return whether the gain file that was loaded or saved last has these values."""
         return all(values.get(name) == value for name, value in self._values.items())
 
     def _is_lost(self, values: Values) -> bool:
-        """Return whether values of the profile are stored nowhere else."""
+        """Return whether values for a gain file are stored nowhere else."""
         return values != self._start and not self._has(values)
 
     def _read(self, name: str, read: Callable[[], GainFile]) -> None:
@@ -238,7 +238,7 @@ class GainProfiles(QObject):
             self._waiting = (name, file)
             self._editor.schedule_gains(split_label(file.controller)[1])
             return
-        diff = compare_profile(name, file, self._vehicle_name, self._editor.flown, self._law)
+        diff = compare_gain_file(name, file, self._vehicle_name, self._editor.flown, self._law)
         if diff.changes:
             self.diff = diff
             self.diff_changed.emit(diff)
@@ -246,7 +246,7 @@ class GainProfiles(QObject):
         self._set_name(name, diff.values)
         self._notices.inform(f"Nothing differs: the flight has the gains of {name} already.")
 
-    def _offer(self, diff: ProfileDiff) -> None:
+    def _offer(self, diff: GainFileDiff) -> None:
         """Show how an autopilot's file would change."""
         if diff.changes:
             self.diff = diff
@@ -254,7 +254,7 @@ class GainProfiles(QObject):
         else:
             self._write(diff, set())
 
-    def _write(self, diff: ProfileDiff, taken: set[str]) -> None:
+    def _write(self, diff: GainFileDiff, taken: set[str]) -> None:
         """Write the accepted gains to an autopilot's file."""
         assert diff.target is not None
         left = {each.name: each.a for each in diff.changes if each.name not in taken}
@@ -265,14 +265,14 @@ class GainProfiles(QObject):
     def _save(self, path: Path, values: Values, saved: Callable[[], object] = lambda: None) -> None:
         origin = f"tuned in flight, from {self.name}"
         law = self._law
-        profile = GainFile(self._vehicle_name, origin, dict(values), controller=law.name)
+        file = GainFile(self._vehicle_name, origin, dict(values), controller=law.name)
 
         def tell(written: GainFile) -> None:
             self._set_name(path.stem, written.gains)
             self._notices.inform(f"Saved {len(written.gains)} values to {path}.")
             saved()
 
-        self._answers.expect(self._errands.run(lambda: save_gains(path, profile, law)), done=tell)
+        self._answers.expect(self._errands.run(lambda: save_gains(path, file, law)), done=tell)
 
     def _set_name(self, name: str, values: Values) -> None:
         self.name, self._values = name, dict(values)
@@ -305,7 +305,7 @@ def _of_autopilot(path: Path, law: Controller) -> GainFile:
     return GainFile("", "; ".join(said), found.values, controller=law.name)
 
 
-def _compare_export(path: Path, law: Controller, flown: Values) -> ProfileDiff:
+def _compare_export(path: Path, law: Controller, flown: Values) -> GainFileDiff:
     """Return how an autopilot's file would change with the flown gains.
 
     Raises:
@@ -327,7 +327,7 @@ def _compare_export(path: Path, law: Controller, flown: Values) -> ProfileDiff:
         each for each in diff_gains(has, values, flown, law) if not same(each.a, each.b)
     )
     said = [f"what {firmware.name} {'has there' if present else 'has by default'}, and what flies"]
-    return ProfileDiff(path.name, "; ".join([*said, *made.remarks]), flown, changes, path)
+    return GainFileDiff(path.name, "; ".join([*said, *made.remarks]), flown, changes, path)
 
 
 def _export(path: Path, law: Controller, values: Values) -> None:
@@ -339,13 +339,13 @@ def _export(path: Path, law: Controller, values: Values) -> None:
     write_atomically(path, encoded(made.text))
 
 
-def compare_profile(
+def compare_gain_file(
     name: str, file: GainFile, vehicle: str, present: Values, controller: Controller
-) -> ProfileDiff:
-    """Return the changes that a profile would make.
+) -> GainFileDiff:
+    """Return the changes that a gain file would make.
 
     Args:
-        name: name of the profile.
+        name: name of the gain file.
         file: content of its file.
         vehicle: name of the flying vehicle.
         present: all values of the flight.
@@ -359,11 +359,11 @@ def compare_profile(
     if missing := [each for each in file.gains if each not in present]:
         said.append(f"this flight has no {', '.join(missing)}")
     changes = tuple(each for each in compared if each.a != each.b)
-    return ProfileDiff(name, "; ".join(said), values, changes)
+    return GainFileDiff(name, "; ".join(said), values, changes)
 
 
 def read_text(text: str, controller: Controller | None = None) -> GainFile:
-    """Return a profile from text: a whole gain file, or just its NAME: VALUE lines.
+    """Return a gain file from text: a whole one, or just its NAME: VALUE lines.
 
     Raises:
         WorkbenchError: names the line of an error.

@@ -1,4 +1,4 @@
-"""Profiles in files and on the clipboard."""
+"""Gain files on disk and on the clipboard."""
 
 from workbench.gains.gains import load_gains
 
@@ -9,11 +9,11 @@ def test_what_is_copied_is_a_gain_file_of_what_flies(rig, tmp_path):
     rig.know()
     rig.editor.propose(NAME, 4.5)
     path = tmp_path / "copied.yaml"
-    path.write_text(rig.profiles.as_yaml())
+    path.write_text(rig.gain_files.as_yaml())
     copied = load_gains(path)
     assert copied.vehicle == "dh_drone"
     assert copied.gains[NAME] == 4.5
-    assert set(copied.gains) == set(rig.editor.profile_names)
+    assert set(copied.gains) == set(rig.editor.saved_names)
 
 
 def test_what_is_saved_is_what_flies(rig, workspace, qtbot, tmp_path):
@@ -23,27 +23,27 @@ def test_what_is_saved_is_what_flies(rig, workspace, qtbot, tmp_path):
     rig.editor.apply()
     rig.editor.propose(NAME, 9.0)
     path = tmp_path / "brisk.yaml"
-    with qtbot.waitSignal(rig.profiles.named):
-        rig.profiles.save(path)
+    with qtbot.waitSignal(rig.gain_files.named):
+        rig.gain_files.save(path)
     saved = load_gains(path)
     assert saved.gains[NAME] == 4.5
     assert saved.origin == "tuned in flight, from Start of the flight"
-    assert rig.profiles.name == "brisk"
+    assert rig.gain_files.name == "brisk"
 
 
 def test_a_file_that_cannot_be_written_is_told(rig, qtbot, tmp_path):
-    rig.profiles.save(tmp_path / "nowhere" / "brisk.yaml")
+    rig.gain_files.save(tmp_path / "nowhere" / "brisk.yaml")
     qtbot.waitUntil(lambda: len(rig.told) > 0, timeout=10000)
     assert "cannot be written" in rig.told[-1].what
 
 
-def test_a_loaded_profile_flies_only_what_is_taken(rig, gain_file, qtbot):
+def test_a_loaded_gain_file_flies_only_what_is_taken(rig, gain_file, qtbot):
     rig.know()
-    with qtbot.waitSignal(rig.profiles.diff_changed) as compared:
-        rig.profiles.load(gain_file)
+    with qtbot.waitSignal(rig.gain_files.diff_changed) as compared:
+        rig.gain_files.load(gain_file)
     assert [change.name for change in compared.args[0].changes] == [NAME, "kp_roll"]
     assert rig.flight.given == []
-    rig.profiles.take(["kp_roll"])
+    rig.gain_files.take(["kp_roll"])
     rig.analysis.judge(stable=True) if rig.editor.unflown else None
     assert rig.flight.given == [("kp_roll", 200.0)]
     rig.editor.undo()
@@ -53,19 +53,19 @@ def test_a_loaded_profile_flies_only_what_is_taken(rig, gain_file, qtbot):
 def test_a_wrong_file_is_told_with_its_line(rig, tmp_path, qtbot):
     path = tmp_path / "wrong.yaml"
     path.write_text("gains:\n  kp_velocity_x: 99\n")
-    rig.profiles.load(path)
+    rig.gain_files.load(path)
     qtbot.waitUntil(lambda: len(rig.told) > 0, timeout=10000)
     assert "wrong.yaml:2" in rig.told[-1].what
 
 
-def test_lines_of_the_clipboard_are_a_profile(rig, qtbot):
-    with qtbot.waitSignal(rig.profiles.diff_changed) as compared:
-        rig.profiles.paste("kp_velocity_x: 4.5 1/s\nkp_roll: 150 1/s^2\n")
+def test_lines_of_the_clipboard_are_a_gain_file(rig, qtbot):
+    with qtbot.waitSignal(rig.gain_files.diff_changed) as compared:
+        rig.gain_files.paste("kp_velocity_x: 4.5 1/s\nkp_roll: 150 1/s^2\n")
     assert [(change.name, change.b) for change in compared.args[0].changes] == [(NAME, 4.5)]
 
 
 def test_what_the_clipboard_has_wrong_is_told(rig, qtbot):
-    rig.profiles.paste("gains:\n  kp_velocity_x: nonsense\n")
+    rig.gain_files.paste("gains:\n  kp_velocity_x: nonsense\n")
     qtbot.waitUntil(lambda: len(rig.told) > 0, timeout=10000)
     assert rig.told[-1].what.startswith("the clipboard:2")
 
@@ -73,6 +73,6 @@ def test_what_the_clipboard_has_wrong_is_told(rig, qtbot):
 def test_a_model_without_gains_offers_those_of_the_start(rig, qtbot):
     rig.know()
     rig.editor.propose(NAME, 4.0)
-    with qtbot.waitSignal(rig.profiles.diff_changed) as compared:
-        rig.profiles.load_own()
+    with qtbot.waitSignal(rig.gain_files.diff_changed) as compared:
+        rig.gain_files.load_own()
     assert [(change.name, change.b) for change in compared.args[0].changes] == [(NAME, 3.0)]

@@ -6,8 +6,8 @@ from PyQt6.QtGui import QGuiApplication, QKeySequence
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
 
+from workbench.gui.gains.gain_bar import GainBar
 from workbench.gui.gains.gain_panel import GainPanel
-from workbench.gui.gains.profile_bar import ProfileBar
 
 NAME = "kp_velocity_x"
 LEFT = Qt.MouseButton.LeftButton
@@ -19,7 +19,7 @@ def window(rig, workspace, qtbot):
     qtbot.addWidget(made)
     layout = QVBoxLayout(made)
     layout.setContentsMargins(0, 0, 0, 0)
-    made.bar = ProfileBar(workspace, rig.editor, rig.profiles)
+    made.bar = GainBar(workspace, rig.editor, rig.gain_files)
     made.panel = GainPanel(workspace, rig.editor)
     layout.addWidget(made.bar)
     layout.addWidget(made.panel)
@@ -122,7 +122,7 @@ def test_copied_gains_can_be_pasted_line_by_line(rig, window, qtbot):
 
 
 def test_nothing_of_an_offer_needs_be_taken(rig, window, gain_file, qtbot):
-    rig.profiles.load(gain_file)
+    rig.gain_files.load(gain_file)
     diff = window.bar.diff
     qtbot.waitUntil(diff.isVisible, timeout=10000)
     assert "found by hand" in diff.said.text()
