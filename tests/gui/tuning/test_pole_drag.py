@@ -48,13 +48,13 @@ def take(screen, settle, loop, near):
 def drag(plane, pole, place, settle, steps=4):
     """Drag a pole to a place by the mouse, and return the place that the pointer came to."""
     start, end = plane.place(pole), plane.place(Pole(place, True))
-    QTest.mousePress(plane, LEFT, pos=start.toPoint())
+    QTest.mousePress(plane.viewport(), LEFT, pos=start.toPoint())
     for step in range(1, steps + 1):
         at = (start + (end - start) * (step / steps)).toPoint()
-        QTest.mouseMove(plane, at)
+        QTest.mouseMove(plane.viewport(), at)
         settle(lambda: True)
     wanted = plane._place
-    QTest.mouseRelease(plane, LEFT, pos=at)
+    QTest.mouseRelease(plane.viewport(), LEFT, pos=at)
     settle(lambda: True)
     return wanted
 
@@ -107,12 +107,12 @@ def test_escape_gives_a_drag_up(screen, settle):
     plane, pole = take(screen, settle, "pitch", -20.0 + 24.0j)
     before = dict(screen.gains.proposed)
     start = plane.place(pole).toPoint()
-    QTest.mousePress(plane, LEFT, pos=start)
-    QTest.mouseMove(plane, start + type(start)(-20, -10))
+    QTest.mousePress(plane.viewport(), LEFT, pos=start)
+    QTest.mouseMove(plane.viewport(), start + type(start)(-20, -10))
     settle(lambda: screen.gains.proposed != before)
     QTest.keyClick(plane, Qt.Key.Key_Escape)
     assert screen.gains.proposed == before
-    QTest.mouseRelease(plane, LEFT, pos=start)
+    QTest.mouseRelease(plane.viewport(), LEFT, pos=start)
     settle(lambda: True)
     assert screen.gains.proposed == before
 
@@ -140,6 +140,6 @@ def test_flown_poles_stay_where_they_are(screen, settle):
     flown = Pole(-12.0 + 9.0j, proposed=False)
     plane.show_poles([flown])
     at = plane.place(flown).toPoint()
-    QTest.mousePress(plane, LEFT, pos=at)
-    QTest.mouseMove(plane, at + type(at)(20, 20))
+    QTest.mousePress(plane.viewport(), LEFT, pos=at)
+    QTest.mouseMove(plane.viewport(), at + type(at)(20, 20))
     assert plane._place is None and screen.poles._base is None

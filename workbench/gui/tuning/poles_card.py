@@ -5,18 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from PyQt6.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
+import pyqtgraph as pg
+from PyQt6.QtCore import QPointF, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import (
+    QColor,
     QKeyEvent,
     QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPixmap,
-    QResizeEvent,
     QWheelEvent,
 )
-from PyQt6.QtWidgets import QSizePolicy, QWidget
 
 from workbench.analysis.questions import MovePole
 from workbench.analysis.replies import PoleMoved
@@ -50,8 +46,16 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 HINT = "● proposed, to be dragged   ○ flown   ✕ unstable"
 NEAR = 14.0
 """Largest distance from the pointer at which a pole is read [px]."""
+FAR = 1e6
+"""Right end of the marked unstable half of the plane [1/s]."""
 SPANS = (2.0, 2000.0)
 """Smallest and largest visible distance to the left [1/s]."""
+
+HALF_TURN = np.append(np.exp(1j * np.linspace(0.0, np.pi, 120)), np.nan)
+
+
+Spot = dict[str, object]
+"""A mark in the plane, as pyqtgraph takes it."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +120,7 @@ def poles_headline(proposed: np.ndarray) -> str:
     return f"Least damping {least.damping:.2f}, at {least.frequency:.3g} rad/s."
 
 
-class PolePlane(QWidget):
+class PolePlane(pg.PlotWidget):
     """Shows poles: hollow ones are flown, filled ones are proposed, crosses are unstable.
 
     An unstable pole outside the picture is at its edge, with an arrow towards its position.
@@ -137,20 +141,38 @@ class PolePlane(QWidget):
     """The pole returns to its original place."""
 
     def __init__(self, look: Look) -> None:
-        super().__init__()
+        super().__init__(enableMenu=False)
         self._look = look
         self._poles: tuple[Pole, ...] = ()
         self._span = 40.0
         self._chosen: Pole | None = None
         self._movable = False
         self._place: complex | None = None
-        self._grid, self._grid_key = QPixmap(), tuple[object, ...]()
+        self._view = self.getViewBox()
+        self._unstable = pg.LinearRegionItem((0.0, FAR), movable=False, pen=pg.mkPen(None))
+        self._axis = pg.InfiniteLine(0.0)
+        self._dampings = [
+            pg.InfiniteLine(
+                (0.0, 0.0),
+                math.degrees(math.acos(-each)),
+                label=f"{each:g}",
+                labelOpts={"position": 0.95},
+            )
+            for each in DAMPINGS
+        ]
+        self._rings = pg.PlotCurveItem(antialias=True, connect="finite")
+        self._spots = pg.ScatterPlotItem()
+        for item in (self._unstable, self._axis, *self._dampings, self._rings, self._spots):
+            self.addItem(item)
+        self.hideButtons()
+        self.hideAxis("left")
+        self.plotItem.setContentsMargins(4.0, 4.0, 4.0, 0.0)
         self.setMinimumHeight(110)
-        self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAccessibleName("Pole plane: left and right go from pole to pole, + and − zoom")
-        look.changed.connect(self.update)
+        self._view.sigResized.connect(self._fit)
+        look.changed.connect(self._dress)
+        self._dress()
 
     @property
     def poles(self) -> tuple[Pole, ...]:
@@ -173,7 +195,7 @@ class PolePlane(QWidget):
         self._poles = tuple(poles)
         if self._place is None and self._chosen not in self._poles:
             self._choose(None)
-        self.update()
+        self._show()
 
     def set_movable(self, movable: bool) -> None:
         """Set whether proposed poles can be moved: by the mouse, or by Shift and the arrow keys."""
@@ -193,141 +215,87 @@ class PolePlane(QWidget):
     def zoom(self, factor: float) -> None:
         """Zoom out by a factor, or in if it is below 1."""
         self._span = min(max(self._span * factor, SPANS[0]), SPANS[1])
-        self.update()
+        self._fit()
 
     def place(self, pole: Pole) -> QPointF:
         """Return a pole's position in the widget; an unstable one never leaves the picture."""
-        box, at = self._box(), self._exact(pole)
-        if pole.is_stable:
-            return at
-        return QPointF(min(at.x(), box.right() - EDGE), max(at.y(), box.top() + EDGE))
+        return self._view.mapViewToScene(self._seen(pole))
 
     def is_beyond(self, pole: Pole) -> bool:
         """Return whether a pole is farther out than its position shows."""
-        return self.place(pole) != self._exact(pole)
+        return self._seen(pole) != QPointF(pole.value.real, pole.value.imag)
 
-    def _exact(self, pole: Pole) -> QPointF:
-        """Return a pole's exact position, inside the picture or not."""
-        box, scale = self._box(), self._scale()
-        return QPointF(_zero(box) + pole.value.real * scale, box.bottom() - pole.value.imag * scale)
+    def _seen(self, pole: Pole) -> QPointF:
+        """Return where in the plane a pole is drawn."""
+        x, y = pole.value.real, pole.value.imag
+        if pole.is_stable:
+            return QPointF(x, y)
+        (_, right), (_, top) = self._view.viewRange()
+        edge = EDGE * self._view.viewPixelSize()[0]
+        return QPointF(min(x, right - edge), min(y, top - edge))
 
-    def _box(self) -> QRectF:
-        line = float(self.fontMetrics().height())
-        return QRectF(4.0, 4.0, self.width() - 8.0, self.height() - line - 6.0)
+    def _fit(self) -> None:
+        """Show the span, with one scale along both axes: angles show the damping."""
+        right = self._span * RIGHT / (1.0 - RIGHT)
+        high = (self._span + right) * self._view.height() / max(self._view.width(), 1.0)
+        self.setRange(xRange=(-self._span, right), yRange=(0.0, high), padding=0.0)
+        step, reach = round_step(self._span, 4), math.hypot(self._span, high)
+        rings = step * np.arange(1.0, reach / step)
+        x, y = np.outer(rings, HALF_TURN.real), np.outer(rings, HALF_TURN.imag)
+        self._rings.setData(x.ravel(), y.ravel())
+        ticks = [(-ring, f"−{ring:g}") for ring in rings]
+        self.getAxis("bottom").setTicks([[*ticks, (0.5 * right, "1/s")]])
+        self._show()
 
-    def _scale(self) -> float:
-        """Return pixels per 1/s, the same along both axes: angles show the damping."""
-        return (1.0 - RIGHT) * self._box().width() / self._span
-
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the grid and the poles."""
-        painter = QPainter(self)
-        box = self._box()
-        ratio = self.devicePixelRatioF()
-        key = (self.width(), self.height(), ratio, self._span, self._look.is_dark, self.font())
-        if key != self._grid_key:
-            self._grid_key = key
-            self._grid = self._draw_grid(box, ratio)
-        painter.drawPixmap(0, 0, self._grid)
-        painter.setClipRect(box)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for pole in self._poles:
-            self._paint_pole(painter, pole)
-        if self._place is not None:
-            at = self._exact(Pole(self._place, True))
-            painter.setPen(QPen(self._look.colour("ink"), 1))
-            for way in (QPointF(2.2 * SIZE, 0.0), QPointF(0.0, 2.2 * SIZE)):
-                painter.drawLine(at - way, at + way)
-
-    def _draw_grid(self, box: QRectF, ratio: float) -> QPixmap:
-        """Return the background of the poles, painted once."""
-        grid = QPixmap(self.size() * ratio)
-        grid.setDevicePixelRatio(ratio)
-        grid.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(grid)
-        painter.setFont(self.font())
-        painter.fillRect(box, self._look.colour("field"))
-        painter.setClipRect(QRectF(0.0, box.top(), self.width(), self.height()))
-        self._paint_grid(painter, box)
-        painter.end()
-        return grid
-
-    def _paint_grid(self, painter: QPainter, box: QRectF) -> None:
+    def _dress(self) -> None:
+        """Apply the colours of the look."""
         colour = self._look.colour
-        scale, zero = self._scale(), _zero(box)
+        self.setBackground(colour("card"))
+        self._view.setBackgroundColor(colour("field"))
         unstable = colour("bad")
         unstable.setAlpha(22)
-        painter.fillRect(QRectF(zero, box.top(), box.right() - zero, box.height()), unstable)
-        painter.setPen(QPen(colour("line"), 1))
-        high = box.height() / scale
-        painter.save()
-        painter.setClipRect(box)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        reach = math.hypot(self._span, high)
-        for damping in DAMPINGS:
-            way = QPointF(-damping * reach * scale, -math.sqrt(1.0 - damping**2) * reach * scale)
-            painter.drawLine(QPointF(zero, box.bottom()), QPointF(zero, box.bottom()) + way)
-        step = round_step(self._span, 4)
-        rings = [step * each for each in range(1, math.ceil(reach / step))]
-        for ring in rings:
-            painter.drawEllipse(QPointF(zero, box.bottom()), ring * scale, ring * scale)
-        painter.restore()
-        painter.setPen(colour("muted"))
-        painter.drawLine(QPointF(zero, box.top()), QPointF(zero, box.bottom()))
-        painter.drawLine(box.bottomLeft(), box.bottomRight())
-        line = self.fontMetrics().height()
-        for ring in rings:
-            x = zero - ring * scale
-            if x > box.left() + 12.0:
-                text = QRectF(x - 40.0, box.bottom() + 1.0, 80.0, line)
-                painter.drawText(text, Qt.AlignmentFlag.AlignHCenter, f"−{ring:g}")
-        unit = QRectF(zero, box.bottom() + 1.0, box.right() - zero, line)
-        painter.drawText(unit, Qt.AlignmentFlag.AlignRight, "1/s")
-        for damping in DAMPINGS:
-            self._paint_damping(painter, box, zero, damping)
+        self._unstable.setBrush(unstable)
+        self._axis.setPen(colour("muted"))
+        self._rings.setPen(colour("line"))
+        for line in self._dampings:
+            line.setPen(colour("line"))
+            line.label.setColor(colour("muted"))
+        bottom = self.getAxis("bottom")
+        bottom.setStyle(tickLength=0, tickFont=self.font())
+        bottom.setPen(colour("muted"))
+        bottom.setTextPen(colour("muted"))
+        self._show()
 
-    def _paint_damping(self, painter: QPainter, box: QRectF, zero: float, damping: float) -> None:
-        """Write a damping ratio at the end of its line."""
-        rise = math.sqrt(1.0 - damping**2) / damping
-        x = zero - box.height() / rise
-        line = self.fontMetrics().height()
-        if x >= box.left() + 2.0:
-            place = QRectF(x - 13.0, box.top(), 26.0, line)
-        else:
-            y = box.bottom() - (zero - box.left()) * rise
-            place = QRectF(box.left() + 2.0, y, 26.0, line)
-        painter.drawText(place, Qt.AlignmentFlag.AlignHCenter, f"{damping:g}")
-
-    def _paint_pole(self, painter: QPainter, pole: Pole) -> None:
-        at = self.place(pole)
-        colour = self._look.colour("accent" if pole.proposed else "muted")
-        if not pole.is_stable:
-            colour = self._look.colour("bad")
-        if pole.whose:
-            colour = self._look.curve(pole.colour)
-        if not pole.is_stable:
-            painter.setPen(QPen(colour, 2.2 if pole.proposed else 1.2))
-            painter.drawLine(at + QPointF(-SIZE, -SIZE), at + QPointF(SIZE, SIZE))
-            painter.drawLine(at + QPointF(-SIZE, SIZE), at + QPointF(SIZE, -SIZE))
+    def _show(self) -> None:
+        """Draw the poles."""
+        spots = []
+        for pole in self._poles:
+            colour = self._look.colour("accent" if pole.proposed else "muted")
+            if not pole.is_stable:
+                colour = self._look.colour("bad")
+            if pole.whose:
+                colour = self._look.curve(pole.colour)
+            at, fill = self._seen(pole), colour if pole.proposed else None
+            if pole.is_stable:
+                size = 1.5 * SIZE if pole.proposed else 2.0 * SIZE + 2.0
+                spots.append(_spot(at, "o", size, colour, fill))
+            else:
+                spots.append(_spot(at, "x", 2.8 * SIZE, colour, fill))
             if self.is_beyond(pole):
-                self._paint_arrow(painter, at, pole)
-        else:
-            painter.setPen(QPen(colour, 1.5))
-            painter.setBrush(colour if pole.proposed else Qt.BrushStyle.NoBrush)
-            size = 0.75 * SIZE if pole.proposed else SIZE + 1.0
-            painter.drawEllipse(at, size, size)
-        if pole == self._chosen:
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.setPen(QPen(self._look.colour("ink"), 1))
-            painter.drawEllipse(at, 2.2 * SIZE, 2.2 * SIZE)
+                spots.append(self._arrow(pole, at, colour))
+            if pole == self._chosen:
+                spots.append(_spot(at, "o", 4.4 * SIZE, self._look.colour("ink")))
+        if self._place is not None:
+            at = QPointF(self._place.real, self._place.imag)
+            spots.append(_spot(at, "crosshair", 4.4 * SIZE, self._look.colour("ink")))
+        self._spots.setData(spots=spots)
 
-    def _paint_arrow(self, painter: QPainter, at: QPointF, pole: Pole) -> None:
-        """Draw an arrow towards a pole outside the picture."""
-        right = self._exact(pole).x() > at.x()
-        tip = at + (QPointF(EDGE - 1.0, 0.0) if right else QPointF(0.0, 1.0 - EDGE))
-        for side in (-1.0, 1.0):
-            back = QPointF(-4.0, 4.0 * side) if right else QPointF(4.0 * side, 4.0)
-            painter.drawLine(tip, tip + back)
+    def _arrow(self, pole: Pole, at: QPointF, colour: QColor) -> Spot:
+        """Return an arrow towards a pole outside the picture."""
+        way = (EDGE - 3.0) * self._view.viewPixelSize()[0]
+        if pole.value.real > at.x():
+            return _spot(at + QPointF(way, 0.0), "t2", 1.5 * SIZE, colour, colour)
+        return _spot(at + QPointF(0.0, way), "t1", 1.5 * SIZE, colour, colour)
 
     def _choose(self, pole: Pole | None) -> None:
         if pole != self._chosen:
@@ -335,7 +303,7 @@ class PolePlane(QWidget):
             said = pole.text if pole is not None else ""
             self.setAccessibleDescription(said)
             self.read.emit(said)
-            self.update()
+            self._show()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
         """Read the pole under the pointer, or move the held one."""
@@ -346,7 +314,9 @@ class PolePlane(QWidget):
         pole = self._under(event.position())
         self._choose(pole)
         can = self._can_move(pole)
-        self.setCursor(Qt.CursorShape.OpenHandCursor if can else Qt.CursorShape.ArrowCursor)
+        self.viewport().setCursor(
+            Qt.CursorShape.OpenHandCursor if can else Qt.CursorShape.ArrowCursor
+        )
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
         """Grab the proposed pole under the pointer."""
@@ -356,7 +326,7 @@ class PolePlane(QWidget):
             assert pole is not None
             self._choose(pole)
             self._take(pole)
-            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+            self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
         """Release the pole."""
@@ -382,10 +352,8 @@ class PolePlane(QWidget):
 
     def _value(self, here: QPointF) -> complex:
         """Return the value at a position in the widget [1/s], in the upper half of the plane."""
-        box, scale = self._box(), self._scale()
-        x = min(max(here.x(), box.left()), box.right())
-        y = min(max(here.y(), box.top()), box.bottom())
-        return complex((x - _zero(box)) / scale, (box.bottom() - y) / scale)
+        at, ((left, right), (low, high)) = self._view.mapSceneToView(here), self._view.viewRange()
+        return complex(min(max(at.x(), left), right), min(max(at.y(), low), high))
 
     def _can_move(self, pole: Pole | None) -> bool:
         return self._movable and pole is not None and pole.proposed
@@ -393,18 +361,18 @@ class PolePlane(QWidget):
     def _take(self, pole: Pole) -> None:
         self._place = pole.value
         self.taken.emit(pole)
-        self.update()
+        self._show()
 
     def _want(self, place: complex) -> None:
         self._place = place
         self.wanted.emit(place)
-        self.update()
+        self._show()
 
     def _let_go(self) -> None:
         if self._place is not None:
             self._place = None
             self.released.emit()
-            self.update()
+            self._show()
 
     def _step(self, way: complex) -> None:
         """Move the selected pole by one step."""
@@ -432,7 +400,7 @@ class PolePlane(QWidget):
         elif key == Qt.Key.Key_Escape and self._place is not None:
             self._place = None
             self.given_up.emit()
-            self.update()
+            self._show()
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Minus, Qt.Key.Key_Equal):
             self.zoom(1.25 if key is Qt.Key.Key_Minus else 0.8)
         elif key in (Qt.Key.Key_Left, Qt.Key.Key_Right) and self._poles:
@@ -443,14 +411,12 @@ class PolePlane(QWidget):
         else:
             super().keyPressEvent(event)
 
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Repaint."""
-        self.update()
 
-
-def _zero(box: QRectF) -> float:
-    """Return the position of the imaginary axis in the picture."""
-    return box.left() + (1.0 - RIGHT) * box.width()
+def _spot(
+    at: QPointF, symbol: str, size: float, colour: QColor, fill: QColor | None = None
+) -> Spot:
+    pen = pg.mkPen(colour, width=1.5)
+    return {"pos": at, "symbol": symbol, "size": size, "pen": pen, "brush": fill}
 
 
 class PolesCard(Card):
