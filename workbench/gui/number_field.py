@@ -82,6 +82,9 @@ class NumberField(QDoubleSpinBox):
         step: step of an arrow, in the shown unit.
         parent: the Qt parent; this object is deleted with it.
         whole: whether it is a whole number.
+
+    Attributes:
+        fault: why the text is refused, as a sentence; "" if it is not.
     """
 
     edited = pyqtSignal(float)
@@ -105,7 +108,7 @@ class NumberField(QDoubleSpinBox):
         self._least = 0.0
         self._whole = whole
         self._shown_decimals = decimals
-        self._fault, self._tip, self._description = "", "", ""
+        self.fault, self._tip, self._description = "", "", ""
         self._refused_text: str | None = None
         self.setLocale(QLocale.c())
         self.setDecimals(EXACT_DECIMALS)
@@ -122,11 +125,6 @@ class NumberField(QDoubleSpinBox):
         """The value in SI."""
         same = round(self._unit.shown(self._si), EXACT_DECIMALS) == self.value()
         return self._si if same else self._unit.read(self.value())
-
-    @property
-    def fault(self) -> str:
-        """Why the text is refused, as a sentence; "" if it is not."""
-        return self._fault
 
     @property
     def is_typed_in(self) -> bool:
@@ -163,7 +161,7 @@ class NumberField(QDoubleSpinBox):
     def show_si(self, value: float) -> None:
         """Show a value without a signal; a refused text stays until the value changes."""
         shown = self._unit.shown(value)
-        if self._fault and round(shown, EXACT_DECIMALS) == self.value():
+        if self.fault and round(shown, EXACT_DECIMALS) == self.value():
             return
         self._si = value
         self._accept()
@@ -173,7 +171,7 @@ class NumberField(QDoubleSpinBox):
     def setToolTip(self, text: str | None) -> None:
         """Set the tooltip, which is shown while the text is valid."""
         self._tip = text or ""
-        if not self._fault:
+        if not self.fault:
             super().setToolTip(text)
 
     def restore(self) -> None:
@@ -221,7 +219,7 @@ class NumberField(QDoubleSpinBox):
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
         if event is not None and event.key() == Qt.Key.Key_Escape:
             line = self.lineEdit()
-            if self._fault or (line is not None and line.isModified()):
+            if self.fault or (line is not None and line.isModified()):
                 self.restore()
                 event.accept()
                 return
@@ -250,17 +248,17 @@ class NumberField(QDoubleSpinBox):
     def _look(self, text: str) -> None:
         """Remove the mark as soon as the text is valid."""
         self._refused_text = None
-        if self._fault and not self._fault_of(text):
+        if self.fault and not self._fault_of(text):
             self._accept()
 
     def _refuse(self, text: str) -> None:
         self._refused_text = self._without_unit(text)
         fault = self._fault_of(text)
-        if fault == self._fault:
+        if fault == self.fault:
             return
-        if not self._fault:
+        if not self.fault:
             self._description = self.accessibleDescription()
-        self._fault = fault
+        self.fault = fault
         self.setAccessibleDescription(fault)
         self._mark()
         self.tell(fault)
@@ -268,8 +266,8 @@ class NumberField(QDoubleSpinBox):
 
     def _accept(self) -> None:
         self._refused_text = None
-        if self._fault:
-            self._fault = ""
+        if self.fault:
+            self.fault = ""
             self.setAccessibleDescription(self._description)
             self._mark()
             self.tell("")
@@ -277,7 +275,7 @@ class NumberField(QDoubleSpinBox):
 
     def _mark(self) -> None:
         names = [name for name in str(self.property("class") or "").split() if name != REFUSED]
-        set_class(self, " ".join([*names, REFUSED] if self._fault else names))
+        set_class(self, " ".join([*names, REFUSED] if self.fault else names))
 
     def _fault_of(self, text: str) -> str:
         """Return what is wrong with a text, as a sentence; "" if it is valid."""

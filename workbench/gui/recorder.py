@@ -72,6 +72,9 @@ class Recorder(QObject):
         preferences: source of the folder for logs.
         notices: takes the report of its end.
         parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        path: path of the log, "" without one.
     """
 
     changed = pyqtSignal()
@@ -88,7 +91,7 @@ class Recorder(QObject):
     ) -> None:
         super().__init__(parent)
         self._flight, self._preferences, self._notices = flight, preferences, notices
-        self._path = ""
+        self.path = ""
         self._since = 0.0
         self._timer = QTimer(self)
         self._timer.setInterval(LOOK)
@@ -96,29 +99,24 @@ class Recorder(QObject):
         flight.viewed.connect(self._follow)
 
     @property
-    def path(self) -> str:
-        """Path of the log, "" without one."""
-        return self._path
-
-    @property
     def is_recording(self) -> bool:
         """Whether a log is written."""
-        return bool(self._path)
+        return bool(self.path)
 
     def said(self) -> str:
         """Return duration and size of the log as text, "" without a log."""
-        if not self._path:
+        if not self.path:
             return ""
         seconds = int(time.monotonic() - self._since)
         try:
-            size = Path(self._path).stat().st_size
+            size = Path(self.path).stat().st_size
         except OSError:  # not created yet, or deleted
             size = 0
         return f"{seconds // 60}:{seconds % 60:02d}  {size_text(size)}"
 
     def toggle(self) -> None:
         """Start or end the log."""
-        if self._path:
+        if self.path:
             # the flight reports its end, as for a log that ends by itself
             self._flight.order(LiveFlight.stop_log, refused=lambda said: None)
             return
@@ -135,9 +133,9 @@ class Recorder(QObject):
     def _follow(self, view: LiveView) -> None:
         """Follow the flight's reports about its log."""
         path = view.network.log
-        if path == self._path:
+        if path == self.path:
             return
-        before, self._path = self._path, path
+        before, self.path = self.path, path
         if path:
             self._since = time.monotonic()
             self._timer.start()

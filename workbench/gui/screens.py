@@ -191,6 +191,9 @@ class ScreenStack(QStackedWidget):
     Args:
         workspace: services that they share.
         rows: the existing screens.
+
+    Attributes:
+        name: name of the visible screen, "" before the first.
     """
 
     completed = pyqtSignal()
@@ -204,7 +207,7 @@ class ScreenStack(QStackedWidget):
         self._rows = rows
         self._screens: dict[str, Screen] = {}
         self._pages: dict[str, QWidget] = {}
-        self._name = ""
+        self.name = ""
         self._ahead = [row.name for row in rows]
         self._loaded: set[str] = set()
         self._loader: ModuleLoader | None = None
@@ -213,14 +216,9 @@ class ScreenStack(QStackedWidget):
         workspace.flight.viewed.connect(self._show_view)
 
     @property
-    def name(self) -> str:
-        """Name of the visible screen, "" before the first."""
-        return self._name
-
-    @property
     def current(self) -> Screen | None:
         """The visible screen, None if it could not be made."""
-        return self._screens.get(self._name)
+        return self._screens.get(self.name)
 
     @property
     def screens(self) -> tuple[Screen, ...]:
@@ -234,12 +232,12 @@ class ScreenStack(QStackedWidget):
 
     def show_screen(self, name: str) -> None:
         """Show a screen; the previous one releases held controls."""
-        if name == self._name:
+        if name == self.name:
             return
         if self.current is not None:
             self.current.release()
         page = self._make(self._row(name))
-        self._name = name
+        self.name = name
         self.setCurrentWidget(page)
         if self.current is not None and self._workspace.flight.view.snapshot is not None:
             self.current.show_view(self._workspace.flight.view)
@@ -278,7 +276,7 @@ class ScreenStack(QStackedWidget):
     def _make_next(self, module: str) -> None:
         """Make a screen whose module is loaded, after the window has painted."""
         self._loaded.add(module)
-        if not self._name and self._ahead and module == self._row(self._ahead[0]).path:
+        if not self.name and self._ahead and module == self._row(self._ahead[0]).path:
             self.show_screen(self._ahead.pop(0))
             return
         QTimer.singleShot(PAUSE, self._make_one)

@@ -185,6 +185,7 @@ class Canvas(pg.GraphicsLayoutWidget):
     Attributes:
         view: the area of the curves.
         cursor_time: position of the crosshair [s], None without one.
+        content: the shown content.
     """
 
     hovered = pyqtSignal(object)
@@ -203,7 +204,7 @@ class Canvas(pg.GraphicsLayoutWidget):
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self._content = Content()
+        self.content = Content()
         self._mouse: float | None = None
         self._focus_shown = False
         self.cursor_time: float | None = None
@@ -252,20 +253,15 @@ class Canvas(pg.GraphicsLayoutWidget):
         return QSize(420, 200)
 
     @property
-    def content(self) -> Content:
-        """The shown content."""
-        return self._content
-
-    @property
     def columns(self) -> int:
         """Number of columns for curves: one for two pixels of the screen."""
         return max(50, int(0.5 * self.view.width() * self.devicePixelRatioF()))
 
     def show_content(self, content: Content) -> None:
         """Show a content."""
-        if content.caption != self._content.caption:
+        if content.caption != self.content.caption:
             self.resetCachedContent()
-        self._content = content
+        self.content = content
         self._show_axes()
         self._show_curves()
         self._show_guides()
@@ -275,9 +271,9 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     def move_on(self, left: float, right: float) -> None:
         """Show the same curves in a window that has moved, between two times [s]."""
-        follows = self._content.origin == self._content.right
-        origin = right if follows else self._content.origin
-        self._content = dataclasses.replace(self._content, left=left, right=right, origin=origin)
+        follows = self.content.origin == self.content.right
+        origin = right if follows else self.content.origin
+        self.content = dataclasses.replace(self.content, left=left, right=right, origin=origin)
         self._place()
         self._follow_mouse()
 
@@ -321,11 +317,11 @@ class Canvas(pg.GraphicsLayoutWidget):
         room = QRectF(box.left(), 0.0, box.width() + ROOM, box.top() - 3.0)
         room.setLeft(name.mapRectToScene(name.boundingRect()).right())
         painter.setFont(self.font())
-        if painter.fontMetrics().horizontalAdvance(self._content.caption) > room.width():
+        if painter.fontMetrics().horizontalAdvance(self.content.caption) > room.width():
             return
         painter.setPen(self._look.colour("ink"))
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom
-        painter.drawText(room, int(side), self._content.caption)
+        painter.drawText(room, int(side), self.content.caption)
 
     def changeEvent(self, event: QEvent | None) -> None:
         """Adapt to another font."""
@@ -371,16 +367,16 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     def _time_at(self, x: float) -> float:
         """Return the time at a pixel of the graphics scene [s]."""
-        place = self.view.mapSceneToView(QPointF(x, 0.0)).x() + self._content.origin
-        return self._content.x_scale.value_of(place)
+        place = self.view.mapSceneToView(QPointF(x, 0.0)).x() + self.content.origin
+        return self.content.x_scale.value_of(place)
 
     def _place_at(self, time: float) -> float:
         """Return the position of a time [s] along the view's axis."""
-        return self._content.x_scale.place(time) - self._content.origin
+        return self.content.x_scale.place(time) - self.content.origin
 
     def _said_at(self, time: float) -> str:
         """Return a time [s] as the axis writes it, with its unit."""
-        content = self._content
+        content = self.content
         said = content.x_scale.text(time - content.origin, 3)
         return f"{said}\N{NO-BREAK SPACE}{content.x_unit}".strip()
 
@@ -444,7 +440,7 @@ class Canvas(pg.GraphicsLayoutWidget):
             axis.setWidth(self.fontMetrics().horizontalAdvance(WIDEST) + 6)
 
     def _show_axes(self) -> None:
-        content, axes = self._content, self._content.axes
+        content, axes = self.content, self.content.axes
         while len(self._axes) < len(axes):
             self._axes.append(self._make_axis("right", 0, 2 + len(self._axes)))
             self._dress_axis(self._axes[-1])
@@ -470,37 +466,37 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     def _bottom_name(self) -> str:
         """Return the text below: the unit alone if the name would cover the numbers."""
-        content = self._content
+        content = self.content
         wide = QFontMetricsF(self.font()).horizontalAdvance(content.x_label)
         named = content.x_label.endswith(f" {content.x_unit}")
         return content.x_unit if named and wide > 0.4 * self.view.width() else content.x_label
 
     def _ends(self, axis: Axis) -> tuple[float, float]:
         """Return the positions of an axis' ends."""
-        scale = self._content.y_scale
+        scale = self.content.y_scale
         return scale.place(axis.low), scale.place(axis.high)
 
     def _to_view(self, axis: Axis) -> tuple[float, float]:
         """Return scale and offset from positions of an axis to those of the first, the view's."""
-        (least, largest), (low, high) = self._ends(self._content.axes[0]), self._ends(axis)
+        (least, largest), (low, high) = self._ends(self.content.axes[0]), self._ends(axis)
         factor = (largest - least) / max(high - low, 1e-300)
         return factor, least - low * factor
 
     def _place(self) -> None:
         """Position the curves of each axis in the view."""
-        for index, axis in enumerate(self._content.axes):
+        for index, axis in enumerate(self.content.axes):
             if index == len(self._groups):
                 self._groups.append(pg.ItemGroup())
                 self.view.addItem(self._groups[-1], ignoreBounds=True)
             factor, offset = self._to_view(axis)
-            slope, shift = self._content.y_scale.multiplied(axis.unit.factor)
+            slope, shift = self.content.y_scale.multiplied(axis.unit.factor)
             offset += factor * shift
             self._groups[index].setTransform(
-                QTransform(1.0, 0.0, 0.0, factor * slope, -self._content.origin, offset)
+                QTransform(1.0, 0.0, 0.0, factor * slope, -self.content.origin, offset)
             )
 
     def _show_curves(self) -> None:
-        lines = self._content.lines
+        lines = self.content.lines
         while len(self._curves) < len(lines):
             self._curves.append(NumberedCurve())
             self._curves[-1].number.setFont(self.font())
@@ -512,19 +508,19 @@ class Canvas(pg.GraphicsLayoutWidget):
         for curve, line in zip(self._curves, lines, strict=True):
             if curve.parentItem() is not self._groups[line.axis]:
                 curve.setParentItem(self._groups[line.axis])
-            scales = self._content.x_scale, self._content.y_scale
+            scales = self.content.x_scale, self.content.y_scale
             curve.show_line(line, self._look.colour("field"), *scales)
         self._place_numbers()
 
     def _place_numbers(self) -> None:
         box, height = self.view.sceneBoundingRect(), self.fontMetrics().height()
-        scale = self._content.y_scale
+        scale = self.content.y_scale
         ends: list[tuple[float, int]] = []
-        for index, line in enumerate(self._content.lines):
+        for index, line in enumerate(self.content.lines):
             ended = len(line.values) > 0 and math.isfinite(line.values[-1])
             self._curves[index].number.setVisible(ended)
             if ended and line.number:
-                axis = self._content.axes[line.axis]
+                axis = self.content.axes[line.axis]
                 low, high = self._ends(axis)
                 place = scale.place(axis.unit.shown(float(line.values[-1])))
                 share = (place - low) / (high - low)
@@ -536,7 +532,7 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     def _show_guides(self) -> None:
         """Draw the guides."""
-        content = self._content
+        content = self.content
         while len(self._guides) < len(content.guides):
             self._guides.append(pg.PlotCurveItem())
             self._guides[-1].setZValue(-1)
@@ -552,7 +548,7 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     def _show_marks(self) -> None:
         """Draw cursors A and B."""
-        content, colour = self._content, self._look.colour
+        content, colour = self.content, self._look.colour
         key = (content.marks, content.origin, content.x_scale, self._look.is_dark)
         if key == self._marks_key:
             return
@@ -575,15 +571,15 @@ class Canvas(pg.GraphicsLayoutWidget):
             self._marks.append(line)
 
     def _tell_mark(self, name: str, line: pg.InfiniteLine) -> None:
-        place = line.value() + self._content.origin
-        self.mark_moved.emit(name, self._content.x_scale.value_of(place))
+        place = line.value() + self.content.origin
+        self.mark_moved.emit(name, self.content.x_scale.value_of(place))
 
     def _show_words(self) -> None:
         """Say why the picture is paused, or what to do if there is nothing to draw."""
-        self._state.setVisible(bool(self._content.state))
-        self._state.setPlainText(f" {self._content.state} ")
+        self._state.setVisible(bool(self.content.state))
+        self._state.setPlainText(f" {self.content.state} ")
         self._state.setPos(6.0, 5.0)
-        hint = "" if self._content.lines else self._content.hint
+        hint = "" if self.content.lines else self.content.hint
         self._hint.setVisible(bool(hint))
         if hint:
             self._hint.setHtml(f"<div align='center'>{escape(hint)}</div>")
@@ -592,7 +588,7 @@ class Canvas(pg.GraphicsLayoutWidget):
 
     def _show_cursor(self) -> None:
         """Draw the crosshair, with a dot on every curve."""
-        content, time = self._content, self.cursor_time
+        content, time = self.content, self.cursor_time
         seen = time is not None and content.left <= time <= content.right
         self._cross.setVisible(seen)
         points = list(content.points)

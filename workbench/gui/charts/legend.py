@@ -41,6 +41,10 @@ class Legend(QLabel):
 
     Args:
         look: source of colours.
+
+    Attributes:
+        title: name of the chart.
+        entries: the shown entries.
     """
 
     toggled = pyqtSignal(int)
@@ -49,10 +53,10 @@ class Legend(QLabel):
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self._entries: tuple[Entry, ...] = ()
+        self.entries: tuple[Entry, ...] = ()
         self._names: list[Entry] = []
         self._widths: list[int] = []
-        self._title = ""
+        self.title = ""
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setWordWrap(True)
         self.setTextInteractionFlags(Qt.TextInteractionFlag.LinksAccessibleByMouse)
@@ -62,25 +66,15 @@ class Legend(QLabel):
         self.linkActivated.connect(lambda link: self.toggled.emit(int(link)))
         look.changed.connect(self._write)
 
-    @property
-    def entries(self) -> tuple[Entry, ...]:
-        """The shown entries."""
-        return self._entries
-
-    @property
-    def title(self) -> str:
-        """Name of the chart."""
-        return self._title
-
     def set_title(self, title: str) -> None:
         """Set the title before the names, "" for none."""
-        self._title = title
+        self.title = title
         self._write()
         self._fit()
 
     def show_entries(self, entries: Sequence[Entry]) -> None:
         """Show entries; the text is written only if it has changed."""
-        if tuple(entries) == self._entries:
+        if tuple(entries) == self.entries:
             return
         same = [replace(each, value="") for each in entries] == self._names
         # Space that was once needed is kept: names do not jump as the number of digits varies.
@@ -88,7 +82,7 @@ class Legend(QLabel):
         found = [self.fontMetrics().horizontalAdvance(each.value) for each in entries]
         widths = [max(pair) for pair in zip(found, kept, strict=True)]
         fits = same and widths == kept
-        self._entries, self._widths = tuple(entries), widths
+        self.entries, self._widths = tuple(entries), widths
         self._names = [replace(each, value="") for each in entries]
         self._write()
         if not fits:
@@ -106,10 +100,10 @@ class Legend(QLabel):
             self._fit()
 
     def _write(self) -> None:
-        parts = [f"<b>{_unbroken(self._title)}</b>"] if self._title else []
+        parts = [f"<b>{_unbroken(self.title)}</b>"] if self.title else []
         parts += [
             self._html(index, each, width)
-            for index, (each, width) in enumerate(zip(self._entries, self._widths, strict=True))
+            for index, (each, width) in enumerate(zip(self.entries, self._widths, strict=True))
         ]
         self.setText(f"{2 * NO_BREAK} ".join(parts))
 

@@ -124,24 +124,22 @@ class AttitudeIndicator(Instrument):
     """Shows bank and pitch as a window to the horizon, in which the drone is fixed.
 
     The scale on the rim is fixed to the drone; the pointer points to the zenith.
+
+    Attributes:
+        attitude: the shown attitude, None before the first.
     """
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(look, "Attitude indicator", parent)
-        self._attitude: Attitude | None = None
+        self.attitude: Attitude | None = None
         self._drone: QPixmap | None = None
-
-    @property
-    def attitude(self) -> Attitude | None:
-        """The shown attitude, None before the first."""
-        return self._attitude
 
     @property
     def spoken(self) -> str:
         """The attitude as a sentence."""
-        if self._attitude is None:
+        if self.attitude is None:
             return "no attitude yet"
-        nose, bank = math.degrees(self._attitude.nose_up), math.degrees(self._attitude.bank)
+        nose, bank = math.degrees(self.attitude.nose_up), math.degrees(self.attitude.bank)
         return (
             f"nose {abs(nose):.0f} degrees {'up' if nose >= 0.0 else 'down'}, "
             f"{'right' if bank >= 0.0 else 'left'} side {abs(bank):.0f} degrees down"
@@ -150,11 +148,11 @@ class AttitudeIndicator(Instrument):
     def show_attitude(self, attitude: Attitude | None) -> None:
         """Show an attitude, None if unknown."""
         rounded = attitude.rounded(FINEST_TILT) if attitude is not None else None
-        if (self._attitude is None) != (rounded is None):
-            self._attitude = rounded
+        if (self.attitude is None) != (rounded is None):
+            self.attitude = rounded
             self.renew()
-        elif rounded != self._attitude:
-            self._attitude = rounded
+        elif rounded != self.attitude:
+            self.attitude = rounded
             self.update(self._disc().toAlignedRect())
 
     def renew(self) -> None:
@@ -165,7 +163,7 @@ class AttitudeIndicator(Instrument):
     def paint_still(self, painter: QPainter) -> None:
         """Paint the sky, and the roll scale around it."""
         disc = self._disc()
-        known = self._attitude is not None
+        known = self.attitude is not None
         painter.setPen(Qt.PenStyle.NoPen if known else QPen(self.colour("line"), 1.5))
         painter.setBrush(self.colour("sky" if known else "field"))
         painter.drawEllipse(disc)
@@ -186,9 +184,9 @@ class AttitudeIndicator(Instrument):
         disc = self._disc()
         radius = disc.width() / 2
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if self._attitude is None:
+        if self.attitude is None:
             return
-        horizon = Horizon(self._attitude, radius, VIEW)
+        horizon = Horizon(self.attitude, radius, VIEW)
         painter.translate(disc.center())
         self._paint_earth(painter, horizon)
         self._paint_ladder(painter, horizon)
@@ -310,32 +308,31 @@ class AttitudeIndicator(Instrument):
 
 
 class HeadingTape(Instrument):
-    """Shows the heading, in degrees clockwise from north."""
+    """Shows the heading, in degrees clockwise from north.
+
+    Attributes:
+        heading: the shown heading [degrees], NaN before the first.
+    """
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:
         super().__init__(look, "Heading", parent)
-        self._heading = math.nan
+        self.heading = math.nan
         self._tape: QPixmap | None = None
         self._cover = QPixmap()
 
     @property
-    def heading(self) -> float:
-        """The shown heading [degrees], NaN before the first."""
-        return self._heading
-
-    @property
     def spoken(self) -> str:
         """The heading as a sentence."""
-        if math.isnan(self._heading):
+        if math.isnan(self.heading):
             return "no heading yet"
-        return f"heading {self._heading:.0f} degrees, {point_of(self._heading)}"
+        return f"heading {self.heading:.0f} degrees, {point_of(self.heading)}"
 
     def show_yaw(self, yaw: float) -> None:
         """Show the heading of a yaw [rad]; none if it is not finite."""
         known = math.isfinite(yaw)
         heading = TAPE_STEP * round(heading_of(yaw) / TAPE_STEP) % 360.0 if known else math.nan
-        if heading != self._heading and (known or not math.isnan(self._heading)):
-            self._heading = heading
+        if heading != self.heading and (known or not math.isnan(self.heading)):
+            self.heading = heading
             self.update()
 
     def renew(self) -> None:
@@ -345,12 +342,12 @@ class HeadingTape(Instrument):
 
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
         """Paint the visible part of the tape, and the pointer."""
-        if math.isnan(self._heading):
+        if math.isnan(self.heading):
             return
         if self._tape is None:
             self._tape, self._cover = self._painted_tape(), self._painted_cover()
         ratio = self._tape.devicePixelRatio()
-        left = self._heading / 360.0 * self._turn * ratio
+        left = self.heading / 360.0 * self._turn * ratio
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         source = QRectF(left, 0.0, self.width() * ratio, self.height() * ratio)
         painter.drawPixmap(self.area, self._tape, source)

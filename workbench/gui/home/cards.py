@@ -75,6 +75,8 @@ class Card(Instrument):
         name: name in the layouts of the Home screen.
         title: title at the top.
         parts: contained instruments.
+        sign: the symbol before the note, if any.
+        note: the text beside the title.
     """
 
     ground = "ground"
@@ -87,18 +89,8 @@ class Card(Instrument):
         self.units = units
         self.parts: list[Instrument] = []
         self._table: Readout | None = None
-        self._note = ""
-        self._sign: Sign | None = None
-
-    @property
-    def note(self) -> str:
-        """The text beside the title."""
-        return self._note
-
-    @property
-    def sign(self) -> Sign | None:
-        """The symbol before the note, if any."""
-        return self._sign
+        self.note = ""
+        self.sign: Sign | None = None
 
     @property
     def body(self) -> QRectF:
@@ -150,8 +142,8 @@ class Card(Instrument):
 
     def set_note(self, note: str, sign: Sign | None = None) -> None:
         """Show a note beside the title, with a symbol if it is a state."""
-        if (note, sign) != (self._note, self._sign):
-            self._note, self._sign = note, sign
+        if (note, sign) != (self.note, self.sign):
+            self.note, self.sign = note, sign
             self.update(self._title_line.toAlignedRect())
 
     def set_state(self, state: SensorState) -> None:
@@ -182,22 +174,20 @@ class Card(Instrument):
     def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
         """Paint the note."""
         line = self._title_line
-        if not self._note or not line.intersects(rect):
+        if not self.note or not line.intersects(rect):
             return
         painter.setFont(self.face())
-        calm = self._sign in (None, Sign.GOOD, Sign.OFF)
-        colour = "muted" if calm or self._sign is None else self._sign.value
+        calm = self.sign in (None, Sign.GOOD, Sign.OFF)
+        colour = "muted" if calm or self.sign is None else self.sign.value
         painter.setPen(self.colour(colour))
-        painter.drawText(line, RIGHT, self._note)
-        if self._sign is not None:
+        painter.drawText(line, RIGHT, self.note)
+        if self.sign is not None:
             side = 0.85 * self.text_size
-            width = painter.fontMetrics().horizontalAdvance(self._note)
+            width = painter.fontMetrics().horizontalAdvance(self.note)
             place = QRectF(line.right() - width - 1.4 * side, 0.0, side, side)
             place.moveTop(line.center().y() - side / 2)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            paint_sign(
-                painter, place, self._sign, self.colour(self._sign.value), self.colour("card")
-            )
+            paint_sign(painter, place, self.sign, self.colour(self.sign.value), self.colour("card"))
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Place the parts again."""

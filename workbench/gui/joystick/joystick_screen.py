@@ -415,6 +415,9 @@ class StickPad(Instrument):
         words: effects of its directions.
         look: source of colours.
         parent: the Qt parent; this object is deleted with it.
+
+    Attributes:
+        stick: the shown position.
     """
 
     dragged = pyqtSignal(object)
@@ -428,7 +431,7 @@ class StickPad(Instrument):
             parent,
         )
         self._words = words
-        self._stick, self._counts, self._dead_band = MIDDLE, True, 0.0
+        self.stick, self._counts, self._dead_band = MIDDLE, True, 0.0
         self._held = False
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(170, 170)
@@ -438,16 +441,11 @@ class StickPad(Instrument):
         """Return a size that suits a thumb."""
         return QSize(240, 240)
 
-    @property
-    def stick(self) -> Stick:
-        """The shown position."""
-        return self._stick
-
     def show_stick(self, stick: Stick, counts: bool) -> None:
         """Show the stick's position, and whether it has an effect."""
-        if (stick, counts) != (self._stick, self._counts):
+        if (stick, counts) != (self.stick, self._counts):
             before = self._knob()
-            self._stick, self._counts = stick, counts
+            self.stick, self._counts = stick, counts
             self.update(before.united(self._knob()).toAlignedRect().adjusted(-4, -4, 4, 4))
 
     def show_dead_band(self, dead_band: float) -> None:
@@ -492,7 +490,7 @@ class StickPad(Instrument):
         middle, knob = self._middle, self._knob()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colour = self.colour("accent" if self._counts else "muted")
-        if not self._stick.is_neutral:
+        if not self.stick.is_neutral:
             painter.setPen(QPen(colour, 3.0))
             painter.drawLine(middle, knob.center())
         painter.setPen(QPen(self.colour("card"), 2.0))
@@ -513,7 +511,7 @@ class StickPad(Instrument):
 
     def _knob(self) -> QRectF:
         radius = self._radius * KNOB_SHARE
-        place = self.place(self._stick)
+        place = self.place(self.stick)
         return QRectF(place.x() - radius, place.y() - radius, 2 * radius, 2 * radius)
 
     def _drag(self, to: QPointF) -> None:

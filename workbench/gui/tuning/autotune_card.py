@@ -181,12 +181,15 @@ class AutoTuneCard(Card):
     Args:
         workspace: analysis, colours and units.
         trial: the gains that are being tried.
+
+    Attributes:
+        is_running: whether a search is in progress.
     """
 
     def __init__(self, workspace: Workspace, trial: Trial) -> None:
         super().__init__("Auto-tune")
         self._analysis, self._trial = workspace.analysis, trial
-        self._running = False
+        self.is_running = False
         self._asked: Tune | None = None
         self._tuned: Tuned | None = None
         self.wishes = WishLines(DEFAULT)
@@ -219,24 +222,19 @@ class AutoTuneCard(Card):
         self._analysis.refused.connect(self._hear_refusal)
         self._show_state()
 
-    @property
-    def is_running(self) -> bool:
-        """Whether a search is in progress."""
-        return self._running
-
     def begin(self) -> None:
         """Clear the search for another vehicle."""
-        self._running, self._asked, self._tuned = False, None, None
+        self.is_running, self._asked, self._tuned = False, None, None
         self.wishes.set_controller(self._trial.gains.table.controller)
         self.pages.setCurrentIndex(0)
         self._show_state()
 
     def search(self) -> None:
         """Start a search from the proposed gains."""
-        if self._running or not self.wishes.are_good or not self._trial.proposed:
+        if self.is_running or not self.wishes.are_good or not self._trial.proposed:
             return
         self._asked = Tune(self._trial.proposed, self.wishes.wishes, self._trial.gains.velocity)
-        self._running = True
+        self.is_running = True
         self.progress.setValue(0)
         self.best.setText("The search begins: this takes a minute or so.")
         self.said.say("Searching; the flight goes on.")
@@ -244,7 +242,7 @@ class AutoTuneCard(Card):
         self._analysis.ask(self._asked)
 
     def _hear_progress(self, searched: Searched) -> None:
-        if not self._running:
+        if not self.is_running:
             return
         self.progress.setValue(round(100.0 * searched.share))
         words = gains_text(searched.gains, self._trial.proposed) if searched.gains else ""
@@ -253,9 +251,9 @@ class AutoTuneCard(Card):
         self.best.setText("\n".join(line for line in lines if line))
 
     def _hear_result(self, tuned: Tuned) -> None:
-        if not self._running:
+        if not self.is_running:
             return
-        self._running, self._asked, self._tuned = False, None, tuned
+        self.is_running, self._asked, self._tuned = False, None, tuned
         self.table.set_rows(tuple(map(_row, tuned.wishes)))
         self.axis.clear()
         for step in tuned.steps:
@@ -275,9 +273,9 @@ class AutoTuneCard(Card):
         self.pages.setCurrentIndex(2)
 
     def _hear_refusal(self, question: Question, said: str) -> None:
-        if not isinstance(question, Tune) or not self._running:
+        if not isinstance(question, Tune) or not self.is_running:
             return
-        self._running, self._asked = False, None
+        self.is_running, self._asked = False, None
         self.pages.setCurrentIndex(0)
         guilty = [line for line in self.wishes.lines if line.text and line.text in said]
         for line in guilty:
@@ -310,7 +308,7 @@ class AutoTuneCard(Card):
 
     def _show_state(self) -> None:
         self.start.setEnabled(
-            self.wishes.are_good and bool(self._trial.proposed) and not self._running
+            self.wishes.are_good and bool(self._trial.proposed) and not self.is_running
         )
 
     def _lay_out(self) -> None:

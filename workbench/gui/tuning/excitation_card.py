@@ -244,6 +244,9 @@ class ExcitationCard(Card):
 
     Args:
         workspace: its flight is excited, and its preferences store the choice.
+
+    Attributes:
+        is_running: whether the flight is excited.
     """
 
     chosen = pyqtSignal(object)
@@ -256,7 +259,7 @@ class ExcitationCard(Card):
         store = workspace.preferences.store
         self._choices = {kind.name: load_choice(store, kind) for kind in KINDS}
         self.choice = self._choices[load_kind(store).name]
-        self._running = False
+        self.is_running = False
         self._mode = FlightMode.OFF
         self._seen: tuple[object, ...] = ()
         self.tabs = QTabBar()
@@ -296,11 +299,6 @@ class ExcitationCard(Card):
         shortcut.activated.connect(self.start_or_stop)
         self._show_state(workspace.flight.view)
 
-    @property
-    def is_running(self) -> bool:
-        """Whether the flight is excited."""
-        return self._running
-
     def show_view(self, view: LiveView) -> None:
         """Show the possible actions."""
         running = view.exciting is not None
@@ -308,12 +306,12 @@ class ExcitationCard(Card):
         returning = view.exciting is not None and view.exciting.returning
         seen = (running, returning, view.excitation_ended, mode)
         if seen != self._seen or not self.said.text():
-            self._seen, self._running, self._mode = seen, running, mode
+            self._seen, self.is_running, self._mode = seen, running, mode
             self._show_state(view)
 
     def start_or_stop(self) -> None:
         """Start or stop the excitation; does nothing if the drone cannot fly it."""
-        if self._running:
+        if self.is_running:
             self._flight.order(lambda live: live.stop_exciting())
         elif self.button.isEnabled() and self.tabs.currentIndex() < len(KINDS):
             excitation = self.choice.excitation
@@ -346,7 +344,7 @@ class ExcitationCard(Card):
         self._show_choice()
         self._show_state(self._flight.view)
         self.chosen.emit(choice)
-        if self._running and not other:  # show the running excitation
+        if self.is_running and not other:  # show the running excitation
             excitation = choice.excitation
             self._flight.order(lambda live: live.excite(excitation))
 
@@ -386,7 +384,7 @@ class ExcitationCard(Card):
 
     def begin(self) -> None:
         """Use the limits of another flight."""
-        self._running, self._mode, self._seen = False, FlightMode.OFF, ()
+        self.is_running, self._mode, self._seen = False, FlightMode.OFF, ()
         self.fault.begin(self._flight.view.values)
         self._show_choice()
         limited = self.amplitude.si
@@ -398,24 +396,24 @@ class ExcitationCard(Card):
         flies = view.snapshot is not None and self._mode not in (*GROUNDED, *BUSY)
         excites = self.tabs.currentIndex() < len(KINDS)
         for part, shown in (
-            *((each, excites or self._running) for each in (self.repeats, self.button)),
+            *((each, excites or self.is_running) for each in (self.repeats, self.button)),
             *((each, self.tabs.currentIndex() == WIND) for each in self.wind.buttons),
             *((each, self.tabs.currentIndex() == FAULT) for each in self.fault.buttons),
         ):
             part.setVisible(shown)
         self.wind.set_enabled(view.snapshot is not None)
-        self.button.setText("Stop" if self._running else self.choice.kind.start)
-        set_class(self.button, "" if self._running else "primary")
+        self.button.setText("Stop" if self.is_running else self.choice.kind.start)
+        set_class(self.button, "" if self.is_running else "primary")
         faults = self.amplitude.fault or self.period.fault
-        self.button.setEnabled(self._running or (flies and not faults))
+        self.button.setEnabled(self.is_running or (flies and not faults))
         self.take_off.setVisible(view.snapshot is not None and excites and self._mode in GROUNDED)
         if view.snapshot is None:
             self.said.say("Nothing flies yet.")
-        elif not excites and not self._running:
+        elif not excites and not self.is_running:
             self._say_disturbed(view)
         elif view.exciting is not None and view.exciting.returning:
             self.said.say("Flying back to where it began.", "good")
-        elif self._running:
+        elif self.is_running:
             self.said.say("Running.", "good")
         elif faults:
             self.said.say(faults, "warning")

@@ -74,6 +74,9 @@ class ForkCard(Card):
     Args:
         workspace: flight, analysis and colours.
         trial: the gains that are being tried.
+
+    Attributes:
+        is_busy: whether a fork is in progress.
     """
 
     busy_changed = pyqtSignal(bool)
@@ -84,7 +87,7 @@ class ForkCard(Card):
         self._flight, self._analysis, self._trial = workspace.flight, workspace.analysis, trial
         self._control = FlightControl(workspace.flight, workspace.preferences, self)
         self._others = OtherControllers(workspace.flight)
-        self._busy = False
+        self.is_busy = False
         self._asked: Fork | None = None
         self._branches: tuple[Branch, ...] = ()
         self._forked: Forked | None = None
@@ -128,11 +131,6 @@ class ForkCard(Card):
         self._analysis.preparing.connect(self._say_preparing)
         self._show_state()
 
-    @property
-    def is_busy(self) -> bool:
-        """Whether a fork is in progress."""
-        return self._busy
-
     def begin(self) -> None:
         """Clear the forks of another flight or controller."""
         self._others.note_flight()
@@ -149,7 +147,7 @@ class ForkCard(Card):
 
     def fork(self) -> None:
         """Fork the flight at its present instant."""
-        if self._busy:
+        if self.is_busy:
             return
         one, other = (self._branch(each.currentData()) for each in (self.one, self.other))
         if one.name == other.name:  # files of the same name in two folders
@@ -187,7 +185,7 @@ class ForkCard(Card):
         self.said.say(said, "warning")
 
     def _say_preparing(self, said: str) -> None:
-        if self._busy:
+        if self.is_busy:
             self.said.say(f"Flying both … {said}")
 
     def _draw(self) -> None:
@@ -252,8 +250,8 @@ class ForkCard(Card):
         return Branch(controller_label(chosen), {}, chosen)
 
     def _set_busy(self, busy: bool) -> None:
-        if busy != self._busy:
-            self._busy = busy
+        if busy != self.is_busy:
+            self.is_busy = busy
             self.busy_changed.emit(busy)
         self._show_state()
         if busy:
@@ -262,9 +260,9 @@ class ForkCard(Card):
     def _show_state(self) -> None:
         same = self.one.currentData() == self.other.currentData()
         can = bool(self._trial.flown) and not self.duration.fault and not same
-        self.button.setEnabled(not self._busy and can)
+        self.button.setEnabled(not self.is_busy and can)
         self.button.setToolTip("Choose two that are not the same" if same else "")
-        done = self._forked is not None and not self._busy
+        done = self._forked is not None and not self.is_busy
         boxes = (self.one, self.other)
         names = [each.name for each in self._branches] if done else [b.currentText() for b in boxes]
         self.keep_one.setText(f"K&eep {names[0]}")

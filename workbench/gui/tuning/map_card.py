@@ -109,6 +109,9 @@ class MapView(pg.PlotWidget):
     Args:
         look: source of colours.
         words: returns a gain's name in words.
+
+    Attributes:
+        mapped: the shown map.
     """
 
     picked = pyqtSignal(float, float)
@@ -119,7 +122,7 @@ class MapView(pg.PlotWidget):
     def __init__(self, look: Look, words: Callable[[str], str]) -> None:
         super().__init__(enableMenu=False)
         self._look, self._words = look, words
-        self._mapped: Mapped | None = None
+        self.mapped: Mapped | None = None
         self._cursor: tuple[int, int] | None = None
         self._image = pg.ImageItem(axisOrder="row-major", colorMap="viridis")
         self._contours = pg.PlotCurveItem(
@@ -146,18 +149,13 @@ class MapView(pg.PlotWidget):
         self._dress()
         self.show_map(None)
 
-    @property
-    def mapped(self) -> Mapped | None:
-        """The shown map."""
-        return self._mapped
-
     def sizeHint(self) -> QSize:
         """Return a comfortable size."""
         return QSize(320, 240)
 
     def show_map(self, mapped: Mapped | None) -> None:
         """Show a map, None for none."""
-        self._mapped = mapped
+        self.mapped = mapped
         while self._numbers:
             self.removeItem(self._numbers.pop())
         for item in (self._image, self._contours, self._spot, self._square):
@@ -205,17 +203,17 @@ class MapView(pg.PlotWidget):
 
     def show_spot(self, x: float, y: float) -> None:
         """Mark the proposed gains, dark and light, which is visible on any colour."""
-        if self._mapped is not None:
-            column = np.interp(x, self._mapped.x, range(len(self._mapped.x)))
-            row = np.interp(y, self._mapped.y, range(len(self._mapped.y)))
+        if self.mapped is not None:
+            column = np.interp(x, self.mapped.x, range(len(self.mapped.x)))
+            row = np.interp(y, self.mapped.y, range(len(self.mapped.y)))
             pens = [pg.mkPen("k", width=3.5), pg.mkPen("w", width=1.5)]
             self._spot.setData([column] * 2, [row] * 2, pen=pens)
 
     def point_at(self, place: QPointF) -> tuple[float, float] | None:
         """Return the gains at a position in the widget, None outside the map."""
-        if self._mapped is None or not self.getViewBox().sceneBoundingRect().contains(place):
+        if self.mapped is None or not self.getViewBox().sceneBoundingRect().contains(place):
             return None
-        at, x, y = self.getViewBox().mapSceneToView(place), self._mapped.x, self._mapped.y
+        at, x, y = self.getViewBox().mapSceneToView(place), self.mapped.x, self.mapped.y
         return (
             float(np.interp(at.x(), range(len(x)), x)),
             float(np.interp(at.y(), range(len(y)), y)),
@@ -272,10 +270,10 @@ class MapView(pg.PlotWidget):
             Qt.Key.Key_Down: (0, -1),
         }
         key = Qt.Key(event.key())
-        if self._mapped is None or (key not in moves and key not in _ENTER):
+        if self.mapped is None or (key not in moves and key not in _ENTER):
             super().keyPressEvent(event)
             return
-        x, y = self._mapped.x, self._mapped.y
+        x, y = self.mapped.x, self.mapped.y
         column, row = self._cursor or (len(x) // 2, len(y) // 2)
         if key in _ENTER:
             self.picked.emit(float(x[column]), float(y[row]))
@@ -289,13 +287,13 @@ class MapView(pg.PlotWidget):
         self._show_cursor()
 
     def _text(self, x: float, y: float) -> str:
-        assert self._mapped is not None
-        asked, values = self._mapped.asked, self._mapped.values
-        column = int(np.abs(self._mapped.x - x).argmin())
-        row = int(np.abs(self._mapped.y - y).argmin())
+        assert self.mapped is not None
+        asked, values = self.mapped.asked, self.mapped.values
+        column = int(np.abs(self.mapped.x - x).argmin())
+        row = int(np.abs(self.mapped.y - y).argmin())
         value = float(values[row, column])
-        share = self._mapped.unit == "1"
-        unit = "%" if share else self._mapped.unit
+        share = self.mapped.unit == "1"
+        unit = "%" if share else self.mapped.unit
         said = f"{100.0 * value if share else value:.3g} {unit}" if math.isfinite(value) else "lost"
         return f"{self._words(asked.x)} {x:.3g}, {self._words(asked.y)} {y:.3g}: {said}"
 

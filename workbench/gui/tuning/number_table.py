@@ -166,6 +166,9 @@ class NumberTable(QWidget):
         widest: the longest expected label.
         worded: whether rows have a word at the end.
         head_help: tool tip of each column.
+
+    Attributes:
+        rows: the shown rows.
     """
 
     row_chosen = pyqtSignal(int)
@@ -189,7 +192,7 @@ class NumberTable(QWidget):
         self._paired = paired
         self._widest = widest
         self._worded = worded
-        self._rows: tuple[Row, ...] = ()
+        self.rows: tuple[Row, ...] = ()
         self._wide = False
         self._chosen = -1
         self._expected = 1
@@ -200,19 +203,14 @@ class NumberTable(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
         look.changed.connect(self.update)
 
-    @property
-    def rows(self) -> tuple[Row, ...]:
-        """The shown rows."""
-        return self._rows
-
     def set_rows(self, rows: tuple[Row, ...]) -> None:
         """Show rows; equal rows are not repainted."""
-        if rows == self._rows:
+        if rows == self.rows:
             return
-        if len(rows) != len(self._rows):
+        if len(rows) != len(self.rows):
             self.updateGeometry()
-        before, wide = self._rows, self._wide
-        self._rows = rows
+        before, wide = self.rows, self._wide
+        self.rows = rows
         self._wide = any(row.state is State.MISSED for row in rows)
         if wide is self._wide and [row.label for row in before] == [row.label for row in rows]:
             changed = [number for number, row in enumerate(rows) if row != before[number]]
@@ -237,7 +235,7 @@ class NumberTable(QWidget):
     @property
     def full_width(self) -> int:
         """Width at which no label is elided [px]."""
-        labels = [self._widest, *(row.label for row in self._rows)]
+        labels = [self._widest, *(row.label for row in self.rows)]
         label = max(map(self._metrics.horizontalAdvance, labels)) + GAP
         return math.ceil(label + len(self._head) * self._columns()[1])
 
@@ -263,7 +261,7 @@ class NumberTable(QWidget):
         return QSize(240, (line + 1) * self._lines())
 
     def _lines(self) -> int:
-        return 1 + max(len(self._rows), self._expected)
+        return 1 + max(len(self.rows), self._expected)
 
     def changeEvent(self, event: QEvent | None) -> None:
         """Measure again after a change of the font."""
@@ -311,14 +309,14 @@ class NumberTable(QWidget):
 
     def _measure_columns(self) -> tuple[float, float, float]:
         metrics = self._metrics
-        labels = [self._widest, *(row.label for row in self._rows if not row.blank)]
+        labels = [self._widest, *(row.label for row in self.rows if not row.blank)]
         label = max(metrics.horizontalAdvance(each) for each in labels) + GAP
         longest = State.MISSED.value if self._wide else State.OVER.value
         word = metrics.horizontalAdvance(longest) + MARK + GAP if self._worded else 0.0
         columns = max(1, len(self._head))
         cell = min((self.width() - label - word) / columns, WIDEST)
         if not self._paired:  # numbers keep their width, and a long label is elided
-            texts = [each.text for row in self._rows for each in row.cells]
+            texts = [each.text for row in self.rows for each in row.cells]
             small = QFontMetricsF(self._head_font)
             widths = [*map(metrics.horizontalAdvance, texts)]
             widths += map(small.horizontalAdvance, self._head)
@@ -342,7 +340,7 @@ class NumberTable(QWidget):
         painter.setFont(self.font())
         painter.setPen(colour("line"))
         painter.drawLine(0, round(height), self.width(), round(height))
-        for number, row in enumerate(self._rows):
+        for number, row in enumerate(self.rows):
             if not seen.intersects(self._row_box(number).toAlignedRect()):
                 continue
             top = (number + 1) * height
@@ -427,20 +425,20 @@ class NumberTable(QWidget):
             self.row_chosen.emit(self._chosen)
             return
         move = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}.get(Qt.Key(event.key()), 0)
-        if not move or not self._rows:
+        if not move or not self.rows:
             super().keyPressEvent(event)
             return
-        self._chosen = min(max(self._chosen + move, 0), len(self._rows) - 1)
-        self.setAccessibleDescription(self._rows[self._chosen].spoken)
+        self._chosen = min(max(self._chosen + move, 0), len(self.rows) - 1)
+        self.setAccessibleDescription(self.rows[self._chosen].spoken)
         self.update()
 
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
         """Select a row."""
         assert event is not None
         row = int(event.position().y() / self._row_height()) - 1
-        if event.button() == Qt.MouseButton.LeftButton and 0 <= row < len(self._rows):
+        if event.button() == Qt.MouseButton.LeftButton and 0 <= row < len(self.rows):
             self._chosen = row
-            self.setAccessibleDescription(self._rows[row].spoken)
+            self.setAccessibleDescription(self.rows[row].spoken)
             self.row_chosen.emit(row)
             self.update()
 
@@ -456,10 +454,10 @@ class NumberTable(QWidget):
         label, cell, _ = self._columns()
         number = int(y / self._row_height()) - 1
         column = int((x - label) // cell)
-        if 0 <= number < len(self._rows) and x < label:
-            return self._rows[number].label
-        if 0 <= number < len(self._rows) and 0 <= column < len(self._rows[number].cells):
-            said = self._rows[number].cells[column]
+        if 0 <= number < len(self.rows) and x < label:
+            return self.rows[number].label
+        if 0 <= number < len(self.rows) and 0 <= column < len(self.rows[number].cells):
+            said = self.rows[number].cells[column]
             return f"{said.help} (flown: {said.was})" if said.was else said.help
         if number < 0 <= column < len(self._head_help):
             return self._head_help[column]

@@ -127,6 +127,10 @@ class PolePlane(pg.PlotWidget):
 
     Args:
         look: source of colours.
+
+    Attributes:
+        span: visible distance to the left [1/s].
+        poles: the shown poles.
     """
 
     read = pyqtSignal(str)
@@ -143,8 +147,8 @@ class PolePlane(pg.PlotWidget):
     def __init__(self, look: Look) -> None:
         super().__init__(enableMenu=False)
         self._look = look
-        self._poles: tuple[Pole, ...] = ()
-        self._span = 40.0
+        self.poles: tuple[Pole, ...] = ()
+        self.span = 40.0
         self._chosen: Pole | None = None
         self._movable = False
         self._place: complex | None = None
@@ -174,26 +178,16 @@ class PolePlane(pg.PlotWidget):
         look.changed.connect(self._dress)
         self._dress()
 
-    @property
-    def poles(self) -> tuple[Pole, ...]:
-        """The shown poles."""
-        return self._poles
-
-    @property
-    def span(self) -> float:
-        """Visible distance to the left [1/s]."""
-        return self._span
-
     def sizeHint(self) -> QSize:
         """Return a comfortable size."""
         return QSize(320, 220)
 
     def show_poles(self, poles: Sequence[Pole]) -> None:
         """Show poles."""
-        if tuple(poles) == self._poles:
+        if tuple(poles) == self.poles:
             return
-        self._poles = tuple(poles)
-        if self._place is None and self._chosen not in self._poles:
+        self.poles = tuple(poles)
+        if self._place is None and self._chosen not in self.poles:
             self._choose(None)
         self._show()
 
@@ -208,13 +202,13 @@ class PolePlane(pg.PlotWidget):
 
     def follow_pole(self, value: complex) -> None:
         """Read the proposed pole nearest to a value [1/s]: the one that is being moved."""
-        proposed = [pole for pole in self._poles if pole.proposed]
+        proposed = [pole for pole in self.poles if pole.proposed]
         if proposed:
             self._choose(min(proposed, key=lambda pole: abs(pole.value - value)))
 
     def zoom(self, factor: float) -> None:
         """Zoom out by a factor, or in if it is below 1."""
-        self._span = min(max(self._span * factor, SPANS[0]), SPANS[1])
+        self.span = min(max(self.span * factor, SPANS[0]), SPANS[1])
         self._fit()
 
     def place(self, pole: Pole) -> QPointF:
@@ -236,10 +230,10 @@ class PolePlane(pg.PlotWidget):
 
     def _fit(self) -> None:
         """Show the span, with one scale along both axes: angles show the damping."""
-        right = self._span * RIGHT / (1.0 - RIGHT)
-        high = (self._span + right) * self._view.height() / max(self._view.width(), 1.0)
-        self.setRange(xRange=(-self._span, right), yRange=(0.0, high), padding=0.0)
-        step, reach = round_step(self._span, 4), math.hypot(self._span, high)
+        right = self.span * RIGHT / (1.0 - RIGHT)
+        high = (self.span + right) * self._view.height() / max(self._view.width(), 1.0)
+        self.setRange(xRange=(-self.span, right), yRange=(0.0, high), padding=0.0)
+        step, reach = round_step(self.span, 4), math.hypot(self.span, high)
         rings = step * np.arange(1.0, reach / step)
         x, y = np.outer(rings, HALF_TURN.real), np.outer(rings, HALF_TURN.imag)
         self._rings.setData(x.ravel(), y.ravel())
@@ -269,7 +263,7 @@ class PolePlane(pg.PlotWidget):
     def _show(self) -> None:
         """Draw the poles."""
         spots = []
-        for pole in self._poles:
+        for pole in self.poles:
             colour = self._look.colour("accent" if pole.proposed else "muted")
             if not pole.is_stable:
                 colour = self._look.colour("bad")
@@ -344,11 +338,11 @@ class PolePlane(pg.PlotWidget):
         """Return the pole under the pointer; on request only among the proposed ones."""
         ways = [
             (math.hypot(here.x() - at.x(), here.y() - at.y()), index)
-            for index, at in enumerate(map(self.place, self._poles))
-            if self._poles[index].proposed or not proposed
+            for index, at in enumerate(map(self.place, self.poles))
+            if self.poles[index].proposed or not proposed
         ]
         way, index = min(ways, default=(NEAR + 1.0, 0))
-        return self._poles[index] if way <= NEAR else None
+        return self.poles[index] if way <= NEAR else None
 
     def _value(self, here: QPointF) -> complex:
         """Return the value at a position in the widget [1/s], in the upper half of the plane."""
@@ -403,9 +397,9 @@ class PolePlane(pg.PlotWidget):
             self._show()
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Minus, Qt.Key.Key_Equal):
             self.zoom(1.25 if key is Qt.Key.Key_Minus else 0.8)
-        elif key in (Qt.Key.Key_Left, Qt.Key.Key_Right) and self._poles:
+        elif key in (Qt.Key.Key_Left, Qt.Key.Key_Right) and self.poles:
             move = -1 if key is Qt.Key.Key_Left else 1
-            order = sorted(self._poles, key=lambda pole: (pole.value.real, pole.value.imag))
+            order = sorted(self.poles, key=lambda pole: (pole.value.real, pole.value.imag))
             at = order.index(self._chosen) + move if self._chosen in order else len(order) - 1
             self._choose(order[at % len(order)])
         else:

@@ -293,23 +293,19 @@ class ResponseHistory:
         round: the present or last round; None before the first.
         numbers: numbers of the newest round with a completed first step, None before it.
         ghosts: earlier responses, the newest first.
+        is_running: whether the newest round is in progress.
     """
 
     def __init__(self, take: Take) -> None:
         self._take = take
         self.clear()
 
-    @property
-    def is_running(self) -> bool:
-        """Whether the newest round is in progress."""
-        return self._running
-
     def clear(self) -> None:
         """Clear all: another flight begins."""
         self.round: Round | None = None
         self.numbers: StepNumbers | None = None
         self.ghosts: tuple[Response, ...] = ()
-        self._running = False
+        self.is_running = False
         self._ended = 0.0
         self._measured = False
         self._changed = False
@@ -328,18 +324,18 @@ class ResponseHistory:
             return
         self._keep(min(begun, before.end) if before is not None else begun)
         self.round = Round(excitation, begun, dict(gains), exciting.again)
-        self._running, self._measured, self._changed = True, False, False
+        self.is_running, self._measured, self._changed = True, False, False
 
     def end(self, now: float) -> None:
         """Record that the excitation has ended, at a simulated time [s]."""
-        if self._running:
-            self._running, self._ended = False, now
+        if self.is_running:
+            self.is_running, self._ended = False, now
 
     def present(self, now: float) -> Trace | None:
         """Return the signals of the newest round until now [s], and measure completed steps."""
         if self.round is None:
             return None
-        until = min(now, self.round.end) if self._running else min(self._ended, self.round.end)
+        until = min(now, self.round.end) if self.is_running else min(self._ended, self.round.end)
         trace = self._take(self.round.excitation, self.round.begun, until)
         if not self._measured:
             numbers = self._measure(self.round, trace)
@@ -351,7 +347,7 @@ class ResponseHistory:
         """Make the newest round a ghost."""
         if self.round is None:
             return
-        until = end if self._running else min(self._ended, self.round.end)
+        until = end if self.is_running else min(self._ended, self.round.end)
         trace = self._take(self.round.excitation, self.round.begun, until)
         if not len(trace) or trace.time[-1] < SHORTEST:
             return
@@ -412,30 +408,28 @@ class LimitStrip(QWidget):
 
     Args:
         look: source of colours.
+
+    Attributes:
+        uses: the shown quantities.
     """
 
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self._uses: tuple[Use, ...] = ()
+        self.uses: tuple[Use, ...] = ()
         self._length = 1.0
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Use of the flight's limits")
         look.changed.connect(self.update)
 
-    @property
-    def uses(self) -> tuple[Use, ...]:
-        """The shown quantities."""
-        return self._uses
-
     def show_uses(self, uses: Sequence[Use], length: float) -> None:
         """Show quantities over a time [s]."""
-        self._uses, self._length = tuple(uses), max(length, 1e-3)
+        self.uses, self._length = tuple(uses), max(length, 1e-3)
         self.update()
 
     def describe(self) -> None:
         """Describe the charts in words: after a response, not with every frame."""
-        self.setAccessibleDescription("; ".join(f"{use.label} {use.text}" for use in self._uses))
+        self.setAccessibleDescription("; ".join(f"{use.label} {use.text}" for use in self.uses))
 
     def sizeHint(self) -> QSize:
         """Return the size of two lines of text and a chart."""
@@ -443,11 +437,11 @@ class LimitStrip(QWidget):
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
         """Paint the charts."""
-        if not self._uses:
+        if not self.uses:
             return
         painter = QPainter(self)
-        width = (self.width() - STRIP_GAP * (len(self._uses) - 1)) / len(self._uses)
-        for index, use in enumerate(self._uses):
+        width = (self.width() - STRIP_GAP * (len(self.uses) - 1)) / len(self.uses)
+        for index, use in enumerate(self.uses):
             self._paint_use(
                 painter, QRectF(index * (width + STRIP_GAP), 0.0, width, self.height()), use
             )

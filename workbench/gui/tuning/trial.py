@@ -13,6 +13,9 @@ class Trial(QObject):
     Args:
         gains: the editor of the gains.
         parent: the Qt parent.
+
+    Attributes:
+        excited: the step of a command or a load that is predicted and pinned; None for a chirp.
     """
 
     changed = pyqtSignal()
@@ -21,7 +24,7 @@ class Trial(QObject):
     def __init__(self, gains: GainEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.gains = gains
-        self._excited: Step | None = None
+        self.excited: Step | None = None
         gains.proposed_changed.connect(lambda _: self.changed.emit())
         gains.flown_changed.connect(lambda _: self.changed.emit())
         gains.set_changed.connect(self.changed.emit)
@@ -72,15 +75,10 @@ class Trial(QObject):
     @property
     def step(self) -> Step | None:
         """The step for evaluation; None unless a step of a command is excited."""
-        return None if self._excited is None or self._excited.is_load else self._excited
-
-    @property
-    def excited(self) -> Step | None:
-        """The step of a command or a load that is predicted and pinned; None for a chirp."""
-        return self._excited
+        return None if self.excited is None or self.excited.is_load else self.excited
 
     def set_step(self, step: Step | None) -> None:
         """Set the step."""
-        if step != self._excited:
-            self._excited = step
+        if step != self.excited:
+            self.excited = step
             self.changed.emit()

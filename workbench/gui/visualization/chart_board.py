@@ -192,6 +192,7 @@ class ChartPane(QFrame):
 
     Attributes:
         chart: the visible chart; another kind has another one.
+        spec: its content.
     """
 
     spec_changed = pyqtSignal()
@@ -210,7 +211,7 @@ class ChartPane(QFrame):
         set_class(self, "card")
         self._workspace = workspace
         self._source = source
-        self._spec = spec
+        self.spec = spec
         self._told = ""
         self._overlays: tuple[Overlay, ...] = ()
         self._limits: SpecContents | None = None
@@ -221,18 +222,13 @@ class ChartPane(QFrame):
         self.show_signals(spec.signals, source)
 
     @property
-    def spec(self) -> ChartSpec:
-        """Its content."""
-        return self._spec
-
-    @property
     def title(self) -> str:
         """Its name."""
-        return self._spec.title
+        return self.spec.title
 
     def set_spec(self, spec: ChartSpec) -> None:
         """Set the content."""
-        self._spec = spec
+        self.spec = spec
         old, self.chart = self.chart, self._make_chart()
         self._box.replaceWidget(old, self.chart)
         old.hide()
@@ -243,7 +239,7 @@ class ChartPane(QFrame):
 
     def show_signals(self, names: tuple[str, ...], source: SeriesSource) -> None:
         """Show signals; those that the source lacks appear once it has them."""
-        self._source, self._spec = source, dataclasses.replace(self._spec, signals=names)
+        self._source, self.spec = source, dataclasses.replace(self.spec, signals=names)
         self.chart.clear()
         units = source.units
         try:
@@ -264,17 +260,17 @@ class ChartPane(QFrame):
     def show_overlays(self, overlays: tuple[Overlay, ...]) -> None:
         """Draw the same signals of these logs, paler."""
         self._overlays = overlays
-        self.show_signals(self._spec.signals, self._source)
+        self.show_signals(self.spec.signals, self._source)
 
     def show_limits(self, limits: SpecContents | None) -> None:
         """Draw the limits of a spec, None for none."""
         self._limits = limits
-        self.show_signals(self._spec.signals, self._source)
+        self.show_signals(self.spec.signals, self._source)
 
     def add_signal(self, name: str) -> None:
         """Add a signal."""
         units = self._source.units
-        if name in self._spec.signals or name not in units:
+        if name in self.spec.signals or name not in units:
             return
         try:
             self._source.series(name, self.chart.window_ends[1])
@@ -282,14 +278,14 @@ class ChartPane(QFrame):
         except WorkbenchError as error:
             self._workspace.notices.warn(str(error))
             return
-        self._spec = dataclasses.replace(self._spec, signals=(*self._spec.signals, name))
+        self.spec = dataclasses.replace(self.spec, signals=(*self.spec.signals, name))
         self.chart.redraw()
         self.spec_changed.emit()
 
     def remove_signal(self, name: str) -> None:
         """Remove a signal."""
-        if name in self._spec.signals:
-            kept = tuple(each for each in self._spec.signals if each != name)
+        if name in self.spec.signals:
+            kept = tuple(each for each in self.spec.signals if each != name)
             self.show_signals(kept, self._source)
             self.spec_changed.emit()
 
@@ -322,7 +318,7 @@ class ChartPane(QFrame):
 
     def _make_chart(self) -> AnyChart:
         """Return an empty chart of the required kind."""
-        spec = self._spec
+        spec = self.spec
         made: AnyChart
         match spec.kind:
             case "spectrum":
@@ -369,23 +365,23 @@ class ChartPane(QFrame):
         return made
 
     def _set_log_x(self, on: bool) -> None:
-        self.set_spec(dataclasses.replace(self._spec, log_x=on))
+        self.set_spec(dataclasses.replace(self.spec, log_x=on))
 
     def _set_log_y(self, on: bool) -> None:
-        self.set_spec(dataclasses.replace(self._spec, log_y=on))
+        self.set_spec(dataclasses.replace(self.spec, log_y=on))
 
     def _show_as(self, kind: str, _: bool) -> None:
-        if kind != self._spec.kind:
-            self.set_spec(self._spec.of_kind(kind))
+        if kind != self.spec.kind:
+            self.set_spec(self.spec.of_kind(kind))
 
     def _take_welch(self) -> None:
         assert isinstance(self.chart, SpectrumChart)
-        self._spec = dataclasses.replace(self._spec, **dataclasses.asdict(self.chart.welch))
+        self.spec = dataclasses.replace(self.spec, **dataclasses.asdict(self.chart.welch))
         self.spec_changed.emit()
 
     def _take_equal(self) -> None:
         assert isinstance(self.chart, XYChart)
-        self._spec = dataclasses.replace(self._spec, equal=self.chart.is_equal)
+        self.spec = dataclasses.replace(self.spec, equal=self.chart.is_equal)
         self.spec_changed.emit()
 
     def _draw_signal(self, name: str, unit: str) -> None:
@@ -407,7 +403,7 @@ class ChartPane(QFrame):
             if name in overlay.units:
                 self._draw_over(overlay, name, drawn)
 
-        if self._limits is not None and self._spec.kind == TIME:
+        if self._limits is not None and self.spec.kind == TIME:
             for text, level in lines_over_time(self._limits, name):
                 times = np.array([0.0, *np.arange(0.25, FARTHEST, 0.5)])
                 source = source_of(times, np.full(len(times), level))
@@ -417,7 +413,7 @@ class ChartPane(QFrame):
         """Draw a signal of a log, paler than the same signal here."""
         label, source = f"{drawn.label} · {overlay.name}", partial(self._read, overlay, name)
         if isinstance(self.chart, XYChart | StepChart):
-            first = self._spec.signals[0]
+            first = self.spec.signals[0]
             if name != first and first in overlay.units:
                 across = partial(self._read, overlay, first)
                 self.chart.add_over(across, label, drawn.unit, source, drawn.colour)
@@ -425,9 +421,9 @@ class ChartPane(QFrame):
         self.chart.add_curve(label, drawn.unit, source, colour=drawn.colour, style=CurveStyle.FAINT)
 
     def _limits_of_step(self, step: StepResponse) -> Sequence[LimitLine]:
-        if self._limits is None or len(self._spec.signals) < 2:
+        if self._limits is None or len(self.spec.signals) < 2:
             return ()
-        return limits_of_step(self._limits, self._spec.signals[1], step)
+        return limits_of_step(self._limits, self.spec.signals[1], step)
 
     def _read(self, source: SeriesSource, name: str, since: float) -> Samples:
         """Return the samples of a signal; none if they cannot be computed, which is reported."""
@@ -444,8 +440,8 @@ class ChartPane(QFrame):
             self._workspace.notices.warn(said)
 
     def _remove_last(self) -> None:
-        if self._spec.signals:
-            self.remove_signal(self._spec.signals[-1])
+        if self.spec.signals:
+            self.remove_signal(self.spec.signals[-1])
 
 
 def _switch(parent: QWidget, text: str, on: bool, do: Callable[[bool], object]) -> QAction:
