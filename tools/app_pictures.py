@@ -24,6 +24,7 @@ from PIL import Image
 from PyQt6.QtCore import QBuffer, QSettings
 from PyQt6.QtWidgets import QApplication
 
+from workbench.analysis.questions import FlyAgain
 from workbench.commands.cli import main as run_command
 from workbench.control.mode import FlightMode
 from workbench.gui.app import make_app
@@ -171,7 +172,7 @@ class Photographer:
         self.workspace.log.what_if_wanted.emit()
         tuning = self.window.stack.screen_of("tuning")
         answers = []
-        self.workspace.analysis.flown_again.connect(answers.append)
+        self.workspace.analysis.answers[FlyAgain].connect(answers.append)
         tuning.gains.propose("kp_velocity_x", 0.4 * tuning.gains.flown["kp_velocity_x"])
         self.until(lambda: bool(answers) and answers[-1].asked.draws == max(DRAWS))
 

@@ -22,22 +22,23 @@ STEP = Step("x", 2.0, 1.0)
 
 
 class Heard:
-    """All that an analysis said, by the name of its signal, and in which thread."""
+    """What an analysis said, by kind, and in which thread."""
 
     def __init__(self, analysis):
-        self.analysis = analysis
         self.refused = []
         self.threads = set()
-        for name in ("judged", "ranges_found", "predicted", "mapped", "weighed", "searched"):
-            self.listen(name)
-        for name in ("tuned", "forked", "pinned"):
-            self.listen(name)
+        self.judged = self.listen(analysis.answers[Judge])
+        self.ranges_found = self.listen(analysis.answers[FindRanges])
+        self.predicted = self.listen(analysis.answers[Predict])
+        self.mapped = self.listen(analysis.answers[DrawMap])
+        self.tuned = self.listen(analysis.answers[Tune])
+        self.searched = self.listen(analysis.searched)
         analysis.refused.connect(self.refuse)
 
-    def listen(self, name):
+    def listen(self, signal):
         said = []
-        setattr(self, name, said)
-        getattr(self.analysis, name).connect(lambda reply: self.keep(said, reply))
+        signal.connect(lambda reply: self.keep(said, reply))
+        return said
 
     def keep(self, said, reply):
         self.threads.add(QThread.currentThread())

@@ -32,7 +32,7 @@ from PyQt6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from workbench.analysis.questions import FlyAgain, Judge, Predict
+from workbench.analysis.questions import FlyAgain, Judge, Predict, Tune
 from workbench.analysis.replies import Tuned, TunedStep, Wished
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work
@@ -211,12 +211,12 @@ def window(request, windows, shared_window, workspace, canned, fly_again):
     of the web engine's 3-D view there is Qt's own.
     """
     analysis, subject = workspace.analysis, Subject(canned.views[0].scenario, {})
-    answers, answered = {Judge: analysis.judged, Predict: analysis.predicted}, set()
+    answers, answered = {kind: analysis.answers[kind] for kind in (Judge, Predict)}, set()
 
     def answer(question):
         kind = type(question)
         if kind is FlyAgain:
-            QTimer.singleShot(0, lambda: analysis.flown_again.emit(fly_again(question)))
+            QTimer.singleShot(0, lambda: analysis.answers[FlyAgain].emit(fly_again(question)))
         if kind in answers:
             *_, reply = find_answerer(kind)(subject, question, Work(1, None, None))
             QTimer.singleShot(0, lambda: answers[kind].emit(reply))
@@ -235,7 +235,7 @@ def window(request, windows, shared_window, workspace, canned, fly_again):
             workspace.flight.viewed.emit(view)
         shared_window.show_screen("tuning")
         shared_window.stack.current.autotune.search()
-        analysis.tuned.emit(TUNED)
+        analysis.answers[Tune].emit(TUNED)
         workspace.log.open(Path("flight.csv"))
         QtBot(request).waitUntil(lambda: answered == set(answers), timeout=120_000)
         yield shared_window

@@ -8,20 +8,10 @@ from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
 from workbench.analysis.analyst import Analyst
 from workbench.analysis.questions import (
-    AskOther,
-    DrawFrequency,
-    DrawMap,
-    FindRanges,
-    FlyAgain,
     Fork,
-    Judge,
-    JudgePlantInput,
-    MovePole,
     Pin,
     PlanMeasurement,
-    Predict,
     Question,
-    ShapeLoop,
     Tune,
     Weigh,
 )
@@ -38,6 +28,12 @@ a stream while a slider moves, and their card shows the reason."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
 
 
+class Answered(QObject):
+    """Passes on the answers to one kind of question."""
+
+    signal = pyqtSignal(object)
+
+
 class Analysis(QObject):
     """Asks the analyst about gains of the flying vehicle.
 
@@ -49,40 +45,10 @@ class Analysis(QObject):
         answers: signal for the answers to each kind of question.
     """
 
-    judged = pyqtSignal(object)
-    """A `Judged`."""
-    plant_input_judged = pyqtSignal(object)
-    """A `JudgedPlantInput`."""
-    frequency_drawn = pyqtSignal(object)
-    """A `FrequencyCurves`."""
-    loop_shaped = pyqtSignal(object)
-    """A `LoopShaped`."""
-    pole_moved = pyqtSignal(object)
-    """A `PoleMoved`."""
-    measurement_planned = pyqtSignal(object)
-    """A `MeasurementPlanned`."""
-    ranges_found = pyqtSignal(object)
-    """A `Ranges`."""
-    predicted = pyqtSignal(object)
-    """A `Predicted`."""
-    mapped = pyqtSignal(object)
-    """A `Mapped`."""
-    weighed = pyqtSignal(object)
-    """A `Weighed`."""
     searched = pyqtSignal(object)
     """A `Searched`: the progress of tuning."""
     preparing = pyqtSignal(str)
     """The analyst's preparations before an answer, as compiling."""
-    tuned = pyqtSignal(object)
-    """A `Tuned`."""
-    forked = pyqtSignal(object)
-    """A `Forked`."""
-    pinned = pyqtSignal(object)
-    """A `Pinned`."""
-    flown_again = pyqtSignal(object)
-    """A `FlownAgain`."""
-    other_answered = pyqtSignal(object)
-    """An `OtherAnswered`."""
     refused = pyqtSignal(object, str)
     """A question that cannot be answered, and the reason."""
 
@@ -96,23 +62,7 @@ class Analysis(QObject):
         self._controller: Controller | None = None
         self._token = object()
         self._errands = Errands()
-        self.answers = {
-            Judge: self.judged,
-            JudgePlantInput: self.plant_input_judged,
-            DrawFrequency: self.frequency_drawn,
-            ShapeLoop: self.loop_shaped,
-            MovePole: self.pole_moved,
-            PlanMeasurement: self.measurement_planned,
-            FindRanges: self.ranges_found,
-            Predict: self.predicted,
-            DrawMap: self.mapped,
-            Weigh: self.weighed,
-            Tune: self.tuned,
-            Fork: self.forked,
-            Pin: self.pinned,
-            FlyAgain: self.flown_again,
-            AskOther: self.other_answered,
-        }
+        self.answers = {kind: Answered(self).signal for kind in Question.__subclasses__()}
         queued = Qt.ConnectionType.QueuedConnection  # called in a thread of the analyst
         self._progressed.connect(self._show_progress, queued)  # type: ignore[call-arg]
 

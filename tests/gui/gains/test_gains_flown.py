@@ -29,7 +29,7 @@ def flown(workspace, qtbot):
     qtbot.waitUntil(lambda: NAME in panel.rows, timeout=SECONDS)
     panel.show()
     every = {row.name: (row.minimum, row.maximum) for row in editor.rows}
-    workspace.analysis.ranges_found.emit(Ranges(FindRanges(dict(editor.flown)), every))
+    workspace.analysis.answers[FindRanges].emit(Ranges(FindRanges(dict(editor.flown)), every))
     return editor, panel
 
 

@@ -127,13 +127,13 @@ def test_stop_keeps_the_best(card, offline, qtbot):
     press(qtbot, card.start)
     press(qtbot, card.stop)
     assert offline.analysis.stopped == 1
-    offline.analysis.tuned.emit(tuned(met=False, stopped=True))
+    offline.analysis.answers[Tune].emit(tuned(met=False, stopped=True))
     assert card.said.text() == "Stopped: the best so far."
 
 
 def test_before_and_after_stand_side_by_side(card, offline, qtbot):
     press(qtbot, card.start)
-    offline.analysis.tuned.emit(tuned(met=False))
+    offline.analysis.answers[Tune].emit(tuned(met=False))
     assert [row.state for row in card.table.rows] == [State.GOOD, State.MISSED]
     assert [cell.text for cell in card.table.rows[0].cells] == ["0.5 s", "0.38 s"]
     assert card.plot.names == ("before", "after")
@@ -144,7 +144,7 @@ def test_before_and_after_stand_side_by_side(card, offline, qtbot):
 def test_accepted_gains_fly_as_one_step_of_undo(card, offline, gains, qtbot):
     before = dict(gains.proposed)
     press(qtbot, card.start)
-    offline.analysis.tuned.emit(tuned())
+    offline.analysis.answers[Tune].emit(tuned())
     press(qtbot, card.accept)
     assert {name: gains.proposed[name] for name in FOUND} == FOUND
     gains.undo()
@@ -154,7 +154,7 @@ def test_accepted_gains_fly_as_one_step_of_undo(card, offline, gains, qtbot):
 def test_discarded_gains_change_nothing(card, offline, gains, qtbot):
     before = dict(gains.proposed)
     press(qtbot, card.start)
-    offline.analysis.tuned.emit(tuned())
+    offline.analysis.answers[Tune].emit(tuned())
     press(qtbot, card.discard)
     assert dict(gains.proposed) == before
     assert card.start.isEnabled()
@@ -171,7 +171,7 @@ def test_a_refused_wish_is_blamed_where_it_stands(card, offline, qtbot):
 def test_an_answer_that_comes_after_another_flight_began_is_not_shown(card, offline, qtbot):
     press(qtbot, card.start)
     card.begin()
-    offline.analysis.tuned.emit(tuned())
+    offline.analysis.answers[Tune].emit(tuned())
     assert card.pages.currentIndex() == 0
 
 
@@ -179,7 +179,7 @@ def test_the_numbers_before_and_after_have_their_own_columns(card, offline, tria
     """A long wish gives way; what is cut of it stands in its tool tip."""
     long = Wished("tilt.phase_margin >= 45 deg, of all", "38.9123 deg", "44.0312 deg", False)
     press(qtbot, card.start)
-    offline.analysis.tuned.emit(dataclasses.replace(tuned(), wishes=(long,)))
+    offline.analysis.answers[Tune].emit(dataclasses.replace(tuned(), wishes=(long,)))
     for width in (330, 420, 900):
         card.resize(width, 420)
         label, cell, word = card.table._columns()

@@ -47,10 +47,10 @@ class Answerer:
         for question in waiting:
             if isinstance(question, Judge):
                 (reply,) = judge_loops(self._subject, question, None)
-                self._analysis.judged.emit(reply)
+                self._analysis.answers[Judge].emit(reply)
             elif isinstance(question, DrawFrequency):
                 (reply,) = draw_frequency(self._subject, question, None)
-                self._analysis.frequency_drawn.emit(reply)
+                self._analysis.answers[DrawFrequency].emit(reply)
         return bool(waiting)
 
 

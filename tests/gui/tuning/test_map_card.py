@@ -88,12 +88,12 @@ def test_it_follows_the_proposed_gains_with_one_map_at_a_time(card, offline, tri
     qtbot.wait(300)
     maps = offline.analysis.of(DrawMap)
     assert len(maps) == 1
-    offline.analysis.mapped.emit(mapped(maps[0]))
+    offline.analysis.answers[DrawMap].emit(mapped(maps[0]))
     assert offline.analysis.of(DrawMap)[-1].gains["kp_velocity_x"] == 5.0
 
 
 def test_a_click_proposes_the_gains_there_as_one_step_of_undo(card, offline, gains, qtbot):
-    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
     before = dict(gains.proposed)
     qtbot.mouseClick(
         card.view.viewport(), Qt.MouseButton.LeftButton, pos=pixel(card.view, 7.0, 200.0)
@@ -105,7 +105,7 @@ def test_a_click_proposes_the_gains_there_as_one_step_of_undo(card, offline, gai
 
 
 def test_places_and_gains_map_onto_each_other(card, offline):
-    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
     for x, y in ((2.0, 100.0), (6.5, 275.0), (10.0, 400.0)):
         found = card.view.point_at(QPointF(pixel(card.view, x, y)))
         assert found == (pytest.approx(x, abs=0.03), pytest.approx(y, abs=1.5))
@@ -113,7 +113,7 @@ def test_places_and_gains_map_onto_each_other(card, offline):
 
 
 def test_arrows_and_enter_propose_too(card, offline, gains, qtbot):
-    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
     card.view.setFocus()
     qtbot.keyClick(card.view, Qt.Key.Key_Right)
     qtbot.keyClick(card.view, Qt.Key.Key_Up)
@@ -123,7 +123,7 @@ def test_arrows_and_enter_propose_too(card, offline, gains, qtbot):
 
 
 def test_a_lost_flight_is_hatched_and_called_lost(card, offline, qtbot):
-    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
     qtbot.mouseMove(card.view.viewport(), pixel(card.view, 10.0, 400.0))
     assert card.reading.text().endswith(": lost")
 
@@ -148,5 +148,5 @@ def test_a_map_that_is_not_seen_is_not_asked_for(offline, trial, qtbot):
 def test_a_wait_for_the_compiler_says_so(card, offline):
     offline.analysis.preparing.emit("compiling flights: 40 %")
     assert card.said.text() == "Drawing … compiling flights: 40 %"
-    offline.analysis.mapped.emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
     assert card.said.text() == ""

@@ -41,7 +41,7 @@ def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
         delay_margin=0.025,
         disk_margin=0.7,
     )
-    offline.analysis.judged.emit(judge(FLOWN, pitch))
+    offline.analysis.answers[Judge].emit(judge(FLOWN, pitch))
     assert [cell.text for cell in row(card, "pitch").cells] == [
         "20.0",
         "20.0",
@@ -57,7 +57,7 @@ def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
 def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
     low = make_loop("pitch", phase_margin=np.radians(30.0))
-    offline.analysis.judged.emit(judge(FLOWN, low))
+    offline.analysis.answers[Judge].emit(judge(FLOWN, low))
     assert row(card, "pitch").state is State.LOW
     assert [cell.over for cell in row(card, "pitch").cells] == [False, False, True, False, False]
     assert card.said.text() == "Weakest: pitch, phase margin 30.0° (≥ 45°)"
@@ -66,7 +66,8 @@ def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(card, offline
 
 def test_another_limit_judges_anew_and_is_kept(card, offline, judge, make_loop, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.judged.emit(judge(FLOWN, make_loop("pitch", phase_margin=np.radians(30.0))))
+    low = make_loop("pitch", phase_margin=np.radians(30.0))
+    offline.analysis.answers[Judge].emit(judge(FLOWN, low))
     qtbot.mouseClick(card.form.button, Qt.MouseButton.LeftButton)
     field = card.form.fields["phase_margin"]
     assert field.isVisible()
@@ -83,7 +84,8 @@ def test_an_unstable_loop_is_named_in_a_sentence_and_has_no_numbers(
     card.judgement.follow(FLOWN, FLOWN)
     broken = make_loop("roll", stable=False, growing=True)
     along = make_loop("pitch", stable=False)
-    offline.analysis.judged.emit(judge(FLOWN, broken, along, said="the roll loop is unstable."))
+    said = "the roll loop is unstable."
+    offline.analysis.answers[Judge].emit(judge(FLOWN, broken, along, said=said))
     assert card.said.text() == "The roll loop is unstable."
     assert row(card, "roll").state is State.BROKEN
     assert row(card, "pitch").state is State.NONE
@@ -95,10 +97,10 @@ def test_proposed_margins_stand_beside_those_that_fly_where_they_differ(
     card, offline, judge, make_loop
 ):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.answers[Judge].emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     less = make_loop("pitch", phase_margin=np.radians(50.0))
-    offline.analysis.judged.emit(judge(PROPOSED, less))
+    offline.analysis.answers[Judge].emit(judge(PROPOSED, less))
     phase = row(card, "pitch").cells[2]
     assert (phase.text, phase.was) == ("50.0", "60.0")
     assert row(card, "pitch").cells[0].was == ""
@@ -123,20 +125,20 @@ def test_a_row_without_room_for_two_numbers_shows_the_new_one(offline, qtbot):
 def test_a_slider_that_moves_is_followed_by_one_question_at_a_time(card, offline, judge):
     analysis = offline.analysis
     card.judgement.follow(FLOWN, FLOWN)
-    analysis.judged.emit(judge(FLOWN))
+    analysis.answers[Judge].emit(judge(FLOWN))
     asked = len(analysis.asked)
     for value in range(226, 246):
         card.judgement.follow({**FLOWN, "kp_pitch": float(value)}, FLOWN)
     assert len(analysis.asked) == asked + 1
-    analysis.judged.emit(judge({**FLOWN, "kp_pitch": 226.0}))
+    analysis.answers[Judge].emit(judge({**FLOWN, "kp_pitch": 226.0}))
     assert analysis.asked[-1] == Judge({**FLOWN, "kp_pitch": 245.0})
 
 
 def test_gains_that_are_known_are_not_asked_about_again(card, offline, judge):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.answers[Judge].emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
-    offline.analysis.judged.emit(judge(PROPOSED))
+    offline.analysis.answers[Judge].emit(judge(PROPOSED))
     asked = len(offline.analysis.asked)
     card.judgement.follow(FLOWN, FLOWN)
     assert len(offline.analysis.asked) == asked
@@ -145,7 +147,7 @@ def test_gains_that_are_known_are_not_asked_about_again(card, offline, judge):
 
 def test_arrows_read_row_after_row(card, offline, judge, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.answers[Judge].emit(judge(FLOWN))
     card.table.setFocus()
     for _ in range(2):
         qtbot.keyClick(card.table, Qt.Key.Key_Down)
@@ -154,7 +156,7 @@ def test_arrows_read_row_after_row(card, offline, judge, qtbot):
 
 def test_margins_of_earlier_gains_say_so_once_the_analyst_refuses(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.answers[Judge].emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     offline.analysis.refused.emit(offline.analysis.of(Judge)[-1], "its process has died")
     assert card.said.text() == "Of earlier gains: its process has died"
@@ -164,11 +166,11 @@ def test_margins_of_earlier_gains_say_so_once_the_analyst_refuses(card, offline,
 
 def test_margins_of_earlier_gains_say_so_when_the_analyst_is_slow(card, offline, judge, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.answers[Judge].emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     assert card.said.text().startswith("Weakest")
     qtbot.waitUntil(lambda: card.said.text().startswith("Of earlier gains"), timeout=10000)
-    offline.analysis.judged.emit(judge(PROPOSED))
+    offline.analysis.answers[Judge].emit(judge(PROPOSED))
     assert card.said.text().startswith("Weakest")
 
 
@@ -176,17 +178,17 @@ def test_the_plants_input_is_asked_about_once_a_slider_rests(card, offline, judg
     """One row: its disk margin beside that of the gains that fly, low below the limit of disks."""
     asked = offline.analysis
     card.judgement.follow(FLOWN, FLOWN)
-    asked.judged.emit(judge(FLOWN))
+    asked.answers[Judge].emit(judge(FLOWN))
     assert row(card, PLANT_INPUT).state is State.WAITING
     for value in range(226, 246):
         card.judgement.follow({**FLOWN, "kp_pitch": float(value)}, FLOWN)
     card.judgement.follow(PROPOSED, FLOWN)
-    asked.judged.emit(judge(PROPOSED))
+    asked.answers[Judge].emit(judge(PROPOSED))
     assert asked.of(JudgePlantInput) == []
     for gains, margin in ((PROPOSED, 0.55), (FLOWN, 0.71)):
         qtbot.waitUntil(lambda: bool(asked.of(JudgePlantInput)), timeout=20000)
         assert asked.asked.pop() == JudgePlantInput(gains)
-        asked.plant_input_judged.emit(JudgedPlantInput(JudgePlantInput(gains), 0.8, margin))
+        asked.answers[JudgePlantInput].emit(JudgedPlantInput(JudgePlantInput(gains), 0.8, margin))
     found = row(card, PLANT_INPUT)
     assert [cell.text for cell in found.cells] == ["", "", "", "", "0.55"]
     assert found.cells[-1].was == "0.71"
@@ -206,9 +208,9 @@ def test_the_plants_input_is_asked_about_once_a_slider_rests(card, offline, judg
 
 def test_what_is_broken_is_compared_with_nothing(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.judged.emit(judge(FLOWN))
+    offline.analysis.answers[Judge].emit(judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
-    offline.analysis.judged.emit(judge(PROPOSED, make_loop("pitch", stable=False)))
+    offline.analysis.answers[Judge].emit(judge(PROPOSED, make_loop("pitch", stable=False)))
     assert {cell.was for cell in row(card, "pitch").cells} == {""}
 
 
@@ -221,11 +223,11 @@ def test_a_margin_that_is_no_number_keeps_no_limit():
 def test_only_the_rows_that_have_changed_are_painted(card, offline, judge, make_loop, monkeypatch):
     card.judgement.follow(FLOWN, FLOWN)
     less = make_loop("pitch", phase_margin=1.0)
-    offline.analysis.judged.emit(judge(FLOWN, less))
+    offline.analysis.answers[Judge].emit(judge(FLOWN, less))
     card.judgement.follow(PROPOSED, FLOWN)
     painted = []
     monkeypatch.setattr(card.table, "update", lambda *parts: painted.append(parts))
-    offline.analysis.judged.emit(judge(PROPOSED, make_loop("pitch", phase_margin=0.9)))
+    offline.analysis.answers[Judge].emit(judge(PROPOSED, make_loop("pitch", phase_margin=0.9)))
     assert len(painted) == 1
     (box,) = painted[0]
     assert box.height() < 2 * card.table.fontMetrics().height() + 10

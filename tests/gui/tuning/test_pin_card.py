@@ -37,7 +37,7 @@ def test_what_flies_is_pinned_with_the_step(card, offline, trial, qtbot, tmp_pat
 def test_paths_and_the_command_are_shown_and_copied(card, offline, qtbot, tmp_path):
     press(qtbot, card.button)
     spec = tmp_path / "my-step.spec.yaml"
-    offline.analysis.pinned.emit(Pinned(spec, tmp_path / "my-step.baseline", "Holds a step."))
+    offline.analysis.answers[Pin].emit(Pinned(spec, tmp_path / "my-step.baseline", "Holds a step."))
     assert card.paths.text() == f"my-step.spec.yaml and my-step.baseline in {tmp_path}"
     assert str(spec) in card.paths.toolTip()
     assert card.command.text() == f"workbench regress {spec}"

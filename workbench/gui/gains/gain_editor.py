@@ -82,8 +82,8 @@ class StabilityCheck(QObject):
         self.ranges: Ranges | None = None
         self._patience = single_shot(self._tell_late, self, PATIENCE)
         self._rest = single_shot(self._ask_for_ranges, self, RANGES_AFTER)
-        analysis.judged.connect(self._hear_judged)
-        analysis.ranges_found.connect(self._hear_ranges)
+        analysis.answers[Judge].connect(self._hear_judged)
+        analysis.answers[FindRanges].connect(self._hear_ranges)
         analysis.refused.connect(self._hear_refused)
 
     @property

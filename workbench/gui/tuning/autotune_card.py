@@ -218,7 +218,7 @@ class AutoTuneCard(Card):
         self.wishes.changed.connect(self._show_state)
         trial.changed.connect(self._show_state)
         self._analysis.searched.connect(self._hear_progress)
-        self._analysis.tuned.connect(self._hear_result)
+        self._analysis.answers[Tune].connect(self._hear_result)
         self._analysis.refused.connect(self._hear_refusal)
         self._show_state()
 

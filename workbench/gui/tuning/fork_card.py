@@ -126,7 +126,7 @@ class ForkCard(Card):
         self.other.currentIndexChanged.connect(self._show_state)
         trial.changed.connect(self.refresh)
         trial.gains.state_changed.connect(self.refresh)
-        self._analysis.forked.connect(self._hear)
+        self._analysis.answers[Fork].connect(self._hear)
         self._analysis.refused.connect(self._hear_refusal)
         self._analysis.preparing.connect(self._say_preparing)
         self._show_state()

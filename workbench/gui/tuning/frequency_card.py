@@ -199,7 +199,7 @@ class LoopMeasuring(QObject):
             "Measure", self._press, kind="compact", help=MEASURE_HELP.format(seconds=USUAL)
         )
         self.said = ""
-        self._analysis.measurement_planned.connect(self._fly)
+        self._analysis.answers[PlanMeasurement].connect(self._fly)
         self._analysis.refused.connect(self._hear_refusal)
         self._wanted: tuple[str, str, Gains] = ("", "", {})
         self.begin()

@@ -43,7 +43,7 @@ class Judgement(QObject):
         super().__init__(parent)
         self._follower = Follower(analysis, Judge, self)
         self._follower.refused.connect(self._hear_refusal)
-        analysis.judged.connect(self._hear)
+        analysis.answers[Judge].connect(self._hear)
         self._input_follower = Follower(analysis, JudgePlantInput, self)
         self._input_follower.answered.connect(self._hear_input)
         self._input_follower.refused.connect(self._hear_input_refusal)

@@ -77,7 +77,7 @@ class PinCard(Card):
         self.name.textChanged.connect(self._show_state)
         self.folder.textChanged.connect(self._show_state)
         trial.changed.connect(self._show_state)
-        self._analysis.pinned.connect(self._hear)
+        self._analysis.answers[Pin].connect(self._hear)
         self._analysis.refused.connect(self._hear_refusal)
         self._show_state()
         self._show_result(None)

@@ -203,7 +203,7 @@ class Ghost(QObject):
         self._again = False
         self._asked: Fork | None = None
         trial.changed.connect(self.follow)
-        analysis.forked.connect(self._hear)
+        analysis.answers[Fork].connect(self._hear)
         analysis.refused.connect(self._hear_refusal)
 
     def set_seen(self, seen: bool) -> None:
