@@ -1,6 +1,6 @@
 """The analyst for screens: they ask questions, and answers arrive as signals."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from concurrent.futures import Future
 from typing import Any
 
@@ -25,6 +25,8 @@ from workbench.scenario.scenario import Scenario
 ASKED_ONCE = (PlanMeasurement, Fork, Weigh, Tune, Pin)
 """Questions that are asked one by one: a notice says why one has no answer. The others are asked in
 a stream while a slider moves, and their card shows the reason."""
+MOST_ANSWERS = 128
+"""Number of remembered answers to questions of a kind."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
 
 
@@ -186,8 +188,7 @@ class Follower(QObject):
         self._kind = kind
         self._seen = False
         self._wanted: Question | None = None
-        self._asked: Question | None = None
-        self._known: Question | None = None
+        self.forget()
         analysis.answers[kind].connect(self._hear)
         analysis.refused.connect(self._hear_refusal)
         analysis.preparing.connect(self._hear_preparing)
@@ -209,14 +210,16 @@ class Follower(QObject):
 
     def forget(self) -> None:
         """Drop questions and answers: another flight begins."""
-        self._wanted = self._asked = self._known = None
+        self._wanted = None
+        self._asked: Question | None = None
+        self._last: Question | None = None
 
     def _send(self) -> None:
         question = self._wanted
         if not self._seen or question is None or self._asked is not None:
             return
         self._wanted = None
-        if question == self._known:
+        if question == self._last:
             return
         self._asked = question
         self._analysis.ask(question)
@@ -224,7 +227,7 @@ class Follower(QObject):
     def _hear(self, reply: Any) -> None:
         asked, self._asked = self._asked, None
         if asked is not None and reply.asked == asked:
-            self._known = asked
+            self._last = asked
             self.answered.emit(reply)
         elif asked is not None and self._wanted is None:
             self._wanted = asked  # another asker's question may have replaced ours
@@ -243,3 +246,38 @@ class Follower(QObject):
     def _hear_preparing(self, said: str) -> None:
         if self.is_waiting:
             self.preparing.emit(said)
+
+
+class Memory(Follower):
+    """A follower that remembers the answers to questions of its kind, whoever asked them."""
+
+    def forget(self) -> None:
+        """Drop questions and answers: another flight begins."""
+        super().forget()
+        self._answers: dict[Hashable, Any] = {}
+
+    def known(self, question: Question) -> Any:
+        """Return the answer to a question, None while unknown."""
+        answer = self._answers.pop(key_of(question), None)
+        if answer is not None:  # what is used last is forgotten last
+            self._answers[key_of(question)] = answer
+        return answer
+
+    def ask_first(self, questions: Iterable[Question]) -> None:
+        """Ask the first of these questions whose answer is unknown."""
+        question = next((each for each in questions if self.known(each) is None), None)
+        if question is not None:
+            self.ask(question)
+
+    def _hear(self, reply: Any) -> None:
+        self._answers[key_of(reply.asked)] = reply
+        if len(self._answers) > MOST_ANSWERS:
+            del self._answers[next(iter(self._answers))]
+        super()._hear(reply)
+
+
+def key_of(part: object) -> Hashable:
+    """Return a question, or a part of one, as the key of a dictionary."""
+    if isinstance(part, Question):
+        return type(part), *map(key_of, vars(part).values())
+    return frozenset(part.items()) if isinstance(part, Mapping) else part

@@ -1,6 +1,6 @@
 """The designs that can be compared, gains and controllers, and their known results."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,7 +21,7 @@ from workbench.analysis.replies import (
     Predicted,
 )
 from workbench.control.controller import COMMON, LIMITS, SHIPPED
-from workbench.gui.analysis import Analysis, Follower
+from workbench.gui.analysis import Analysis, Memory, key_of
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
@@ -53,18 +53,11 @@ SHARED = frozenset(row.name for row in COMMON if row.group == LIMITS) | frozense
 """Limits, filters and estimators: another controller does not change them."""
 MOST = 300
 """Number of remembered changes of the flown gains."""
-Key = tuple[str, tuple[tuple[str, float], ...]]
-MOST_ANSWERS = 128
-"""Number of remembered answers."""
 REST = 200
 """Time without changes after which other questions about a slider's gains are asked [ms]: the
 screen asks about the proposed gains all the time, and its answers are used here."""
-ACTUATOR = "actuator"
-"""Where compared loops are cut, as for their margins."""
 About = Step | str | None
 """Subject of a question: a step, the curves of a loop by name, or None for the margins."""
-Asked = tuple[Key, About]
-Answer = Judged | Predicted | FrequencyCurves
 KINDS: tuple[type[Question], ...] = (Judge, Predict, DrawFrequency, AskOther)
 
 
@@ -161,11 +154,6 @@ class Design:
     controller: str = ""
     short: str = ""
     long: tuple[str, ...] = ()
-
-    @property
-    def key(self) -> Key:
-        """Everything that determines its flight."""
-        return self.controller, tuple(sorted(self.gains.items()))
 
 
 @dataclass(frozen=True)
@@ -330,25 +318,23 @@ class DesignAnswers(QObject):
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._known: dict[Asked, Answer] = {}
-        self._refused: dict[Asked, str] = {}
+        self._refused: dict[Hashable, str] = {}
         self._designs: tuple[Design, ...] = ()
         self._step: Step | None = None
         self._loop = ""
         self._seen = False
-        for kind in KINDS:  # before the followers, which ask the next question
-            analysis.answers[kind].connect(self._hear)
-        analysis.refused.connect(self._hear_refusal)
-        self._followers = {kind: Follower(analysis, kind, self) for kind in KINDS}
+        analysis.refused.connect(self._hear_refusal)  # first, as memories ask the next question
+        self._memories = {kind: Memory(analysis, kind, self) for kind in KINDS}
         self._rest = single_shot(self._ask, self, REST)
-        for each in self._followers.values():
+        for kind, each in self._memories.items():
+            analysis.answers[kind].connect(lambda _: self.changed.emit())
             each.answered.connect(lambda _: self._ask())
             each.refused.connect(lambda _: self._ask())
 
     def clear(self) -> None:
         """Clear all: another flight begins, or another controller flies."""
-        self._known, self._refused = {}, {}
-        for each in self._followers.values():
+        self._refused = {}
+        for each in self._memories.values():
             each.forget()
         self._rest.start()
 
@@ -357,7 +343,7 @@ class DesignAnswers(QObject):
         if seen and not self._seen:
             self._refused = {}
         self._seen = seen
-        for each in self._followers.values():
+        for each in self._memories.values():
             each.set_seen(seen)
         self._rest.start()
 
@@ -374,22 +360,22 @@ class DesignAnswers(QObject):
 
     def judged(self, design: Design) -> Judged | None:
         """Return the stability of a design, None while unknown."""
-        known = self._known.get((design.key, None))
+        known = self._known(_question(design, None))
         return known if isinstance(known, Judged) else None
 
     def predicted(self, design: Design) -> Predicted | None:
         """Return the step response of a design, None while unknown."""
-        known = self._known.get((design.key, self._step))
+        known = self._known(_question(design, self._step))
         return known if isinstance(known, Predicted) else None
 
     def curves(self, design: Design) -> FrequencyCurves | None:
         """Return the frequency response of a design's loop, None while unknown."""
-        known = self._known.get((design.key, self._loop))
+        known = self._known(_question(design, self._loop))
         return known if isinstance(known, FrequencyCurves) else None
 
     def refusal(self, design: Design) -> str:
         """Return why something of a design is unknown, "" if it is known or expected."""
-        said = (self._refused.get(each, "") for each in self._wanted(design))
+        said = (self._refused.get(key_of(each), "") for each in self._wanted(design))
         return next(filter(None, said), "")
 
     @property
@@ -397,64 +383,43 @@ class DesignAnswers(QObject):
         """Designs with answers that are still expected."""
         return tuple(each for each in self._designs if self._open(each))
 
-    def _wanted(self, design: Design) -> list[Asked]:
-        """Return the subjects that are requested of a design."""
+    def _known(self, question: Question) -> object:
+        """Return the answer to a question, None while unknown."""
+        answer = self._memories[type(question)].known(question)
+        return answer.answer if isinstance(answer, OtherAnswered) else answer
+
+    def _wanted(self, design: Design) -> list[Question]:
+        """Return the questions about a design."""
         about: list[About] = [None] if self._step is None else [None, self._step]
         judged = self.judged(design)
         if judged is not None and self._loop in [loop.name for loop in judged.loops]:
             about.append(self._loop)
-        return [(design.key, each) for each in about]
+        return [_question(design, each) for each in about]
 
-    def _open(self, design: Design) -> list[Asked]:
-        """Return the subjects that are neither answered nor refused."""
-        done = self._known.keys() | self._refused.keys()
-        return [each for each in self._wanted(design) if each not in done]
+    def _open(self, design: Design) -> list[Question]:
+        """Return the questions that are neither answered nor refused."""
+        unknown = (each for each in self._wanted(design) if self._known(each) is None)
+        return [each for each in unknown if key_of(each) not in self._refused]
 
     def _ask(self) -> None:
         """Ask the next question of each kind."""
         asked: set[type] = set()
         for design in self._designs if self._seen else ():
-            for _, about in self._open(design):
-                question = _question(design, about)
-                asks: Question = question
-                if design.controller:
-                    asks = AskOther(design.controller, question)
-                if type(asks) not in asked:
-                    asked.add(type(asks))
-                    self._followers[type(asks)].ask(asks)
-
-    def _hear(self, reply: Answer | OtherAnswered) -> None:
-        controller = reply.asked.controller if isinstance(reply, OtherAnswered) else ""
-        answer = reply.answer if isinstance(reply, OtherAnswered) else reply
-        self._known[_asked(controller, answer.asked)] = answer
-        wanted = {each for design in self._designs for each in self._wanted(design)}
-        unwanted = [each for each in self._known if each not in wanted]
-        for old in unwanted[: max(0, len(self._known) - MOST_ANSWERS)]:
-            del self._known[old]
-        self.changed.emit()
+            for question in self._open(design):
+                if type(question) not in asked:
+                    asked.add(type(question))
+                    self._memories[type(question)].ask(question)
 
     def _hear_refusal(self, question: Question, said: str) -> None:
-        controller = question.controller if isinstance(question, AskOther) else ""
-        asked = question.question if isinstance(question, AskOther) else question
-        if isinstance(asked, Judge | Predict | DrawFrequency):
-            self._refused[_asked(controller, asked)] = said
+        if isinstance(question, KINDS):
+            self._refused[key_of(question)] = said
             self.changed.emit()
 
 
-def _question(design: Design, about: About) -> Judge | Predict | DrawFrequency:
-    if about is None:
-        return Judge(design.gains)
+def _question(design: Design, about: About) -> Question:
+    question: Judge | Predict | DrawFrequency = Judge(design.gains)
     if isinstance(about, Step):
-        return Predict(design.gains, about)
-    return DrawFrequency(design.gains, about)
-
-
-def _asked(controller: str, question: Judge | Predict | DrawFrequency) -> Asked:
-    """Return the subject of a question."""
-    about: About = None
-    if isinstance(question, DrawFrequency):
-        cut = "" if question.cut == ACTUATOR else f" at {question.cut}"
-        about = f"{question.loop}{cut}"
-    elif isinstance(question, Predict):
-        about = question.step
-    return (controller, tuple(sorted(question.gains.items()))), about
+        question = Predict(design.gains, about)
+    elif about is not None:
+        question = DrawFrequency(design.gains, about)
+    return AskOther(design.controller, question) if design.controller else question

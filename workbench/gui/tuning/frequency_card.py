@@ -15,7 +15,7 @@ from workbench.analysis.replies import FrequencyCurves, MeasurementPlanned
 from workbench.control.controller import CUTS
 from workbench.control.mode import FlightMode
 from workbench.design.judge.measured_loop import measured_loop
-from workbench.gui.analysis import Analysis, Follower
+from workbench.gui.analysis import Analysis, Memory
 from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.layout import button, choice, column, fill, hbox, scrolled
 from workbench.gui.tuning.card import SPACING, Card, Sentence, offer
@@ -47,8 +47,6 @@ from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 from workbench.session.injected import Injected
 
-REMEMBERED = 32
-"""Number of remembered curves."""
 MEASURE_HELP = (
     "Add a multisine to this loop of the flight, and draw what it measures beside the model: with "
     "the gains that fly, in some {seconds:.0f} s of flight"
@@ -91,23 +89,22 @@ class LoopCurves(QObject):
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._follower = Follower(analysis, DrawFrequency, self)
-        self._follower.answered.connect(self._hear)
-        self._follower.refused.connect(self._hear_refusal)
+        self._memory = Memory(analysis, DrawFrequency, self)
+        self._memory.answered.connect(self._hear)
+        self._memory.refused.connect(self._hear_refusal)
         self.loop, self.cut = "", "actuator"
         self._sets: dict[str, Gains] = {}
         self.clear()
 
     def clear(self) -> None:
         """Clear all: another flight begins."""
-        self._known: dict[Key, FrequencyCurves] = {}
         self._newest: FrequencyCurves | None = None
         self.said = ""
-        self._follower.forget()
+        self._memory.forget()
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while the card is visible."""
-        self._follower.set_seen(seen)
+        self._memory.set_seen(seen)
 
     def choose(self, loop: str, cut: str) -> None:
         """Ask about another loop, or another cut."""
@@ -133,43 +130,32 @@ class LoopCurves(QObject):
         ones.
         """
         found: dict[str, FrequencyCurves] = {}
-        keys: list[Key] = []
+        seen: list[DrawFrequency] = []
         for name in (FLOWN, PROPOSED, KEPT):
-            key = self._key(self._sets.get(name, {}))
-            known = self._known.get(key)
+            question = self._question(name)
+            known = self._memory.known(question)
             if known is None and name == PROPOSED:
                 known = self._newest
-            if known is not None and key not in keys:
+            if known is not None and question not in seen:
                 found[name] = known
-                keys.append(key)
+                seen.append(question)
         return found
 
     def _ask(self) -> None:
-        for name in (PROPOSED, FLOWN, KEPT):
-            gains = self._sets.get(name, {})
-            if self.loop and gains and self._key(gains) not in self._known:
-                self._follower.ask(DrawFrequency(gains, self.loop, self.cut))
-                return
+        names = (PROPOSED, FLOWN, KEPT) if self.loop else ()
+        self._memory.ask_first(self._question(name) for name in names if self._sets.get(name))
 
-    def _key(self, gains: Gains) -> Key:
-        return _key(self.loop, self.cut, gains)
+    def _question(self, name: str) -> DrawFrequency:
+        return DrawFrequency(self._sets.get(name, {}), self.loop, self.cut)
 
     def _hear(self, drawn: FrequencyCurves) -> None:
         asked = drawn.asked
-        if (asked.loop, asked.cut) == (self.loop, self.cut):
-            self._known[self._key(asked.gains)] = drawn
-            while len(self._known) > REMEMBERED:
-                del self._known[next(iter(self._known))]
-            if self._key(asked.gains) not in map(self._key, self._settled):
-                self._newest = drawn
+        changes = asked not in (self._question(FLOWN), self._question(KEPT))  # with a slider
+        if changes and (asked.loop, asked.cut) == (self.loop, self.cut):
+            self._newest = drawn
         self.said = ""
         self.changed.emit()
         self._ask()
-
-    @property
-    def _settled(self) -> list[Gains]:
-        """The sets that do not change with a slider."""
-        return [self._sets.get(name, {}) for name in (FLOWN, KEPT)]
 
     def _hear_refusal(self, said: str) -> None:
         self.said = said

@@ -6,7 +6,7 @@ from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.questions import Judge, JudgePlantInput
 from workbench.analysis.replies import Judged, JudgedPlantInput
-from workbench.gui.analysis import Analysis, Follower
+from workbench.gui.analysis import Analysis, Memory
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_rows import controller_gains
 
@@ -14,10 +14,7 @@ LATE = 500
 """Delay after which the screen says that a result is of earlier gains [ms]."""
 REST = 300
 """Gains have settled if they have not changed for this time [ms]."""
-KEPT = 32
-"""Number of remembered results."""
 Gains = Mapping[str, float]
-Key = tuple[tuple[str, float], ...]
 
 
 class Judgement(QObject):
@@ -41,12 +38,12 @@ class Judgement(QObject):
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._follower = Follower(analysis, Judge, self)
-        self._follower.refused.connect(self._hear_refusal)
+        self._memory = Memory(analysis, Judge, self)
+        self._memory.refused.connect(self._hear_refusal)
         analysis.answers[Judge].connect(self._hear)
-        self._input_follower = Follower(analysis, JudgePlantInput, self)
-        self._input_follower.answered.connect(self._hear_input)
-        self._input_follower.refused.connect(self._hear_input_refusal)
+        self._input_memory = Memory(analysis, JudgePlantInput, self)
+        self._input_memory.answered.connect(self._hear_input)
+        self._input_memory.refused.connect(self._hear_input_refusal)
         self._rest = single_shot(self._ask_input, self, REST)
         self._gains: tuple[Gains, Gains] = ({}, {})
         self._wait = single_shot(self._tell_late, self, LATE)
@@ -62,29 +59,31 @@ class Judgement(QObject):
     @property
     def proposed_input(self) -> JudgedPlantInput | None:
         """Margin of the proposed gains at the plant's input; None while unknown."""
-        return self._known_inputs.get(_key(self._gains[0]))
+        return self._known_input(self._gains[0])
 
     @property
     def flown_input(self) -> JudgedPlantInput | None:
         """Margin of the flown gains at the plant's input; None while unknown."""
-        return self._known_inputs.get(_key(self._gains[1]))
+        return self._known_input(self._gains[1])
+
+    def _known_input(self, gains: Gains) -> JudgedPlantInput | None:
+        known: JudgedPlantInput | None = self._input_memory.known(JudgePlantInput(gains))
+        return known
 
     @property
     def _is_fresh(self) -> bool:
-        return self.proposed is not None and _key(self.proposed.asked.gains) == _key(self._gains[0])
+        return self.proposed is not None and _are_of(self.proposed, self._gains[0])
 
     def clear(self) -> None:
         """Clear all: another flight begins."""
-        self._known: dict[Key, Judged] = {}
-        self._known_inputs: dict[Key, JudgedPlantInput] = {}
         self.proposed: Judged | None = None
         self.flown: Judged | None = None
         self.said = self.input_said = ""
         self._is_late = False
         self._wait.stop()
         self._rest.stop()
-        self._follower.forget()
-        self._input_follower.forget()
+        self._memory.forget()
+        self._input_memory.forget()
         self.changed.emit()
 
     def follow(self, proposed: Gains, flown: Gains) -> None:
@@ -104,25 +103,16 @@ class Judgement(QObject):
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while the card is visible."""
-        self._follower.set_seen(seen)
-        self._input_follower.set_seen(seen)
+        self._memory.set_seen(seen)
+        self._input_memory.set_seen(seen)
 
     def _ask(self) -> None:
-        for gains in self._gains:
-            if gains and _key(gains) not in self._known:
-                self._follower.ask(Judge(gains))
-                return
+        self._memory.ask_first(Judge(gains) for gains in self._gains if gains)
 
     def _ask_input(self) -> None:
-        for gains in self._gains:
-            if gains and _key(gains) not in self._known_inputs:
-                self._input_follower.ask(JudgePlantInput(gains))
-                return
+        self._input_memory.ask_first(JudgePlantInput(gains) for gains in self._gains if gains)
 
     def _hear_input(self, judged: JudgedPlantInput) -> None:
-        self._known_inputs[_key(judged.asked.gains)] = judged
-        while len(self._known_inputs) > KEPT:
-            del self._known_inputs[next(iter(self._known_inputs))]
         self.input_said = ""
         self.changed.emit()
         if not self._rest.isActive():
@@ -133,12 +123,9 @@ class Judgement(QObject):
         self.changed.emit()
 
     def _hear(self, judged: Judged) -> None:
-        """Keep any result, whoever asked."""
-        self._known[_key(judged.asked.gains)] = judged
-        while len(self._known) > KEPT:
-            del self._known[next(iter(self._known))]
+        """Show any result, whoever asked."""
         self.said = ""
-        if not self._show() and _key(judged.asked.gains) != _key(self._gains[1]):
+        if not self._show() and not _are_of(judged, self._gains[1]):
             self.proposed = judged  # while a slider moves: the newest result so far
             self.changed.emit()
         self._come_in_time()
@@ -146,7 +133,7 @@ class Judgement(QObject):
 
     def _show(self) -> bool:
         """Show the known results; return whether they belong to the present gains."""
-        proposed, flown = (self._known.get(_key(gains)) for gains in self._gains)
+        proposed, flown = (self._memory.known(Judge(gains)) for gains in self._gains)
         if (proposed or self.proposed) is not self.proposed or (flown or self.flown) is not (
             self.flown
         ):
@@ -174,5 +161,5 @@ class Judgement(QObject):
         self.changed.emit()
 
 
-def _key(gains: Gains) -> Key:
-    return tuple(sorted(controller_gains(gains).items()))
+def _are_of(judged: Judged, gains: Gains) -> bool:
+    return controller_gains(judged.asked.gains) == gains
