@@ -190,7 +190,6 @@ class AutoTuneCard(Card):
         super().__init__("Auto-tune")
         self._analysis, self._trial = workspace.analysis, trial
         self.is_running = False
-        self._asked: Tune | None = None
         self._tuned: Tuned | None = None
         self.wishes = WishLines(DEFAULT)
         self.start = button("&Search", self.search, "primary")
@@ -224,7 +223,7 @@ class AutoTuneCard(Card):
 
     def begin(self) -> None:
         """Clear the search for another vehicle."""
-        self.is_running, self._asked, self._tuned = False, None, None
+        self.is_running, self._tuned = False, None
         self.wishes.set_controller(self._trial.gains.table.controller)
         self.pages.setCurrentIndex(0)
         self._show_state()
@@ -233,13 +232,14 @@ class AutoTuneCard(Card):
         """Start a search from the proposed gains."""
         if self.is_running or not self.wishes.are_good or not self._trial.proposed:
             return
-        self._asked = Tune(self._trial.proposed, self.wishes.wishes, self._trial.gains.velocity)
         self.is_running = True
         self.progress.setValue(0)
         self.best.setText("The search begins: this takes a minute or so.")
         self.said.say("Searching; the flight goes on.")
         self.pages.setCurrentIndex(1)
-        self._analysis.ask(self._asked)
+        self._analysis.ask(
+            Tune(self._trial.proposed, self.wishes.wishes, self._trial.gains.velocity)
+        )
 
     def _hear_progress(self, searched: Searched) -> None:
         if not self.is_running:
@@ -253,7 +253,7 @@ class AutoTuneCard(Card):
     def _hear_result(self, tuned: Tuned) -> None:
         if not self.is_running:
             return
-        self.is_running, self._asked, self._tuned = False, None, tuned
+        self.is_running, self._tuned = False, tuned
         self.table.set_rows(tuple(map(_row, tuned.wishes)))
         self.axis.clear()
         for step in tuned.steps:
@@ -275,7 +275,7 @@ class AutoTuneCard(Card):
     def _hear_refusal(self, question: Question, said: str) -> None:
         if not isinstance(question, Tune) or not self.is_running:
             return
-        self.is_running, self._asked = False, None
+        self.is_running = False
         self.pages.setCurrentIndex(0)
         guilty = [line for line in self.wishes.lines if line.text and line.text in said]
         for line in guilty:

@@ -93,8 +93,7 @@ class ForkCard(Card):
         self._forked: Forked | None = None
         self._axis = "x"
         self.one, self.other, self.quantity = QComboBox(), QComboBox(), QComboBox()
-        for each in QUANTITIES:
-            self.quantity.addItem(each.label)
+        self.quantity.addItems([each.label for each in QUANTITIES])
         self.duration = NumberField("Time ahead", 1, 0.5)
         self.duration.set_range(Unit("s"), *DURATIONS)
         self.duration.show_si(5.0)

@@ -21,7 +21,7 @@ from workbench.gui.charts.ticks import round_step
 from workbench.gui.errands import single_shot
 from workbench.gui.layout import fill
 from workbench.gui.theme import Look
-from workbench.gui.tuning.card import Card, Sentence, fields_beside
+from workbench.gui.tuning.card import Card, Sentence, fields_beside, offer
 from workbench.gui.tuning.limits import STEP_LIMITS
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
@@ -315,8 +315,7 @@ class MapCard(Card):
         self._axis = ""
         self._follower = Follower(workspace.analysis, DrawMap, self)
         self.across, self.upwards, self.number = QComboBox(), QComboBox(), QComboBox()
-        for row in STEP_LIMITS:
-            self.number.addItem(row.label, row.name)
+        offer(self.number, {row.name: row.label for row in STEP_LIMITS})
         self.number.setCurrentIndex(1)
         self.view = MapView(workspace.look, trial.gains.words)
         self.reading = Sentence()

@@ -13,7 +13,7 @@ from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.layout import buddy, fill, hbox
 from workbench.gui.theme import Look
-from workbench.gui.tuning.card import Card, wrapped
+from workbench.gui.tuning.card import Card, offer, wrapped
 from workbench.gui.tuning.limits import STEP_LIMITS, Limit, find_limit
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
@@ -126,8 +126,7 @@ class WeightsCard(Card):
         self._weighed: Weighed | None = None
         self._follower = Follower(workspace.analysis, Weigh, self)
         self.number = QComboBox()
-        for row in STEP_LIMITS:
-            self.number.addItem(row.label, row.name)
+        offer(self.number, {row.name: row.label for row in STEP_LIMITS})
         self.bars = WeightBars(workspace.look, trial.gains.words)
         self.words = wrapped()
         line = hbox(buddy("What moves the &metric", self.number), (self.number, 1))
