@@ -5,10 +5,11 @@ Each screen is made on first use, or when the app is idle.
 
 import contextlib
 import importlib
-import threading
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from functools import partial
 
-from PyQt6.QtCore import QObject, QSize, Qt, QTimer, pyqtSignal
+from PyQt6.QtCore import QSize, Qt, QTimer, pyqtSignal
 from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import (
     QFrame,
@@ -19,6 +20,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.errands import Answers
 from workbench.gui.icons import icon
 from workbench.gui.layout import vbox
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
@@ -117,52 +119,19 @@ class SideBar(QFrame):
             action.setIcon(icon(row.icon, self._look.colour(colour)))
 
 
-class ModuleLoader(QObject):
-    """Imports modules in a thread, one after another, so that the window stays responsive.
+def import_all(imports: "Sequence[tuple[str, Future[str]]]") -> None:
+    """Import modules one after another.
 
     A module that cannot be imported is skipped: its user gets the error.
 
     Args:
-        modules: full names of the modules.
-        parent: the Qt parent; this object is deleted with it.
+        imports: full name of each, and a Future of it; a cancelled one is not imported.
     """
-
-    loaded = pyqtSignal(str)
-    """Name of a module that was imported, or cannot be."""
-    _arrived = pyqtSignal(str)
-
-    def __init__(self, modules: Sequence[str], parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._modules = tuple(modules)
-        self._wanted = True
-        self._thread: threading.Thread | None = None
-        queued = Qt.ConnectionType.QueuedConnection
-        self._arrived.connect(self._pass_on, queued)  # type: ignore[call-arg]
-
-    def start(self) -> None:
-        """Start importing."""
-        if self._thread is None and self._wanted:
-            self._thread = threading.Thread(target=self._load, name="loading screens")
-            self._thread.start()
-
-    def close(self) -> None:
-        """Import no further module, and wait for the present one."""
-        self._wanted = False
-        if self._thread is not None:
-            self._thread.join()
-
-    def _load(self) -> None:
-        for name in self._modules:
-            if not self._wanted:
-                return
-            # the screen imports it again, and reports the error
+    for name, future in imports:
+        if future.set_running_or_notify_cancel():
             with contextlib.suppress(Exception):
                 importlib.import_module(name)
-            self._arrived.emit(name)
-
-    def _pass_on(self, name: str) -> None:
-        if self._wanted:
-            self.loaded.emit(name)
+            future.set_result(name)
 
 
 def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
@@ -210,7 +179,8 @@ class ScreenStack(QStackedWidget):
         self.name = ""
         self._ahead = [row.name for row in rows]
         self._loaded: set[str] = set()
-        self._loader: ModuleLoader | None = None
+        self._imports: list[tuple[str, Future[str]]] = []
+        self._answers = Answers(workspace.notices.warn, self)
         workspace.flight.begun.connect(self._begin)
         workspace.flight.taken_over.connect(self._take_over)
         workspace.flight.viewed.connect(self._show_view)
@@ -250,9 +220,10 @@ class ScreenStack(QStackedWidget):
             first: name of that one.
         """
         self._ahead.sort(key=lambda name: name != first)
-        self._loader = ModuleLoader([self._row(name).path for name in self._ahead], self)
-        self._loader.loaded.connect(self._make_next)
-        self._loader.start()
+        self._imports = [(self._row(name).path, Future()) for name in self._ahead]
+        for _, future in self._imports:
+            self._answers.expect(future, self._make_next)
+        self._workspace.errands.do(partial(import_all, self._imports))
 
     def release(self) -> None:
         """Let the visible screen release held controls."""
@@ -262,8 +233,9 @@ class ScreenStack(QStackedWidget):
     def close_screens(self) -> None:
         """End everything that the screens have started."""
         self._ahead = []
-        if self._loader is not None:
-            self._loader.close()
+        self._answers.close()
+        for _, future in self._imports:
+            future.cancel()
         for screen in self._screens.values():
             screen.close_screen()
 
