@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from PyQt6.QtCore import QSize, Qt
-from PyQt6.QtGui import QAction, QContextMenuEvent, QResizeEvent
+from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QAction, QContextMenuEvent
 from PyQt6.QtWidgets import (
-    QBoxLayout,
-    QLayout,
     QMenu,
     QStackedWidget,
-    QWidget,
 )
 
 from workbench.analysis.replies import Judged, JudgedLoop, Predicted
@@ -21,7 +18,6 @@ from workbench.design.metrics import find_metric
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.charts.plots import StaticPlot
-from workbench.gui.charts.ticks import Scale
 from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import clipboard
 from workbench.gui.flight_control import FlightControl
@@ -29,7 +25,9 @@ from workbench.gui.gains.gain_editor import SLOTS
 from workbench.gui.layout import choice, hbox, menu_button, scroll_area
 from workbench.gui.tuning.card import SPACING, Card, offer
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED, Design, DesignAnswers, Designs
+from workbench.gui.tuning.drawn_loop import decibel, unwrapped
 from workbench.gui.tuning.limits import MARGIN_LIMITS, STEP_LIMITS, Limit, Limits
+from workbench.gui.tuning.loop_plots import BodePlots, keep
 from workbench.gui.tuning.margins_card import LimitOf, loop_label, short_label, weakest_loop
 from workbench.gui.tuning.number_table import BEST, Cell, NumberTable, Row
 from workbench.gui.tuning.poles_card import Pole, PolePlane
@@ -217,47 +215,6 @@ def _why(design: Known) -> str:
     return design.said or ("not known yet" if design.judged is None else "")
 
 
-class Bode(QWidget):
-    """Magnitude above phase, or beside it if the height is too small.
-
-    Args:
-        magnitude: magnitude of a loop.
-        phase: phase of the loop.
-    """
-
-    def __init__(self, magnitude: StaticPlot, phase: StaticPlot) -> None:
-        super().__init__()
-        self._box = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
-        self._box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
-        self._box.setContentsMargins(0, 0, 0, 0)
-        self._box.addWidget(magnitude, 1)
-        self._box.addWidget(phase, 1)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size of both plots side by side."""
-        return QSize(320, 120)
-
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Arrange the plots according to the height."""
-        directions = QBoxLayout.Direction
-        high = self.height() >= HIGH
-        self._box.setDirection(directions.TopToBottom if high else directions.LeftToRight)
-        super().resizeEvent(event)
-
-
-def lagging_phase(frequency: np.ndarray, loop: np.ndarray, crossover: float) -> np.ndarray:
-    """Return the phase of a loop L (F) unwrapped [rad], between -360 and 0 deg at crossover.
-
-    Args:
-        frequency: (F) [rad/s].
-        loop: (F), complex.
-        crossover: crossover frequency [rad/s], NaN for none; then the lowest frequency counts.
-    """
-    phase: np.ndarray = np.unwrap(np.angle(loop))
-    at = np.interp(crossover, frequency, phase) if math.isfinite(crossover) else phase[0]
-    return phase - math.tau * math.ceil(at / math.tau)
-
-
 class CompareCard(Card):
     """Compares designs: step responses, poles, and a table of numbers.
 
@@ -297,7 +254,8 @@ class CompareCard(Card):
         self.use = menu_button("&Use", "Fly or keep one, or copy the table", self._fill_use)
         self.legend = Legend(workspace.look)
         self.plot = StaticPlot(workspace)
-        self.magnitude, self.phase = StaticPlot(workspace), StaticPlot(workspace)
+        self.bode = BodePlots(workspace, HIGH)
+        self.magnitude, self.phase = self.bode.plots
         self.plane = PolePlane(workspace.look)
         self.table = NumberTable(
             "Numbers of each design", (), workspace.look, paired=False, widest="", worded=False
@@ -484,21 +442,17 @@ class CompareCard(Card):
     def _show_frequency(self, designs: Sequence[Design]) -> None:
         """Show the open loop L of each design, as a Bode plot."""
         found = [(each, self._answers.curves(each)) for each in designs]
-        names = [each.name for each, known in found if known is not None]
-        for plot in (self.magnitude, self.phase):
-            for name in plot.names:
-                if name not in names:
-                    plot.remove_curve(name)
-            plot.set_hint("Not known yet: the analyst is asked")
         for design, known in found:
             if known is None:
                 continue
             frequency, loop = known.frequency, known.open_loop
-            decibels = 20.0 * np.log10(np.abs(loop))
             stroke = design.style, design.colour
-            self.magnitude.set_curve(design.name, frequency, decibels, *stroke)
-            phase = lagging_phase(frequency, loop, known.margins.crossover)
+            self.magnitude.set_curve(design.name, frequency, decibel(loop), *stroke)
+            phase = unwrapped(frequency, loop, known.margins.crossover)
             self.phase.set_curve(design.name, frequency, phase, *stroke)
+        names = [each.name for each, known in found if known is not None]
+        for plot in self.bode.plots:
+            keep(plot, names)
 
     def _show_poles(self, designs: Sequence[Design]) -> None:
         poles = []
@@ -620,14 +574,11 @@ class CompareCard(Card):
 
     def _lay_out(self) -> None:
         self.legend.setAccessibleName("Designs, and what differs from the kept gains")
-        for plot in (self.plot, self.magnitude, self.phase):
-            plot.show_head(False)  # the card has the legend
-        for plot, label, unit in ((self.magnitude, "|L|", "dB"), (self.phase, "∠L", "rad")):
-            plot.set_axes("frequency", label, unit, "rad/s")
-            plot.set_scales(Scale.LOGARITHMIC)
+        self.plot.show_head(False)  # the card has the legend
+        self.magnitude.set_axes("frequency", "|L|", "dB", "rad/s")
+        self.phase.set_axes("frequency", "∠L", "rad", "rad/s")
         self.stack = QStackedWidget()
-        bode = Bode(self.magnitude, self.phase)
-        for part in (self.plot, bode, self.plane, scroll_area(self.table)):
+        for part in (self.plot, self.bode, self.plane, scroll_area(self.table)):
             self.stack.addWidget(part)
         for each in (self.choose, self.use):
             each.setFocusPolicy(Qt.FocusPolicy.StrongFocus)

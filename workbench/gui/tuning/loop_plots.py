@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from PyQt6.QtCore import pyqtSignal
+from PyQt6.QtCore import QSize, pyqtSignal
 from PyQt6.QtGui import QColor, QMouseEvent, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import QLayout, QWidget
 
@@ -141,10 +141,16 @@ class FrequencyPlots(QWidget):
 
 
 class BodePlots(FrequencyPlots):
-    """Magnitude and phase of L, with crossover and margins."""
+    """Magnitude and phase of L, with crossover and margins.
 
-    def __init__(self, workspace: Workspace) -> None:
+    Args:
+        workspace: source of colours.
+        high: least height at which the phase is below the magnitude [px].
+    """
+
+    def __init__(self, workspace: Workspace, high: int = 2 * LOW) -> None:
         super().__init__(workspace, ("Magnitude of L", "Phase of L"))
+        self._high = high
         magnitude, phase = self.plots
         magnitude.set_axes("Frequency", "Magnitude", "dB", "rad/s")
         phase.set_axes("Frequency", "Phase", "°", "rad/s")
@@ -154,10 +160,14 @@ class BodePlots(FrequencyPlots):
         # one below the other they may become lower again, or they would stay so
         self._box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
 
+    def minimumSizeHint(self) -> QSize:
+        """Return the size of both plots side by side."""
+        return QSize(320, LOWEST)
+
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Arrange the plots in one column if the height allows it, else in two."""
         super().resizeEvent(event)
-        self._arrange(1 if self.height() >= 2 * LOW else 2)
+        self._arrange(1 if self.height() >= self._high else 2)
 
     def show_loops(self, loops: Sequence[DrawnLoop]) -> None:
         """Draw loops, with the margins of the proposed gains, or else of the flown ones."""
