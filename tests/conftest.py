@@ -65,7 +65,10 @@ def named(*row: object) -> Iterator[None]:
 
 LIMIT, SLOW_LIMIT = 600.0, 1200.0
 """Seconds of a test with its set-up and tear-down; what takes longer hangs, on any machine."""
+_WATCH_EVERY = 5.0
+"""Seconds: the watchdog is set anew after these at most, as each time takes a millisecond."""
 _STDERR = pytest.StashKey[int]()
+_WATCHED = pytest.StashKey[tuple[float, float]]()
 
 
 def pytest_configure(config):
@@ -77,31 +80,28 @@ def pytest_unconfigure(config):
     faulthandler.dump_traceback_later(LIMIT, exit=True, file=config.stash[_STDERR])
 
 
-@pytest.hookimpl(wrapper=True)
+@pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item):
     """End the process with the stacks of all threads, in which the test is named, if it hangs.
 
     The watchdog is one of C: it also ends a test that waits in Drake or Qt with Python's lock.
     `faulthandler_timeout` of pytest is the same, but leaves a tear-down after a failure alone.
-    To set and end it takes 0.7 ms: it is one for all three of a test's parts.
     """
-    _watch(item)
-    try:
-        return (yield)
-    finally:
-        faulthandler.cancel_dump_traceback_later()
+    limit = SLOW_LIMIT if item.get_closest_marker("slow") else LIMIT
+    begun, before = item.config.stash.get(_WATCHED, (-LIMIT, 0.0))
+    if limit != before or time.monotonic() - begun > _WATCH_EVERY:
+        _watch(item.config, limit)
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_exception_interact(node):
     """Watch the tear-down, too: pytest itself has just ended the watch, for a debugger."""
-    if isinstance(node, pytest.Item):
-        _watch(node)
+    _watch(node.config, SLOW_LIMIT if node.get_closest_marker("slow") else LIMIT)
 
 
-def _watch(item):
-    limit = SLOW_LIMIT if item.get_closest_marker("slow") else LIMIT
-    faulthandler.dump_traceback_later(limit, exit=True, file=item.config.stash[_STDERR])
+def _watch(config, limit):
+    config.stash[_WATCHED] = time.monotonic(), limit
+    faulthandler.dump_traceback_later(limit, exit=True, file=config.stash[_STDERR])
 
 
 def pytest_runtest_setup(item):
