@@ -2,8 +2,9 @@ import struct
 
 import pytest
 
+from workbench.link.backplane import Published
 from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
-from workbench.link.server.outgoing import LONGEST_QUEUE, Outgoing, SampleBuffer
+from workbench.link.server.outgoing import LONGEST_QUEUE, Outgoing, SampleBuffer, data_frames
 from workbench.link.wire import HEADER, Flag, Kind
 
 PERIOD = 1.0 / 204.8
@@ -53,6 +54,10 @@ class Reader:
         return acknowledged
 
 
+def publish(out, published):
+    out.publish(published.t_ns, data_frames(published))
+
+
 def run(parts, reader, seconds, numbers=EIGHT, burst=1, rate=None, paused=(0.0, 0.0)):
     """Fly so long for one reader; return what went to it."""
     out = Outgoing()
@@ -64,7 +69,7 @@ def run(parts, reader, seconds, numbers=EIGHT, burst=1, rate=None, paused=(0.0, 
         while (step + burst) * PERIOD < now:
             for _ in range(burst):
                 step += 1
-                out.publish(parts.published(step, numbers))
+                publish(out, parts.published(step, numbers))
         if not paused[0] < now < paused[1]:
             for seq in reader.read(now):
                 out.acknowledge(seq, now)
@@ -115,7 +120,7 @@ def test_no_more_than_two_batches_are_on_their_way(parts):
     out.subscribe(topics(EIGHT), None)
     sent = []
     for step in range(1, 50):
-        out.publish(parts.published(step, EIGHT))
+        publish(out, parts.published(step, EIGHT))
         sent += split(out.take(step * PERIOD))
     assert sum(bool(flags & Flag.ACKNOWLEDGE) for _, _, flags, _, _ in sent) == 2
     assert len(sent) == 16
@@ -126,7 +131,7 @@ def test_after_an_acknowledgement_the_newest_samples_come(parts):
     out.subscribe(topics(EIGHT), None)
     sent = []
     for step in range(1, 50):
-        out.publish(parts.published(step, EIGHT))
+        publish(out, parts.published(step, EIGHT))
         sent += split(out.take(step * PERIOD))
     out.acknowledge(sent[7][3], 50 * PERIOD)
     batch = split(out.take(50 * PERIOD))
@@ -139,7 +144,7 @@ def test_answers_come_though_nothing_is_acknowledged(parts):
     out = Outgoing()
     out.subscribe(topics(EIGHT), None)
     for step in range(1, 5):
-        out.publish(parts.published(step, EIGHT))
+        publish(out, parts.published(step, EIGHT))
         out.take(step * PERIOD)
     out.answer(b"{}")
     assert [kind for kind, *_ in split(out.take(1.0))] == [Kind.CONTROL]
@@ -149,7 +154,7 @@ def test_answers_come_though_nothing_is_acknowledged(parts):
 def test_an_acknowledgement_of_what_was_not_sent_counts_for_nothing(parts, seq):
     out = Outgoing()
     out.subscribe(topics(EIGHT), None)
-    out.publish(parts.published(1, EIGHT))
+    publish(out, parts.published(1, EIGHT))
     out.take(0.0)
     assert not out.acknowledge(seq, 0.0)
     assert out.acknowledge(8, 0.0)
@@ -160,9 +165,9 @@ def test_silence_counts_from_the_oldest_batch_that_waits(parts):
     out = Outgoing()
     out.subscribe(topics(EIGHT), None)
     assert out.silence(1000.0) == 0.0
-    out.publish(parts.published(1, EIGHT))
+    publish(out, parts.published(1, EIGHT))
     out.take(10.0)
-    out.publish(parts.published(2, EIGHT))
+    publish(out, parts.published(2, EIGHT))
     out.take(11.0)
     assert out.silence(13.0) == 3.0
     out.acknowledge(8, 13.0)
@@ -176,11 +181,11 @@ def test_events_are_never_dropped_but_the_64_that_wait_are_the_most(parts):
     out.subscribe(topics([EVENTS]), None)
     sent = []
     for step in range(1, LONGEST_QUEUE + 3):  # two go at once, in a batch each
-        out.publish(parts.published(step, [EVENTS]))
+        publish(out, parts.published(step, [EVENTS]))
         sent += split(out.take(0.0))
     assert len(sent) == 2
     assert not out.overflowed
-    out.publish(parts.published(99, [EVENTS]))
+    publish(out, parts.published(99, [EVENTS]))
     assert out.overflowed
 
 
@@ -195,7 +200,7 @@ def test_the_rate_that_a_client_asks_for_is_that_of_each_topic(parts):
 def test_a_flight_that_begins_anew_goes_on_at_a_rate(parts):
     buffer = SampleBuffer(topics([1]), 20.0)
     for t_ns in (5_000_000_000, 5_010_000_000, 0, 10_000_000, 50_000_000):
-        buffer.add(1, t_ns, 0, b"")
+        buffer.add(*data_frames(Published(t_ns, 0, ((1, b""),))))
     assert [sample.t_ns for sample in buffer.take(9)] == [5_000_000_000, 0, 50_000_000]
 
 
@@ -203,7 +208,7 @@ def test_in_a_long_batch_frames_between_ask_for_an_acknowledgement_too(parts):
     out = Outgoing()
     out.subscribe(topics([*EIGHT, EVENTS]), None)
     for step in range(1, 61):
-        out.publish(parts.published(step, [EVENTS]))
+        publish(out, parts.published(step, [EVENTS]))
     frames = split(out.take(0.0))
     assert [index for index, frame in enumerate(frames) if frame[2] & 2] == [27, 59]
 
@@ -212,7 +217,7 @@ def test_frames_are_numbered_one_after_the_other(parts):
     out = Outgoing()
     out.answer(b"{}")
     out.subscribe(topics(EIGHT), None)
-    out.publish(parts.published(1, EIGHT))
+    publish(out, parts.published(1, EIGHT))
     data = out.take(0.0) + out.last(b"{}")
     assert [frame[3] for frame in split(data)] == list(range(1, 11))
     assert struct.unpack_from("<2sB", data) == (b"DH", 1)
@@ -221,9 +226,9 @@ def test_frames_are_numbered_one_after_the_other(parts):
 def test_the_age_is_that_of_the_newest_sample_that_was_acknowledged(parts):
     out = Outgoing()
     out.subscribe(topics(EIGHT), None)
-    out.publish(parts.published(1, EIGHT, wall_ns=111))
+    publish(out, parts.published(1, EIGHT, wall_ns=111))
     out.take(0.0)
-    out.publish(parts.published(2, EIGHT, wall_ns=222))
+    publish(out, parts.published(2, EIGHT, wall_ns=222))
     out.take(0.0)
     assert out.acknowledged_ns == 0
     out.acknowledge(8, 0.0)

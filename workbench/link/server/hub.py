@@ -22,7 +22,7 @@ from workbench.link.codes import ErrorCode
 from workbench.link.messages import ControlState, write_message
 from workbench.link.server.admission import Admission
 from workbench.link.server.client_session import ClientSession, Transport
-from workbench.link.server.outgoing import Outgoing
+from workbench.link.server.outgoing import Outgoing, data_frames
 from workbench.link.server.policy import Policy
 from workbench.link.wire import Decoder
 
@@ -179,8 +179,9 @@ class Hub:
             match record:
                 case Published():
                     self._t_ns = record.t_ns
+                    samples = data_frames(record)
                     for session in self._sessions.values():
-                        session.out.publish(record)
+                        session.out.publish(record.t_ns, samples)
                 case Reply(number, answer) if number in self._sessions:
                     self._sessions[number].reply(answer)
                 case Refused(number, seq, code, said) if number in self._sessions:

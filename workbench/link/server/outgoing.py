@@ -6,6 +6,7 @@ network would hold seconds of outdated data.
 """
 
 import math
+import struct
 from collections import deque
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -44,13 +45,42 @@ _DATA = int(Kind.DATA)
 _ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
 
 
+_HEAD = struct.Struct("<2sBBHH")
+_TAIL = struct.Struct("<Iq")
+"""A header before its number, and behind it."""
+
+
 class DataFrame(NamedTuple):
-    """A data frame without its number; times in ns."""
+    """A data frame without its number, which is all that differs between clients.
+
+    Attributes:
+        topic: its number.
+        t_ns: simulated time [ns].
+        wall_ns: when it was sampled [ns].
+        head: its bytes before the number.
+        tail: its bytes behind the number.
+    """
 
     topic: int
     t_ns: int
     wall_ns: int
-    payload: bytes
+    head: bytes
+    tail: bytes
+
+
+def data_frames(published: Published) -> list[DataFrame]:
+    """Return the frames of published topics, for all clients."""
+    t_ns, wall_ns = published.t_ns, published.wall_ns
+    return [
+        DataFrame(
+            topic,
+            t_ns,
+            wall_ns,
+            _HEAD.pack(MAGIC, VERSION, _DATA, topic, 0),
+            _TAIL.pack(len(payload), t_ns) + payload,
+        )
+        for topic, payload in published.payloads
+    ]
 
 
 class SampleBuffer:
@@ -77,22 +107,23 @@ class SampleBuffer:
         self.waiting = 0
         self.dropped = 0
 
-    def add(self, topic: int, t_ns: int, wall_ns: int, payload: bytes) -> None:
+    def add(self, sample: DataFrame) -> None:
         """Add a sample if its topic is subscribed."""
+        topic = sample.topic
         buffer = self._buffers.get(topic)
         if buffer is None:
             return
         if self._period:
             last = self._last.get(topic)
             # Time goes back if the flight restarts.
-            if last is not None and 0 <= t_ns - last < self._period:
+            if last is not None and 0 <= sample.t_ns - last < self._period:
                 return
-            self._last[topic] = t_ns
+            self._last[topic] = sample.t_ns
         if len(buffer) == buffer.maxlen:
             self.dropped += 1
         else:
             self.waiting += 1
-        buffer.append(DataFrame(topic, t_ns, wall_ns, payload))
+        buffer.append(sample)
 
     def thin(self, keep: int) -> None:
         """Drop the oldest samples until about `keep` are left.
@@ -189,25 +220,24 @@ class Outgoing:
         """Send an operation that requires an acknowledgement, to check that the client responds."""
         self._question = payload
 
-    def publish(self, published: Published) -> None:
-        """Add published samples of subscribed topics."""
-        self.t_ns = t_ns = published.t_ns
-        wall_ns = published.wall_ns
+    def publish(self, t_ns: int, samples: Iterable[DataFrame]) -> None:
+        """Add the samples of a time, of subscribed topics."""
+        self.t_ns = t_ns
         add = self._states.add
         events = self._event_topics
-        for topic, payload in published.payloads:
-            if topic in events:
-                self._events.append(DataFrame(topic, t_ns, wall_ns, payload))
+        for sample in samples:
+            if sample.topic in events:
+                self._events.append(sample)
             else:
-                add(topic, t_ns, wall_ns, payload)
+                add(sample)
 
     def take(self, now: float) -> bytes:
         """Return the bytes of the frames to write now, possibly none."""
         parts: list[bytes] = []
         while self._answers:
-            self._add_frame(parts, _CONTROL, 0, 0, self.t_ns, self._answers.popleft())
+            self._add_operation(parts, 0, self._answers.popleft())
         if self._question:
-            self._add_frame(parts, _CONTROL, 0, _ACKNOWLEDGE, self.t_ns, self._question)
+            self._add_operation(parts, _ACKNOWLEDGE, self._question)
             self._question = b""
             self._batches.append(_Batch(self.seq, 0, now, 0))
         if len(self._batches) < BATCHES and (self._events or self._states.waiting):
@@ -217,7 +247,7 @@ class Outgoing:
     def last(self, payload: bytes) -> bytes:
         """Return the last frame, with an operation."""
         parts: list[bytes] = []
-        self._add_frame(parts, _CONTROL, 0, 0, self.t_ns, payload)
+        self._add_operation(parts, 0, payload)
         return b"".join(parts)
 
     def acknowledge(self, seq: int, now: float) -> bool:
@@ -252,21 +282,22 @@ class Outgoing:
         self._states.thin(keep)
         samples = [*self._events, *self._states.take(most)]
         self._events.clear()
-        left = len(samples)
-        newest = 0
-        for topic, t_ns, wall_ns, payload in samples:
+        left, seq, newest = len(samples), self.seq, 0
+        for topic, _, wall_ns, head, tail in samples:
             left -= 1
-            flags = 0 if left % ACKNOWLEDGED_EVERY else _ACKNOWLEDGE
-            self._add_frame(parts, _DATA, topic, flags, t_ns, payload)
-            newest = max(newest, wall_ns)
-        self._batches.append(_Batch(self.seq, len(samples), now, newest))
+            seq += 1
+            if not left % ACKNOWLEDGED_EVERY:
+                head = _HEAD.pack(MAGIC, VERSION, _DATA, topic, _ACKNOWLEDGE)
+            parts += (head, seq.to_bytes(4, "little"), tail)
+            if wall_ns > newest:
+                newest = wall_ns
+        self.seq = seq
+        self._batches.append(_Batch(seq, len(samples), now, newest))
 
-    def _add_frame(
-        self, parts: list[bytes], kind: int, topic: int, flags: int, t_ns: int, payload: bytes
-    ) -> None:
+    def _add_operation(self, parts: list[bytes], flags: int, payload: bytes) -> None:
         self.seq += 1
-        parts.append(HEADER.pack(MAGIC, VERSION, kind, topic, flags, self.seq, len(payload), t_ns))
-        parts.append(payload)
+        header = MAGIC, VERSION, _CONTROL, 0, flags, self.seq, len(payload), self.t_ns
+        parts += (HEADER.pack(*header), payload)
 
 
 class ReadRate:
