@@ -3,6 +3,7 @@
 It exits on request, or when its caller exits.
 """
 
+import gc
 import logging
 import math
 import os
@@ -84,6 +85,7 @@ def _fly(
     from workbench.systems.bridge import Bridge
     from workbench.systems.flight_computer import has_machine_code
 
+    gc.freeze()  # a search for garbage in all modules would stop the flight for 15 ms
     send_queue.post(_starting("building the diagram"))
     logger = logging.getLogger("workbench")
     logger.setLevel(logging.INFO)
