@@ -235,5 +235,5 @@ def test_a_number_too_large_for_its_field_is_infinite(vehicle):
         "reference": [0.0] * 8,
         "speeds": [0.0] * 4,
     }
-    found = dict(values.fast(0, signals))
+    found = dict([values.clocks(0, 0), *values.fast(signals)])
     assert struct.unpack("<9f", found[topic.POSITION])[0:3] == (math.inf, -math.inf, 2.0)

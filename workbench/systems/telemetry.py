@@ -47,20 +47,23 @@ class TopicValues:
         self._rotors = len(vehicle.rotors)
         self.start: Numbers = (0.0, 0.0, 0.0)
 
-    def fast(self, t_ns: int, signals: Mapping[str, list[float]]) -> list[Payload]:
-        """Return the payloads of fast topics."""
+    def clocks(self, t_ns: int, wall_ns: int) -> Payload:
+        """Return the payload of simulated time and the wall clock."""
+        seconds, nanoseconds = divmod(t_ns, 1_000_000_000)
+        return self._pack(topic.TIME, seconds, nanoseconds, wall_ns)
+
+    def fast(self, signals: Mapping[str, list[float]]) -> list[Payload]:
+        """Return the payloads of the other fast topics."""
         state = signals["state"]
         w, x, y, z = _unit(state[0:4])
         p, w_WB, v = state[4:7], state[7:10], state[10:13]
         acceleration, thrusts = signals["acceleration"], signals["thrusts"]
         force_x, force_y, force_z, *torque = (self._wrench @ thrusts).tolist()
         v_x, v_y, v_z, yaw_rate = signals["reference"][:4]
-        seconds, nanoseconds = divmod(t_ns, 1_000_000_000)
         angles = _angles((w, x, y, z))
         force = _turned((w, x, y, z), (force_x, force_y, force_z))
         way = [here - begin for here, begin in zip(p, self.start, strict=True)]
         return [
-            self._pack(topic.TIME, seconds, nanoseconds, time.time_ns()),
             self._pack(topic.POSITION, *p, *angles, *way),
             self._pack(topic.VELOCITY, *v, *w_WB),
             self._pack(topic.ACCELERATION, *acceleration[3:6], *acceleration[0:3]),
@@ -227,7 +230,7 @@ class Telemetry(LeafSystem):
         t_ns = round(now * NS)
         stacked = self._signals.Eval(context).tolist()
         signals = {name: stacked[place] for name, place in self._places.items()}
-        payloads = self._values.fast(t_ns, signals)
+        payloads = self._values.fast(signals)
         if round(now / self._period) % SLOW_SHARE == 0:
             payloads += self._values.slow(signals)
             transforms = self._frames.Eval(context).transforms
@@ -235,7 +238,9 @@ class Telemetry(LeafSystem):
                 payloads += self._values.frames([(each.p, each.q) for each in transforms])
         for kind in self._sensors:
             payloads += self._measured(context, kind)
-        published = Published(t_ns, time.time_ns(), tuple(payloads))
+        wall_ns = time.time_ns()
+        clocks = self._values.clocks(t_ns, wall_ns)
+        published = Published(t_ns, wall_ns, (clocks, *payloads))
         self._bridge.publish(Sampled(published, tuple(signals["state"])))
 
     def _measured(self, context: Context, kind: str) -> list[Payload]:
