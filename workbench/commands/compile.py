@@ -1,4 +1,4 @@
-"""`workbench compile`: compile what the default controller needs, before commands use it."""
+"""`workbench compile`: compile the default controller, once for this machine."""
 
 import argparse
 import time
@@ -20,7 +20,7 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "compile",
-        "Compile what commands and the app need of the default controller, once for this machine.",
+        "Compile the default controller for commands, the app and batches, once for this machine.",
         "workbench compile",
         run,
     )
@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.scenario.scenario import Scenario, load_scenario
 
     began = time.monotonic()
-    tasks = [Task(Scenario(), _fly_many), Task(Scenario(), _fly_measured)]
+    tasks = [Task(Scenario(), each) for each in (_fly_many, _fly_batch, _fly_measured)]
     tasks += [Task(load_scenario(find_scenario(name)), _fly) for name in SCENARIOS]
     with progress_bar("compiling") as show:
         for done, _ in enumerate(all_cores().run(tasks), 1):
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print(seconds: float) -> None:
-    print(f"the default controller is compiled for commands and the app, in {seconds:.0f} s")
+    print(f"the default controller is compiled, in {seconds:.0f} s")
 
 
 def _fly(scenario: "Scenario") -> None:
@@ -61,6 +61,13 @@ def _fly_measured(scenario: "Scenario") -> None:
     from workbench.session.session import Session
 
     Session(scenario, engine="compiled").tick(0.1)
+
+
+def _fly_batch(scenario: "Scenario") -> None:
+    """Fly a control period of a batch."""
+    from workbench.design.rollout.batch import Batch
+
+    Batch(1, scenario.vehicle, scenario.controller, threads=1).step()
 
 
 def _fly_many(scenario: "Scenario") -> None:
