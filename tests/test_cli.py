@@ -49,7 +49,7 @@ def test_all_commands_but_two_have_json(capsys):
         main(["--help"])
     assert "All commands but gui and completion print JSON with --json" in capsys.readouterr().out
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
-    assert "all but `gui` and `completion` have `--json`" in index
+    assert "All but `gui` and `completion` also have `--json`" in index
 
 
 def commands_of(parser, name):
