@@ -12,13 +12,19 @@ periods a call, then one, with new commands in each call. Turns alternate. Ratio
 flown and of physics steps, in wall-clock time, and in processor time of all threads, which depends
 less on other load: under high load, a program with more threads loses in wall-clock time.
 
-A physics step of one drone takes some 40 ns of processor time; blocks of sixteen drones use vector
-instructions. A flight of a sweep costs the same, so batches and sweeps differ by the calls alone.
-Calls of a hundred periods gain a twentieth over those of ten; with calls of one period, a third of
-the time is spent on the call. Coarser physics would gain more, but change the flight. A second of
-ours has twice as many steps as one of crazyflow's: to be 15 times as fast by seconds flown, a step
-would have to take 14 ns. A quarter of a step is the blend of the rotors' time constants, whose
-roots and divisions keep the processor's divider busy.
+A physics step of one drone takes some 40 ns of processor time, of which the control law has a
+fifth; blocks of sixteen drones use vector instructions. A flight of a sweep costs the same, so
+batches and sweeps differ by the calls alone. Calls of a hundred periods gain a twentieth over those
+of ten; with calls of one period, a third of the time is spent on the call. Coarser physics would
+gain more, but change the flight. A second of ours has twice as many steps as one of crazyflow's: to
+be 15 times as fast by seconds flown, a step would have to take 14 ns.
+
+What was tried to reach 15 times the steps of crazyflow: four rotors in one loop (13 %, kept);
+blocks of 32 drones (4 %) and of 8 (half as fast); vectors of 512 bits (4 to 14 %); a root without
+divisions in the blend of the rotors' time constants, a quarter of a step (nothing with vectors of
+256 bits). A step is some 620 additions and multiplications, 8 roots and 8 divisions in double
+precision, and the two cores here are threads of one, which share its arithmetic units: at 40 ns
+these are nearly all busy. With vectors of 512 bits and that root, about 12 seems to be the limit.
 """
 
 import sys

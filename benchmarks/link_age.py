@@ -8,6 +8,14 @@ has eight clients in C, which wake up faster and so show the link's own share. T
 clients read the same bytes from a bare broadcast: a loop of asyncio that sends the frames to
 everybody and does nothing else. At last 64 clients read time_data alone. Everything,
 including the clients, runs on this machine's cores.
+
+A sample goes through two processes, and the bare broadcast's through one. Of the median age of 0.5
+to 0.6 ms, 0.12 is the way to the server's process, 0.04 the reading of its record, and 0.2 writing
+to eight sockets, nearly all in the system. At the 99th percentile, flight, server and eight clients
+wait for two cores, where the bare broadcast has no flight beside it. Tried: a sample is encoded
+once for all clients (kept); slices of the flight as long as a sample's period, so that each ends
+with a sample (the median falls by a fifth, the 99th percentile stays, and the flight needs more of
+a core); to sleep after each slice (nothing).
 """
 
 import json
