@@ -1,7 +1,8 @@
 """The gains that are being tuned: proposed, flown and kept values."""
 
+import math
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 
 from PyQt6.QtCore import QObject, pyqtSignal
@@ -16,7 +17,6 @@ from workbench.gains.autopilots.firmware import firmware_of
 from workbench.gui.analysis import Analysis
 from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.gains.flown_gains import FlownGains, Values
 from workbench.gui.gains.gain_rows import (
     GainLabel,
     controller_gains,
@@ -28,8 +28,11 @@ from workbench.gui.gains.gain_rows import (
 )
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
+from workbench.gui.signals import ParameterReader
+from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 from workbench.scenario.parameters import Parameter, parameter_table
+from workbench.scenario.scenario import Action
 from workbench.session.snapshot import Snapshot
 
 PATIENCE = 1500
@@ -48,6 +51,171 @@ STAYS = 0.1
 """A set stays shown until another is closer by this share of the distance between them."""
 ALONE = -1
 """Edit number of a change that is a step of undo by itself."""
+_SAME_TIME = 1e-6
+"""Times that differ by less are those of one step [s]."""
+_JUST_BEGUN = 1.0
+"""Time within which a reset is noticed [s]."""
+_LATER = 0.05
+"""Delay after which values set by a script are read [s]: it acts at the next whole step."""
+Values = Mapping[str, float]
+
+
+class FlownGains(QObject):
+    """The flight's values of the live parameters.
+
+    Published values count, in order; the answer to an order is only earlier. Values changed by the
+    flight's own script are read from the flight.
+
+    Args:
+        flight: gets the orders.
+        parent: the Qt parent.
+
+    Attributes:
+        start: values of the flight's start, by name.
+        values: the values now.
+    """
+
+    changed = pyqtSignal(object)
+    """Values changed; the signal has those before, by name."""
+    refused = pyqtSignal(object, str)
+    """Refused values by name, and the reason."""
+
+    def __init__(self, flight: FlightModel, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._flight = flight
+        self.start: dict[str, float] = {}
+        self.values: dict[str, float] = {}
+        self._reader = ParameterReader()
+        self._published: dict[str, float] = {}  # time at which a value was last published [s]
+        self._time = 0.0
+        self._orders = self._first_order = 0
+        self._unanswered: dict[str, tuple[int, float]] = {}  # number and value of the newest order
+        self._waiting: dict[str, float] = {}
+        self._scripted: list[tuple[float, tuple[str, ...]]] = []
+        self._script_time = 0.0
+        flight.streamed.connect(self._hear)
+        flight.viewed.connect(self._watch_script)
+
+    def begin(self, view: LiveView) -> None:
+        """Start with the values of a new flight; orders to the last one no longer count."""
+        self.start, self.values = dict(view.values), dict(view.values)
+        self._reader.begin(view.topics)
+        self._published, self._time = {}, 0.0
+        self._first_order = self._orders + 1
+        self._unanswered, self._waiting = {}, {}
+        script = view.scenario.script if view.scenario else ()
+        acts = [(action.at + _LATER, _changed_names(action)) for action in script]
+        self._scripted, self._script_time = [each for each in acts if each[1]], 0.0
+
+    def reset(self) -> None:
+        """Restore the initial values, except those published since the reset."""
+        before = dict(self.values)
+        published = self._published if self._time < _JUST_BEGUN else {}
+        self.values = self.start | {name: self.values[name] for name in published}
+        self._tell(before)
+
+    def is_ordered(self, name: str) -> bool:
+        """Return whether an order for a parameter is unanswered."""
+        return name in self._waiting or name in self._unanswered
+
+    def ordered(self, name: str) -> float:
+        """Return the value of the newest unanswered order, or else the flown one."""
+        if name in self._waiting:
+            return self._waiting[name]
+        return self._unanswered[name][1] if name in self._unanswered else self.values[name]
+
+    @property
+    def all_ordered(self) -> dict[str, float]:
+        """`ordered` of every parameter."""
+        return {name: self.ordered(name) for name in self.values}
+
+    def order(self, values: Values) -> None:
+        """Order values, all for one step.
+
+        While an order for one of them is unanswered they wait, and later sets with them; of each
+        parameter the newest value is sent then, so that no drag floods the flight.
+        """
+        if any(map(self.is_ordered, values)):
+            self._waiting |= values
+        elif values:
+            self._orders += 1
+            number = self._orders
+            self._unanswered |= {name: (number, value) for name, value in values.items()}
+            self._flight.order(
+                lambda live: live.set_all(values),
+                done=lambda time: self._answered(number, values, time, ""),
+                refused=lambda said: self._answered(number, values, 0.0, said),
+            )
+
+    def order_now(self, values: Values) -> None:
+        """Order values at once, whatever happened to earlier orders."""
+        for name in values:
+            self._waiting.pop(name, None)
+            self._unanswered.pop(name, None)
+        self.order(values)
+
+    def _answered(self, number: int, values: Values, time: float, said: str) -> None:
+        if number < self._first_order:
+            return  # of an earlier flight
+        for name in values:
+            if name in self._unanswered and self._unanswered[name][0] == number:
+                del self._unanswered[name]
+        waiting, self._waiting = self._waiting, {}
+        self.order(waiting)
+        if said:
+            self.refused.emit(values, said)
+        else:
+            self._confirm(values, time)
+
+    def _confirm(self, values: Values, time: float) -> None:
+        """Accept values that fly from a simulated time [s] on, unless later ones were published."""
+        before = dict(self.values)
+        for name, value in values.items():
+            if name in self.values and self._published.get(name, -1.0) < time - _SAME_TIME:
+                self.values[name] = value
+        self._tell(before)
+
+    def _hear(self, published: Iterable[Published]) -> None:
+        before = dict(self.values)
+        for each in published:
+            time = each.t_ns * 1e-9
+            if time < self._time - _SAME_TIME:  # the flight restarted
+                self._published = {}
+            self._time = time
+            for change in self._reader.read((each,)):
+                if change.name in self.values:
+                    self.values[change.name] = change.value
+                    self._published[change.name] = time
+        self._tell(before)
+
+    def _tell(self, before: Values) -> None:
+        if before != self.values:
+            self.changed.emit(before)
+
+    def _watch_script(self, view: LiveView) -> None:
+        """Read the values that the flight's script has changed, as the flight publishes none."""
+        if not self._scripted or view.snapshot is None:
+            return
+        before, self._script_time = self._script_time, view.snapshot.time
+        for at, names in self._scripted:
+            if before < at <= self._script_time:
+                for name in names:
+                    self._ask(name)
+
+    def _ask(self, name: str) -> None:
+        self._flight.order(
+            lambda live: live.get(name),
+            done=lambda value: self._confirm({name: value}, math.inf),  # still the present flight
+        )
+
+
+def _changed_names(action: Action) -> tuple[str, ...]:
+    """Return the names of all parameters that an action of a script changes."""
+    kinds = [kind for kind in ("gust", "push") if getattr(action, kind) is not None]
+    blown = [
+        row.name for row in parameter_table() for kind in kinds if row.name.startswith(f"{kind}_")
+    ]
+    return (*action.set, *blown)
 
 
 class StabilityCheck(QObject):
