@@ -11,6 +11,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from scipy.spatial.transform import Rotation
 
 from workbench.common.jitable import tell_numba
+from workbench.common.machine_code import kinds_of
 from workbench.dynamics.air.normals import COUNT, draw_normals
 from workbench.dynamics.air.settings import AirSettings, calm_air
 from workbench.dynamics.air.update import push_at, wind_at
@@ -279,3 +280,23 @@ def test_at_rest_on_the_ground_it_is_not_accelerated(description, vehicle):
         context.SetDiscreteState(MEMORY, after.value(MEMORY).copy())
     found = dynamics.GetOutputPort("acceleration").Eval(context)
     assert np.abs(found).max() < 1e-3
+
+
+def test_on_the_ground_flies_the_machine_code_of_the_air(dynamics, vehicle, monkeypatch):
+    """A flight that touches something for the first time would wait for other machine code."""
+    used = set()
+    advance = module.compiled_advance
+
+    def noting(*args):
+        used.add(kinds_of(args))
+        return advance(*args)
+
+    noting.run = noting
+    monkeypatch.setattr(module, "compiled_advance", noting)
+    context = dynamics.CreateDefaultContext()
+    dynamics.GetInputPort("commands").FixValue(context, np.zeros(4))
+    for height in (HIGH[6], vehicle.ground_clearance):
+        dynamics.place(context, np.array([*HIGH[:6], height, *HIGH[7:]]), np.zeros(4))
+        memory = dynamics.EvalUniquePeriodicDiscreteUpdate(context).value(MEMORY)
+    assert memory[IN_AIR] == TOUCHED
+    assert len(used) == 1

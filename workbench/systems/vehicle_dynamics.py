@@ -504,7 +504,7 @@ class VehicleDynamics(LeafSystem):
         state = context.get_discrete_state(BODY).value().copy()
         memory = context.get_discrete_state(MEMORY).value().copy()
         memory[AWAY] = 1.0
-        values = context.get_numeric_parameter(0).get_value()
+        values = context.get_numeric_parameter(AIR).CopyToVector()  # of the kind that is compiled
         constants = self._supplied(context, self._present)
         known = context.get_time(), commands, values, constants, step_places(self._n)
         compiled_advance(*known, state, memory)
