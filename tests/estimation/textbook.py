@@ -2,7 +2,7 @@
 
 After J. Solà, Quaternion kinematics for the error-state Kalman filter, arXiv:1711.02508, chapters 5
 and 6, with local angular errors. Every Jacobian is a central difference of the function that it is
-of; measurements of one time come in as one vector, in Joseph's form.
+of, called once for all errors; measurements of one time come in as one vector, in Joseph's form.
 """
 
 from dataclasses import dataclass
@@ -25,8 +25,8 @@ class State:
     b_a: np.ndarray
 
     def plus(self, error):
-        """Return the state with an error (15) composed."""
-        angle, p, v, b_g, b_a = np.split(np.asarray(error, dtype=float), 5)
+        """Return the state with an error (15) composed, or states with many (N, 15)."""
+        angle, p, v, b_g, b_a = np.split(np.asarray(error, dtype=float), 5, axis=-1)
         turn = self.turn * Rotation.from_rotvec(angle)
         return State(turn, self.p + p, self.v + v, self.b_g + b_g, self.b_a + b_a)
 
@@ -34,7 +34,7 @@ class State:
         """Return the error (15) that composed with `other` gives this."""
         angle = (other.turn.inv() * self.turn).as_rotvec()
         rest = (self.p - other.p, self.v - other.v, self.b_g - other.b_g, self.b_a - other.b_a)
-        return np.concatenate([angle, *rest])
+        return np.concatenate([angle, *rest], axis=-1)
 
 
 def moved(state, w, f, dt):
@@ -52,11 +52,10 @@ def moved(state, w, f, dt):
 
 
 def difference(function, size=15):
-    """Return the Jacobian of a function of an error at 0."""
-    columns = [
-        (function(STEP * unit) - function(-STEP * unit)) / (2.0 * STEP) for unit in np.eye(size)
-    ]
-    return np.array(columns).T
+    """Return the Jacobian at 0 of a function of errors (N, size)."""
+    steps = STEP * np.eye(size)
+    ahead, back = np.split(function(np.concatenate([steps, -steps])), 2)
+    return (ahead - back).T / (2.0 * STEP)
 
 
 class TextbookFilter:

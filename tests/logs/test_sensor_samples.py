@@ -125,7 +125,7 @@ def test_it_is_what_the_textbooks_filter_makes_of_the_log(record):
             def said(state, w=w_mean, f=f_mean, age=age):
                 arm, then = p_BG - p_BI, moved(state, w, f, -age)
                 speed = then.v + then.turn.apply(np.cross(w - then.b_g, arm))
-                return np.concatenate([then.p + then.turn.apply(arm), speed])
+                return np.concatenate([then.p + then.turn.apply(arm), speed], axis=-1)
 
             textbook.correct(said, np.append(p_W, speeds[taken]), variances, said)
         q, p, w_W, v = np.split(found.estimate[k], [4, 7, 10])
