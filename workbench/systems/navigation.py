@@ -1,5 +1,6 @@
 """An estimator as a LeafSystem: from sensor samples to the motion for the controller."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -234,7 +235,8 @@ class Navigation(LeafSystem):
         if not port.HasValue(context):
             return None
         sample: np.ndarray = port.Eval(context)
-        if np.isnan(sample[0]) or sample[0] == before:
+        stamp = float(sample[0])
+        if math.isnan(stamp) or stamp == before:
             return None
         frozen = HEARD[place] == "gps" and self._is_frozen(context, sample)
         return None if frozen else sample

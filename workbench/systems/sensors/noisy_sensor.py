@@ -128,8 +128,11 @@ def noisy(
 def _biases(model: NoiseModel, memory: np.ndarray, draws: np.ndarray) -> np.ndarray:
     """Return the biases (n), drawn at the first sample."""
     n = model.mean.size
+    missing = np.isnan(memory[:n])
+    if not missing.any():
+        return memory[:n]
     drawn = model.bias_mean + model.bias_stddev * draws[2 * n :]
-    return np.where(np.isnan(memory[:n]), drawn, memory[:n])
+    return np.where(missing, drawn, memory[:n])
 
 
 def unchanged(values: np.ndarray) -> np.ndarray:
@@ -197,8 +200,8 @@ class NoisySensor(SampledSensor):
 
     def exact(self, context: Context) -> np.ndarray:
         """Return the values that noise is added to, as they are now."""
-        connected = {n: port for n, port in self._inputs.items() if port.HasValue(context)}
-        values = {name: port.Eval(context) for name, port in connected.items()}
+        inputs = self._inputs.items()
+        values = {name: port.Eval(context) for name, port in inputs if port.HasValue(context)}
         return self.instrument.exact(values, self.settings(context))
 
     def truth(self, context: Context) -> np.ndarray:

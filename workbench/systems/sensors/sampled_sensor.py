@@ -87,26 +87,28 @@ class SampledSensor(LeafSystem):
 
     def delivered(self, context: Context) -> np.ndarray:
         """Return stamp [s] and values of the last delivered sample (1 + size), NaN without one."""
-        rows = context.get_discrete_state(self._samples).CopyToVector().reshape(self._depth, -1)
-        due = rows[:, 0] + self.latency <= context.get_time() + LATE
-        return rows[int(np.argmax(due))] if due.any() else np.full(1 + self.size, math.nan)
+        samples: np.ndarray = context.get_discrete_state(self._samples).value()
+        width, now = 1 + self.size, context.get_time() + LATE
+        for begin in range(0, samples.size, width):
+            if samples[begin] + self.latency <= now:  # the stamp of none is NaN
+                return samples[begin : begin + width].copy()
+        return np.full(width, math.nan)
 
     def samples_taken(self, context: Context) -> int:
         """Return the number of samples taken since the start."""
-        return int(context.get_discrete_state(self._count).CopyToVector()[0])
+        return int(context.get_discrete_state(self._count)[0])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        fault = Fault(int(context.get_numeric_parameter(0).CopyToVector()[0]))
+        fault = Fault(int(context.get_numeric_parameter(0)[0]))
         discrete_state.set_value(self.memory_index, self.next_memory(context))
         if fault is Fault.SILENT:
             return
-        rows = context.get_discrete_state(self._samples).CopyToVector().reshape(self._depth, -1)
-        values = rows[0, 1:]
-        if fault is not Fault.FROZEN or math.isnan(rows[0, 0]):
+        samples, width = context.get_discrete_state(self._samples).value(), 1 + self.size
+        values = samples[1:width]
+        if fault is not Fault.FROZEN or math.isnan(samples[0]):
             scale = NOISE_FACTOR if fault is Fault.NOISY else 1.0
             values = self.sampled(context, scale)
-        newest = [context.get_time()]
-        kept = rows[:-1].ravel()
+        newest, kept = [context.get_time()], samples[:-width]
         discrete_state.set_value(self._samples, np.concatenate((newest, values, kept)))
         discrete_state.set_value(self._count, [self.samples_taken(context) + 1.0])
 
