@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from workbench.design.predict import flown, prediction
 from workbench.design.predict.motion import Motion, rotation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
@@ -20,6 +21,24 @@ POINTS = ((0.0, (0.0, 0.0, 1.5)), (0.5, (1.0, 0.0, 1.5)), (2.5, (1.0, 1.0, 2.0))
 @pytest.fixture(autouse=True)
 def flown_as_python(interpreted_laws):
     """Predictions are compiled, and the flights of the diagram beside them need not be."""
+
+
+@pytest.fixture
+def interpreted_predictions(monkeypatch):
+    """Let predictions run as Python: to make their machine code takes ten seconds."""
+
+    def functions(controller):
+        made = (flown.make_fly, flown.make_listen, flown.make_refly)
+        return flown.Functions(*(as_python(make(controller)) for make in made))
+
+    def as_python(function):
+        def run(*args):
+            with np.errstate(all="ignore"):  # as machine code has it
+                return function(*args)
+
+        return run
+
+    monkeypatch.setattr(prediction, "compiled_flights", functions)
 
 
 class Simulated(NamedTuple):

@@ -34,6 +34,7 @@ def test_nothing_looks_ahead():
     assert means[:, 0].tolist() == [7.5, 27.5]
 
 
+@pytest.mark.usefixtures("interpreted_predictions")
 def test_the_model_predicts_its_own_flight(simulate):
     flown = simulate(Scenario(), duration=3.0)
     controller = load_controller("pd")
@@ -125,6 +126,7 @@ def test_the_drone_of_these_flights_is_that_of_the_crazyflie_but_for_the_air():
     assert ours.hover_speeds == pytest.approx(plain.hover_speeds)
 
 
+@pytest.mark.usefixtures("interpreted_predictions")
 def test_inner_integrals_hold_the_moment_of_the_air(simulate):
     """A Crazyflie whose rotors' drag acts above its centre of mass, at up to 1 m/s."""
     config = VehicleConfig(model=str(DRONES / "nanobench.urdf"))
