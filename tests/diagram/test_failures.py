@@ -154,10 +154,10 @@ def test_an_exact_gps_that_stands_is_not_taken_for_frozen(estimator, noise):
     what the complementary filter waits for a GPS.
     """
     session = flown(
-        15.0,
+        11.5,
         Action(at=1.0, request="arm"),
         Action(at=4.0, request="take_off", height=1.0),
-        Action(at=9.0, request="land"),
+        Action(at=7.5, request="land"),
         estimator=estimator,
         on_ground=True,
         noise=noise,
@@ -198,7 +198,7 @@ def test_a_noisy_gyro_flies_on_and_one_without_noise_is_not_taken_for_failed(cas
 
 def test_an_exact_imu_at_rest_whose_readings_repeat_has_not_failed():
     arm = Action(at=1.0, request="arm")
-    now = flown(7.0, arm, on_ground=True, noise=False).snapshot()
+    now = flown(4.5, arm, on_ground=True, noise=False).snapshot()  # they repeat from 3 s on
     assert (now.mode, now.reason) == (FlightMode.ARMED, Reason.NONE)
 
 
