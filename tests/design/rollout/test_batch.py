@@ -134,6 +134,18 @@ def test_a_flight_alone_is_the_one_among_a_thousand_and_threads_do_not_matter():
     assert len(np.unique(many.state[:, 4])) == 1024
 
 
+@pytest.fixture
+def interpreted_steps(monkeypatch):
+    """Let batches run as Python: to make the machine code of one takes half a minute."""
+
+    def as_python(controller, actions):
+        act = batch_module._make_act(controller, actions)
+        return batch_module.make_step_blocks(act, actions)
+
+    monkeypatch.setattr(batch_module, "compiled_steps", as_python)
+
+
+@pytest.mark.usefixtures("interpreted_steps")
 def test_rotors_may_be_commanded(tmp_path):
     """As on a diagram that plays the same thrusts; commands act a step of physics after a period
     begins, as those of a law."""
@@ -170,14 +182,8 @@ def test_a_wrench_is_allocated():
     assert_allocated(32)
 
 
-def test_a_wrench_is_allocated_as_python(monkeypatch):
-    """Some periods, as it takes half a minute to compile."""
-
-    def as_python(controller, actions):
-        act = batch_module._make_act(controller, actions)
-        return batch_module.make_step_blocks(act, actions)
-
-    monkeypatch.setattr(batch_module, "compiled_steps", as_python)
+@pytest.mark.usefixtures("interpreted_steps")
+def test_a_wrench_is_allocated_as_python():
     assert_allocated(4)
 
 
