@@ -310,7 +310,7 @@ def test_a_step_from_a_steady_flight_is_the_same_compiled_and_on_the_diagram():
     assert_steps_agree(1.5)
 
 
-@pytest.mark.usefixtures("interpreted_blocks")
+@pytest.mark.usefixtures("interpreted_blocks", "interpreted_laws")
 def test_the_begin_of_such_a_step_is_the_same_as_python():
     assert_steps_agree(0.25)
 
