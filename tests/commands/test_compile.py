@@ -22,6 +22,6 @@ def test_it_calls_every_compiled_function_that_frequent_commands_call(run, out, 
     said = run("compile", "--json")
     assert said.code == 0, said.err
     assert needed <= called
-    app = {"the control law", "the IMU", "the estimator ekf", "rays against shapes"}
+    app = {"the control law", "the IMU", "the estimator ekf", "rays against shapes", "the gyro"}
     assert app | {"batches of flights"} < called
     assert said.json["seconds"] > 0.0

@@ -50,10 +50,10 @@ def _print(seconds: float) -> None:
 
 
 def _fly(scenario: "Scenario") -> None:
-    """Fly the first moment of a scenario."""
+    """Fly the first moment of a scenario, with a filter of the gyro: without one none is called."""
     from workbench.session.session import Session
 
-    Session(scenario).tick(0.1)
+    Session(scenario, {"gyro_lowpass": 60.0}).tick(0.1)
 
 
 def _fly_measured(scenario: "Scenario") -> None:
