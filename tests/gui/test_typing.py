@@ -172,7 +172,7 @@ def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
         if row.name == "tuning":
             window.stack.current.panel._make_more()
         for field in window.findChildren(QAbstractSpinBox):
-            if not uncover(window, field):
+            if field in tried or not uncover(window, field):
                 continue
             assert isinstance(field, NumberField), f"{field.accessibleName()} takes 1,2 for 12"
             few = len(tried) > 3  # all texts in some fields, and one of each kind in all
