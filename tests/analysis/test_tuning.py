@@ -222,7 +222,7 @@ def test_other_parameters_than_the_controllers_are_set_in_the_case(tmp_path):
 def test_files_that_are_there_stay_unless_asked_otherwise(tmp_path):
     path = tmp_path / "a.spec.yaml"
     path.write_text("precious")
-    with pytest.raises(WorkbenchError, match="is there already: take another name, or overwrite"):
+    with pytest.raises(WorkbenchError, match="exists already: take another name, or overwrite"):
         pin_step(path, Scenario(), {}, "x", 1.0)
     assert path.read_text() == "precious"
     assert list(tmp_path.iterdir()) == [path]

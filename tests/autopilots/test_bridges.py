@@ -375,7 +375,7 @@ def test_the_command_flies_sums_up_and_stops_the_motors(capsys, tmp_path, case):
             asked = [[float(row[n]) for n in speeds] for row in rows]
             assert len(speeds) == 4 and all(map(all, asked[2:5])) and not any(asked[-1])
     assert main(["sitl", "px4", "--rate", "250"]) == 2
-    assert "no whole number of physics steps" in capsys.readouterr().err
+    assert "not a whole number of physics steps" in capsys.readouterr().err
 
 
 class Waiting(threading.Thread):

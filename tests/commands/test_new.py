@@ -113,7 +113,7 @@ def test_a_name_that_will_not_do_is_refused(refused, tmp_path, name):
 
 def test_nothing_is_overwritten_without_force(run, refused, write):
     path = write("a.urdf.xacro", "mine")
-    assert "is there already: name another file, or give --force" in refused(
+    assert "exists already: name another file, or give --force" in refused(
         "new", path, *F450, *STRONG
     )
     assert path.read_text() == "mine"

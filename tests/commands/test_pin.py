@@ -28,7 +28,7 @@ def test_what_cannot_be_pinned_is_refused(refused, tmp_path, monkeypatch, words,
 def test_a_spec_is_not_written_over(refused, tmp_path):
     spec = tmp_path / "mine.spec.yaml"
     spec.write_text("mine")
-    assert "is there already" in refused("pin", spec)
+    assert "exists already" in refused("pin", spec)
     assert spec.read_text() == "mine"
 
 

@@ -37,7 +37,7 @@ def test_what_is_no_address_is_a_sentence(case):
         with (
             case(text),
             pytest.raises(
-                WorkbenchError, match=r"is no address: write HOST:PORT|is no number from"
+                WorkbenchError, match=r"is not an address: write HOST:PORT|is not a number from"
             ),
         ):
             parse_address(text)

@@ -150,7 +150,7 @@ def test_a_token_file_that_is_made_can_be_read_and_is_not_written_over(tmp_path)
     tokens = write_tokens(path)
     assert path.stat().st_mode & 0o777 == 0o600
     assert read_tokens(path) == tokens
-    with pytest.raises(WorkbenchError, match="is there already"):
+    with pytest.raises(WorkbenchError, match="exists already"):
         write_tokens(path)
     assert read_tokens(path) == tokens
     with pytest.raises(WorkbenchError, match="cannot be written: No such file"):

@@ -115,7 +115,7 @@ def test_an_answer_of_another_kind_is_a_sentence(server):
         ({"rate": 0.0}, "the rate 0.0 is not within"),
         ({"rate": float("nan")}, "the rate nan"),
         ({"name": "x" * 49}, "at most 48 bytes"),
-        ({"name": "a\x1b[2J"}, "that can be printed"),
+        ({"name": "a\x1b[2J"}, "printable text"),
         ({"address": "h:x"}, "the port 'x'"),
     ],
 )

@@ -90,7 +90,7 @@ def test_something_else_listening_is_a_sentence(server):
 def test_a_silent_server_is_a_sentence(server, monkeypatch):
     monkeypatch.setattr("workbench.link.connection.GREETING_LIMIT", 0.1)
     server.greet = lambda peer: None
-    with pytest.raises(WorkbenchError, match=r"sends no greeting within 0.1 s: .*TLS\?"):
+    with pytest.raises(WorkbenchError, match=r"sent no greeting within 0.1 s: .*TLS\?"):
         Client(server.address).__enter__()
 
 

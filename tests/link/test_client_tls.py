@@ -80,10 +80,10 @@ def test_a_client_without_tls_is_told_to_think_of_it(tls_server, monkeypatch):
 @pytest.mark.parametrize(
     ("tls", "said"),
     [
-        ("missing.pem", "missing.pem: is no file"),
+        ("missing.pem", "missing.pem: is not a file"),
         ("empty.pem", "holds no certificates"),
-        ("sha256:12", "is no fingerprint"),
-        ("sha256:" + "x" * 64, "is no fingerprint"),
+        ("sha256:12", "is not a fingerprint"),
+        ("sha256:" + "x" * 64, "is not a fingerprint"),
     ],
 )
 def test_what_vouches_for_nobody_is_a_sentence(tmp_path, monkeypatch, tls, said):

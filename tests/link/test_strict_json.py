@@ -33,8 +33,8 @@ def test_what_is_refused_and_why(case):
     for payload, said in [
         (b'{"a":1,"a":2}', "'a' comes twice"),
         (b'{"x":[{"a":1,"a":1}]}', "'a' comes twice"),
-        (b'{"a":NaN}', "NaN is no number"),
-        (b'{"a":Infinity}', "Infinity is no number"),
+        (b'{"a":NaN}', "NaN is not a number"),
+        (b'{"a":Infinity}', "Infinity is not a number"),
         (b'{"a":1e400}', "1e400 is too large"),
         (b'{"a":' + b"9" * 5000 + b"}", "is too long"),
         (b'{"a":' + b"9" * 5000 + b".0}", "is too large"),
@@ -44,9 +44,9 @@ def test_what_is_refused_and_why(case):
         (b'{"a":"\xed\xa0\x80"}', "is not UTF-8"),
         (b"[1]", "an operation is an object"),
         (b"1", "an operation is an object"),
-        (b"", "no strict JSON"),
-        (b"{} {}", "no strict JSON"),
-        (b'{"a":"\t"}', "no strict JSON"),
+        (b"", "not strict JSON"),
+        (b"{} {}", "not strict JSON"),
+        (b'{"a":"\t"}', "not strict JSON"),
         (b'{"a":' * 100_000, "within each other"),
         (b"[" * 100_000, "within each other"),
     ]:

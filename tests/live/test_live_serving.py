@@ -252,7 +252,7 @@ def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
             0.1, 0.5, 1.0, 2.0, 4.0,
         ]  # fmt: skip
         assert {(port, page) for _, port, page in begun[1:]} == {(7, 8)}
-        assert "was killed; it was started again 5 times in vain" in supervisor.said
+        assert "was killed; 5 restarts have failed" in supervisor.said
         assert not supervisor.starts_again and not supervisor.serves
         assert supervisor.answers == [Answer(1, "here:7")]
         supervisor.serve(2, ServerConfig(port=0))
@@ -327,7 +327,7 @@ def test_who_connects_after_another_controller_took_over_is_told_of_its_paramete
         assert watching.parameters("q_tilt") == {"q_tilt": found[-1]["value"]}
         with pytest.raises(WorkbenchError, match="hello lists them"):
             watching.parameters("kp_roll")
-        again = "the controller has other parameters: connect again to have them listed"
+        again = "the controller has other parameters: connect again to list them"
         heard(watching, lambda found: found[-1]["said"] == again, EVENTS)
     with Client(address) as late:
         assert [row.name for row in late.hello.parameters if row.name in names] == ["q_tilt"]

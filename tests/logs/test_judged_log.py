@@ -314,7 +314,7 @@ def test_a_log_is_pinned_and_another_one_noticed(run, capsys, tmp_path, monkeypa
     said, told = capsys.readouterr()
     assert "workbench: pinning and proving flight.csv: 0 %" in told
     assert "held to what they are now" in said and "left out: peak_tilt" in said
-    assert "is there already" in run(*words, code=2)
+    assert "exists already" in run(*words, code=2)
     gone = run("pin", "new.spec.yaml", "--log", "gone.csv", code=2)
     assert "gone.csv: no such file" in gone and "new.spec.yaml" not in gone
     assert "belongs to a step that is flown" in run(*words, "--force", "--set", "kp_roll=3", code=2)

@@ -195,7 +195,7 @@ def test_a_session_with_a_bridge_and_sensors_may_go_on_too():
 )
 def test_an_instant_of_another_flight_is_refused(other):
     session = Session(other)
-    with pytest.raises(WorkbenchError, match="one of another flight"):
+    with pytest.raises(WorkbenchError, match="belongs to another flight"):
         session.begin_from(Session().checkpoint())
     session.tick(0.1)
     assert session.time == 0.1 - 0.1 % STEP

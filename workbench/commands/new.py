@@ -254,7 +254,7 @@ def _target(file: str, *, replace: bool) -> Path:
             f"{file}: the description is written as xacro: name it as my_quad{_SUFFIX}"
         )
     if target.exists() and not replace:
-        raise WorkbenchError(f"{target}: is there already: name another file, or give --force")
+        raise WorkbenchError(f"{target}: exists already: name another file, or give --force")
     return target
 
 

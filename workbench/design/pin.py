@@ -425,7 +425,7 @@ def check_name(path: Path, files: Sequence[Path], overwrite: bool) -> None:
     for file in files:
         if file.exists() and not overwrite:
             raise WorkbenchError(
-                f"{file}: is there already: take another name, or overwrite it with --force"
+                f"{file}: exists already: take another name, or overwrite it with --force"
             )
 
 

@@ -48,9 +48,9 @@ def parse_address(text: str, port: int = DEFAULT_PORT, host: str = LOOPBACK) -> 
         named, colon, digits = written.partition(":")
         understood = not colon or bool(digits)
     if not understood or any(sign.isspace() or sign == "/" for sign in named):
-        raise WorkbenchError(f"'{text}' is no address: write HOST:PORT, as {LOOPBACK}:{port}")
+        raise WorkbenchError(f"'{text}' is not an address: write HOST:PORT, as {LOOPBACK}:{port}")
     if digits and not (digits.isascii() and digits.isdigit() and 0 < int(digits[:6]) < 65536):
-        raise WorkbenchError(f"'{text}': the port '{digits}' is no number from 1 to 65535")
+        raise WorkbenchError(f"'{text}': the port '{digits}' is not a number from 1 to 65535")
     return Address(named or host, int(digits) if digits else port)
 
 

@@ -116,7 +116,7 @@ def read_tokens(path: Path | str) -> Tokens:
     if missing:
         raise WorkbenchError(f"{path}: add a line `{missing[0]}: TOKEN`")
     if is_same(found["view"], found["command"]):
-        raise WorkbenchError(f"{path}: both tokens are the same: whoever may watch could fly")
+        raise WorkbenchError(f"{path}: both tokens are the same: everybody who may watch could fly")
     return Tokens(found["view"], found["command"])
 
 
@@ -132,7 +132,7 @@ def write_tokens(path: Path | str) -> Tokens:
         with os.fdopen(number, "w", encoding="utf-8") as stream:
             stream.write(f"view: {tokens.view}\ncommand: {tokens.command}\n")
     except FileExistsError as error:
-        raise WorkbenchError(f"{path}: is there already: use it, or remove it first") from error
+        raise WorkbenchError(f"{path}: exists already: use it, or remove it first") from error
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise WorkbenchError(f"{path}: cannot be written: {reason}") from error

@@ -94,7 +94,7 @@ class Authority:
         self._climb(now)
         if self._hand is Hand.OPERATOR:
             raise DeniedError(
-                "held", "the operator at the screen flies: wait until the drone is given"
+                "held", "the operator at the screen flies: wait until control is given back"
             )
         if self._hand is Hand.CLIENT and (self._peer != peer or self._stage is Stage.LIVE):
             who = "you fly already" if self._peer == peer else f"{self._who()} flies"
@@ -132,9 +132,9 @@ class Authority:
         if self._hand is Hand.CLIENT and self._peer == peer and self._stage is Stage.HOLD:
             said = f"control was silent for {HOLD_AFTER:g} s: ask for it again, begin from neutral"
         elif self._hand is Hand.NOBODY:
-            said = f"nobody flies, as {self._reason}: ask for control first"
+            said = f"nobody flies, because {self._reason}: ask for control first"
         else:
-            said = f"{self._who()} flies: only who holds the lease may do this"
+            said = f"{self._who()} flies: only the client with the lease may do this"
         raise DeniedError("not_holder", said)
 
     def renew(self, now: float) -> None:
@@ -249,5 +249,5 @@ def _share(name: str, asked: float, limit: float, unit: str) -> tuple[float, str
         return 1.0, ""
     said = f"the {name} is {asked:.4g} {unit}, its limit {limit:.4g} {unit}"
     if asked > TOO_FAST * limit:
-        raise DeniedError("too_fast", f"{said}: more than {TOO_FAST:g} times that is refused")
+        raise DeniedError("too_fast", f"{said}: more than {TOO_FAST:g} times the limit is refused")
     return limit / asked, said

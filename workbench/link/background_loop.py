@@ -36,7 +36,7 @@ class BackgroundLoop:
             WorkbenchError: if it was started before, or cannot start.
         """
         if self._thread is not None:
-            raise WorkbenchError("a client is opened once: make a new one")
+            raise WorkbenchError("a client can be opened once: make a new one")
         self._thread = threading.Thread(target=self._run, name="link client", daemon=True)
         self._thread.start()
         self._wait(self._loop)

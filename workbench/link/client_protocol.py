@@ -35,7 +35,7 @@ SUBSCRIBE_ID = 2
 ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
 """A plain number, as combining flags takes microseconds at each frame."""
 ALL = "*"
-NO_SERVER = "the first frame is not HELLO: that is no server of this protocol"
+NO_SERVER = "the first frame is not HELLO: this is not a server of this protocol"
 
 
 @dataclass(frozen=True)
@@ -209,8 +209,8 @@ def make_options(
     """
     if not name.isprintable() or len(name.encode()) > LONGEST_NAME:
         raise WorkbenchError(
-            f"the name {name[:LONGEST_NAME]!r} is none: at most {LONGEST_NAME} bytes that can be "
-            "printed"
+            f"the name {name[:LONGEST_NAME]!r} is not valid: give at most {LONGEST_NAME} "
+            "bytes of printable text"
         )
     if rate is not None and not (math.isfinite(rate) and SLOWEST <= rate <= FASTEST):
         raise WorkbenchError(f"the rate {rate} is not within {SLOWEST:g} .. {FASTEST:g} a second")

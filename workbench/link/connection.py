@@ -73,7 +73,7 @@ def make_trust(tls: str | bool | None) -> Trust:
     try:
         return Trust(ssl.create_default_context(cafile=tls))
     except OSError as error:  # ssl.SSLError is one
-        reason = "is no file" if not Path(tls).is_file() else f"holds no certificates ({error})"
+        reason = "is not a file" if not Path(tls).is_file() else f"holds no certificates ({error})"
         raise WorkbenchError(
             f"{tls}: {reason}: name a file of certificates (PEM), or {FINGERPRINT}FINGERPRINT"
         ) from None
@@ -87,7 +87,7 @@ def _by_fingerprint(tls: str) -> Trust:
         fingerprint = b""
     if len(fingerprint) != hashlib.sha256().digest_size:
         raise WorkbenchError(
-            f"'{tls}' is no fingerprint: write {FINGERPRINT} and 64 hexadecimal digits, as "
+            f"'{tls}' is not a fingerprint: write {FINGERPRINT} and 64 hexadecimal digits, as "
             "`openssl x509 -fingerprint -sha256 -noout -in CERTIFICATE` prints them"
         )
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
@@ -220,7 +220,7 @@ async def open_connection(address: Address, trust: Trust, options: ClientOptions
         await connection.close()
         raise RefusedError(
             "lost",
-            f"{address} sends no greeting within {GREETING_LIMIT:g} s: is it a server of drones, "
+            f"{address} sent no greeting within {GREETING_LIMIT:g} s: is it a drone's server, "
             "and does it want TLS?",
         ) from None
     except BaseException:
@@ -275,8 +275,8 @@ async def connect(
             )
     except TimeoutError:
         raise WorkbenchError(
-            f"{address} does not answer within {LIMIT:g} s: is the host right, does a firewall "
-            "stand between, and does that server speak TLS as asked for?"
+            f"{address} did not answer within {LIMIT:g} s: is the host right, is a firewall in "
+            "between, and does the server use TLS as requested?"
         ) from None
     except OSError as error:
         raise WorkbenchError(_why_not(address, error)) from None

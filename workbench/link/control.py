@@ -190,11 +190,13 @@ class AsyncControl:
         if self._refused:
             refused, self._refused = self._refused, ""
             self._told_until = self._connection.protocol.seq if self._connection else 0
-            raise WorkbenchError(f"the velocity was refused: {refused}; the drone holds its place")
+            raise WorkbenchError(
+                f"the velocity was refused: {refused}; the drone holds its position"
+            )
         velocity = (float(x), float(y), float(z), float(yaw_rate))
         if not all(math.isfinite(number) and abs(number) < 1e30 for number in velocity):
             raise WorkbenchError(
-                f"the velocity {velocity} is no velocity: all must be finite numbers"
+                f"the velocity {velocity} is not valid: all must be finite numbers"
             )
         return velocity
 

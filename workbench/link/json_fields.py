@@ -53,7 +53,7 @@ def read_json(payload: bytes) -> dict[str, object]:
     except UnicodeEncodeError as error:
         raise WireError("json", "a text has half of a surrogate pair") from error
     except ValueError as error:
-        raise WireError("json", f"this is no strict JSON: {error}") from error
+        raise WireError("json", f"this is not strict JSON: {error}") from error
     if not isinstance(value, dict):
         raise WireError("json", "an operation is an object, in braces")
     return value
@@ -79,7 +79,7 @@ def _check_depth(bare: bytes) -> None:
     for opening, closing in (b"[]", b"{}"):
         open_ = brackets.count(opening) - brackets.count(closing)
         if 0 != open_ <= DEEPEST:
-            raise ValueError("a bracket has no other")
+            raise ValueError("a bracket is without its other")
     for _ in range(DEEPEST):
         left = _PAIR.sub(b"", left)  # the innermost ones
     if not left:
@@ -116,7 +116,7 @@ def _integer(text: str) -> int:
 
 
 def _no_number(text: str) -> float:
-    raise ValueError(f"{text} is no number in JSON")
+    raise ValueError(f"{text} is not a number in JSON")
 
 
 LARGEST_ID = 2**32 - 1

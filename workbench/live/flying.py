@@ -527,7 +527,7 @@ class Flying:
         gains = {row.name: self._session.get(row.name) for row in law.parameters}
         self._network.did(replace(action, set=gains))
         if law is self._law:
-            self._tell(f"{law.name} flies already, with this very text")
+            self._tell(f"{law.name} flies already, with the same text")
         self._show_law()
         self._begin_compiling()
         self._clock.restart(self._now())  # do not catch up on the time that this took

@@ -107,7 +107,7 @@ class ClientRequests:
         authority, now = self._bridge.authority, self._session.time
         operation = request.operation
         if self.broken and not isinstance(operation, GetParameters | ReleaseControl):
-            raise DeniedError("not_now", f"{self.broken}: the operator is to reset the flight")
+            raise DeniedError("not_now", f"{self.broken}: the operator must reset the flight")
         if isinstance(operation, ReleaseControl | FlightOperation | SetParameters):
             authority.check(request.peer, operation.lease, now)
         match operation:
@@ -221,7 +221,7 @@ def effect_action(effect: Effect, at: float = 0.0) -> Action:
 
 
 STOPPED = "the server was stopped"
-STOOD_STILL = "the server read nothing any more, and was ended"
+STOOD_STILL = "the server stopped reading, and was ended"
 PAUSES = (0.1, 0.5, 1.0, 2.0, 4.0)
 """Pauses before successive restarts of a server [s]; after the last one it is not restarted."""
 STABLE = 60.0
@@ -518,7 +518,7 @@ class ServerSupervisor:
         """Restart a server that ended by itself, a limited number of times."""
         if self._restarts == len(PAUSES):
             self._restarts = 0
-            self.said = f"{cause}; it was started again {len(PAUSES)} times in vain: start it anew"
+            self.said = f"{cause}; {len(PAUSES)} restarts have failed: start it yourself"
             return
         self._again_due = self._now() + PAUSES[self._restarts]
         self._restarts += 1
@@ -654,7 +654,7 @@ class FlightNetwork:
         """
         self._server.tell(self._flight())
         if self._serves and not same_rows:
-            self.event("the controller has other parameters: connect again to have them listed")
+            self.event("the controller has other parameters: connect again to list them")
 
     @property
     def done(self) -> list[Action]:

@@ -157,7 +157,7 @@ class CompiledFlight:
         if marks:
             keep(np.array(marks) * self._record_period, recorded[: len(marks)])
         if came == BROKEN:
-            raise RuntimeError("forces or motion of the vehicle are no finite numbers")
+            raise RuntimeError("forces or motion of the vehicle are not finite")
         return number
 
 

@@ -364,12 +364,12 @@ def _remedy(system: str) -> str:
     if system in SENSOR_KINDS:
         said = f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
         if system in HEARD:
-            said += ", or fly on an estimate, which hears it, as `--estimator ekf`"
+            said += ", or fly with an estimator, which reads it, as `--estimator ekf`"
         return said
     if system in ESTIMATORS:
         return f"fly with that estimator, as `--estimator {system}`"
     if system == "gauge":
-        return "fly a drone that states a battery on an estimate, as `--estimator ekf`"
+        return "fly a drone that has a battery with an estimator, as `--estimator ekf`"
     return "fly in a world with obstacles, as `--world room`"
 
 
@@ -393,8 +393,8 @@ def _write_states(bench: Workbench, root: Context, states: Mapping[str, SystemSt
     here = _read_states(bench, root)
     if _shapes(here) != _shapes(states):
         raise WorkbenchError(
-            "the checkpoint is one of another flight: go on with the scenario that it was taken "
-            "from"
+            "the checkpoint belongs to another flight: continue with the scenario that it was "
+            "taken from"
         )
     for path, system in _deciding(bench):
         if path not in states or states[path] == here[path]:

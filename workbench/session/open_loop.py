@@ -60,8 +60,8 @@ class AutopilotFlight:
         if self._steps < 1 or abs(self._steps * step * rate - 1.0) > 1e-9:
             exact = ", ".join(f"{1.0 / (n * step):.6g}" for n in (1, 2, 4, 8))
             raise WorkbenchError(
-                f"{rate:g} Hz is no whole number of physics steps of {step:g} s: take one of "
-                f"{exact} Hz, or a scenario with another physics_step"
+                f"a period of {rate:g} Hz is not a whole number of physics steps of {step:g} s: "
+                f"take one of {exact} Hz, or a scenario with another physics_step"
             )
         self._step, self.period = step, self._steps * step
         description = read_configured(scenario.vehicle)
@@ -178,7 +178,7 @@ def checked_order(vehicle: Vehicle, order: Sequence[int]) -> tuple[int, ...]:
     }
     if len(rotors) != 4 or set(found) != set(wanted):
         raise WorkbenchError(
-            f"{vehicle.name} is no quad X whose front right and rear left rotors turn "
+            f"{vehicle.name} is not a quad X whose front right and rear left rotors turn "
             "counter-clockwise: set its geometry in the autopilot, and name the rotor of each "
             "output, as --order 1,2,3,4"
         )

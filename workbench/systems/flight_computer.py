@@ -229,8 +229,8 @@ class FlightComputer(LeafSystem):
         numbers = [found.value(group) for group in range(found.num_groups())]
         if not np.isfinite(np.concatenate(numbers)).all():
             raise WorkbenchError(
-                f"{file}: update returns what is no finite number in this state: mend what it "
-                "divides by, or takes a root of"
+                f"{file}: update returns a number that is not finite in this state: check its "
+                "divisions and roots"
             )
 
     def signals(self, context: Context) -> np.ndarray:

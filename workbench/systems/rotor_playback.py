@@ -49,7 +49,7 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
     if lines and not any(_is_number(cell) for cell in lines[0][1]):
         lines = lines[1:]
     if not lines:
-        raise WorkbenchError(f"{path}: holds no row: write t and one thrust in N a rotor in each")
+        raise WorkbenchError(f"{path}: has no rows: write t and a thrust in N for each rotor")
     table = np.array([_row(f"{path}:{line}: ", cells, vehicle) for line, cells in lines])
     time = table[:, 0]
     if time[0] != 0.0:
@@ -84,7 +84,7 @@ def _row(where: str, cells: list[str], vehicle: Vehicle) -> list[float]:
         )
     for cell in cells:
         if not _is_number(cell) or not np.isfinite(float(cell)):
-            raise WorkbenchError(f"{where}'{cell.strip()}' is no finite number")
+            raise WorkbenchError(f"{where}'{cell.strip()}' is not a finite number")
     numbers = [float(cell) for cell in cells]
     for index, (thrust, rotor) in enumerate(zip(numbers[1:], rotors, strict=True), start=1):
         if not 0.0 <= thrust <= rotor.max_thrust:

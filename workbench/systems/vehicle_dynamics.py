@@ -474,7 +474,7 @@ class VehicleDynamics(LeafSystem):
         if found == DONE:
             return
         if found == BROKEN:
-            raise RuntimeError("forces or motion of the vehicle are no finite numbers")
+            raise RuntimeError("forces or motion of the vehicle are not finite")
         assert self._contact
         acceleration = self._free_acceleration(context, known[1])
         memory[AWAY] = 1.0

@@ -40,13 +40,13 @@ def tokens(tmp_path):
 @pytest.mark.parametrize("port", ["99999", "-1", "x", "", "7733.5", "²"])
 def test_a_port_that_is_none_is_said_as_the_server_says_it(port):
     faults = written_faults(ServerConfig(port=read_port(port)))
-    assert faults == {"port": f"the port {port} is no number from 0 to 65535"}
+    assert faults == {"port": f"the port {port} is not a number from 0 to 65535"}
 
 
 def test_a_host_that_is_none_is_said_beside_the_host():
     faults = written_faults(ServerConfig(host="my host"))
     assert list(faults) == ["host"]
-    assert "is no host" in faults["host"]
+    assert "is not a host" in faults["host"]
     assert list(written_faults(ServerConfig(host=""))) == ["host"]
 
 
@@ -70,7 +70,7 @@ def test_files_that_cannot_be_used_are_said(tmp_path, tokens):
     faults = file_faults(ServerConfig(tls_cert=tokens))
     assert faults == {"tls_key": "TLS needs a certificate and its key: tls_key is missing"}
     both = file_faults(ServerConfig(tls_cert=tokens, tls_key=tokens))
-    assert "no certificate (PEM)" in both["tls_key"]
+    assert "not a certificate (PEM)" in both["tls_key"]
 
 
 def test_a_pipe_is_not_waited_for(tmp_path):

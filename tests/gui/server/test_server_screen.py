@@ -92,7 +92,7 @@ def test_bad_input_is_said_beside_its_field_as_it_is_typed(workspace, qtbot):
     form = screen.form
     form.lines["port"].selectAll()
     QTest.keyClicks(form.lines["port"], "77330")
-    assert form.fault("port") == "✕ the port 77330 is no number from 0 to 65535"
+    assert form.fault("port") == "✕ the port 77330 is not a number from 0 to 65535"
     QTest.keyClick(form.lines["port"], Qt.Key.Key_Backspace)
     assert form.fault("port") == ""
     form.lines["host"].selectAll()
@@ -114,7 +114,7 @@ def test_new_tokens_are_written_for_their_owner_only_and_never_shown(workspace, 
     assert screen.form.config.token_file == str(path)
     assert screen.form.fault("token_file") == ""
     screen.form.make_tokens(path)
-    assert "is there already" in screen.form.fault("token_file")
+    assert "exists already" in screen.form.fault("token_file")
     kept = {
         key: workspace.preferences.store.value(key) for key in workspace.preferences.store.allKeys()
     }

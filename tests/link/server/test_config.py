@@ -29,12 +29,12 @@ def test_where_others_reach_it_tokens_are_needed(tmp_path, host):
 
 def test_what_cannot_be_had_is_said_in_a_sentence(case):
     for config, said in [
-        (ServerConfig(""), "is no host"),
-        (ServerConfig("a b"), "'a b' is no host"),
-        (ServerConfig("http://x"), "is no host"),
-        (ServerConfig(port=65536), "the port 65536 is no number"),
-        (ServerConfig(port=-1), "the port -1 is no number"),
-        (ServerConfig(web_port=70000), "the port of the page 70000 is no number"),
+        (ServerConfig(""), "is not a host"),
+        (ServerConfig("a b"), "'a b' is not a host"),
+        (ServerConfig("http://x"), "is not a host"),
+        (ServerConfig(port=65536), "the port 65536 is not a number"),
+        (ServerConfig(port=-1), "the port -1 is not a number"),
+        (ServerConfig(web_port=70000), "the port of the page 70000 is not a number"),
         (ServerConfig(web=True, port=7000, web_port=7000), "cannot both have the port 7000"),
         (ServerConfig(clients=0), "clients is 0"),
         (ServerConfig(token_file="/nowhere/tokens"), "/nowhere/tokens"),
@@ -56,7 +56,7 @@ def test_a_token_file_that_others_may_read_is_refused(tmp_path):
 def test_what_is_no_certificate_is_refused(tmp_path):
     (tmp_path / "a.pem").write_text("nothing")
     path = str(tmp_path / "a.pem")
-    with pytest.raises(WorkbenchError, match="are no certificate"):
+    with pytest.raises(WorkbenchError, match="are not a certificate"):
         ServerConfig(tls_cert=path, tls_key=path).check()
 
 

@@ -132,7 +132,7 @@ def test_an_address_of_another_machine_is_said_in_a_sentence(serve, tmp_path):
     path.write_text("view: " + "v" * 20 + "\ncommand: " + "c" * 20 + "\n")
     path.chmod(0o600)
     server = serve(ServerConfig("192.0.2.1", port=0, token_file=str(path)))
-    assert "192.0.2.1 is no address of this machine" in server.begun.said
+    assert "192.0.2.1 is not an address of this machine" in server.begun.said
 
 
 def test_it_says_goodbye_when_it_is_stopped(serve):

@@ -50,15 +50,17 @@ class ServerConfig:
             WorkbenchError: if it is not.
         """
         if not self.host or any(sign.isspace() or sign == "/" for sign in self.host):
-            raise WorkbenchError(f"'{self.host}' is no host: write {LOOPBACK}, or 0.0.0.0 for all")
+            raise WorkbenchError(
+                f"'{self.host}' is not a host: write {LOOPBACK}, or 0.0.0.0 for all"
+            )
         for name, port in (("port", self.port), ("port of the page", self.web_port)):
             if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port <= LARGEST_PORT:
-                raise WorkbenchError(f"the {name} {port} is no number from 0 to {LARGEST_PORT}")
+                raise WorkbenchError(f"the {name} {port} is not a number from 0 to {LARGEST_PORT}")
         if self.web and self.port == self.web_port != 0:
             raise WorkbenchError(f"server and page cannot both have the port {self.port}")
         for name in ("clients", "clients_an_address"):
             if getattr(self, name) < 1:
-                raise WorkbenchError(f"{name} is {getattr(self, name)}: let in 1 at least")
+                raise WorkbenchError(f"{name} is {getattr(self, name)}: allow 1 at least")
         if not self.is_local and not self.token_file:
             raise WorkbenchError(
                 f"others can reach {self.host}, and without tokens anybody of them could fly: "
@@ -99,8 +101,8 @@ class ServerConfig:
             context.load_cert_chain(self.tls_cert, self.tls_key, password=lambda: "")
         except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
             raise WorkbenchError(
-                f"{self.tls_cert} and {self.tls_key} are no certificate (PEM) and its key without "
-                f"a password: {getattr(error, 'reason', None) or error}"
+                f"{self.tls_cert} and {self.tls_key} are not a certificate (PEM) and its key "
+                f"without a password: {getattr(error, 'reason', None) or error}"
             ) from error
         key = Path(self.tls_key).stat()
         # As in ssh, only the user's own key is checked; another owner may share a key.

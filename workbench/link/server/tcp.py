@@ -157,7 +157,7 @@ def listen(host: str, port: int) -> socket.socket:
         # The complete tuple, as a link-local address needs its scope.
         listener = socket.create_server(address, family=family, backlog=WAITING)
     except socket.gaierror as error:
-        raise WorkbenchError(f"'{host}' is no host of this machine: {error.strerror}") from error
+        raise WorkbenchError(f"'{host}' is not a host of this machine: {error.strerror}") from error
     except (OSError, OverflowError, UnicodeError) as error:
         raise WorkbenchError(_reason(error, host, port)) from error
     listener.setblocking(False)
@@ -169,7 +169,7 @@ def _reason(error: Exception, host: str, port: int) -> str:
         case errno.EADDRINUSE:
             return f"port {port} at {host} is in use: end the program that has it, or take another"
         case errno.EADDRNOTAVAIL:
-            return f"{host} is no address of this machine: listen at one that is, or at 0.0.0.0"
+            return f"{host} is not an address of this machine: listen at one that is, or at 0.0.0.0"
         case errno.EACCES:
             return f"port {port} at {host} is reserved: take one above 1023"
     return f"it is not possible to listen at {host}:{port}: {error}"

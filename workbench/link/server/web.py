@@ -176,7 +176,7 @@ class WebSocketDecoder(Decoder):
 
     def _broken(self, said: str) -> WireError:
         self.close_code = CloseCode.PROTOCOL_ERROR
-        return WireError(ErrorCode.KIND, f"that is no frame of a WebSocket: {said}")
+        return WireError(ErrorCode.KIND, f"this is not a frame of a WebSocket: {said}")
 
 
 class WebSocketConnection(TcpConnection):

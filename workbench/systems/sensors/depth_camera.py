@@ -339,6 +339,6 @@ def camera_pinhole(sensor: DepthCamera) -> Pinhole:
     if sensor.far <= NEAREST:
         raise WorkbenchError(
             f"sensor '{sensor.name}': its clip ends at {sensor.far:g} m: give it a far end beyond "
-            f"the {NEAREST:g} m from which on it is drawn"
+            f"{NEAREST:g} m, where the picture begins"
         )
     return make_pinhole(sensor.width, sensor.height, sensor.horizontal_fov)
