@@ -89,6 +89,7 @@ def test_an_unstable_loop_is_named_and_ends_as_1(run, out):
     assert "Traceback" not in said.err
 
 
+@pytest.mark.usefixtures("interpreted_laws")
 def test_a_law_that_states_no_loops_is_judged_by_the_rest(run, out, write):
     law = write(
         "lifts.py",
