@@ -1,4 +1,4 @@
-"""The authority to fly: one lease, an escalation for a silent holder, and the operator above all.
+"""The authority to fly: one lease, the effects of a silent holder, and the operator's priority.
 
 Time is simulated and passed in by the caller. So a slow or paused flight does not take control from
 anybody.

@@ -1,7 +1,7 @@
 """A flight in compiled code, from the Context and back into it; `flight_loop` defines the order.
 
-Drake's systems have every number before and after. Reading, setting, drawing and forking thus find
-the flight as if the Simulator had flown it, and the Simulator continues where compiled code cannot.
+Before and after, Drake's systems have every number. So reading, setting, drawing and forking work
+as if the Simulator had flown, and the Simulator continues where compiled code cannot.
 """
 
 from collections.abc import Callable

@@ -1,1 +1,1 @@
-"""The LeafSystems of the flight diagram, a noun a file, and the pure functions they call."""
+"""The LeafSystems of the flight diagram, and the pure functions that they call."""

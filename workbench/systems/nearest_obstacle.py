@@ -177,7 +177,7 @@ def _walls(found: list[Found]) -> list[float]:
 def drone_and_ground(
     plant: MultibodyPlant, inspector: SceneGraphInspector, base_link: str
 ) -> set[GeometryId]:
-    """Return what is no obstacle in a plant: whatever of the drone and of the ground touches."""
+    """Return the geometries in a plant that are not obstacles: those of drone and ground."""
     drone = plant.GetBodyByName(base_link).model_instance()
     ids = {
         geometry

@@ -38,8 +38,9 @@ from workbench.systems.weak_callback import weakly
 class PropellerDisplay(LeafSystem):
     """Turns the propellers' shapes about their rotors' axes, as fast as the rotors turn.
 
-    Their frames hang on one that goes with the base link. The scene graph asks for all poses at
-    each physics step, as contact needs some of them: only that frame's pose is computed then.
+    Their frames are fixed to a frame that moves with the base link. The scene graph asks for all
+    poses at each physics step, because contact needs some of them; then only that frame's pose is
+    computed.
 
     Input ports:
         state (13): of the plant.

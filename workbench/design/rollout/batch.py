@@ -476,34 +476,34 @@ class Setpoint(_Arrays):
 class Batch(_Arrays):
     """Flies n vehicles of one description together, each as a `Session` would fly it alone.
 
-    They are the compiled flights of `RolloutEngine`, which go on from call to call: the same law,
-    vehicle, air and flight mode while flying. Each flight has a time, a seed, gains, air and
-    faults of its own, and its numbers do not depend on who flies beside it.
+    These are the compiled flights of `RolloutEngine`, continued from call to call: the same law,
+    vehicle, air and flight mode in the air. Each flight has its own time, seed, gains, air and
+    faults, and its numbers do not depend on the other flights.
 
-    There is nothing to stand on, no obstacle and no sensor. A flight is lost, and stands still
-    until a reset, when it comes down to the ground, when a number of it is none, and when it is
-    tilted over 90 degrees and then turns faster than 10 rad/s or moves faster than 20 m/s. Nobody
-    takes off or lands. A battery that the description states is full at the start and weakens the
-    rotors; no other one runs down.
+    There is no ground, obstacle, sensor, take-off or landing. A flight is lost, and stands still
+    until a reset, when it reaches the height of the ground, when a number is not finite, and when
+    it is tilted over 90 degrees and then turns faster than 10 rad/s or moves faster than 20 m/s. A
+    battery of the description is full at the start and weakens the rotors; without one, the charge
+    stays full.
 
     Attributes:
-        vehicle: what flies, as the law knows it.
-        controller: whose law flies; None where no law does.
+        vehicle: the vehicle as the law knows it.
+        controller: whose law flies; None without a law.
         rates: periods of physics, control and flight mode.
         state: (n, 13) q_WB (w, x, y, z), p_WB [m], w_WB [rad/s] and v_WB [m/s] of the base link in
             W. It may be written, and so may the views of it: `attitude` (n, 4), `position`,
             `angular_velocity` and `velocity` (n, 3).
         rotor_speeds: (n, rotors) [rad/s]; they may be written.
-        setpoint: what the laws are asked for, all zero at a reset; None where no law flies.
-        wrench: (n, 4) force along z [N] and moment [N·m] in the frame that hovers upright, about
-            the centre of mass, which the rotors are asked for; that of hover at a reset. None
-            unless `actions` is "wrench".
-        rotor_commands: (n, rotors) speeds that the rotors are to reach [rad/s], those of hover at
-            a reset. None unless `actions` is "rotors".
+        setpoint: commands to the laws, all zero at a reset; None without a law.
+        wrench: (n, 4) commanded force along z [N] and moment [N·m] about the centre of mass, in
+            the frame of upright hover; that of hover at a reset. None unless `actions` is
+            "wrench".
+        rotor_commands: (n, rotors) commanded rotor speeds [rad/s], those of hover at a reset.
+            None unless `actions` is "rotors".
         parameters: (n) each, by the names of `workbench params`: gains of the law, air with its
-            wind, gusts and pushes, and shares of their thrust that the rotors give. They stay at
-            a reset, and are taken as they are, also beyond their limits. Times of gusts and pushes
-            are those of each flight, see `time`.
+            wind, gusts and pushes, and the shares of their thrust that rotors give. They stay at
+            a reset, and may exceed their limits. Times of gusts and pushes are those of each
+            flight, see `time`.
         starts: (n, 13) states at which flights begin at a reset, as `state`.
         lost: (n) whether a flight is lost, as it was when it was.
 
@@ -513,17 +513,17 @@ class Batch(_Arrays):
         controller: a shipped law's name or the path of a file.
         gains: path of a gain file; without one here or with the model they follow from the vehicle.
         parameters: live values by name, a number for all flights or n of them. Those that are not
-            in the attribute of that name, as payload and filters, cannot be changed afterwards.
+            in the attribute of that name, such as payload and filters, cannot change later.
         actions: "setpoint" for flights with the law; "wrench" or "rotors" for those without.
         seed: of the turbulence; flight k has that of a scenario with the seed `seed` + k.
-        start: at which flights begin, hovering; 1.5 m high if it has no position.
-        rates: periods; those of a scenario that says nothing, or the law's own, without.
-        variations: how what flies differs from what the law knows, for all or each of them (n); as
-            the model's without.
-        threads: that fly; as many as there are cores without.
+        start: where flights begin, hovering; 1.5 m high if it has no position.
+        rates: periods; by default the law's own, or those of a default scenario.
+        variations: how the simulated vehicles differ from what the law knows, one for all flights
+            or one for each (n); by default those of the model.
+        threads: number of threads; by default that of the cores.
 
     Raises:
-        WorkbenchError: if something of that cannot be flown.
+        WorkbenchError: if an argument is not valid, or a flight is not possible.
     """
 
     def __init__(

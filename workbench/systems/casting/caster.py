@@ -30,8 +30,8 @@ NOTHING = -1
 def mesh_triangles(shape: Mesh | Convex) -> np.ndarray:
     """Return the corners of a mesh's triangles (n, 3, 3) [m], in the geometry's frame and scaled.
 
-    A `Mesh` is read from its file, with y up where that is glTF, as Drake reads it. Of a `Convex`
-    it is the hull. Triangles without area are left out: no ray meets them.
+    A `Mesh` is read from its file, a glTF with y up, as Drake reads it. For a `Convex` they are
+    those of the hull. Triangles without area are left out, because no ray meets them.
 
     Raises:
         WorkbenchError: if the file cannot be read as triangles.
@@ -87,7 +87,7 @@ def _hull_corners(shape: Convex) -> np.ndarray:
 
 
 class Returns(NamedTuple):
-    """What rays met.
+    """The first hits of rays.
 
     Attributes:
         ranges: distances from where the rays begin (n) [m], infinite where they met nothing.

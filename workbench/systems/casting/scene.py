@@ -1,4 +1,4 @@
-"""What rays can meet: every geometry that the scene's cameras see, as plain records."""
+"""The geometries that rays can meet, which are those that the scene's cameras see, as records."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass

@@ -1,13 +1,13 @@
-"""Rays against shapes that have a closed form: where a ray is inside one, and which it meets first.
+"""Rays against shapes with a closed form: where a ray is inside a shape, and what it meets first.
 
 All these shapes are convex, so a ray is inside one in one interval. The functions of a shape take
 its size, the ray's origin and its unit direction in the shape's own frame. They return distances
-along the ray [m], negative behind its origin; `OUTSIDE` where it passes by. Plain arithmetic that
-numba compiles: all rays against all shapes are one call of compiled code.
+along the ray [m], negative behind its origin; `OUTSIDE` if it passes by. numba compiles them: all
+rays against all shapes are one call of compiled code.
 
-None of them subtracts squares of large numbers: how far a ray passes from a centre or an axis comes
-from its nearest point to it or from a cross product, so that a ray that nearly touches a small,
-distant shape is judged as well as one through its middle.
+No function subtracts squares of large numbers. The distance at which a ray passes a centre or an
+axis comes from the ray's nearest point or from a cross product. So a ray that nearly touches a
+small, distant shape is as accurate as one through its middle.
 """
 
 import math
@@ -216,7 +216,7 @@ def pack_solids(geometries: Sequence[CastGeometry]) -> Solids:
 
 
 class Placed(NamedTuple):
-    """Where the solids are, seen from where the rays begin (S).
+    """Positions of the solids relative to the rays' origin S.
 
     Attributes:
         R_WG: their orientations (n, 3, 3).
@@ -290,9 +290,9 @@ def nearest_solids(
 ) -> None:
     """Shorten `ranges` to the nearest solid that each ray meets, and say in `hits` which.
 
-    All rays begin at one point, so a bundle of neighbours lies in a narrow cone, and a shape whose
-    ball the cone does not meet is passed over for all of them at once. Shapes are taken from near
-    to far, until they begin beyond everything that the bundle has met.
+    All rays begin at one point, so a bundle of neighbours lies in a narrow cone. A shape whose ball
+    the cone does not meet is skipped for the whole bundle. Shapes follow from near to far, until
+    they begin beyond everything that the bundle has met.
 
     Args:
         p_WS: where the rays begin (3) [m].

@@ -1,11 +1,11 @@
-"""Cast rays against what is made of triangles: embree finds them, double precision has the say.
+"""Cast rays against triangles: embree finds them, and double precision decides.
 
-embree counts in single precision. On a floor of 600 m it was 0.007 mm wrong, and 6 mm where a ray
-grazed that at 1e-5 rad. So it is asked only which triangle a ray meets. Whether the ray meets that
-triangle, and how far away, is then computed in double precision (1e-11 m there); if it does not, a
-neighbour around the triangle's corners is what it meets, or it passes by and goes on behind. What
-is left of single precision: a ray that cuts an outline by less than a ten-millionth of the size of
-everything that hangs together in one frame may be taken to miss it.
+embree computes in single precision. On a floor of 600 m it was 0.007 mm wrong, and 6 mm where a ray
+grazed the floor at 1e-5 rad. So embree only finds which triangle a ray meets. Double precision then
+decides whether the ray meets that triangle, and how far away (within 1e-11 m there). If not, the
+ray meets a neighbour at one of the triangle's corners, or passes by and continues behind it. One
+error of single precision remains: a ray that cuts an outline by less than a ten-millionth of the
+size of all triangles in one frame may miss it.
 """
 
 import math
@@ -47,7 +47,7 @@ class Surface(NamedTuple):
 
 
 class Rays(NamedTuple):
-    """Rays that are to be cast by embree, in a surface's frame from its centre.
+    """Rays for embree, in a surface's frame and from its centre.
 
     Attributes:
         numbers: which of all rays (m).
@@ -148,7 +148,7 @@ def aim(
     numbers: np.ndarray,
     starts: np.ndarray,
 ) -> Rays:
-    """Return those rays that come near a surface before they meet anything else.
+    """Return the rays that come near a surface before they meet anything else.
 
     They begin where they enter the ball around it, so that single precision is spent on the
     surface's size and not on the way there.

@@ -61,7 +61,7 @@ class Lidar(SampledSensor):
             seed: of the noise, not negative.
 
         Raises:
-            WorkbenchError: if it is no possible lidar.
+            WorkbenchError: if its ranges or rays are not possible.
         """
         if not 0.0 <= sensor.min_range < sensor.max_range:
             raise WorkbenchError(
