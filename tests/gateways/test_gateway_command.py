@@ -17,7 +17,7 @@ from workbench.commands.cli import main
         (["plotjuggler", "127.0.0.1:1"], "nobody listens at 127.0.0.1:1"),
         (["ros2", "127.0.0.1:1"], "nobody listens at 127.0.0.1:1"),
         (["foxglove", "--listen", "here:there"], "the port 'there'"),
-        (["plotjuggler", "--to", "a b"], "is no address"),
+        (["plotjuggler", "--to", "a b"], "is not an address"),
         (["plotjuggler", "--rate", "0"], "the rate 0.0 is not within"),
         (["foxglove", "--token-file", "missing"], "missing: cannot be read"),
     ],
