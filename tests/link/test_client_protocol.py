@@ -93,7 +93,7 @@ def test_the_time_is_that_of_the_last_state_or_of_a_pong():
         (data(VELOCITY, bytes(23)), "bad_size", "has 23 bytes instead of 24"),
         (b"XX" + bytes(30), "magic", "cannot be understood"),
         (data(0, b"{}", kind=Kind.CONTROL), "bad_value", "cannot be understood"),
-        (data(0, b"{", kind=Kind.CONTROL), "json", "no strict JSON"),
+        (data(0, b"{", kind=Kind.CONTROL), "json", "not strict JSON"),
         (control(Error("slow", "you are slow")), "slow", "ended the connection: you are slow"),
         (control(Bye()), "bye", "it stops"),
     ],

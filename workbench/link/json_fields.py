@@ -79,7 +79,7 @@ def _check_depth(bare: bytes) -> None:
     for opening, closing in (b"[]", b"{}"):
         open_ = brackets.count(opening) - brackets.count(closing)
         if 0 != open_ <= DEEPEST:
-            raise ValueError("a bracket is without its other")
+            raise ValueError("a bracket has no partner")
     for _ in range(DEEPEST):
         left = _PAIR.sub(b"", left)  # the innermost ones
     if not left:
