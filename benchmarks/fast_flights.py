@@ -23,8 +23,8 @@ What was tried to reach 15 times the steps of crazyflow: four rotors in one loop
 blocks of 32 drones (4 %) and of 8 (half as fast); vectors of 512 bits (4 to 14 %); a root without
 divisions in the blend of the rotors' time constants, a quarter of a step (nothing with vectors of
 256 bits). A step is some 620 additions and multiplications, 8 roots and 8 divisions in double
-precision, and the two cores here are threads of one, which share its arithmetic units: at 40 ns
-these are nearly all busy. With vectors of 512 bits and that root, about 12 seems to be the limit.
+precision: with vectors of 256 bits some 30 of the 40 ns, if nothing waits. With vectors of 512 bits
+and that root, about 12 seems to be the limit.
 """
 
 import sys

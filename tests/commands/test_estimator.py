@@ -137,4 +137,4 @@ def test_noise_of_a_voltage_that_nobody_estimates_is_refused(refused):
     for options in ((), ("--estimator", "ekf")):  # the shipped drone states no battery
         said = refused("fly", "hover", "--set", "voltage_noise=0.1", *options)
         assert "voltage_noise cannot be set" in said
-        assert "on an estimate, as `--estimator ekf`" in said
+        assert "with an estimator, as `--estimator ekf`" in said
