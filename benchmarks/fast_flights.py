@@ -19,12 +19,12 @@ of ten; with calls of one period, a third of the time is spent on the call. Coar
 gain more, but change the flight. A second of ours has twice as many steps as one of crazyflow's: to
 be 15 times as fast by seconds flown, a step would have to take 14 ns.
 
-What was tried to reach 15 times the steps of crazyflow: four rotors in one loop (13 %, kept);
-blocks of 32 drones (4 %) and of 8 (half as fast); vectors of 512 bits (4 to 14 %); a root without
-divisions in the blend of the rotors' time constants, a quarter of a step (nothing with vectors of
-256 bits). A step is some 620 additions and multiplications, 8 roots and 8 divisions in double
-precision: with vectors of 256 bits some 30 of the 40 ns, if nothing waits. With vectors of 512 bits
-and that root, about 12 seems to be the limit.
+What was tried to reach 15 and 12 times the steps of crazyflow: four rotors in one loop (13 %,
+kept); blocks of 32 drones (4 %) and of 8 (half as fast); vectors of 512 bits (4 to 14 %); a root
+without divisions in the blend of the rotors' time constants, a quarter of a step (nothing with
+vectors of 256 bits). A step is some 620 additions and multiplications, 8 roots and 8 divisions in
+double precision: with vectors of 256 bits some 30 of the 40 ns, if nothing waits. With vectors of
+512 bits and that root, a fifth more seems to be the limit.
 """
 
 import sys
