@@ -95,7 +95,8 @@ def test_the_truth_lies_in_the_band_nine_times_of_ten_and_not_always(simulate):
     uncertainty = Uncertainty(thrust=0.0, drag=0.0)  # the diagram varies neither
     inside = []
     for seed in range(12):
-        mass, inertia, lag = np.exp(random.standard_normal(3) * uncertainty[:3]).tolist()
+        deviations = uncertainty.mass, uncertainty.inertia, uncertainty.rotor_lag
+        mass, inertia, lag = np.exp(random.standard_normal(3) * deviations).tolist()
         scenario = Scenario()
         scenario.vehicle.variation = Variation(mass=mass, inertia=inertia, rotor_lag=lag)
         scenario.sensors.seed = seed
