@@ -30,7 +30,7 @@ run: setup ## open the app; without a screen, fly the published steps and write 
 test test-slow: export QT_QPA_PLATFORM = offscreen
 # the many processes that tests start load compiled modules, also where the shell asks for none
 test test-slow: export PYTHONDONTWRITEBYTECODE =
-test: setup ## lint, types, and the tests but the slow ones; some 5 minutes on two cores
+test: setup ## lint, types, and the tests but the slow ones; 5 to 8 minutes on two cores
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	@$(MAKE) --no-print-directory --jobs 2 types quick
 
