@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
 HEADER = struct.Struct("<2sBBHHIIq")
+SEQ = slice(8, 12)
+"""Place of a frame's number in its header, little-endian."""
 MAGIC = b"DH"
 VERSION = 1
 LARGEST = 64 * 1024

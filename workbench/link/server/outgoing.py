@@ -6,14 +6,13 @@ network would hold seconds of outdated data.
 """
 
 import math
-import struct
 from collections import deque
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from workbench.link.backplane import Published
 from workbench.link.topics import Delivery, Topic
-from workbench.link.wire import HEADER, MAGIC, VERSION, Flag, Kind
+from workbench.link.wire import HEADER, MAGIC, SEQ, VERSION, Flag, Kind
 
 KEPT = 0.5
 """Time for which samples of a topic are kept, so that a client may pause without a gap [s]."""
@@ -45,11 +44,6 @@ _DATA = int(Kind.DATA)
 _ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
 
 
-_HEAD = struct.Struct("<2sBBHH")
-_TAIL = struct.Struct("<Iq")
-"""A header before its number, and behind it."""
-
-
 class DataFrame(NamedTuple):
     """A data frame without its number, which is all that differs between clients.
 
@@ -71,16 +65,12 @@ class DataFrame(NamedTuple):
 def data_frames(published: Published) -> list[DataFrame]:
     """Return the frames of published topics, for all clients."""
     t_ns, wall_ns = published.t_ns, published.wall_ns
-    return [
-        DataFrame(
-            topic,
-            t_ns,
-            wall_ns,
-            _HEAD.pack(MAGIC, VERSION, _DATA, topic, 0),
-            _TAIL.pack(len(payload), t_ns) + payload,
-        )
-        for topic, payload in published.payloads
-    ]
+    frames = []
+    for topic, payload in published.payloads:
+        header = HEADER.pack(MAGIC, VERSION, _DATA, topic, 0, 0, len(payload), t_ns)
+        head, tail = header[: SEQ.start], header[SEQ.stop :] + payload
+        frames.append(DataFrame(topic, t_ns, wall_ns, head, tail))
+    return frames
 
 
 class SampleBuffer:
@@ -287,7 +277,8 @@ class Outgoing:
             left -= 1
             seq += 1
             if not left % ACKNOWLEDGED_EVERY:
-                head = _HEAD.pack(MAGIC, VERSION, _DATA, topic, _ACKNOWLEDGE)
+                asking = HEADER.pack(MAGIC, VERSION, _DATA, topic, _ACKNOWLEDGE, 0, 0, 0)
+                head = asking[: SEQ.start]
             parts += (head, seq.to_bytes(4, "little"), tail)
             if wall_ns > newest:
                 newest = wall_ns
