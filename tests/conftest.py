@@ -87,21 +87,25 @@ def pytest_runtest_protocol(item):
     The watchdog is one of C: it also ends a test that waits in Drake or Qt with Python's lock.
     `faulthandler_timeout` of pytest is the same, but leaves a tear-down after a failure alone.
     """
-    limit = SLOW_LIMIT if item.get_closest_marker("slow") else LIMIT
     begun, before = item.config.stash.get(_WATCHED, (-LIMIT, 0.0))
-    if limit != before or time.monotonic() - begun > _WATCH_EVERY:
-        _watch(item.config, limit)
+    if _limit(item) != before or time.monotonic() - begun > _WATCH_EVERY:
+        _watch(item)
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_exception_interact(node):
     """Watch the tear-down, too: pytest itself has just ended the watch, for a debugger."""
-    _watch(node.config, SLOW_LIMIT if node.get_closest_marker("slow") else LIMIT)
+    _watch(node)
 
 
-def _watch(config, limit):
-    config.stash[_WATCHED] = time.monotonic(), limit
-    faulthandler.dump_traceback_later(limit, exit=True, file=config.stash[_STDERR])
+def _limit(node):
+    return SLOW_LIMIT if node.get_closest_marker("slow") else LIMIT
+
+
+def _watch(node):
+    limit, stash = _limit(node), node.config.stash
+    stash[_WATCHED] = time.monotonic(), limit
+    faulthandler.dump_traceback_later(limit, exit=True, file=stash[_STDERR])
 
 
 def pytest_runtest_setup(item):
