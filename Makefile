@@ -36,7 +36,7 @@ test: setup ## lint, types, and the tests but the slow ones; 5 to 8 minutes on t
 
 # the tests begin while the types are still being checked; if either fails, the other ends and `test` fails
 types:
-	$(BIN)/mypy
+	$(BIN)/pyrefly check
 quick:
 	$(PYTEST) -m "not slow"
 
@@ -62,5 +62,5 @@ bench: setup ## measure, beside other simulators, and write docs/performance.md;
 	$(BIN)/python benchmarks/run.py --write
 
 clean: ## remove .venv, build leftovers and caches; out/ stays
-	rm -rf .venv .venv-* build dist .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-* build dist .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -190,7 +190,7 @@ class Betaflight:
     def __init__(self, binary: Path, settings: Mapping[str, object]) -> None:
         self._binary, self._tell = binary, logging.getLogger(PROGRESS_LOGGER).info
         self.steps = self.lost = 0
-        self.motors = (0.0, 0.0, 0.0, 0.0)
+        self.motors: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
         self._sticks, self._switch = Sticks(), LEAST
         self._sent = self._heard = -math.inf
         self._end, self._watched = "", False

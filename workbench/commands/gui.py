@@ -86,7 +86,6 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Check the arguments, then open the window."""
-    from workbench.commands.gui import check_display, check_libraries
     from workbench.gui.screen_table import find_screen
 
     named = (

@@ -120,7 +120,6 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Sweep, prove the best, print it, write table and picture."""
     from workbench.commands.drawer import Drawer
-    from workbench.commands.sweep import print_sweep, sweep_result
     from workbench.control.controller import DEFAULT, load_controller
     from workbench.design.executor.executor import all_cores
     from workbench.design.sweep.best import prove_best

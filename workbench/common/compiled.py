@@ -171,7 +171,7 @@ class Compiled:
         import numba  # takes half a second, only needed to compile
         from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        if numba.config.DISABLE_JIT:  # pyrefly: ignore[missing-attribute]
             self._dispatcher = self._function
             return None
         types = tuple(map(numba.typeof, args))

@@ -249,7 +249,7 @@ def _changes(value: Any, default: Any) -> Any:
     if not dataclasses.is_dataclass(value):
         return value
     if default is None:
-        default = type(value)()  # type: ignore[misc]
+        default = type(value)()
     names = [each.name for each in dataclasses.fields(value)]
     pairs = ((name, getattr(value, name), getattr(default, name)) for name in names)
     return {name: _changes(new, old) for name, new, old in pairs if new != old}

@@ -383,7 +383,7 @@ def flight_law(controller: Controller) -> FlightLaw:
     elapsed = elapsed_reader(controller)
 
     @register_jitable(forceinline=True)
-    def wrench(  # type: ignore[no-untyped-def]
+    def wrench(
         state,
         acceleration,
         voltage,
@@ -422,7 +422,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         return wanted, plain_memory(after)
 
     @register_jitable
-    def update(  # type: ignore[no-untyped-def]
+    def update(
         state,
         voltage,
         setpoint,
@@ -491,7 +491,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         )
         return velocity + derivative + asked, remembered
 
-    def packed_update(  # type: ignore[no-untyped-def]
+    def packed_update(
         state,
         voltage,
         reference,

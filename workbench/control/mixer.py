@@ -61,7 +61,7 @@ def plain_thrust(
 
 
 @register_jitable
-def _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max):  # type: ignore[no-untyped-def]
+def _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max):
     """Return the largest share of the tilting moment that is possible with any total force."""
     tilt = 1.0
     for high in range(len(allocation)):
@@ -77,7 +77,7 @@ def _tilt_share(moment_x, moment_y, allocation, thrust_min, thrust_max):  # type
 
 
 @register_jitable
-def _add_force(force, allocation, thrust_min, thrust_max, thrusts):  # type: ignore[no-untyped-def]
+def _add_force(force, allocation, thrust_min, thrust_max, thrusts):
     """Add the force nearest to the wanted one that keeps every rotor within its limits."""
     for i in range(len(allocation)):
         if allocation[i][0] * force + thrusts[i] > thrust_max[i]:
@@ -90,7 +90,7 @@ def _add_force(force, allocation, thrust_min, thrust_max, thrusts):  # type: ign
 
 
 @register_jitable
-def _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts):  # type: ignore[no-untyped-def]
+def _add_yaw(moment_z, allocation, thrust_min, thrust_max, thrusts):
     """Add as much of the yaw moment as the remaining room allows."""
     yaw = 1.0
     for i in range(len(allocation)):

@@ -26,7 +26,7 @@ _LABEL = re.compile(r"(.+)@([a-z_]+)=([^@/]*)")
 
 
 @register_jitable(forceinline=True)
-def _speed(measured, vehicle):  # type: ignore[no-untyped-def]
+def _speed(measured, vehicle):
     v_x, v_y, v_z = measured.v_WBcm
     square = v_x * v_x + v_y * v_y + v_z * v_z
     if square > 0.0:  # the root has no derivative at 0
@@ -35,22 +35,22 @@ def _speed(measured, vehicle):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _height(measured, vehicle):  # type: ignore[no-untyped-def]
+def _height(measured, vehicle):
     return measured.p_WB[2]
 
 
 @register_jitable(forceinline=True)
-def _payload(measured, vehicle):  # type: ignore[no-untyped-def]
+def _payload(measured, vehicle):
     return vehicle.payload
 
 
 @register_jitable(forceinline=True)
-def _voltage(measured, vehicle):  # type: ignore[no-untyped-def]
+def _voltage(measured, vehicle):
     return measured.voltage
 
 
 @register_jitable(forceinline=True)
-def _share(quantity, low, high):  # type: ignore[no-untyped-def]
+def _share(quantity, low, high):
     """Return s_i, which is 0 at `low` and below, and 1 at `high` and above."""
     share = (quantity - low) / (high - low)
     if share < 0.0:

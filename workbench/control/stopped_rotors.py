@@ -88,7 +88,7 @@ def mix_without(
 
 
 @register_jitable
-def _measures(effects, most):  # type: ignore[no-untyped-def]
+def _measures(effects, most):
     """Return the softness of each row, and the gain of a step that is only rounding [N²]."""
     force, tilt, yaw, scale = 0.0, 0.0, 0.0, 0.0
     for i in range(len(effects)):
@@ -102,7 +102,7 @@ def _measures(effects, most):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _nearest(wanted, prices, soft, effects, most, rounding):  # type: ignore[no-untyped-def]
+def _nearest(wanted, prices, soft, effects, most, rounding):
     """Return the prices at which rotors make the wanted wrench, from initial prices."""
     for _ in range(STEPS):
         step, gain = _newton_step(wanted, prices, soft, effects, most)
@@ -123,7 +123,7 @@ def _nearest(wanted, prices, soft, effects, most, rounding):  # type: ignore[no-
 
 
 @register_jitable
-def _newton_step(wanted, prices, soft, effects, most):  # type: ignore[no-untyped-def]
+def _newton_step(wanted, prices, soft, effects, most):
     """Return Newton's step, which is exact if no rotor meets a limit, and its gain.
 
     The four equations are symmetric and definite, so elimination needs no pivoting.
@@ -164,7 +164,7 @@ def _newton_step(wanted, prices, soft, effects, most):  # type: ignore[no-untype
 
 
 @register_jitable
-def _best_share(wanted, prices, step, gain, soft, effects, most):  # type: ignore[no-untyped-def]
+def _best_share(wanted, prices, step, gain, soft, effects, most):
     """Return the share of a step at which its gain becomes zero.
 
     The gain falls along the step, linearly between the limits of rotors.
@@ -189,7 +189,7 @@ def _best_share(wanted, prices, step, gain, soft, effects, most):  # type: ignor
 
 
 @register_jitable
-def _slope(wanted, prices, step, share, soft, effects, most):  # type: ignore[no-untyped-def]
+def _slope(wanted, prices, step, share, soft, effects, most):
     """Return the gain per share of a step, at a share of it."""
     slope = 0.0
     for row in range(4):
@@ -202,14 +202,14 @@ def _slope(wanted, prices, step, share, soft, effects, most):  # type: ignore[no
 
 
 @register_jitable
-def _pull(effect, prices):  # type: ignore[no-untyped-def]
+def _pull(effect, prices):
     """Return a rotor's thrust at given prices, without limits [N]."""
     a, b, c, d = effect
     return a * prices[0] + b * prices[1] + c * prices[2] + d * prices[3]
 
 
 @register_jitable
-def _cut(thrust, most):  # type: ignore[no-untyped-def]
+def _cut(thrust, most):
     """Return a thrust clipped to its limits."""
     if thrust > most:
         thrust = most

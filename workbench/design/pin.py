@@ -573,7 +573,7 @@ def _log_text(path: Path, vehicle: VehicleConfig, case: Case, limits: dict[str, 
     }
     for key in ("file", "mapping"):
         if key in log:
-            log[key] = os.path.relpath(log[key], path.parent)
+            log[key] = os.path.relpath(str(log[key]), path.parent)
     head = {"title": f"{case.name}, pinned", "vehicle": vehicle_head(vehicle, path.parent)}
     lines = [_LOG_HEAD + yaml.safe_dump(head, sort_keys=False, allow_unicode=True).rstrip("\n")]
     flow = yaml.safe_dump(log, default_flow_style=True, sort_keys=False, width=1000).strip()

@@ -141,7 +141,7 @@ def note(
 
 def draw_command(axes: Axes, time: np.ndarray, values: np.ndarray, **more: Any) -> None:
     """Draw a command over time, constant between its changes; `more` are properties of the line."""
-    look = {"color": PALETTE.command, "lw": 1.0, "label": "command", **more}
+    look: dict[str, Any] = {"color": PALETTE.command, "lw": 1.0, "label": "command", **more}
     axes.plot(time, values, "--", drawstyle="steps-post", **look)
 
 

@@ -359,7 +359,7 @@ def noise(time: np.ndarray, values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.concatenate(rest) ** 2))) if rest else math.nan
 
 
-def measure_steps(time, responses, command, numbers):  # type: ignore[no-untyped-def]
+def measure_steps(time, responses, command, numbers):
     """Write what `response_metrics` returns, one response after the other; it can be compiled.
 
     Args:

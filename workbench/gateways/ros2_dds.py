@@ -69,7 +69,7 @@ class MessageType:
         self.idl = _idl({each.name: each for each in definitions}, self.name)
         self._codec = Codec(definitions)
 
-        class Encoded(self.idl):  # type: ignore[name-defined]
+        class Encoded(self.idl):
             """A message already encoded as bytes, as Cyclone's own encoder is slow."""
 
             def __init__(self, data: bytes) -> None:

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import cast
 
 from cyclonedds.core import DDSException
 from cyclonedds.domain import DomainParticipant
@@ -295,4 +296,4 @@ class Commanding:
         newest = self._client.latest("position_data")
         if newest is None:
             raise WorkbenchError("the drone's heading is not known yet: nothing is flown")
-        return float(newest["yaw"])  # type: ignore[arg-type]
+        return float(cast(float, newest["yaw"]))

@@ -66,7 +66,7 @@ class Analysis(QObject):
         self._errands = Errands()
         self.answers = {kind: Answered(self).signal for kind in Question.__subclasses__()}
         queued = Qt.ConnectionType.QueuedConnection  # called in a thread of the analyst
-        self._progressed.connect(self._show_progress, queued)  # type: ignore[call-arg]
+        self._progressed.connect(self._show_progress, queued)  # pyrefly: ignore[bad-argument-count]
 
     @property
     def pids(self) -> tuple[int | None, ...]:

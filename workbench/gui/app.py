@@ -60,7 +60,7 @@ class CrashGuard(QObject):
         super().__init__()
         self._notices = notices
         queued = Qt.ConnectionType.QueuedConnection  # in whatever thread it happened
-        self._caught.connect(self._tell, queued)  # type: ignore[call-arg]
+        self._caught.connect(self._tell, queued)  # pyrefly: ignore[bad-argument-count]
         self._before = (sys.excepthook, threading.excepthook)
 
     def install(self) -> None:

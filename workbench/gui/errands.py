@@ -66,7 +66,7 @@ class Answers(QObject):
         self._refused = refused
         self._closed = False
         queued = Qt.ConnectionType.QueuedConnection  # in whatever thread a Future is done
-        self._arrived.connect(self._deliver, queued)  # type: ignore[call-arg]
+        self._arrived.connect(self._deliver, queued)  # pyrefly: ignore[bad-argument-count]
 
     def expect(
         self, future: "Future[Any]", done: Done | None = None, refused: Refused | None = None

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 from workbench.link.wire import LARGEST
 
@@ -115,7 +115,7 @@ class Topic:
             elif each.count == 1:
                 flat.append(value)
             else:
-                flat.extend(value)  # type: ignore[arg-type]
+                flat += cast(tuple[float, ...], value)
         return self.packer.pack(*flat)
 
     def unpack(self, payload: bytes) -> dict[str, Value]:

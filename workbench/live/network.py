@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
+from typing import Any
 from urllib.parse import urlsplit
 
 from workbench.common.errors import WorkbenchError, sentences
@@ -842,9 +843,9 @@ class FlightNetwork:
         if (self.view.log, self.view.log_said) != (self._log.path, self._log.said):
             self._show(log=self._log.path, log_said=self._log.said)
 
-    def _show(self, **changes: object) -> None:
+    def _show(self, **changes: Any) -> None:
         """Update the view."""
-        self.view = dataclasses.replace(self.view, **changes)  # type: ignore[arg-type]
+        self.view = dataclasses.replace(self.view, **changes)
 
 
 def _action(applied: Applied) -> Action:

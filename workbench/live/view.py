@@ -85,7 +85,7 @@ class LiveView:
             case Report():
                 return dataclasses.replace(self, **vars(message))
             case Changed(values):
-                return dataclasses.replace(self, **values)  # type: ignore[arg-type]
+                return dataclasses.replace(self, **values)
             case TakenOver(controller, values, named, gains) if self.scenario:
                 config = dataclasses.replace(self.scenario.vehicle, gains=gains)
                 flown = dataclasses.replace(self.scenario, controller=named, vehicle=config)

@@ -326,8 +326,8 @@ def _rows(window: np.ndarray, early: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _ridge(rows: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Return a first solution, with a small penalty on the taps."""
-    square = sum(phi.T @ phi for phi, _ in rows)
-    product = sum(phi.T @ y for phi, y in rows)
+    square = np.sum([phi.T @ phi for phi, _ in rows], axis=0)
+    product = np.sum([phi.T @ y for phi, y in rows], axis=0)
     ridge = 1e-3 * np.trace(square) / len(square) + 1e-12
     return np.asarray(np.linalg.solve(square + ridge * np.eye(len(square)), product))
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -278,8 +278,8 @@ def _turned_inertial(inertial: Inertial, principal: np.ndarray, axes: np.ndarray
     )
 
 
-def _listed_numbers(values: object) -> str:
-    return ", ".join(f"{float(value):.3g}" for value in values)  # type: ignore[attr-defined]
+def _listed_numbers(values: Iterable[float]) -> str:
+    return ", ".join(f"{float(value):.3g}" for value in values)
 
 
 def read_rotors(

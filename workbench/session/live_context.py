@@ -135,7 +135,7 @@ class LiveContext:
         """Let compiled code fly a range of steps, see `CompiledFlight.fly`."""
         self._moved = True
         root = self.simulator.get_mutable_context()
-        return flight.fly(root, first, last, lambda *rows: self._flown.append(rows))
+        return flight.fly(root, first, last, lambda times, rows: self._flown.append((times, rows)))
 
     def recorded(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Return the recorded times (N) [s], and the signals (N, size) each."""

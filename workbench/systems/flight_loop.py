@@ -59,7 +59,7 @@ def make_flight_loop(controller: Controller) -> Any:
     divides = bool(controller.dividers)
     straight = (0.0, 0.0, 0.0)
 
-    def flight_loop(  # type: ignore[no-untyped-def]
+    def flight_loop(
         first,
         last,
         control,
@@ -158,7 +158,7 @@ def make_flight_loop(controller: Controller) -> Any:
 
 
 @register_jitable
-def _write(state, memory, commands, speeds, shares, rotors, row):  # type: ignore[no-untyped-def]
+def _write(state, memory, commands, speeds, shares, rotors, row):
     """Write what is recorded now."""
     n = len(commands)
     thrusts, turning, air, asked = 19, 19 + n, 19 + 2 * n, 22 + 2 * n

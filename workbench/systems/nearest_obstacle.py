@@ -124,7 +124,7 @@ class NearestObstacle(LeafSystem):
         return most, ""
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        found = sorted((clearance, *n_W) for clearance, n_W, _ in self._found(context))
+        found: list[Found] = sorted((clearance, *n_W) for clearance, n_W, _ in self._found(context))
         warning_distance = float(context.get_numeric_parameter(0).CopyToVector()[0])
         discrete_state.set_value(self._obstacle_index, _obstacle(found, warning_distance))
         discrete_state.set_value(self._walls_index, _walls(found))

@@ -121,7 +121,7 @@ SOURCES = (
 
 # counting references to views of arrays would take two thirds of the time
 @register_jitable(forceinline=True, _nrt=False)
-def advance(time, commands, values, constants, places, state, memory):  # type: ignore[no-untyped-def]
+def advance(time, commands, values, constants, places, state, memory):
     """Do a step in the air, in place; this is what gets compiled.
 
     A step of length zero does not move the body, but writes the present acceleration. Neither this
@@ -195,7 +195,7 @@ def step_places(n: int) -> np.ndarray:
 
 
 @register_jitable(forceinline=True)
-def _sample(number, every, settings, imu, state, memory):  # type: ignore[no-untyped-def]
+def _sample(number, every, settings, imu, state, memory):
     """Return the sample (6) at a step: of a perfect gyro alone where nobody reads the IMU."""
     if imu[ON] == 0.0:
         return body_rates(state) + (0.0, 0.0, 0.0)
@@ -210,7 +210,7 @@ def _sample(number, every, settings, imu, state, memory):  # type: ignore[no-unt
 
 
 @register_jitable(forceinline=True)
-def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-untyped-def]
+def _sample_imu(number, settings, constants, state, memory):
     """Let the IMU take a sample, if one is due at this step."""
     period, readout, imu = constants[0], int(constants[READOUT]), constants[IMU:ROTORS]
     every = sample_steps(settings[0], period, readout)
@@ -251,7 +251,7 @@ def _sample_imu(number, settings, constants, state, memory):  # type: ignore[no-
         step_drift(memory[DRIFT:SPEEDS], number, imu, seed)
 
 
-def read_imu(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
+def read_imu(time, values, constants, state, memory, reading):
     """Write a reading of the IMU (9); this is compiled, too.
 
     It is the mean angular velocity and specific force since the previous reading, and the filtered
@@ -277,7 +277,7 @@ def read_imu(time, values, constants, state, memory, reading):  # type: ignore[n
 
 
 @register_jitable
-def gyro_reading(time, values, constants, state, memory, reading):  # type: ignore[no-untyped-def]
+def gyro_reading(time, values, constants, state, memory, reading):
     """Write the state (13) with the gyro's filtered angular velocity; this is compiled, too.
 
     The arguments are those of `advance`, with places for the result instead of those of the step.

@@ -347,9 +347,9 @@ def _versions_there() -> Any:
 
     def tell() -> dict[str, str] | None:
         try:
-            from workbench.design.executor.cluster import versions
+            from workbench.design.executor import cluster
 
-            return versions()
+            return cluster.versions()
         except ImportError:  # of the workbench, or of what it needs
             return None
 

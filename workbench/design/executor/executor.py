@@ -197,7 +197,7 @@ class _Sender(logging.handlers.QueueHandler):
     """Sends what is logged at once: in a thread of its own it would be lost with the process."""
 
     def enqueue(self, record: logging.LogRecord) -> None:
-        self.queue.put(record)  # type: ignore[attr-defined]
+        self.queue.put(record)  # pyrefly: ignore[missing-attribute]
 
 
 def _pass_on(said: "SimpleQueue[logging.LogRecord]") -> None:

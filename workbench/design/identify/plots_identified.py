@@ -1,9 +1,11 @@
 """The figure of an identification: intervals, a part of the flight, and correlations of errors."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.design.identify.fit import make_piece, model_rows
@@ -33,7 +35,7 @@ def plot_identified(report: Report) -> Figure:
     return figure
 
 
-def _draw_intervals(axes, report: Report) -> None:  # type: ignore[no-untyped-def]
+def _draw_intervals(axes: Axes, report: Report) -> None:
     known = [(row, row.described) for row in report.rows if row.described]
     rows = [row for row, described in known if abs(described) > TINY]
     shares = [
@@ -51,7 +53,7 @@ def _draw_intervals(axes, report: Report) -> None:  # type: ignore[no-untyped-de
     axes.set_xlim(0.0, min(4.0, max([2.0, *(1.1 * end for end in ends)])))
 
 
-def _draw_whiteness(axes, report: Report) -> None:  # type: ignore[no-untyped-def]
+def _draw_whiteness(axes: Axes, report: Report) -> None:
     fit = report.found.fit
     lags = np.arange(1, report.correlations.shape[1] + 1) / report.correlations.shape[1]
     for name, line in zip(fit.channels, report.correlations, strict=True):
@@ -63,7 +65,7 @@ def _draw_whiteness(axes, report: Report) -> None:  # type: ignore[no-untyped-de
     axes.legend(fontsize="small")
 
 
-def _draw_flight(rows, report: Report) -> None:  # type: ignore[no-untyped-def]
+def _draw_flight(rows: Sequence[Axes], report: Report) -> None:
     found = report.found
     runs = [run for flight in found.flights for run in flight.pieces(SHORTEST)]
     run = max(runs, key=lambda each: float(np.std(each.force[:, 2])))

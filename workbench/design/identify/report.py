@@ -312,7 +312,7 @@ def sidecar_text(vehicle: Vehicle, rows: Sequence[Row], logs: Sequence[Path]) ->
     products = (inertia[0, 1], inertia[0, 2], inertia[1, 2])
     scale = yaw_scale(vehicle)
     moments = (inertia[0, 0], inertia[1, 1], scale * inertia[2, 2])
-    content = {
+    content: dict[str, Any] = {
         "body": {
             "mass": vehicle.mass,
             "center_of_mass": [float(each) for each in vehicle.p_BoBcm_B],

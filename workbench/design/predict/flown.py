@@ -147,7 +147,7 @@ def make_craft(
 
 
 @register_jitable
-def times(a, b):  # type: ignore[no-untyped-def]
+def times(a, b):
     """Return the product of two quaternions (4)."""
     return (
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -158,7 +158,7 @@ def times(a, b):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def turn(x, y, z):  # type: ignore[no-untyped-def]
+def turn(x, y, z):
     """Return the quaternion of a small rotation vector, right to its third power [rad]."""
     square = x * x + y * y + z * z
     half = 0.5 - square / 48.0
@@ -166,7 +166,7 @@ def turn(x, y, z):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def seen(state, error, measured):  # type: ignore[no-untyped-def]
+def seen(state, error, measured):
     """Write what the flight computer takes a state (13) for, see `ERROR`."""
     tilt = turn(-error[7] / GRAVITY, error[6] / GRAVITY, 0.0)
     known = times(tilt, times(state[0:4], turn(error[8], error[9], error[10])))
@@ -179,7 +179,7 @@ def seen(state, error, measured):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def step_error(error, velocity, observer, dt):  # type: ignore[no-untyped-def]
+def step_error(error, velocity, observer, dt):
     """Let an estimate's error go on, in place."""
     gain, tilt, drag = observer
     for i in range(2):
@@ -192,7 +192,7 @@ def step_error(error, velocity, observer, dt):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def fly_period(state, last, speeds, before, commands, shares, push, pressure, craft, room):  # type: ignore[no-untyped-def]
+def fly_period(state, last, speeds, before, commands, shares, push, pressure, craft, room):
     """Let a vehicle fly for a control period, in place.
 
     Args:
@@ -263,7 +263,7 @@ class Computer(NamedTuple):
 
 
 @register_jitable
-def begun(memory, commands, velocity):  # type: ignore[no-untyped-def]
+def begun(memory, commands, velocity):
     """Return a `Computer` at its start, of copies of a memory, commands, and velocity."""
     filtered = np.zeros(FILTERED)
     filtered[0:3] = velocity
@@ -285,7 +285,7 @@ def make_update(controller: Controller) -> Callable[..., Any]:
     """
     packed_update = register_jitable(flight_law(controller).packed_update)
 
-    def update(computer, voltage, reference, craft, count):  # type: ignore[no-untyped-def]
+    def update(computer, voltage, reference, craft, count):
         packed_update(
             computer.measured,
             voltage,
@@ -349,7 +349,7 @@ def make_fly(controller: Controller) -> Callable[..., Any]:
     """Return a function that flies from many starts on with a controller."""
     update = make_update(controller)
 
-    def fly(  # type: ignore[no-untyped-def]
+    def fly(
         starts,
         speeds,
         memory,
@@ -411,7 +411,7 @@ def make_listen(controller: Controller) -> Callable[..., Any]:
     """Return a function that runs a controller's law along a log."""
     update = make_update(controller)
 
-    def listen(measured, references, voltages, told, places, first, craft):  # type: ignore[no-untyped-def]
+    def listen(measured, references, voltages, told, places, first, craft):
         """Return what the law remembers after each of K updates on logged states (K, k).
 
         Args:
@@ -445,7 +445,7 @@ def make_listen(controller: Controller) -> Callable[..., Any]:
 
 
 @register_jitable
-def wanted(state, target, share, period, found):  # type: ignore[no-untyped-def]
+def wanted(state, target, share, period, found):
     """Write angular velocity and velocity (6) in W which a period is to end with.
 
     Args:
@@ -466,7 +466,7 @@ def wanted(state, target, share, period, found):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def correct(push, state, asked, craft):  # type: ignore[no-untyped-def]
+def correct(push, state, asked, craft):
     """Add to a push, in place, what a period's end lacked of the velocities asked for."""
     steps, step = craft.steps
     rate = 1.0 / (steps * step)
@@ -485,7 +485,7 @@ def make_refly(controller: Controller) -> Callable[..., Any]:
     """Return a function that flies along a log with pushes, or finds them."""
     update = make_update(controller)
 
-    def refly(  # type: ignore[no-untyped-def]
+    def refly(
         targets,
         speeds,
         memory,

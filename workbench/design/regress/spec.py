@@ -106,7 +106,8 @@ class Case:
     def signals(self) -> list[str]:
         """The signals named in it, without duplicates."""
         of_limits = [name.partition(OF)[2] for name in self.limits]
-        return list(dict.fromkeys(filter(None, [self.signal, *self.baseline, *of_limits])))
+        named = (self.signal, *self.baseline, *of_limits)
+        return list(dict.fromkeys(name for name in named if name))
 
 
 @dataclass

@@ -177,7 +177,7 @@ def _make_steered(controller: Controller) -> Callable[..., None]:
     fly = make_update(controller)
 
     @register_jitable
-    def steered(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):  # type: ignore[no-untyped-def]
+    def steered(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):
         fly(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse)
         for i in range(LANES):
             if int(take(block, COUNT, i)) % schedule.modes == 0:
@@ -196,13 +196,13 @@ def _make_steered(controller: Controller) -> Callable[..., None]:
 
 
 @register_jitable
-def allocate_efforts(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):  # type: ignore[no-untyped-def]
+def allocate_efforts(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):
     """Let the rotors make the efforts that are asked for."""
     allocate(block, rotors, shares, law_rotors, noted, coarse)
 
 
 @register_jitable
-def hand_over(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):  # type: ignore[no-untyped-def]
+def hand_over(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):
     """Do nothing: the rotors' speeds are what is asked for."""
 
 
@@ -216,7 +216,7 @@ def make_step_blocks(act: Callable[..., None], key: str) -> Callable[..., None]:
     fly_period = make_fly_period(act, KNOW_TRUTH, f"batch_{key}")
     begin = KNOW_TRUTH.begin
 
-    def step_blocks(  # type: ignore[no-untyped-def]
+    def step_blocks(
         first, last, periods, updates, schedule, tables, crafts, kept, effects, due, coarse
     ):
         """Fly blocks on; this is what gets compiled.
@@ -284,7 +284,7 @@ def make_step_blocks(act: Callable[..., None], key: str) -> Callable[..., None]:
 
 
 @register_jitable
-def _load(block, rotors, since, to, tables):  # type: ignore[no-untyped-def]
+def _load(block, rotors, since, to, tables):
     """Let flights have what their tables say, but those that are lost; the last fills the block.
 
     One that has a number that is none is lost: a limit that is none would be no limit.
@@ -329,7 +329,7 @@ def _load(block, rotors, since, to, tables):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _store(block, rotors, since, to, tables, lost):  # type: ignore[no-untyped-def]
+def _store(block, rotors, since, to, tables, lost):
     """Write the flights into their tables that were lost just now, or those that were not."""
     for i in range(to - since):
         c = since + i
@@ -342,7 +342,7 @@ def _store(block, rotors, since, to, tables, lost):  # type: ignore[no-untyped-d
             tables.speeds[c, number] = take(rotors[number], SPEED, i)
 
 
-def reset_lanes(which, candidates, crafts, schedule, memory, tables, kept):  # type: ignore[no-untyped-def]
+def reset_lanes(which, candidates, crafts, schedule, memory, tables, kept):
     """Let flights begin anew; this is compiled, too.
 
     Args:

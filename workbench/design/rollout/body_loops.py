@@ -69,7 +69,7 @@ from workbench.dynamics.vehicle_step import (
 
 
 @register_jitable
-def move(block, rotors, blades, changes, sags, compensation, pushed, step):  # type: ignore[no-untyped-def]
+def move(block, rotors, blades, changes, sags, compensation, pushed, step):
     """Do a step of physics.
 
     Args:
@@ -114,7 +114,7 @@ def move(block, rotors, blades, changes, sags, compensation, pushed, step):  # t
 
 
 @register_jitable
-def weaken(block, rotors, supply):  # type: ignore[no-untyped-def]
+def weaken(block, rotors, supply):
     """Write power and voltage of the batteries at the present speeds, see `engine.Supply`."""
     for i in range(LANES):
         put(block, POWER, i, 0.0)
@@ -130,7 +130,7 @@ def weaken(block, rotors, supply):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def discharge(block, supply, steps, step):  # type: ignore[no-untyped-def]
+def discharge(block, supply, steps, step):
     """Update charges, and the voltages without load that follow, as `battery.Battery` does.
 
     Args:
@@ -150,7 +150,7 @@ def discharge(block, supply, steps, step):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def hold_commands(rotors, asked, acting, updates, step):  # type: ignore[no-untyped-def]
+def hold_commands(rotors, asked, acting, updates, step):
     """Let the rotors of those for whom it is time follow the commands that then act.
 
     Args:
@@ -170,7 +170,7 @@ def hold_commands(rotors, asked, acting, updates, step):  # type: ignore[no-unty
 
 
 @register_jitable
-def blow(block, lively, air, seeds, steps, since, step, eddies):  # type: ignore[no-untyped-def]
+def blow(block, lively, air, seeds, steps, since, step, eddies):
     """Write wind and push in a step of those in air that is not steady, one by one.
 
     Args:
@@ -200,7 +200,7 @@ def blow(block, lively, air, seeds, steps, since, step, eddies):  # type: ignore
 
 
 @register_jitable
-def note_lost(block):  # type: ignore[no-untyped-def]
+def note_lost(block):
     """Note who is lost, see `Rollouts.diverged_at`; return how many are."""
     for i in range(LANES):
         state = take13(block, STATE, i)
@@ -223,7 +223,7 @@ def note_lost(block):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _step_speed(rotor, i, command):  # type: ignore[no-untyped-def]
+def _step_speed(rotor, i, command):
     """Write the speed after a step, and that in its middle with its slope."""
     speed, slope, after = step_rotor(command, take(rotor, SPEED, i), take7(rotor, TURN + LAG, i))
     put(rotor, MIDDLE, i, speed)
@@ -232,7 +232,7 @@ def _step_speed(rotor, i, command):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _meet_air(block, i, R, w_W, v_W):  # type: ignore[no-untyped-def]
+def _meet_air(block, i, R, w_W, v_W):
     """Write orientation, and velocity relative to the air and angular velocity in B."""
     a_x, a_y, a_z = take3(block, WIND, i)
     v_x, v_y, v_z = v_W
@@ -242,7 +242,7 @@ def _meet_air(block, i, R, w_W, v_W):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _drag(block):  # type: ignore[no-untyped-def]
+def _drag(block):
     """Begin what acts on the body with its drag."""
     for i in range(LANES):
         v_B, w_B = take3(block, WAY, i), take3(block, WAY + 3, i)
@@ -252,7 +252,7 @@ def _drag(block):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _turn(block, rotors, blades):  # type: ignore[no-untyped-def]
+def _turn(block, rotors, blades):
     """Add what the rotors do, with the drag of their blades if any drag.
 
     Four rotors in a loop: what acts on the body is read and written once for them.
@@ -282,21 +282,21 @@ def _turn(block, rotors, blades):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _pushed(load, rotor, i):  # type: ignore[no-untyped-def]
+def _pushed(load, rotor, i):
     """Return a load with what a rotor does, but for the drag of its blades."""
     row, speed = take16(rotor, TURN, i), take(rotor, MIDDLE, i)
     return with_thrust(load, speed, take(rotor, SLOPE, i), take(rotor, SHARE, i), row)
 
 
 @register_jitable(forceinline=True)
-def _dragged(load, rotor, i, v_B, w_B):  # type: ignore[no-untyped-def]
+def _dragged(load, rotor, i, v_B, w_B):
     """Return a load with what a rotor does."""
     load, speed = _pushed(load, rotor, i), take(rotor, MIDDLE, i)
     return with_rotor_drag(load[0:6], v_B, w_B, speed, take16(rotor, TURN, i)) + load[6:9]
 
 
 @register_jitable
-def _change_thrusts(block, rotors, step):  # type: ignore[no-untyped-def]
+def _change_thrusts(block, rotors, step):
     """Add what inflow and ground change of the rotors' thrusts."""
     for number in range(len(rotors)):
         rotor = rotors[number]
@@ -311,7 +311,7 @@ def _change_thrusts(block, rotors, step):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _accelerate(block, step):  # type: ignore[no-untyped-def]
+def _accelerate(block, step):
     """Write the acceleration that follows from what acts on the body."""
     for i in range(LANES):
         w_B = take3(block, WAY + 3, i)

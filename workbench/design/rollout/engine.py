@@ -805,10 +805,10 @@ class RolloutEngine:
             raise WorkbenchError(
                 f"there are {len(variations)} variations for {count} candidates: give each one"
             )
-        numbers: dict[tuple[tuple[float, ...], ...], int] = {}
+        numbers: dict[tuple[tuple[Any, ...], ...], int] = {}
         both = zip(map(astuple, variations), map(tuple, payloads.tolist()), strict=True)
         which = [numbers.setdefault(each, len(numbers)) for each in both]
-        varied = [Variation(*each) for each, _ in numbers]  # type: ignore[arg-type]
+        varied = [Variation(*each) for each, _ in numbers]
         for variation in varied:
             variation.check()
         crafts = self._crafts_of(varied, [Payload(*p) for _, p in numbers])

@@ -128,7 +128,7 @@ class Imus(NamedTuple):
 
 
 @register_jitable
-def begin_imus(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
+def begin_imus(block, candidates, hearing, schedule):
     """Return the IMUs at the start."""
     rows, due = np.zeros(ROWS * LANES), np.zeros((schedule.steps, LANES))
     works, noise, drawn = False, hearing.imu_noise, np.empty(COUNT)
@@ -163,7 +163,7 @@ def begin_imus(block, candidates, hearing, schedule):  # type: ignore[no-untyped
 
 
 @register_jitable(forceinline=True)
-def sample_imus(block, imus, number, step):  # type: ignore[no-untyped-def]
+def sample_imus(block, imus, number, step):
     """Let those IMUs take a sample for which it is due at a step of physics.
 
     Args:
@@ -217,7 +217,7 @@ def sample_imus(block, imus, number, step):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _chosen(due, new, old):  # type: ignore[no-untyped-def]
+def _chosen(due, new, old):
     """Return the new vector where it is due."""
     return (
         new[0] if due else old[0],
@@ -227,7 +227,7 @@ def _chosen(due, new, old):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _added(sums, values, share):  # type: ignore[no-untyped-def]
+def _added(sums, values, share):
     """Return sums with a share of values added."""
     return (
         sums[0] + share * values[0],
@@ -237,7 +237,7 @@ def _added(sums, values, share):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _filter(rows):  # type: ignore[no-untyped-def]
+def _filter(rows):
     """Let the new samples go through the filters of gyros and accelerometers."""
     for axis in range(3):
         row = GYRO + 4 * axis
@@ -264,7 +264,7 @@ def _filter(rows):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _four(due, new, old):  # type: ignore[no-untyped-def]
+def _four(due, new, old):
     """Return the new numbers where they are due."""
     return (
         new[0] if due else old[0],
@@ -275,7 +275,7 @@ def _four(due, new, old):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def drift(rows, noises, alike, imu_noise, number):  # type: ignore[no-untyped-def]
+def drift(rows, noises, alike, imu_noise, number):
     """Let the biases drift from a reading at a physics step to the next."""
     kept, driven = imu_noise.kept, imu_noise.driven
     if max(driven) == 0.0:
@@ -295,7 +295,7 @@ def drift(rows, noises, alike, imu_noise, number):  # type: ignore[no-untyped-de
 
 
 @register_jitable(forceinline=True)
-def _draw(rows, noises, alike, number, drawn):  # type: ignore[no-untyped-def]
+def _draw(rows, noises, alike, number, drawn):
     """Write six normal numbers for each candidate."""
     draw_normals(noises[0], number, drawn)
     same = imu.six(drawn)
@@ -308,7 +308,7 @@ def _draw(rows, noises, alike, number, drawn):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def begin_ekf(candidates):  # type: ignore[no-untyped-def]
+def begin_ekf(candidates):
     """Return the rows of the filters at the start."""
     b = np.zeros(SIZE * LANES)
     for i in range(LANES):
@@ -332,19 +332,19 @@ _put_covariance = writer(len(Covariance._fields), "blocks", _BLOCK, "b, i")
 
 
 @register_jitable(forceinline=True)
-def _settings(b, i):  # type: ignore[no-untyped-def]
+def _settings(b, i):
     """Return a candidate's settings."""
     return take8(b, SETTINGS, i) + take3(b, SETTINGS + 8, i)
 
 
 @register_jitable(forceinline=True)
-def _samples(rows, i):  # type: ignore[no-untyped-def]
+def _samples(rows, i):
     """Return what a candidate's filter gets (25)."""
     return take18(rows, Z, i) + take4(rows, Z + 18, i) + take3(rows, Z + 22, i)
 
 
 @register_jitable(forceinline=True)
-def _put_measured(b, channel, i, m):  # type: ignore[no-untyped-def]
+def _put_measured(b, channel, i, m):
     """Put what is measured into its place."""
     row = MEASURED + 17 * channel
     put3(b, row, i, m.t)
@@ -357,7 +357,7 @@ def _put_measured(b, channel, i, m):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _propagate(b, rows, dt):  # type: ignore[no-untyped-def]
+def _propagate(b, rows, dt):
     """Let a period of the IMU pass."""
     for i in range(6 * LANES):
         b[INPUT * LANES + i] = rows[Z * LANES + i]
@@ -370,13 +370,13 @@ def _propagate(b, rows, dt):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _put_nominal(b, i, x):  # type: ignore[no-untyped-def]
+def _put_nominal(b, i, x):
     put13(b, X, i, x[0:13])
     put3(b, X + 13, i, x[13:16])
 
 
 @register_jitable
-def _take_in(b, channel):  # type: ignore[no-untyped-def]
+def _take_in(b, channel):
     """Take a measured number in."""
     first = (MEASURED + 17 * channel) * LANES
     for i in range(17 * LANES):
@@ -400,7 +400,7 @@ def _take_in(b, channel):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _take_in_one(b, rows, mounting, channel, measured):  # type: ignore[no-untyped-def]
+def _take_in_one(b, rows, mounting, channel, measured):
     """Take in what a sensor measures that gives one number, by the filter's function for it."""
     for i in range(LANES):
         m = measured(take16(b, X, i), _samples(rows, i), mounting, _settings(b, i))
@@ -409,7 +409,7 @@ def _take_in_one(b, rows, mounting, channel, measured):  # type: ignore[no-untyp
 
 
 @register_jitable(forceinline=True)
-def run_ekf(rows, b, mounting, dt):  # type: ignore[no-untyped-def]
+def run_ekf(rows, b, mounting, dt):
     """Let all filters do an update, and write their estimates.
 
     Args:
@@ -452,7 +452,7 @@ def run_ekf(rows, b, mounting, dt):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _any(rows, flag):  # type: ignore[no-untyped-def]
+def _any(rows, flag):
     """Return whether any candidate has a new sample."""
     found = 0.0
     for i in range(LANES):
@@ -491,19 +491,19 @@ class Sensors(NamedTuple):
 
 
 @register_jitable(forceinline=True)
-def _is_due(every, number):  # type: ignore[no-untyped-def]
+def _is_due(every, number):
     """Return whether any sensor takes a sample at a step of physics."""
     a, b, c, d = every
     return _divides(a, number) or _divides(b, number) or _divides(c, number) or _divides(d, number)
 
 
 @register_jitable(forceinline=True)
-def _divides(every, number):  # type: ignore[no-untyped-def]
+def _divides(every, number):
     return every > 0 and number % every == 0
 
 
 @register_jitable(forceinline=True)
-def _measure(block, sensors, number, step):  # type: ignore[no-untyped-def]
+def _measure(block, sensors, number, step):
     """Let those sensors take a sample for which it is due at a step of physics."""
     for kind in range(4):
         every = sensors.hearing.every[kind]
@@ -515,7 +515,7 @@ def _measure(block, sensors, number, step):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _take_sample(block, sensors, kind, slot, count):  # type: ignore[no-untyped-def]
+def _take_sample(block, sensors, kind, slot, count):
     """Let all sensors of a kind take a sample, by its count."""
     n, noise, noises = CHANNELS[kind], sensors.hearing.noise[kind], sensors.noises
     places = sensors.waiting[kind, slot]
@@ -546,7 +546,7 @@ def _take_sample(block, sensors, kind, slot, count):  # type: ignore[no-untyped-
 
 
 @register_jitable
-def _measure_exactly(block, hearing, kind, places):  # type: ignore[no-untyped-def]
+def _measure_exactly(block, hearing, kind, places):
     """Write what perfect sensors measure: one of `settings.HEARD`."""
     place = hearing.mounting
     if kind == 0:
@@ -582,7 +582,7 @@ def _measure_exactly(block, hearing, kind, places):  # type: ignore[no-untyped-d
 
 
 @register_jitable(forceinline=True)
-def _deliver(sensors, now):  # type: ignore[no-untyped-def]
+def _deliver(sensors, now):
     """Write what sensors newly deliver, see `estimation.samples`."""
     rows, hearing = sensors.rows, sensors.hearing
     for i in range(LANES):
@@ -641,7 +641,7 @@ def _deliver(sensors, now):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _begin_each(candidates):  # type: ignore[no-untyped-def]
+def _begin_each(candidates):
     """Return memories of the estimators, and their settings."""
     return candidates.memories.copy(), candidates.filters
 
@@ -651,7 +651,7 @@ def _run_each(estimator: Estimator) -> Callable[..., None]:
     update = estimator.update
 
     @register_jitable
-    def run(rows, kept, mounting, dt):  # type: ignore[no-untyped-def]
+    def run(rows, kept, mounting, dt):
         memories, filters = kept
         many = len(memories)
         z = np.empty(SAMPLES)
@@ -676,7 +676,7 @@ def make_knowing(estimator: Estimator) -> Knowing:
         begin_memory, run = _begin_each, _run_each(estimator)
 
     @register_jitable
-    def begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
+    def begin(block, candidates, hearing, schedule):
         """Return what sensors and estimators remember at the start, see `Knowing`."""
         imus = begin_imus(block, candidates, hearing, schedule)
         depth = hearing.depth
@@ -696,7 +696,7 @@ def make_knowing(estimator: Estimator) -> Knowing:
         return True, imus, sensors, hearing.every, imus.rows
 
     @register_jitable(forceinline=True)
-    def know(sensors, instant, period):  # type: ignore[no-untyped-def]
+    def know(sensors, instant, period):
         """Update the estimates, and write the motion that the laws know."""
         rows, hearing = sensors.rows, sensors.hearing
         _deliver(sensors, instant * period)
@@ -710,7 +710,7 @@ def make_knowing(estimator: Estimator) -> Knowing:
         drift(rows, sensors.noises[:, 0], sensors.alike, hearing.imu_noise, number)
 
     @register_jitable(forceinline=True)
-    def sense(block, i, places, row, rows):  # type: ignore[no-untyped-def]
+    def sense(block, i, places, row, rows):
         """Put the estimate into a state that stands somewhere from a row on."""
         put13(places, row, i, take13(rows, ESTIMATE, i))
 

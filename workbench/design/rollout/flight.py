@@ -91,7 +91,7 @@ STATES = STATE_SIZE * LANES
 
 
 @register_jitable
-def fill(block, rotors, candidates, crafts, schedule):  # type: ignore[no-untyped-def]
+def fill(block, rotors, candidates, crafts, schedule):
     """Fill a block; where there are fewer than 16, the last one flies in the others' places."""
     many = len(candidates.gains)
     for i in range(LANES):
@@ -99,7 +99,7 @@ def fill(block, rotors, candidates, crafts, schedule):  # type: ignore[no-untype
 
 
 @register_jitable
-def fill_lane(block, rotors, i, c, candidates, crafts, schedule):  # type: ignore[no-untyped-def]
+def fill_lane(block, rotors, i, c, candidates, crafts, schedule):
     """Let a candidate begin in a lane whose numbers are zeros, but for what its law remembers."""
     for k in range(STATE_SIZE):
         put(block, STATE + k, i, candidates.starts[c, k])
@@ -134,7 +134,7 @@ def fill_lane(block, rotors, i, c, candidates, crafts, schedule):  # type: ignor
 
 
 @register_jitable
-def _is_whole(candidates, c):  # type: ignore[no-untyped-def]
+def _is_whole(candidates, c):
     """Return whether all that a candidate has is a number."""
     total = candidates.gains[c].sum() + candidates.shares[c].sum() + candidates.air[c].sum()
     total += candidates.commands[c].sum() + candidates.starts[c].sum()
@@ -143,7 +143,7 @@ def _is_whole(candidates, c):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _fill_rotor(block, rotor, i, c, number, candidates, crafts):  # type: ignore[no-untyped-def]
+def _fill_rotor(block, rotor, i, c, number, candidates, crafts):
     """Fill a rotor's rows of a candidate."""
     speed, share = crafts.speeds[c, number], candidates.shares[c, number]
     row = crafts.rotors[c, number]
@@ -166,7 +166,7 @@ def _fill_rotor(block, rotor, i, c, number, candidates, crafts):  # type: ignore
 
 
 @register_jitable
-def give_commands(block, commands):  # type: ignore[no-untyped-def]
+def give_commands(block, commands):
     """Let every candidate have its command."""
     for i in range(LANES):
         for k in range(COMMAND_SIZE):
@@ -174,7 +174,7 @@ def give_commands(block, commands):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def is_lively(air):  # type: ignore[no-untyped-def]
+def is_lively(air):
     """Return for whom (m) the air does more than a steady wind."""
     found = np.zeros(len(air), dtype=np.bool_)
     for c in range(len(air)):
@@ -200,7 +200,7 @@ def make_fly_block(
     fly_period = make_fly_period(make_update(controller), knowing, whose)
     memory = np.repeat(np.array(controller.initial_memory), LANES)
 
-    def fly_block(candidates, crafts, schedule, hearing, kept, samples, use, lost):  # type: ignore[no-untyped-def]
+    def fly_block(candidates, crafts, schedule, hearing, kept, samples, use, lost):
         """Fly up to 16 candidates side by side; this is what gets compiled.
 
         Args:
@@ -283,7 +283,7 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
     _, sample, know, sense, is_due, measure, _ = knowing
 
     @register_jitable(forceinline=True)
-    def fly_period(  # type: ignore[no-untyped-def]
+    def fly_period(
         block,
         rotors,
         shares,
@@ -353,13 +353,13 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
 
 
 @register_jitable
-def find_effects(crafts):  # type: ignore[no-untyped-def]
+def find_effects(crafts):
     """Return whether blades have drag, and whether inflow or ground change any thrust."""
     return crafts.turning[:, :, 6:8].any(), crafts.turning[:, :, INFLOW:LAG].any()
 
 
 @register_jitable
-def make_rings(block, rotors, crafts, schedule):  # type: ignore[no-untyped-def]
+def make_rings(block, rotors, crafts, schedule):
     """Return what is on its way where sensing or commands come late, as at the start of a flight.
 
     Returns:
@@ -376,14 +376,14 @@ def make_rings(block, rotors, crafts, schedule):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def count_from(block, instant):  # type: ignore[no-untyped-def]
+def count_from(block, instant):
     """Let it be a number of control periods since all of them began."""
     for i in range(LANES):
         put(block, COUNT, i, 1.0 * instant)
 
 
 @register_jitable
-def _use(rotors, i, flies):  # type: ignore[no-untyped-def]
+def _use(rotors, i, flies):
     """Return the largest share of its speed limit at which a rotor of a candidate ran."""
     use = 0.0
     for number in range(len(rotors)):
@@ -396,7 +396,7 @@ def _use(rotors, i, flies):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def steps_of(delays, steps):  # type: ignore[no-untyped-def]
+def steps_of(delays, steps):
     """Return at which steps of a period there is something to do for anybody's delay."""
     found = np.zeros(steps, dtype=np.bool_)
     for i in range(len(delays)):
@@ -405,7 +405,7 @@ def steps_of(delays, steps):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _ask(rotors, places):  # type: ignore[no-untyped-def]
+def _ask(rotors, places):
     """Write what is commanded."""
     for number in range(len(rotors)):
         for i in range(LANES):
@@ -413,7 +413,7 @@ def _ask(rotors, places):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _look(block, seen, delays, updates, step, sense, told):  # type: ignore[no-untyped-def]
+def _look(block, seen, delays, updates, step, sense, told):
     """Remember the states of those whose law is to see what they are before this step."""
     if len(seen) == 1:
         return
@@ -426,7 +426,7 @@ def _look(block, seen, delays, updates, step, sense, told):  # type: ignore[no-u
 
 
 @register_jitable
-def _see(block, seen, delays, updates, sense, told):  # type: ignore[no-untyped-def]
+def _see(block, seen, delays, updates, sense, told):
     """Let the law see the state, or an older one where its craft is late."""
     ring = len(seen)
     if ring == 1:
@@ -441,7 +441,7 @@ def _see(block, seen, delays, updates, sense, told):  # type: ignore[no-untyped-
 
 
 @register_jitable
-def _keep(block, kept, places):  # type: ignore[no-untyped-def]
+def _keep(block, kept, places):
     """Write what is asked for of the state."""
     for k in range(len(kept)):
         row = kept[k] * LANES
@@ -450,14 +450,14 @@ def _keep(block, kept, places):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _keep_nothing(samples, instant, schedule):  # type: ignore[no-untyped-def]
+def _keep_nothing(samples, instant, schedule):
     """Write that there is nothing from an instant on."""
     since = max(0, instant - schedule.edge)
     samples[-(-since // schedule.stride) :] = math.nan
 
 
 @register_jitable
-def _find_still(block, lively, still):  # type: ignore[no-untyped-def]
+def _find_still(block, lively, still):
     """Write who hovers without moving; return whether all do who are not lost."""
     waiting = True
     for i in range(LANES):
@@ -471,7 +471,7 @@ def _find_still(block, lively, still):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _restore(block, rotors, seen, asked, still, calm, hold):  # type: ignore[no-untyped-def]
+def _restore(block, rotors, seen, asked, still, calm, hold):
     """Put back those that hovered without moving, whether or not others had to fly on."""
     for i in range(LANES):
         if still[i]:

@@ -69,7 +69,7 @@ class Knowing(NamedTuple):
 
 
 @register_jitable
-def fill_gyro(block, i, settings, schedule):  # type: ignore[no-untyped-def]
+def fill_gyro(block, i, settings, schedule):
     """Fill a candidate's rows, once its state is there."""
     every = sample_steps(settings[0], schedule.step, schedule.steps)
     works = filters_gyro(settings, every * schedule.step)
@@ -85,7 +85,7 @@ def fill_gyro(block, i, settings, schedule):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def _begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def]
+def _begin(block, candidates, hearing, schedule):
     """Return at which steps of a period each gyro that filters takes a sample (steps, 16)."""
     due = np.zeros((schedule.steps, LANES), dtype=np.bool_)
     for step in range(schedule.steps):
@@ -96,7 +96,7 @@ def _begin(block, candidates, hearing, schedule):  # type: ignore[no-untyped-def
 
 
 @register_jitable
-def _sample(block, gyros, number, step):  # type: ignore[no-untyped-def]
+def _sample(block, gyros, number, step):
     """Let those take a sample for whom it is due."""
     due = gyros[step]
     for i in range(LANES):
@@ -114,24 +114,24 @@ def _sample(block, gyros, number, step):  # type: ignore[no-untyped-def]
 
 
 @register_jitable(forceinline=True)
-def _sense(block, i, places, row, told):  # type: ignore[no-untyped-def]
+def _sense(block, i, places, row, told):
     if take(block, GYRO_EVERY, i) > 0.0:
         state = sensed(take13(places, row, i), take3(block, RATES, i))
         put3(places, row + 7, i, state[7:10])
 
 
 @register_jitable
-def _know(sensors, instant, period):  # type: ignore[no-untyped-def]
+def _know(sensors, instant, period):
     """Do nothing: what is known is true."""
 
 
 @register_jitable
-def _is_due(every, number):  # type: ignore[no-untyped-def]
+def _is_due(every, number):
     return False
 
 
 @register_jitable
-def _measure(block, sensors, number, step):  # type: ignore[no-untyped-def]
+def _measure(block, sensors, number, step):
     """Do nothing: no sensor is asked."""
 
 

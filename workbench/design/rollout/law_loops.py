@@ -90,7 +90,7 @@ def make_want(controller: Controller) -> Callable[..., None]:
     put_memory = writer(len(controller.memory), controller.key, remembered, "b, i")
 
     @register_jitable
-    def want(block, rotors, estimate):  # type: ignore[no-untyped-def]
+    def want(block, rotors, estimate):
         """Write the wanted efforts, and step the estimates of acceleration and the memories."""
         share, rate = estimate
         for i in range(LANES):
@@ -175,7 +175,7 @@ def make_update(controller: Controller) -> Callable[..., None]:
     want = make_want(controller)
 
     @register_jitable
-    def update(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):  # type: ignore[no-untyped-def]
+    def update(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):
         """Write the commands of the rotors.
 
         Args:
@@ -195,7 +195,7 @@ def make_update(controller: Controller) -> Callable[..., None]:
 
 
 @register_jitable
-def allocate(block, rotors, shares, law_rotors, noted, coarse):  # type: ignore[no-untyped-def]
+def allocate(block, rotors, shares, law_rotors, noted, coarse):
     """Write the commands that make the wanted efforts, see `make_update`."""
     mix_plainly(block, rotors)
     mix_hard(block, rotors, shares, law_rotors)
@@ -205,7 +205,7 @@ def allocate(block, rotors, shares, law_rotors, noted, coarse):  # type: ignore[
 
 
 @register_jitable
-def mix_plainly(block, rotors):  # type: ignore[no-untyped-def]
+def mix_plainly(block, rotors):
     """Write wanted thrusts, and for whom they are beyond what rotors can give."""
     for i in range(LANES):
         put(block, HARD, i, take(block, STOPPED, i))
@@ -224,7 +224,7 @@ def mix_plainly(block, rotors):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def mix_hard(block, rotors, shares, law_rotors):  # type: ignore[no-untyped-def]
+def mix_hard(block, rotors, shares, law_rotors):
     """Write the wanted thrusts of those that saturate, or have lost rotors, one by one."""
     n = len(rotors)
     hard = 0.0
@@ -250,7 +250,7 @@ def mix_hard(block, rotors, shares, law_rotors):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def command(block, rotors, noted):  # type: ignore[no-untyped-def]
+def command(block, rotors, noted):
     """Write the commanded speeds; note peaks of the present ones, if they are to be noted."""
     for number in range(len(rotors)):
         rotor = rotors[number]
@@ -264,7 +264,7 @@ def command(block, rotors, noted):  # type: ignore[no-untyped-def]
 
 
 @register_jitable
-def resolve(block, rotors):  # type: ignore[no-untyped-def]
+def resolve(block, rotors):
     """Let commands have the steps that they come in, of those for whom they do."""
     for number in range(len(rotors)):
         rotor = rotors[number]

@@ -26,6 +26,7 @@ _MOST = 0.95
 """Share of the candidates within the colour scale; others have its last colour."""
 COLOURS = "viridis"
 _NO_VALUE = "0.8"
+_EMPTY: Any = {"facecolor": _NO_VALUE, "lw": 0.0}
 _DOT = 90.0
 """Area of the dot of a candidate off the grid [points²]."""
 _COLUMNS = 3
@@ -120,7 +121,7 @@ def _draw_cells(axes: Axes, table: SweepTable, values: np.ndarray, norm: Normali
     lost = np.isfinite(table.diverged_at)
     kinds = [
         (lost, HATCH, "diverged"),
-        (~lost & np.isnan(values), {"facecolor": _NO_VALUE, "lw": 0.0}, "no value"),
+        (~lost & np.isnan(values), _EMPTY, "no value"),
     ]
     legend = []
     for which, style, name in kinds:

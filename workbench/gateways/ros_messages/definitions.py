@@ -128,7 +128,7 @@ def _field(package: str, line: str, where: str) -> MessageField | None:
         name=words[1],
         type=_full_name(package, kind[1], where),
         arity=arity,
-        count=int(kind[2]) if arity is Arity.FIXED else 1,
+        count=int(kind[2] or 1) if arity is Arity.FIXED else 1,
         unit=unit[1] if unit else "",
     )
 

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-import pyqtgraph as pg
 from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QColor, QImage, QPainter
+from pyqtgraph import colormap
 
 from workbench.gui.charts.ticks import decimals_for_step, number_text, round_step
 
@@ -23,7 +23,7 @@ def colour_table(first: float = 0.0, last: float = 1.0) -> np.ndarray:
         first: start of the part; 0 is dark blue.
         last: end of the part; 1 is yellow.
     """
-    table = pg.colormap.get("viridis").getLookupTable(first, last, STEPS, alpha=False)
+    table = colormap.get("viridis").getLookupTable(first, last, STEPS, alpha=False)
     return colour_words(table)
 
 

@@ -5,6 +5,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPen, QPolygonF, QResizeEvent
@@ -403,8 +404,8 @@ class ConditionCard(Card):
     name = "condition"
     title = "Flight condition"
 
-    def __init__(self, *args: object) -> None:
-        super().__init__(*args)  # type: ignore[arg-type]
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
         self.mode = FlightMode.OFF
         self.facts = ""
 
@@ -471,8 +472,8 @@ class ClockCard(Card):
     name = "clock"
     title = "Clock"
 
-    def __init__(self, *args: object) -> None:
-        super().__init__(*args)  # type: ignore[arg-type]
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
         self.wall = ""
         self.simulated = "–"
         self.state, self.state_sign = "nothing flies yet", Sign.OFF
@@ -504,12 +505,14 @@ class ClockCard(Card):
                 self._show_state("broken: last values", Sign.BAD)
             case Phase.ENDED:
                 self._show_state("ended: last values", Sign.BAD)
-            case Phase.FLYING if view.pace is None:
-                self._show_state("flying", Sign.GOOD)
-            case Phase.FLYING if view.pace.too_slow:
-                self._show_state(f"too slow: {view.pace.text}", Sign.WARNING)
             case Phase.FLYING:
-                self._show_state(f"{view.pace.text} real time", Sign.GOOD)
+                pace = view.pace
+                if pace is None:
+                    self._show_state("flying", Sign.GOOD)
+                elif pace.too_slow:
+                    self._show_state(f"too slow: {pace.text}", Sign.WARNING)
+                else:
+                    self._show_state(f"{pace.text} real time", Sign.GOOD)
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Show the simulated time; with milliseconds while it is paused."""

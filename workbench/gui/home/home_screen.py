@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from PyQt6.QtCore import QRect, QRectF, QSize, Qt, QTimer
 from PyQt6.QtGui import QFontInfo, QHideEvent, QResizeEvent, QShowEvent
@@ -62,8 +63,8 @@ class MotionCard(Card):
     name = "motion"
     title = "Motion"
 
-    def __init__(self, *args: object) -> None:
-        super().__init__(*args)  # type: ignore[arg-type]
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
         self.table = self.make_table("Motion in W", ("x east", "y north", "z up", "total"))
         self.parts = [self.table]
 
@@ -100,8 +101,8 @@ class ImuCard(Card):
     name = "imu"
     title = "IMU, magnetometer"
 
-    def __init__(self, *args: object) -> None:
-        super().__init__(*args)  # type: ignore[arg-type]
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
         self.table = self.make_table("IMU", ("x", "y", "z"))
         self.hint = self.make_hint("IMU")
         self.parts = [self.table, self.hint]
@@ -163,8 +164,8 @@ class HeightCard(Card):
     name = "height"
     title = "Barometer, range finder"
 
-    def __init__(self, *args: object) -> None:
-        super().__init__(*args)  # type: ignore[arg-type]
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
         self.table = self.make_table("Heights", widest="88888.88")
         self.hint = self.make_hint("Heights")
         self.parts = [self.table, self.hint]

@@ -1,6 +1,7 @@
 """The joystick screen: two sticks, their command, and the drone's response."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from PyQt6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, pyqtSignal
@@ -790,12 +791,12 @@ class JoystickScreen(Screen):
         self.release()
         PadDialog(self.pilot, self.workspace.look, self).show()  # not modal: STOP stays available
 
-    def _press(self, key: object) -> None:
-        self.pilot.keyboard.press(key)  # type: ignore[arg-type]
+    def _press(self, key: Any) -> None:
+        self.pilot.keyboard.press(key)
         self.pilot.look()
 
-    def _let_go_key(self, key: object) -> None:
-        self.pilot.keyboard.release(key)  # type: ignore[arg-type]
+    def _let_go_key(self, key: Any) -> None:
+        self.pilot.keyboard.release(key)
         self.pilot.look()
 
     def _show_sticks(self) -> None:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 from PyQt6.QtCore import QSettings
 
@@ -83,9 +84,9 @@ class PadMapping:
         turn, climb, right, forward = (each.shaped(raw) for each in self.axes)
         return Sticks(_stick(turn, climb), _stick(right, forward))
 
-    def with_axis(self, function: int, **changes: float) -> "PadMapping":
+    def with_axis(self, function: int, **changes: Any) -> "PadMapping":
         """Return it with a different axis for one function."""
-        changed = replace(self.axes[function], **changes)  # type: ignore[arg-type]
+        changed = replace(self.axes[function], **changes)
         return PadMapping((*self.axes[:function], changed, *self.axes[function + 1 :]))
 
 

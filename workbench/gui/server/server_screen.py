@@ -260,12 +260,12 @@ def file_faults(config: ServerConfig) -> Mapping[str, str]:
 
 def read_config(store: QSettings) -> ServerConfig:
     """Return the stored configuration of the form, or the default."""
-    found: dict[str, str | int] = {}
+    found: dict[str, Any] = {}
     for name in KEPT:
         default = getattr(ServerConfig, name)
         kept = str(store.value(f"{GROUP}/{name}", default))
         found[name] = kept.lower() == "true" if isinstance(default, bool) else kept
-    return ServerConfig(**found | {"port": read_port(str(found["port"]))})  # type: ignore[arg-type]
+    return ServerConfig(**found | {"port": read_port(str(found["port"]))})
 
 
 def keep_config(store: QSettings, config: ServerConfig) -> None:
@@ -350,9 +350,9 @@ class ServerForm(QWidget):
     @property
     def config(self) -> ServerConfig:
         """The configuration; its `check` says whether it is valid."""
-        texts = {name: line.text().strip() for name, line in self.lines.items()}
+        texts: dict[str, Any] = {name: line.text().strip() for name, line in self.lines.items()}
         return ServerConfig(
-            **texts | {"port": read_port(texts["port"])},  # type: ignore[arg-type]
+            **texts | {"port": read_port(texts["port"])},
             allow_commands=self.allow_commands.isChecked(),
             web=self.web.isChecked(),
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from PyQt6.QtCore import QSignalBlocker, Qt, pyqtSignal
 from PyQt6.QtGui import QWheelEvent
@@ -556,8 +557,8 @@ class PreferenceRow(Row):
 
     def show_present(self) -> None:
         """Show the present value."""
-        value = self._preferences.value(self.preference.name)
-        self._control.show_value(value)  # type: ignore[arg-type]
+        value: Any = self._preferences.value(self.preference.name)
+        self._control.show_value(value)
         self.mark(value != self.preference.default)
 
     def _hear(self, name: str) -> None:

@@ -190,7 +190,8 @@ def step_parts(excitation: Excitation, *, again: bool = False) -> tuple[StepPart
         case Shape.SQUARE:
             first = StepPart(0.0, half, -size if again else 0.0, size)
             return (first, StepPart(half, period, size, -size))
-    return ()
+        case Shape.CHIRP:
+            return ()
 
 
 def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:

@@ -387,7 +387,7 @@ GRID = 16
 """Number of sampled pixels along a side of a picture, to see whether it is blank."""
 
 
-def load_web_view() -> Callable[[], QWidget]:
+def load_web_view() -> Callable[[], Any]:
     """Return the factory of web views, whose pages run our script.
 
     Raises:
@@ -405,13 +405,13 @@ def load_web_view() -> Callable[[], QWidget]:
     except ImportError as error:
         raise WorkbenchError(missing_library(str(error))) from error
 
-    def make() -> QWidget:
-        view: QWidget = module.QWebEngineView()
+    def make() -> Any:
+        view = module.QWebEngineView()
         script = core.QWebEngineScript()
         script.setSourceCode(SCRIPT.read_text(encoding="utf-8"))
         script.setInjectionPoint(core.QWebEngineScript.InjectionPoint.DocumentCreation)
         script.setWorldId(core.QWebEngineScript.ScriptWorldId.MainWorld)
-        view.page().scripts().insert(script)  # type: ignore[attr-defined]
+        view.page().scripts().insert(script)
         return view
 
     return make
@@ -470,7 +470,7 @@ class View3d(QWidget):
         self,
         workspace: Workspace,
         actions: Mapping[str, QAction],
-        load: Callable[[], Callable[[], QWidget]] = load_web_view,
+        load: Callable[[], Callable[[], Any]] = load_web_view,
     ) -> None:
         super().__init__()
         self.setAccessibleName("3-D view of the flight")
@@ -588,16 +588,16 @@ class View3d(QWidget):
             return
         if self._web is None:
             try:
-                self._web = self._load()()
+                self._web = web = self._load()()
             except WorkbenchError as error:
                 self._missing = str(error)
             else:
-                self._web.setAccessibleName("Meshcat")
-                self._web.setAcceptDrops(False)  # the window opens files; the page would show them
-                self._web.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-                self._web.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)
-                self._web.renderProcessTerminated.connect(lambda *_: self._fail("ended"))
-                self._layout.addWidget(self._web)
+                web.setAccessibleName("Meshcat")
+                web.setAcceptDrops(False)  # the window opens files; the page would show them
+                web.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+                web.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)
+                web.renderProcessTerminated.connect(lambda *_: self._fail("ended"))
+                self._layout.addWidget(web)
         self._open()
         self._show()
 

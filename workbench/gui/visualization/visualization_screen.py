@@ -465,7 +465,7 @@ class LogReader(QObject):
         self._number = 0
         self._process: WorkerProcess | None = None
         queued = Qt.ConnectionType.QueuedConnection  # called in a thread of the process object
-        self._heard.connect(self._deliver, queued)  # type: ignore[call-arg]
+        self._heard.connect(self._deliver, queued)  # pyrefly: ignore[bad-argument-count]
 
     @property
     def is_reading(self) -> bool:

@@ -184,7 +184,8 @@ class WebSocketConnection(TcpConnection):
 
     def __init__(self, hub: Hub, all_open: set[TcpConnection], address: str) -> None:
         super().__init__(hub, all_open, address, "websocket")
-        self._decoder = self._web = WebSocketDecoder(self._answer)
+        self._decoder: Decoder = (web := WebSocketDecoder(self._answer))
+        self._web = web
 
     def feed_data(self, data: bytes) -> tuple[bool, bytes]:
         """Process received bytes; all of them are consumed."""
@@ -300,7 +301,8 @@ class Page:
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
         """Answer a request."""
-        address = str(Address(*(request.get_extra_info("peername") or ("unknown", 0))[:2]))
+        host, port, *_ = request.get_extra_info("peername") or ("unknown", 0)
+        address = str(Address(host, port))
         local = (request.get_extra_info("sockname") or ("",))[0]
         if request.version < HttpVersion11 or len(request.headers.getall("Host", ())) != 1:
             return plain(400, "A request of HTTP/1.1 with one Host is answered here.")
@@ -342,7 +344,7 @@ class Page:
             return answer
         connection = WebSocketConnection(self._hub, self._open, address)
         connection.connection_made(request.transport)
-        request.protocol.set_parser(connection)  # type: ignore[arg-type]
+        request.protocol.set_parser(connection)  # pyrefly: ignore[bad-argument-type]
         await connection.ended.wait()
         return answer
 

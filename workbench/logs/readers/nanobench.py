@@ -157,7 +157,7 @@ def _flat(said: object, before: str = "") -> dict[str, float | str]:
     """Return nested values by names such as params.altitude_m."""
     if not isinstance(said, dict):
         plain = isinstance(said, int | float) and not isinstance(said, bool)
-        return {before: said if plain else str(said)}  # type: ignore[dict-item]
+        return {before: said if plain else str(said)}
     found: dict[str, float | str] = {}
     for name, value in said.items():
         found |= _flat(value, f"{before}.{name}" if before else str(name))

@@ -136,7 +136,7 @@ def sdf_file(path: Path, root: Element) -> SdfFile:
         )
     text = root.get("version", "").strip()
     match = _VERSION.fullmatch(text)
-    version = (int(match[1]), int(match[2])) if match else (0, 0)
+    version: tuple[int, int] = (int(match[1]), int(match[2])) if match else (0, 0)
     if version < OLDEST:
         raise WorkbenchError(
             f"{place(root)}: <sdf version='{shortened(text)}'>: SDF is read from version "

@@ -15,7 +15,7 @@ from workbench.plant.meshes.side_files import side_files
 VERSION = 2
 """Version of the conversion; increase it with every change of results."""
 _SEAL = b"crc32:%08x"
-_SEAL_LENGTH = len(_SEAL % 0)
+_SEAL_LENGTH = len(b"crc32:00000000")
 _WRAPPED = {".gltf": (b',"extras":{"seal":"', b'"}}'), ".obj": (b"# ", b"\n")}
 """Bytes before and after the seal, so that the file stays valid."""
 
