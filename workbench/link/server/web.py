@@ -9,11 +9,10 @@ import base64
 import hashlib
 import ipaddress
 from collections.abc import Callable, Mapping
-from enum import IntEnum
 from importlib import resources
 from typing import NamedTuple
 
-from aiohttp import HttpVersion11, web
+from aiohttp import HttpVersion11, WSCloseCode, WSMsgType, web
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address, is_loopback
@@ -61,27 +60,8 @@ POLICY = (
 )
 
 
-class Opcode(IntEnum):
-    """The types of WebSocket frames (RFC 6455, section 5.2)."""
-
-    CONTINUATION = 0
-    TEXT = 1
-    BINARY = 2
-    CLOSE = 8
-    PING = 9
-    PONG = 10
-
-
-_OPCODES = frozenset(int(each) for each in Opcode)
-
-
-class CloseCode(IntEnum):
-    """Reasons to close a WebSocket (RFC 6455, section 7.4.1)."""
-
-    NORMAL = 1000
-    PROTOCOL_ERROR = 1002
-    UNSUPPORTED_DATA = 1003
-    MESSAGE_TOO_BIG = 1009
+_OPCODES = frozenset(int(each) for each in WSMsgType if each < 1 << 7)
+"""Those of WebSocket frames (RFC 6455, section 5.2); aiohttp has others for itself."""
 
 
 class WebSocketDecoder(Decoder):
@@ -97,9 +77,9 @@ class WebSocketDecoder(Decoder):
         close_code: the code to close the WebSocket with.
     """
 
-    def __init__(self, control: Callable[[Opcode, bytes], None]) -> None:
+    def __init__(self, control: Callable[[WSMsgType, bytes], None]) -> None:
         super().__init__()
-        self.close_code = CloseCode.NORMAL
+        self.close_code = WSCloseCode.OK
         self._control = control
         self._raw = bytearray()
         self._message = 0
@@ -122,13 +102,13 @@ class WebSocketDecoder(Decoder):
         if found is None:
             return None
         opcode, payload = found
-        if opcode in (Opcode.PING, Opcode.PONG, Opcode.CLOSE):
+        if opcode in (WSMsgType.PING, WSMsgType.PONG, WSMsgType.CLOSE):
             self._control(opcode, payload)
             return _NOTHING
         super().keep(payload)
         return super().next() or _NOTHING
 
-    def _next_message(self) -> tuple[Opcode, bytes] | None:
+    def _next_message(self) -> tuple[WSMsgType, bytes] | None:
         """Return the next complete WebSocket frame, unmasked, or None."""
         raw = self._raw
         if len(raw) < 2:
@@ -137,27 +117,27 @@ class WebSocketDecoder(Decoder):
         if not raw[1] & 0x80:
             raise self._broken("it is not masked: clients mask what they send")
         size, begin = raw[1] & 0x7F, 2
-        if opcode >= Opcode.CLOSE and (not final or size > LONGEST_CONTROL):
+        if opcode >= WSMsgType.CLOSE and (not final or size > LONGEST_CONTROL):
             raise self._broken(f"a {opcode.name.lower()} has more than {LONGEST_CONTROL} bytes")
         if size > LONGEST_CONTROL:
             begin = 4 if size == LONGEST_CONTROL + 1 else 10
             size = int.from_bytes(raw[2:begin], "big")
         if len(raw) < begin:
             return None
-        if opcode < Opcode.CLOSE and self._message + size > LARGEST_MESSAGE:
-            self.close_code = CloseCode.MESSAGE_TOO_BIG
+        if opcode < WSMsgType.CLOSE and self._message + size > LARGEST_MESSAGE:
+            self.close_code = WSCloseCode.MESSAGE_TOO_BIG
             raise WireError("length", f"a message was longer than {LARGEST_MESSAGE} bytes")
         end = begin + 4 + size
         if len(raw) < end:
             return None
         payload = _unmasked(bytes(raw[begin + 4 : end]), bytes(raw[begin : begin + 4]))
         del raw[:end]
-        if opcode < Opcode.CLOSE:
+        if opcode < WSMsgType.CLOSE:
             self._is_in_message = not final
             self._message = 0 if final else self._message + size
         return opcode, payload
 
-    def _opcode(self, first: int) -> Opcode:
+    def _opcode(self, first: int) -> WSMsgType:
         """Return the opcode in the first byte of a frame.
 
         Raises:
@@ -166,16 +146,17 @@ class WebSocketDecoder(Decoder):
         number = first & 0x7F  # includes the bits reserved for extensions
         if number not in _OPCODES:
             raise self._broken(f"it has the opcode {number}")
-        opcode = Opcode(number)
-        if opcode is Opcode.TEXT:
-            self.close_code = CloseCode.UNSUPPORTED_DATA
+        opcode = WSMsgType(number)
+        if opcode is WSMsgType.TEXT:
+            self.close_code = WSCloseCode.UNSUPPORTED_DATA
             raise WireError("kind", "a text came, where frames go in binary messages")
-        if opcode < Opcode.CLOSE and (opcode is Opcode.CONTINUATION) is not self._is_in_message:
+        goes_on = opcode is WSMsgType.CONTINUATION
+        if opcode < WSMsgType.CLOSE and goes_on is not self._is_in_message:
             raise self._broken("a message begins within another, or goes on without a begin")
         return opcode
 
     def _broken(self, said: str) -> WireError:
-        self.close_code = CloseCode.PROTOCOL_ERROR
+        self.close_code = WSCloseCode.PROTOCOL_ERROR
         return WireError(ErrorCode.KIND, f"this is not a frame of a WebSocket: {said}")
 
 
@@ -198,18 +179,18 @@ class WebSocketConnection(TcpConnection):
 
     def write(self, data: bytes) -> None:
         if not self._closing:
-            self._transport.write(_message(Opcode.BINARY, data))
+            self._transport.write(_message(WSMsgType.BINARY, data))
 
     def close(self) -> None:
         if not self._closing:
             code = self._web.close_code.to_bytes(2, "big")
-            self._transport.write(_message(Opcode.CLOSE, code))
+            self._transport.write(_message(WSMsgType.CLOSE, code))
         super().close()
 
-    def _answer(self, opcode: Opcode, payload: bytes) -> None:
-        if opcode is Opcode.PING and not self._closing:
-            self._transport.write(_message(Opcode.PONG, payload))
-        elif opcode is Opcode.CLOSE:  # after the present call
+    def _answer(self, opcode: WSMsgType, payload: bytes) -> None:
+        if opcode is WSMsgType.PING and not self._closing:
+            self._transport.write(_message(WSMsgType.PONG, payload))
+        elif opcode is WSMsgType.CLOSE:  # after the present call
             asyncio.get_running_loop().call_soon(self._end)
 
     def _end(self) -> None:
@@ -217,7 +198,7 @@ class WebSocketConnection(TcpConnection):
         self._transport.close()
 
 
-def _message(opcode: Opcode, payload: bytes) -> bytes:
+def _message(opcode: WSMsgType, payload: bytes) -> bytes:
     """Return a WebSocket frame of the server."""
     size = len(payload)
     if size <= LONGEST_CONTROL:
