@@ -2,9 +2,11 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import count
 from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
 
 import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis, Quaternion
@@ -28,8 +30,6 @@ _MAIN = "main"
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 _DRAWN = 3
 """First group that is not drawn, as in MuJoCo's viewer and Drake's parser."""
-Placed = Iterable[tuple[Element, RigidTransform]]
-"""Geoms, each with the pose X_LF of the frame in its link that its pose is given in."""
 _FRAME = "name class pos quat axisangle xyaxes zaxis euler"
 _USED = {
     "mujoco": "compiler default asset worldbody actuator",
@@ -121,48 +121,54 @@ def with_includes(path: Path, root: Element) -> Element:
     Raises:
         WorkbenchError: naming an include of a missing file, in a circle, or nested too deeply.
     """
-    return _Includer(path).resolved(root, (path,))
+    return _resolved(root, (path,), count(1))
 
 
-class _Includer:
-    """Replaces includes, and limits the number of elements."""
+def _resolved(element: Element, files: tuple[Path, ...], numbered: Iterator[int]) -> Element:
+    """Return a copy of an element without includes.
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._count = 0
+    Args:
+        element: in the last of the files.
+        files: that lead to it, the main one first.
+        numbered: counts the elements of all files.
+    """
+    main = files[0]
+    if next(numbered) > MOST_ELEMENTS:
+        raise WorkbenchError(f"{main}: with includes there are too many elements")
+    copy = element.like(element.attrib)
+    copy.text = element.text
+    if len(files) > 1:  # messages name the main file
+        copy.file, copy.line = main, 0
+        copy.owner = f"{files[-1].name}:{element.line}"
+    for child in elements(element):
+        if child.tag == "include":
+            file = _included(child, files)
+            copy.extend(_resolved(_included_root(file), (*files, file), numbered))
+        else:
+            copy.append(_resolved(child, files, numbered))
+    return copy
 
-    def resolved(self, element: Element, files: tuple[Path, ...]) -> Element:
-        """Return a copy of an element without includes; it is in the last of these files."""
-        self._count += 1
-        if self._count > MOST_ELEMENTS:
-            raise WorkbenchError(f"{self._path}: with includes there are too many elements")
-        copy = element.like(element.attrib)
-        copy.text = element.text
-        if len(files) > 1:  # messages name the main file
-            copy.file, copy.line = self._path, 0
-            copy.owner = f"{files[-1].name}:{element.line}"
-        for child in element:
-            if isinstance(child, Element) and child.tag == "include":
-                copy.extend(self._included(child, files))
-            elif isinstance(child, Element):
-                copy.append(self.resolved(child, files))
-        return copy
 
-    def _included(self, include: Element, files: tuple[Path, ...]) -> Element:
-        where = place(include)
-        name = include.get("file", "")
-        file = self._path.parent / name
-        if not name or not file.is_file():
-            raise WorkbenchError(f"{where}: <include file='{shortened(name)}'>: no such file")
-        if file.resolve() in [each.resolve() for each in files] or len(files) > DEEPEST:
-            raise WorkbenchError(f"{where}: <include file='{shortened(name)}'> goes in a circle")
-        root = read_xml(file)
-        if root.tag not in ("mujoco", "mujocoinclude"):
-            raise WorkbenchError(
-                f"{file}: the root element is <{shortened(root.tag)}>, an included MJCF has "
-                "<mujoco> or <mujocoinclude>"
-            )
-        return self.resolved(root, (*files, file))
+def _included(include: Element, files: tuple[Path, ...]) -> Path:
+    """Return the file of an include."""
+    name = include.get("file", "")
+    what = f"{place(include)}: <include file='{shortened(name)}'>"
+    file = files[0].parent / name
+    if not name or not file.is_file():
+        raise WorkbenchError(f"{what}: no such file")
+    if file.resolve() in [each.resolve() for each in files] or len(files) > DEEPEST:
+        raise WorkbenchError(f"{what} goes in a circle")
+    return file
+
+
+def _included_root(file: Path) -> Element:
+    root = read_xml(file)
+    if root.tag not in ("mujoco", "mujocoinclude"):
+        raise WorkbenchError(
+            f"{file}: the root element is <{shortened(root.tag)}>, an included MJCF has "
+            "<mujoco> or <mujocoinclude>"
+        )
+    return root
 
 
 class Defaults:
@@ -279,62 +285,292 @@ def _fault(element: Element, name: str, advice: str) -> WorkbenchError:
     return WorkbenchError(f"{place(element)}: <{element.tag} {name}='{text}'>: {advice}")
 
 
-def elements(parent: Element, *tags: str) -> Iterator[Element]:
+def elements(parent: ElementTree.Element, *tags: str) -> Iterator[Element]:
     """Yield the children with one of these tags; all children without tags."""
     for child in parent:
         if isinstance(child, Element) and (child.tag in tags or not tags):
             yield child
 
 
-class GeomReader:
-    """Reads geoms with the assets of their file.
+def elements_of(root: Element, group: str, *tags: str) -> Iterator[Element]:
+    """Yield the children of all elements of a group, such as `asset`, see `elements`."""
+    for block in elements(root, group):
+        yield from elements(block, *tags)
+
+
+def _rgba(element: Element) -> Colour:
+    values = numbers(element, "rgba", "")
+    if len(values) != 4:
+        raise WorkbenchError(
+            f"{place(element)}: <{element.tag} rgba='{shortened(element.get('rgba', ''))}'>: "
+            "give it four numbers"
+        )
+    r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
+    return (r, g, b, a)
+
+
+def note_unused(path: Path, root: Element, remarks: Remarks) -> None:
+    """Add remarks on elements and attributes that are not read, one for each name.
+
+    Children of an element that is not read are skipped. Attributes in defaults are treated like
+    those of the elements.
+    """
+    found: Counter[tuple[str, str]] = Counter()
+    _count(root, found)
+    for (what, why), times in list(found.items())[:_MOST]:
+        often = "" if times == 1 else f" ({times} times)"
+        remarks.add("ignored", path, what, f"{why}; not used{often}")
+
+
+def _count(element: Element, found: Counter[tuple[str, str]]) -> None:
+    """Count the unread parts of an element and of its descendants."""
+    for child in elements(element):
+        tag = child.tag
+        known = _USED.get(element.tag)
+        if known is not None and tag not in known.split():
+            if len(child) or child.attrib:
+                why = _WHY.get(tag, "not known here")
+                words = " ".join(sorted(child.attrib)) if tag == "option" else ""
+                found[f"element <{shortened(tag)}>{words and f' ({words})'}", why] += 1
+            continue
+        for name in child.attrib:
+            if tag in _WORDS and name not in _WORDS[tag].split():
+                found[f"attribute {shortened(name)} of <{tag}>", "not read"] += 1
+        _count(child, found)
+
+
+def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks) -> Model:
+    """Return the free body in an MJCF file as a model.
+
+    Poses, inertias and defaults are interpreted as by Drake's parser. The model frame is that of
+    the free body; its pose in the file is not used, as a scenario defines it.
+
+    Args:
+        path: the file, for messages and relative paths.
+        root: its root element.
+        finder: of meshes.
+        remarks: receives remarks on unused parts.
+
+    Raises:
+        WorkbenchError: naming file and element, for invalid content.
+    """
+    root = with_includes(path, root)
+    note_unused(path, root, remarks)
+    reader = _Reader(path, root, finder, remarks)
+    reader.add(_free_body(path, root, remarks), RigidTransform(), "", "")
+    return Model(
+        source=path,
+        name=root.get("model") or path.name.partition(".")[0],
+        links=tuple(reader.links),
+        joints=tuple(reader.joints),
+        frames=(),
+        sensors=(),
+        plugins=(),
+        actuators=tuple(reader.actuators(root)),
+    )
+
+
+def _free_body(path: Path, root: Element, remarks: Remarks) -> Element:
+    """Return the free body of the world, and add a remark on other bodies and geoms."""
+    tops = [body for world in elements(root, "worldbody") for body in _bodies(world)]
+    free = [body for body in tops if any(map(_is_free, body.iter()))]
+    if not free:
+        names = listed([body.get("name", "without a name") for body in tops])
+        raise WorkbenchError(
+            f"{path}: no body in <worldbody> has a <freejoint/>, and a drone flies freely: add it "
+            f"to one of {names}"
+            if tops
+            else f"{path}: there is no <body> in <worldbody>: add one"
+        )
+    if len(free) > 1:
+        raise WorkbenchError(
+            f"{path}: several bodies move freely: {listed([b.get('name', '') for b in free])}: "
+            "give the drone's own file"
+        )
+    geoms = len(root.findall("worldbody/geom"))
+    others = [shortened(body.get("name", "")) for body in tops if body is not free[0]]
+    if others or geoms:
+        parts = [f"bodies {listed(others)}"] if others else []
+        parts += [f"{geoms} geoms"] if geoms else []
+        text = f"'{shortened(free[0].get('name', ''))}' is the one that flies; left out are "
+        remarks.add("ignored", path, "what stands in the world", text + " and ".join(parts))
+    return free[0]
+
+
+def _bodies(parent: Element) -> Iterator[Element]:
+    """Yield the bodies directly in a world or in its frames."""
+    for child in elements(parent, "body", "frame"):
+        if child.tag == "body":
+            yield child
+        else:
+            yield from _bodies(child)
+
+
+def _is_free(element: ElementTree.Element) -> bool:
+    return element.tag == "freejoint" or (element.tag == "joint" and element.get("type") == "free")
+
+
+Placed = tuple[Element, RigidTransform]
+"""A part of a body, with the pose X_LF of the frame in its link that its pose is given in."""
+
+
+class _Reader:
+    """Reads links, joints, sites and actuators of a body and its descendants.
 
     Args:
         path: of the file.
         root: of the document.
-        compiler: settings of the file.
-        defaults: of its classes.
         finder: of meshes.
-        remarks: receives remarks on unusable geoms.
+        remarks: receives remarks on unusable parts.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        root: Element,
-        compiler: Compiler,
-        defaults: Defaults,
-        finder: PackageFinder,
-        remarks: Remarks,
-    ) -> None:
+    def __init__(self, path: Path, root: Element, finder: PackageFinder, remarks: Remarks) -> None:
         self._path = path
-        self._compiler = compiler
         self._remarks = remarks
+        self._compiler = read_compiler(path, root)
+        self._defaults = Defaults(root)
         self._meshes: dict[str, Mesh] = {}
         self._colours: dict[str, Colour] = {}
-        for asset in root.iterfind("asset/mesh"):
-            assert isinstance(asset, Element)
-            element = defaults.applied(asset, "")
+        self._sites: dict[str, tuple[str, RigidTransform]] = {}
+        self.links: list[Link] = []
+        self.joints: list[Joint] = []
+        for asset in elements_of(root, "asset", "mesh"):
+            element = self._defaults.applied(asset, "")
             file = element.get("file", "")
             name = element.get("name") or PurePosixPath(file).stem
-            found = finder.resolve(str(PurePosixPath(compiler.meshdir) / file), path)
+            found = finder.resolve(str(PurePosixPath(self._compiler.meshdir) / file), path)
             scale = triple(element, "scale", "1 1 1")
             self._meshes[name] = Mesh(file, found if file else None, scale)
-        for asset in root.iterfind("asset/material"):
-            assert isinstance(asset, Element)
+        for asset in elements_of(root, "asset", "material"):
             if "rgba" in asset.attrib:
                 self._colours[asset.get("name", "")] = _rgba(asset)
 
-    def shapes(
-        self, link: str, placed: Placed
-    ) -> tuple[tuple[LinkShape, ...], tuple[LinkShape, ...]]:
-        """Return the visuals and the collisions of the geoms of a link.
+    def add(self, body: Element, X_ML: RigidTransform, parent: str, childclass: str) -> None:
+        """Add a body.
 
-        Raises:
-            WorkbenchError: for an invalid size or colour.
+        Args:
+            body: its element.
+            X_ML: its pose.
+            parent: its parent link, "" for the free body.
+            childclass: default class in its parent.
         """
+        name = body.get("name") or f"body_{len(self.links)}"
+        if any(link.name == name for link in self.links):
+            raise WorkbenchError(
+                f"{place(body)}: there are two bodies named '{shortened(name)}': rename one"
+            )
+        contents = list(self._contents(body, RigidTransform(), body.get("childclass", childclass)))
+
+        def parts(tag: str) -> list[Placed]:
+            return [(part, X_LF) for part, X_LF, _ in contents if part.tag == tag]
+
+        geoms = parts("geom")
+        inertial = self._inertial(name, parts("inertial")[-1:], geoms)
+        self.links.append(Link(name, X_ML, inertial, *self._shapes(name, geoms)))
+        if parent:
+            self.joints.append(self._joint(name, parent, X_ML, parts("joint")))
+        for site, X_LF in parts("site"):
+            X_LS = X_LF @ pose_of(site, self._compiler)
+            self._sites[site.get("name", "")] = (name, X_LS)
+        for child, X_LF, inherited in contents:
+            if child.tag == "body":
+                pose = pose_of(child, self._compiler)
+                self.add(child, X_ML @ X_LF @ pose, name, inherited)
+
+    def _contents(
+        self, parent: Element, X_LF: RigidTransform, childclass: str
+    ) -> Iterator[tuple[Element, RigidTransform, str]]:
+        """Yield the parts of a body, also in frames, with defaults applied, see `Placed`.
+
+        The last value is their default class.
+        """
+        for child in elements(parent):
+            match child.tag:
+                case "frame":
+                    inside = X_LF @ pose_of(child, self._compiler)
+                    yield from self._contents(child, inside, child.get("childclass", childclass))
+                case "geom" | "joint" | "site":
+                    yield self._defaults.applied(child, childclass), X_LF, childclass
+                case _:
+                    yield child, X_LF, childclass
+
+    def _inertial(self, link: str, given: list[Placed], geoms: list[Placed]) -> Inertial | None:
+        """Return mass and inertia of a body, computed from its geoms if it states none."""
+        word = self._compiler.inertiafromgeom
+        if given and word != "true":
+            return self._given_inertial(*given[0])
+        solids = [] if word == "false" else self._solids(link, geoms)
+        return together(solids) if solids else None
+
+    def _given_inertial(self, element: Element, X_LF: RigidTransform) -> Inertial:
+        X_LI = X_LF @ pose_of(element, self._compiler)
+        mass = number(element, "mass")
+        if "fullinertia" in element.attrib:
+            values = numbers(element, "fullinertia", "")
+            if len(values) != 6:
+                raise WorkbenchError(
+                    f"{place(element)}: <inertial fullinertia>: give it six numbers"
+                )
+            xx, yy, zz, xy, xz, yz = values
+            return Inertial(mass, X_LI, (xx, yy, zz), (xy, xz, yz))
+        moments = triple(element, "diaginertia", "0 0 0")
+        return Inertial(mass, X_LI, moments, (0.0, 0.0, 0.0))
+
+    def _joint(self, link: str, parent: str, X_ML: RigidTransform, joints: list[Placed]) -> Joint:
+        """Return the first joint of a body, or a fixed joint if it has none."""
+        if not joints:
+            return Joint(f"{link}_weld", "fixed", parent, link, X_ML, (0.0, 0.0, 1.0))
+        for other, _ in joints[1:]:
+            text = f"a further joint of '{shortened(link)}'; left out"
+            what = f"joint '{shortened(other.get('name', ''))}'"
+            self._remarks.add("ignored", self._path, what, text)
+        element, X_LF = joints[0]
+        axis = X_LF.rotation().multiply(np.array(triple(element, "axis", "0 0 1")))
+        length = float(np.linalg.norm(axis))
+        if length < 1e-9:
+            raise WorkbenchError(f"{place(element)}: <joint axis> is 0 0 0: give it a direction")
+        x, y, z = (float(value) for value in axis / length)
+        position = np.array(triple(element, "pos", "0 0 0"))
+        X_LJ = RigidTransform(RotationMatrix(), X_LF.multiply(position))
+        kind = element.get("type", "hinge")
+        name = element.get("name") or f"{link}_joint"
+        return Joint(name, _KINDS.get(kind, kind), parent, link, X_ML @ X_LJ, (x, y, z))
+
+    def actuators(self, root: Element) -> Iterator[DeclaredActuator]:
+        """Yield the actuators that apply a force or moment at a site."""
+        for index, child in enumerate(elements_of(root, "actuator")):
+            element = self._defaults.applied(child, "")
+            name = element.get("name") or f"actuator_{index}"
+            what = f"actuator '{shortened(name)}'"
+            site = element.get("site", "")
+            if child.tag not in _ACTUATORS or not site or "refsite" in element.attrib:
+                text = f"a <{shortened(child.tag)}> that pushes no site of the drone; not used"
+                self._remarks.add("ignored", self._path, what, text)
+                continue
+            if site not in self._sites:
+                raise WorkbenchError(
+                    f"{place(element)}: {what} is at the site '{shortened(site)}', which the "
+                    f"drone has not: sites are {listed(list(self._sites))}"
+                )
+            gear = [*numbers(element, "gear", "1 0 0 0 0 0"), *[0.0] * 6][:6]
+            gain = numbers(element, "gainprm", "1")[0] if element.tag == "general" else 1.0
+            link, X_LS = self._sites[site]
+            yield DeclaredActuator(
+                name=name,
+                link=link,
+                X_LS=X_LS,
+                force_S=(gain * gear[0], gain * gear[1], gain * gear[2]),
+                moment_S=(gain * gear[3], gain * gear[4], gain * gear[5]),
+                most=_most(element, gain, self._compiler.autolimits),
+                time_constant=_lag(element),
+            )
+
+    def _shapes(
+        self, link: str, geoms: list[Placed]
+    ) -> tuple[tuple[LinkShape, ...], tuple[LinkShape, ...]]:
+        """Return the visuals and the collisions of the geoms of a link."""
         visuals, collisions = [], []
-        for name, element, X_LG, shape in self._geoms(link, placed):
+        for name, element, X_LG, shape in self._geoms(link, geoms):
             rgba = self._colour(element)
             if number(element, "group", "0") < _DRAWN and (not rgba or rgba[3] > 0.0):
                 visuals.append(LinkShape(name, X_LG, shape, rgba))
@@ -342,23 +578,19 @@ class GeomReader:
                 collisions.append(LinkShape(name, X_LG, shape))
         return tuple(visuals), tuple(collisions)
 
-    def solids(self, link: str, placed: Placed) -> list[Solid]:
-        """Return the geoms of a link with mass as solids.
-
-        Raises:
-            WorkbenchError: for an invalid size or mass.
-        """
+    def _solids(self, link: str, geoms: list[Placed]) -> list[Solid]:
+        """Return the geoms of a link with mass as solids."""
         return [
             solid
-            for name, element, X_LG, shape in self._geoms(link, placed)
+            for name, element, X_LG, shape in self._geoms(link, geoms)
             for solid in self._solid(element, X_LG, shape, f"geom '{shortened(name)}'")
         ]
 
     def _geoms(
-        self, link: str, placed: Placed
+        self, link: str, geoms: list[Placed]
     ) -> Iterator[tuple[str, Element, RigidTransform, Shape]]:
         """Yield name, element, pose and shape of the geoms with a supported shape."""
-        for index, (element, X_LF) in enumerate(placed):
+        for index, (element, X_LF) in enumerate(geoms):
             name = element.get("name") or f"geom_{index}"
             X_FG, shape = self._shape(element, f"geom '{shortened(name)}' of '{shortened(link)}'")
             if shape is not None:
@@ -437,293 +669,13 @@ class GeomReader:
         return WorkbenchError(f"{place(element)}: <geom>: {text}")
 
 
-def _rgba(element: Element) -> Colour:
-    values = numbers(element, "rgba", "")
-    if len(values) != 4:
-        raise WorkbenchError(
-            f"{place(element)}: <{element.tag} rgba='{shortened(element.get('rgba', ''))}'>: "
-            "give it four numbers"
-        )
-    r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
-    return (r, g, b, a)
-
-
-def note_unused(path: Path, root: Element, remarks: Remarks) -> None:
-    """Add remarks on elements and attributes that are not read, one for each name.
-
-    Children of an element that is not read are skipped. Attributes in defaults are treated like
-    those of the elements.
-    """
-    found: Counter[tuple[str, str]] = Counter()
-    _count(root, found)
-    for (what, why), times in list(found.items())[:_MOST]:
-        often = "" if times == 1 else f" ({times} times)"
-        remarks.add("ignored", path, what, f"{why}; not used{often}")
-
-
-def _count(element: Element, found: Counter[tuple[str, str]]) -> None:
-    """Count the unread parts of an element and of its descendants."""
-    for child in elements(element):
-        tag = child.tag
-        known = _USED.get(element.tag)
-        if known is not None and tag not in known.split():
-            if len(child) or child.attrib:
-                why = _WHY.get(tag, "not known here")
-                words = " ".join(sorted(child.attrib)) if tag == "option" else ""
-                found[f"element <{shortened(tag)}>{words and f' ({words})'}", why] += 1
-            continue
-        for name in child.attrib:
-            if tag in _WORDS and name not in _WORDS[tag].split():
-                found[f"attribute {shortened(name)} of <{tag}>", "not read"] += 1
-        _count(child, found)
-
-
-def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks) -> Model:
-    """Return the free body in an MJCF file as a model.
-
-    Poses, inertias and defaults are interpreted as by Drake's parser. The model frame is that of
-    the free body; its pose in the file is not used, as a scenario defines it.
-
-    Args:
-        path: the file, for messages and relative paths.
-        root: its root element.
-        finder: of meshes.
-        remarks: receives remarks on unused parts.
-
-    Raises:
-        WorkbenchError: naming file and element, for invalid content.
-    """
-    root = with_includes(path, root)
-    note_unused(path, root, remarks)
-    defaults, compiler = Defaults(root), read_compiler(path, root)
-    shapes = GeomReader(path, root, compiler, defaults, finder, remarks)
-    reader = _Bodies(path, compiler, defaults, shapes, remarks)
-    reader.add(_free_body(path, root, remarks), RigidTransform(), "", "")
-    return Model(
-        source=path,
-        name=root.get("model") or path.name.partition(".")[0],
-        links=tuple(reader.links),
-        joints=tuple(reader.joints),
-        frames=(),
-        sensors=(),
-        plugins=(),
-        actuators=tuple(_actuators(path, root, compiler, defaults, reader.sites, remarks)),
-    )
-
-
-def _free_body(path: Path, root: Element, remarks: Remarks) -> Element:
-    """Return the free body of the world, and add a remark on other bodies and geoms."""
-    tops = [body for world in root.findall("worldbody") for body in _bodies(world)]
-    free = [body for body in tops if any(map(_is_free, body.iter()))]
-    if not free:
-        names = listed([body.get("name", "without a name") for body in tops])
-        raise WorkbenchError(
-            f"{path}: no body in <worldbody> has a <freejoint/>, and a drone flies freely: add it "
-            f"to one of {names}"
-            if tops
-            else f"{path}: there is no <body> in <worldbody>: add one"
-        )
-    if len(free) > 1:
-        raise WorkbenchError(
-            f"{path}: several bodies move freely: {listed([b.get('name', '') for b in free])}: "
-            "give the drone's own file"
-        )
-    geoms = len(root.findall("worldbody/geom"))
-    others = [shortened(body.get("name", "")) for body in tops if body is not free[0]]
-    if others or geoms:
-        parts = [f"bodies {listed(others)}"] if others else []
-        parts += [f"{geoms} geoms"] if geoms else []
-        text = f"'{shortened(free[0].get('name', ''))}' is the one that flies; left out are "
-        remarks.add("ignored", path, "what stands in the world", text + " and ".join(parts))
-    return free[0]
-
-
-def _bodies(parent: object) -> Iterator[Element]:
-    """Yield the bodies directly in a world or in its frames."""
-    assert isinstance(parent, Element)
-    for child in elements(parent, "body", "frame"):
-        if child.tag == "body":
-            yield child
-        else:
-            yield from _bodies(child)
-
-
-def _is_free(element: object) -> bool:
-    assert isinstance(element, Element)
-    return element.tag == "freejoint" or (element.tag == "joint" and element.get("type") == "free")
-
-
-@dataclass
-class _Parts:
-    """The direct contents of a body, also in frames, each with the frame X_LF of its pose."""
-
-    bodies: list[tuple[Element, RigidTransform, str]] = field(default_factory=list)
-    geoms: list[tuple[Element, RigidTransform]] = field(default_factory=list)
-    joints: list[tuple[Element, RigidTransform]] = field(default_factory=list)
-    sites: list[tuple[Element, RigidTransform]] = field(default_factory=list)
-    inertial: tuple[Element, RigidTransform] | None = None
-
-
-@dataclass
-class _Bodies:
-    """Collects links, joints and sites of a body and its descendants."""
-
-    path: Path
-    compiler: Compiler
-    defaults: Defaults
-    geoms: GeomReader
-    remarks: Remarks
-    links: list[Link] = field(default_factory=list)
-    joints: list[Joint] = field(default_factory=list)
-    sites: dict[str, tuple[str, RigidTransform]] = field(default_factory=dict)
-
-    def add(self, body: Element, X_ML: RigidTransform, parent: str, childclass: str) -> None:
-        """Add a body.
-
-        Args:
-            body: its element.
-            X_ML: its pose.
-            parent: its parent link, "" for the free body.
-            childclass: default class in its parent.
-        """
-        name = body.get("name") or f"body_{len(self.links)}"
-        if any(link.name == name for link in self.links):
-            raise WorkbenchError(
-                f"{place(body)}: there are two bodies named '{shortened(name)}': rename one"
-            )
-        parts = _Parts()
-        self._collect(body, RigidTransform(), body.get("childclass", childclass), parts)
-        inertial = self._inertial(name, parts)
-        self.links.append(Link(name, X_ML, inertial, *self.geoms.shapes(name, parts.geoms)))
-        if parent:
-            self.joints.append(self._joint(name, parent, X_ML, parts.joints))
-        for site, X_LF in parts.sites:
-            X_LS = X_LF @ pose_of(site, self.compiler)
-            self.sites[site.get("name", "")] = (name, X_LS)
-        for child, X_LF, inherited in parts.bodies:
-            pose = pose_of(child, self.compiler)
-            self.add(child, X_ML @ X_LF @ pose, name, inherited)
-
-    def _collect(
-        self, parent: Element, X_LF: RigidTransform, childclass: str, parts: _Parts
-    ) -> None:
-        """Collect the contents of a body or frame, with defaults applied."""
-        for child in elements(parent):
-            match child.tag:
-                case "body":
-                    parts.bodies.append((child, X_LF, childclass))
-                case "frame":
-                    inside = X_LF @ pose_of(child, self.compiler)
-                    self._collect(child, inside, child.get("childclass", childclass), parts)
-                case "inertial":
-                    parts.inertial = (child, X_LF)
-                case "geom":
-                    parts.geoms.append((self.defaults.applied(child, childclass), X_LF))
-                case "joint":
-                    parts.joints.append((self.defaults.applied(child, childclass), X_LF))
-                case "site":
-                    parts.sites.append((self.defaults.applied(child, childclass), X_LF))
-
-    def _inertial(self, link: str, parts: _Parts) -> Inertial | None:
-        """Return mass and inertia of a body, computed from its geoms if it states none."""
-        word = self.compiler.inertiafromgeom
-        if parts.inertial and word != "true":
-            return self._given_inertial(*parts.inertial)
-        solids = [] if word == "false" else self.geoms.solids(link, parts.geoms)
-        return together(solids) if solids else None
-
-    def _given_inertial(self, element: Element, X_LF: RigidTransform) -> Inertial:
-        X_LI = X_LF @ pose_of(element, self.compiler)
-        mass = number(element, "mass")
-        if "fullinertia" in element.attrib:
-            values = numbers(element, "fullinertia", "")
-            if len(values) != 6:
-                raise WorkbenchError(
-                    f"{place(element)}: <inertial fullinertia>: give it six numbers"
-                )
-            xx, yy, zz, xy, xz, yz = values
-            return Inertial(mass, X_LI, (xx, yy, zz), (xy, xz, yz))
-        moments = triple(element, "diaginertia", "0 0 0")
-        return Inertial(mass, X_LI, moments, (0.0, 0.0, 0.0))
-
-    def _joint(
-        self,
-        link: str,
-        parent: str,
-        X_ML: RigidTransform,
-        joints: list[tuple[Element, RigidTransform]],
-    ) -> Joint:
-        """Return the first joint of a body, or a fixed joint if it has none."""
-        if not joints:
-            return Joint(f"{link}_weld", "fixed", parent, link, X_ML, (0.0, 0.0, 1.0))
-        for other, _ in joints[1:]:
-            text = f"a further joint of '{shortened(link)}'; left out"
-            what = f"joint '{shortened(other.get('name', ''))}'"
-            self.remarks.add("ignored", self.path, what, text)
-        element, X_LF = joints[0]
-        axis = X_LF.rotation().multiply(np.array(triple(element, "axis", "0 0 1")))
-        length = float(np.linalg.norm(axis))
-        if length < 1e-9:
-            raise WorkbenchError(f"{place(element)}: <joint axis> is 0 0 0: give it a direction")
-        x, y, z = (float(value) for value in axis / length)
-        position = np.array(triple(element, "pos", "0 0 0"))
-        X_LJ = RigidTransform(RotationMatrix(), X_LF.multiply(position))
-        kind = element.get("type", "hinge")
-        name = element.get("name") or f"{link}_joint"
-        return Joint(name, _KINDS.get(kind, kind), parent, link, X_ML @ X_LJ, (x, y, z))
-
-
-def _actuators(
-    path: Path,
-    root: Element,
-    compiler: Compiler,
-    defaults: Defaults,
-    sites: dict[str, tuple[str, RigidTransform]],
-    remarks: Remarks,
-) -> Iterator[DeclaredActuator]:
-    """Yield the actuators that apply a force or moment at a site."""
-    for index, child in enumerate(
-        element for block in root.iterfind("actuator") for element in _elements(block)
-    ):
-        element = defaults.applied(child, "")
-        name = element.get("name") or f"actuator_{index}"
-        what = f"actuator '{shortened(name)}'"
-        site = element.get("site", "")
-        if child.tag not in _ACTUATORS or not site or "refsite" in element.attrib:
-            text = f"a <{shortened(child.tag)}> that pushes no site of the drone; not used"
-            remarks.add("ignored", path, what, text)
-            continue
-        if site not in sites:
-            raise WorkbenchError(
-                f"{place(element)}: {what} is at the site '{shortened(site)}', which the "
-                f"drone has not: sites are {listed(list(sites))}"
-            )
-        gear = [*numbers(element, "gear", "1 0 0 0 0 0"), *[0.0] * 6][:6]
-        gain = numbers(element, "gainprm", "1")[0] if element.tag == "general" else 1.0
-        link, X_LS = sites[site]
-        yield DeclaredActuator(
-            name=name,
-            link=link,
-            X_LS=X_LS,
-            force_S=(gain * gear[0], gain * gear[1], gain * gear[2]),
-            moment_S=(gain * gear[3], gain * gear[4], gain * gear[5]),
-            most=_most(element, gain, compiler),
-            time_constant=_lag(element),
-        )
-
-
-def _elements(block: object) -> Iterator[Element]:
-    assert isinstance(block, Element)
-    yield from elements(block)
-
-
-def _most(element: Element, gain: float, compiler: Compiler) -> float | None:
+def _most(element: Element, gain: float, autolimits: bool) -> float | None:
     """Return the largest control of an actuator, None without a limit."""
     found = []
     for word, scale in (("ctrl", 1.0), ("force", abs(gain) or 1.0)):
         limited = element.get(f"{word}limited", "auto")
         given = f"{word}range" in element.attrib
-        if limited == "true" or (limited == "auto" and compiler.autolimits and given):
+        if limited == "true" or (limited == "auto" and autolimits and given):
             values = numbers(element, f"{word}range", "0 0")
             if len(values) != 2 or values[1] <= values[0]:
                 raise WorkbenchError(
