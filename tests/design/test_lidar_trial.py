@@ -20,7 +20,7 @@ from workbench.design.lidar_trial import (
     respond,
     slowest_detection,
 )
-from workbench.design.obstacles import Box, HalfSpace, Obstacle, Sphere, first_hits
+from workbench.design.obstacles import Obstacle, box, first_hits, half_space, sphere
 from workbench.plant.sensors import Lidar, Noise, ScanAxis
 
 PERIOD, CONTROL = 102 / 1024, 1 / 128
@@ -51,16 +51,16 @@ def standing(name, solid, *place):
 
 
 OBSTACLES = (
-    standing("crate", Box((0.5, 0.5, 0.5)), 5.0, 2.0, 0.5),
-    standing("ball", Sphere(1.0), 20.0, 0.0, 1.0),  # comes into range on the way
-    standing("hidden", Box((0.2, 0.2, 0.2)), 5.0, 60.0, 0.2),  # too far away for ever
+    standing("crate", box((0.5, 0.5, 0.5)), 5.0, 2.0, 0.5),
+    standing("ball", sphere(1.0), 20.0, 0.0, 1.0),  # comes into range on the way
+    standing("hidden", box((0.2, 0.2, 0.2)), 5.0, 60.0, 0.2),  # too far away for ever
     Obstacle(
         "cart",
-        ((Box((0.5, 0.5, 0.5)), RigidTransform([0.0, 0.0, 0.5])),),
+        ((box((0.5, 0.5, 0.5)), RigidTransform([0.0, 0.0, 0.5])),),
         lambda time: RigidTransform([8.0, -6.0 + 0.5 * time, 0.0]),
         moves=True,
     ),
-    standing("ground", HalfSpace(), 0.0, 0.0, 0.0),
+    standing("ground", half_space(), 0.0, 0.0, 0.0),
 )
 
 
@@ -271,7 +271,7 @@ def test_what_lies_within_a_millimetre_of_an_edge_is_not_judged(quiet):
         quiet.lidar, p_BS=(0.0, 0.0, -0.4), horizontal=ScanAxis(1, 0, 0), vertical=ScanAxis(1, 0, 0)
     )
     for beside, at_edges, false in ((0.0005, 1, 0), (0.002, 0, 1)):
-        crate = standing("crate", Box((0.5, 0.5, 0.5)), 5.0, 0.5 + beside, 0.5)
+        crate = standing("crate", box((0.5, 0.5, 0.5)), 5.0, 0.5 + beside, 0.5)
         flight = dataclasses.replace(quiet, lidar=lidar, obstacles=(crate,))
         found = judge_scan(flight, Scan(0.0, 0.0, np.array([[4.5]]), X_WS))
         assert (found.at_edges, found.false) == (at_edges, false)
@@ -329,7 +329,7 @@ def test_a_glimpse_between_two_scans_is_no_coming_into_view(noisy):
     seen = ((0.52, 0.57), (1.0, 9.0))
     ball = Obstacle(
         "ball",
-        ((Sphere(1.0), RigidTransform()),),
+        ((sphere(1.0), RigidTransform()),),
         lambda time: RigidTransform(
             [5.0 if any(begin <= time < end for begin, end in seen) else 99.0, 0.0, 1.2]
         ),
@@ -344,11 +344,11 @@ def test_what_is_hidden_comes_into_view_when_nothing_is_before_it(noisy):
     """A wall 1 m ahead of the ball slides away to the left at 2 m/s."""
     wall = Obstacle(
         "wall",
-        ((Box((0.1, 3.0, 5.0)), RigidTransform()),),
+        ((box((0.1, 3.0, 5.0)), RigidTransform()),),
         lambda time: RigidTransform([8.0, 2.0 * time, 1.0]),
         moves=True,
     )
-    ball = standing("ball", Sphere(1.0), 10.0, 0.0, 1.2)
+    ball = standing("ball", sphere(1.0), 10.0, 0.0, 1.2)
     flight = dataclasses.replace(hovering(noisy), obstacles=(wall, ball), scans=())
     (_, found) = detect(flight, judge(flight))
     # Seen from the lidar, its right edge is 1 m aside of the middle at 10 m: 0.8 m aside at 8 m.
@@ -399,7 +399,7 @@ def test_the_flight_must_not_reach_into_an_obstacle(report, noisy, quiet):
     assert nearest.obstacle == "crate"
     assert nearest.distance == pytest.approx(1.5, abs=0.01)
     assert nearest.time == pytest.approx(5.0 / SPEED, abs=0.2)
-    post = standing("post", Box((0.1, 0.1, 2.0)), 6.0, 0.3, 1.0)
+    post = standing("post", box((0.1, 0.1, 2.0)), 6.0, 0.3, 1.0)
     through = [
         dataclasses.replace(each, obstacles=(*OBSTACLES[:4], post, OBSTACLES[4]))
         for each in (noisy, quiet)

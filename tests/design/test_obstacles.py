@@ -9,23 +9,23 @@ import trimesh
 from pydrake.math import RigidTransform
 
 from workbench.design.obstacles import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    HalfSpace,
-    Sphere,
-    TriangleMesh,
+    box,
+    capsule,
+    cylinder,
+    ellipsoid,
+    half_space,
     solid_of,
+    sphere,
+    surface,
 )
 
-BOX = Box((0.5, 1.0, 1.5))
-BALL = Sphere(2.0)
-CAN = Cylinder(1.0, 4.0)
-PILL = Capsule(1.0, 4.0)
-EGG = Ellipsoid((1.0, 2.0, 3.0))
-FLOOR = HalfSpace()
-TRIANGLE = TriangleMesh(np.array([[[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 2.0, 1.0]]]))
+BOX = box((0.5, 1.0, 1.5))
+BALL = sphere(2.0)
+CAN = cylinder(1.0, 4.0)
+PILL = capsule(1.0, 4.0)
+EGG = ellipsoid((1.0, 2.0, 3.0))
+FLOOR = half_space()
+TRIANGLE = surface(np.array([[[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 2.0, 1.0]]]))
 ROOT = math.sqrt(0.5)
 
 
@@ -172,9 +172,11 @@ def test_rays_end_on_an_ellipsoid_and_the_nearest_point_is_square_to_it():
         assert egg.distance(ends + away * normals) == pytest.approx(away, rel=1e-9)
 
 
-@pytest.mark.parametrize("solid", [BOX, BALL, CAN, PILL, EGG], ids=lambda s: type(s).__name__)
+@pytest.mark.parametrize(
+    "solid", [BOX, BALL, CAN, PILL, EGG], ids=["box", "sphere", "cylinder", "capsule", "ellipsoid"]
+)
 def test_outlines_lie_on_the_surface_and_within_reach(solid):
-    points = solid.outline()
+    points = solid.outline
     assert np.linalg.norm(points, axis=1).max() == pytest.approx(solid.reach)
     assert solid.distance(points) == pytest.approx(0.0, abs=1e-12)
     assert solid.distance(1.01 * points).min() > 0.0
@@ -200,21 +202,21 @@ def test_a_triangle_is_met_from_both_sides_and_only_within_its_edges(start, dire
 def test_a_box_of_triangles_is_that_box(tmp_path):
     path = tmp_path / "crate.obj"
     trimesh.creation.box(extents=(0.5, 1.0, 1.5)).export(path)
-    box = Box((0.5, 1.0, 1.5))
+    crate = box((0.5, 1.0, 1.5))
     rng = np.random.default_rng(5)
     starts = 4.0 * rng.normal(size=(2000, 3))
     aims = rng.normal(size=(2000, 3))
     directions = (aims - starts) / np.linalg.norm(aims - starts, axis=1, keepdims=True)
-    expected = box.first(starts, directions)
+    expected = crate.first(starts, directions)
     assert 200 < np.isfinite(expected).sum() < 1900
     for shape in (drake.Mesh(str(path), 2.0), drake.Convex(str(path), 2.0)):
         mesh = solid_of(shape)
         assert mesh.first(starts, directions) == pytest.approx(expected, abs=1e-7)
-        outside = box.distance(starts) > 0.0
+        outside = crate.distance(starts) > 0.0
         assert mesh.distance(starts[outside][:100]) == pytest.approx(
-            box.distance(starts[outside][:100]), abs=1e-7
+            crate.distance(starts[outside][:100]), abs=1e-7
         )
-        assert mesh.reach == pytest.approx(box.reach)
+        assert mesh.reach == pytest.approx(crate.reach)
 
 
 def test_a_hull_fills_what_a_mesh_leaves_open(tmp_path):
@@ -237,7 +239,7 @@ def test_a_gltf_file_stands_as_drake_stands_it_up(tmp_path):
     shape = drake.Mesh(str(tmp_path / "model.gltf"), 2.0)
     hull = shape.GetConvexHull()
     expected = np.array([hull.vertex(index) for index in range(hull.num_vertices())])
-    found = solid_of(shape).outline()
+    found = solid_of(shape).outline
     apart = np.linalg.norm(found[:, None] - expected[None], axis=2)
     assert apart.min(axis=0) == pytest.approx(0.0, abs=1e-6)
     assert apart.min(axis=1) == pytest.approx(0.0, abs=1e-6)

@@ -9,7 +9,7 @@ import pytest
 from pydrake.math import RigidTransform
 
 from workbench.design.lidar_trial import Scan, TrialFlight, report_trial, slowest_detection
-from workbench.design.obstacles import Box, HalfSpace, Obstacle, Sphere, first_hits
+from workbench.design.obstacles import Obstacle, box, first_hits, half_space, sphere
 from workbench.design.plots_lidar import cloud_of, plot_trial
 from workbench.plant.sensors import Lidar, Noise, ScanAxis
 
@@ -34,9 +34,9 @@ def obstacle(name, solid, pose, moves=False):
 
 
 OBSTACLES = (
-    obstacle("crate", Box((1.0, 1.0, 1.0)), lambda time: RigidTransform([8.0, 4.0, 1.0])),
-    obstacle("cart", Sphere(0.5), lambda time: RigidTransform([6.0, -4.0 + time, 1.0]), True),
-    obstacle("ground", HalfSpace(), lambda time: RigidTransform()),
+    obstacle("crate", box((1.0, 1.0, 1.0)), lambda time: RigidTransform([8.0, 4.0, 1.0])),
+    obstacle("cart", sphere(0.5), lambda time: RigidTransform([6.0, -4.0 + time, 1.0]), True),
+    obstacle("ground", half_space(), lambda time: RigidTransform()),
 )
 
 

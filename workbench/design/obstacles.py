@@ -5,21 +5,23 @@ the lidar, so that one can verify the other. A ray passes through a convex solid
 from entry to exit. It first hits the entry, or from inside the exit.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Box as DrakeBox
-from pydrake.geometry import Capsule as DrakeCapsule
-from pydrake.geometry import Convex as DrakeConvex
-from pydrake.geometry import Cylinder as DrakeCylinder
-from pydrake.geometry import Ellipsoid as DrakeEllipsoid
-from pydrake.geometry import GeometryInstance, Shape
-from pydrake.geometry import HalfSpace as DrakeHalfSpace
-from pydrake.geometry import Mesh as DrakeMesh
-from pydrake.geometry import Sphere as DrakeSphere
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    GeometryInstance,
+    HalfSpace,
+    Mesh,
+    Shape,
+    Sphere,
+)
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
@@ -31,125 +33,100 @@ _MOST = 2_000_000
 """Largest number of pairs of ray and triangle computed together; they take 200 MB."""
 
 
-@dataclass(frozen=True)
-class Box:
-    """A box about the origin, given by half its sides along x, y, z."""
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A solid in its own frame O; rays are unit vectors, all lengths in m.
 
-    half: tuple[float, float, float]
+    Attributes:
+        reach: largest distance of any of its points from the origin.
+        first: returns how far rays from points (n, 3) along directions (n, 3) go (n), inf at a
+            miss.
+        distance: returns how far points (n, 3) are from it (n), 0 inside.
+        outline: points of its surface (n, 3) whose convex hull shows its shape.
+    """
 
-    @property
-    def reach(self) -> float:
-        return float(np.linalg.norm(self.half))
-
-    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        return first_met(_slabs(p_O, d_O, np.array(self.half)))
-
-    def distance(self, p_O: np.ndarray) -> np.ndarray:
-        beyond = np.maximum(np.abs(p_O) - self.half, 0.0)
-        return np.asarray(np.linalg.norm(beyond, axis=1))
-
-    def outline(self) -> np.ndarray:
-        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        return signs * np.array(self.half)
+    reach: float
+    first: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    distance: Callable[[np.ndarray], np.ndarray]
+    outline: np.ndarray
 
 
-@dataclass(frozen=True)
-class Sphere:
-    """A sphere about the origin."""
+def box(half: Sequence[float] | np.ndarray) -> Solid:
+    """Return a box about the origin, given by half its sides along x, y, z."""
+    sides = np.array(half)
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
-    radius: float
+    def distance(p_O: np.ndarray) -> np.ndarray:
+        return np.asarray(np.linalg.norm(np.maximum(np.abs(p_O) - sides, 0.0), axis=1))
 
-    @property
-    def reach(self) -> float:
-        return self.radius
-
-    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        return first_met(_ball(p_O, d_O, self.radius))
-
-    def distance(self, p_O: np.ndarray) -> np.ndarray:
-        return np.maximum(np.linalg.norm(p_O, axis=1) - self.radius, 0.0)
-
-    def outline(self) -> np.ndarray:
-        return self.radius * _ball_points()
+    return Solid(
+        reach=float(np.linalg.norm(sides)),
+        first=lambda p_O, d_O: first_met(_slabs(p_O, d_O, sides)),
+        distance=distance,
+        outline=signs * sides,
+    )
 
 
-@dataclass(frozen=True)
-class Cylinder:
-    """A cylinder along z about the origin."""
+def sphere(radius: float) -> Solid:
+    """Return a sphere about the origin."""
+    return Solid(
+        reach=radius,
+        first=lambda p_O, d_O: first_met(_ball(p_O, d_O, radius)),
+        distance=lambda p_O: np.maximum(np.linalg.norm(p_O, axis=1) - radius, 0.0),
+        outline=radius * _ball_points(),
+    )
 
-    radius: float
-    length: float
 
-    @property
-    def reach(self) -> float:
-        return float(np.hypot(self.radius, 0.5 * self.length))
+def cylinder(radius: float, length: float) -> Solid:
+    """Return a cylinder along z about the origin."""
 
-    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        side = _ball(p_O[:, :2], d_O[:, :2], self.radius)
-        return first_met(_both(side, _between_ends(p_O, d_O, self.length)))
-
-    def distance(self, p_O: np.ndarray) -> np.ndarray:
-        across = np.hypot(p_O[:, 0], p_O[:, 1]) - self.radius
-        along = np.abs(p_O[:, 2]) - 0.5 * self.length
+    def distance(p_O: np.ndarray) -> np.ndarray:
+        across = np.hypot(p_O[:, 0], p_O[:, 1]) - radius
+        along = np.abs(p_O[:, 2]) - 0.5 * length
         return np.hypot(np.maximum(across, 0.0), np.maximum(along, 0.0))
 
-    def outline(self) -> np.ndarray:
-        return np.vstack([_rim(self.radius, z * self.length) for z in (-0.5, 0.5)])
+    return Solid(
+        reach=float(np.hypot(radius, 0.5 * length)),
+        first=lambda p_O, d_O: first_met(_tube(p_O, d_O, radius, length)),
+        distance=distance,
+        outline=np.vstack([_rim(radius, z * length) for z in (-0.5, 0.5)]),
+    )
 
 
-@dataclass(frozen=True)
-class Capsule:
-    """A cylinder along z with hemispherical ends; `length` excludes them."""
+def capsule(radius: float, length: float) -> Solid:
+    """Return a cylinder along z with hemispherical ends; `length` excludes them."""
+    ends = np.array([[0.0, 0.0, -0.5 * length], [0.0, 0.0, 0.5 * length]])
+    ball = radius * _ball_points()
 
-    radius: float
-    length: float
-
-    @property
-    def reach(self) -> float:
-        return self.radius + 0.5 * self.length
-
-    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        side = _ball(p_O[:, :2], d_O[:, :2], self.radius)
-        parts = [_both(side, _between_ends(p_O, d_O, self.length))]
-        parts += [_ball(p_O - end, d_O, self.radius) for end in self._ends()]
+    def first(p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+        parts = [_tube(p_O, d_O, radius, length)]
+        parts += [_ball(p_O - end, d_O, radius) for end in ends]
         enters, leaves = zip(*parts, strict=True)
         return first_met((np.min(enters, axis=0), np.max(leaves, axis=0)))
 
-    def distance(self, p_O: np.ndarray) -> np.ndarray:
+    def distance(p_O: np.ndarray) -> np.ndarray:
         axis = np.zeros_like(p_O)
-        axis[:, 2] = np.clip(p_O[:, 2], -0.5 * self.length, 0.5 * self.length)
-        return np.maximum(np.linalg.norm(p_O - axis, axis=1) - self.radius, 0.0)
+        axis[:, 2] = np.clip(p_O[:, 2], -0.5 * length, 0.5 * length)
+        return np.maximum(np.linalg.norm(p_O - axis, axis=1) - radius, 0.0)
 
-    def outline(self) -> np.ndarray:
-        ball = self.radius * _ball_points()
-        return np.vstack([ball[ball[:, 2] * end[2] >= 0.0] + end for end in self._ends()])
+    return Solid(
+        reach=radius + 0.5 * length,
+        first=first,
+        distance=distance,
+        outline=np.vstack([ball[ball[:, 2] * end[2] >= 0.0] + end for end in ends]),
+    )
 
-    def _ends(self) -> np.ndarray:
-        """Return the centres of the hemispheres (2, 3)."""
-        return np.array([[0.0, 0.0, -0.5 * self.length], [0.0, 0.0, 0.5 * self.length]])
 
+def ellipsoid(radii: Sequence[float]) -> Solid:
+    """Return an ellipsoid about the origin with its half axes along x, y, z."""
+    r = np.array(radii)
 
-@dataclass(frozen=True)
-class Ellipsoid:
-    """An ellipsoid about the origin with its half axes along x, y, z."""
-
-    radii: tuple[float, float, float]
-
-    @property
-    def reach(self) -> float:
-        return max(self.radii)
-
-    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        # scaled to the unit sphere; lengths along a ray stay the same
-        return first_met(_ball(p_O / self.radii, d_O / self.radii, 1.0))
-
-    def distance(self, p_O: np.ndarray) -> np.ndarray:
+    def distance(p_O: np.ndarray) -> np.ndarray:
         """Return distances; the nearest point is r² p / (r² + s), where s >= 0 solves it outside.
 
         |r p / (r² + s)| falls with s, from above 1 to below it. Bisection runs to machine
         precision.
         """
-        r = np.array(self.radii)
         outside = np.sum((p_O / r) ** 2, axis=1) > 1.0
         low = np.zeros(len(p_O))
         high = np.linalg.norm(p_O, axis=1) * r.max()
@@ -160,28 +137,29 @@ class Ellipsoid:
         nearest = r * r * p_O / (r * r + high[:, None])
         return np.where(outside, np.linalg.norm(p_O - nearest, axis=1), 0.0)
 
-    def outline(self) -> np.ndarray:
-        return _ball_points() * np.array(self.radii)
+    return Solid(
+        reach=max(radii),
+        # scaled to the unit sphere; lengths along a ray stay the same
+        first=lambda p_O, d_O: first_met(_ball(p_O / r, d_O / r, 1.0)),
+        distance=distance,
+        outline=_ball_points() * r,
+    )
 
 
-@dataclass(frozen=True)
-class HalfSpace:
-    """Everything below z = 0."""
+def half_space() -> Solid:
+    """Return everything below z = 0."""
 
-    @property
-    def reach(self) -> float:
-        return np.inf
-
-    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
+    def first(p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):
             length = -p_O[:, 2] / d_O[:, 2]
         return np.where(np.isfinite(length) & (length >= 0.0), length, np.inf)
 
-    def distance(self, p_O: np.ndarray) -> np.ndarray:
-        return np.maximum(p_O[:, 2], 0.0)
-
-    def outline(self) -> np.ndarray:
-        return np.zeros((0, 3))
+    return Solid(
+        reach=np.inf,
+        first=first,
+        distance=lambda p_O: np.maximum(p_O[:, 2], 0.0),
+        outline=np.zeros((0, 3)),
+    )
 
 
 def first_met(stretch: Stretch) -> np.ndarray:
@@ -201,11 +179,6 @@ def _slabs(p: np.ndarray, d: np.ndarray, half: np.ndarray) -> Stretch:
     return _whole(enter, leave, enter <= leave)
 
 
-def _between_ends(p: np.ndarray, d: np.ndarray, length: float) -> Stretch:
-    """Return the stretches of rays between the end planes of a solid along z."""
-    return _slabs(p[:, 2:], d[:, 2:], np.array([0.5 * length]))
-
-
 def _ball(p: np.ndarray, d: np.ndarray, radius: float) -> Stretch:
     """Return the stretches of rays inside a ball of any dimension; d need not be unit vectors.
 
@@ -222,9 +195,11 @@ def _ball(p: np.ndarray, d: np.ndarray, radius: float) -> Stretch:
     return _whole(length - half, length + half, room >= 0.0)
 
 
-def _both(one: Stretch, other: Stretch) -> Stretch:
-    """Return the intersection of two stretches."""
-    enter, leave = np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
+def _tube(p: np.ndarray, d: np.ndarray, radius: float, length: float) -> Stretch:
+    """Return the stretches of rays inside a cylinder along z, between its end planes."""
+    side = _ball(p[:, :2], d[:, :2], radius)
+    ends = _slabs(p[:, 2:], d[:, 2:], np.array([0.5 * length]))
+    enter, leave = np.maximum(side[0], ends[0]), np.minimum(side[1], ends[1])
     return _whole(enter, leave, enter <= leave)
 
 
@@ -247,85 +222,72 @@ def _ball_points() -> np.ndarray:
     return np.vstack([_rim(float(np.cos(a)), float(np.sin(a))) for a in heights])
 
 
-class TriangleMesh:
-    """A surface of triangles (m, 3, 3) [m]; it has no inside."""
+def surface(triangles: np.ndarray) -> Solid:
+    """Return a surface of triangles (m, 3, 3) [m]; it has no inside."""
+    chunk = max(1, _MOST // len(triangles))
 
-    def __init__(self, triangles: np.ndarray) -> None:
-        self.triangles = np.asarray(triangles, dtype=float)
-
-    @classmethod
-    def from_file(cls, path: Path, scale: np.ndarray, *, hull: bool) -> "TriangleMesh":
-        """Return the mesh of a file in the way that Drake reads it.
-
-        Args:
-            path: .obj, .stl, .gltf or .glb.
-            scale: along x, y, z (3).
-            hull: whether to take its convex hull.
-        """
-        import trimesh
-
-        mesh = trimesh.load_mesh(path, process=False)
-        if path.suffix.lower() in (".gltf", ".glb"):
-            # these files have y up, Drake z
-            mesh.vertices = np.asarray(mesh.vertices)[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
-        mesh.vertices = np.asarray(mesh.vertices) * scale
-        return cls(np.asarray((mesh.convex_hull if hull else mesh).triangles))
-
-    @cached_property
-    def reach(self) -> float:
-        """See `Solid`."""
-        return float(np.linalg.norm(self.triangles, axis=2).max())
-
-    def first(self, p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
-        """See `Solid`; uses the barycentric coordinates of the intersection with each plane."""
-        chunk = max(1, _MOST // len(self.triangles))
+    def first(p_O: np.ndarray, d_O: np.ndarray) -> np.ndarray:
         parts = [
-            self._first(p_O[start : start + chunk], d_O[start : start + chunk])
+            _nearest_crossing(triangles, p_O[start : start + chunk], d_O[start : start + chunk])
             for start in range(0, len(p_O), chunk)
         ]
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def distance(self, p_O: np.ndarray) -> np.ndarray:
-        """See `Solid`; the distance from the surface, also inside."""
+    def distance(p_O: np.ndarray) -> np.ndarray:
+        """Return the distances from the surface, also inside."""
         from trimesh.triangles import closest_point
 
         found = []
         for point in p_O:
-            nearest = closest_point(self.triangles, np.tile(point, (len(self.triangles), 1)))
+            nearest = closest_point(triangles, np.tile(point, (len(triangles), 1)))
             found.append(np.linalg.norm(nearest - point, axis=1).min())
         return np.array(found)
 
-    def outline(self) -> np.ndarray:
-        """See `Solid`."""
-        return np.unique(self.triangles.reshape(-1, 3), axis=0)
-
-    def _first(self, p: np.ndarray, d: np.ndarray) -> np.ndarray:
-        """Return the nearest crossing ahead of each ray, inf without one.
-
-        The normal n = e1 x e2 gives the length to the plane. The point is inside if it lies on the
-        inner side of all three edges.
-        """
-        a, b, c = self.triangles.transpose(1, 0, 2)
-        n = np.cross(b - a, c - a)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            length = (np.sum(a * n, axis=1) - p @ n.T) / (d @ n.T)
-            inside = np.isfinite(length) & (length >= 0.0)
-        length = np.where(inside, length, 0.0)
-        for start, end in ((a, b), (b, c), (c, a)):
-            across = np.cross(n, end - start)  # in the triangle's plane, inwards
-            side = p @ across.T + length * (d @ across.T) - np.sum(start * across, axis=1)
-            inside &= side >= -1e-12 * np.sum(n * n, axis=1)
-        return np.min(np.where(inside, length, np.inf), axis=1)
+    return Solid(
+        reach=float(np.linalg.norm(triangles, axis=2).max()),
+        first=first,
+        distance=distance,
+        outline=np.unique(triangles.reshape(-1, 3), axis=0),
+    )
 
 
-Solid = Box | Sphere | Cylinder | Capsule | Ellipsoid | HalfSpace | TriangleMesh
-"""A solid in its own frame O; rays are unit vectors, all lengths in m.
+def surface_of(path: Path, scale: np.ndarray, *, hull: bool) -> Solid:
+    """Return the mesh of a file in the way that Drake reads it.
 
-Each has `reach`, the largest distance of any of its points from the origin; `first(p_O, d_O)`, how
-far rays from points (n, 3) along directions (n, 3) go (n), inf at a miss; `distance(p_O)`, how far
-points (n, 3) are from it (n), 0 inside; and `outline()`, points of its surface (n, 3) whose convex
-hull shows its shape.
-"""
+    Args:
+        path: .obj, .stl, .gltf or .glb.
+        scale: along x, y, z (3).
+        hull: whether to take its convex hull.
+    """
+    import trimesh
+
+    mesh = trimesh.load_mesh(path, process=False)
+    if path.suffix.lower() in (".gltf", ".glb"):
+        # these files have y up, Drake z
+        mesh.vertices = np.asarray(mesh.vertices)[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    mesh.vertices = np.asarray(mesh.vertices) * scale
+    return surface(np.asarray((mesh.convex_hull if hull else mesh).triangles, dtype=float))
+
+
+def _nearest_crossing(triangles: np.ndarray, p: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Return the nearest crossing of triangles ahead of each ray, inf without one.
+
+    The normal n = e1 x e2 gives the length to the plane. The point is inside if it lies on the
+    inner side of all three edges.
+    """
+    a, b, c = triangles.transpose(1, 0, 2)
+    n = np.cross(b - a, c - a)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        length = (np.sum(a * n, axis=1) - p @ n.T) / (d @ n.T)
+        inside = np.isfinite(length) & (length >= 0.0)
+    length = np.where(inside, length, 0.0)
+    for start, end in ((a, b), (b, c), (c, a)):
+        across = np.cross(n, end - start)  # in the triangle's plane, inwards
+        side = p @ across.T + length * (d @ across.T) - np.sum(start * across, axis=1)
+        inside &= side >= -1e-12 * np.sum(n * n, axis=1)
+    return np.min(np.where(inside, length, np.inf), axis=1)
+
+
 Part = tuple[Solid, RigidTransform]
 """One solid G of an obstacle, with its pose X_OG in the obstacle's frame."""
 
@@ -378,9 +340,7 @@ class Obstacle:
     def outline(self, time: float) -> np.ndarray:
         """Return points in W (n, 3) with about the convex hull of the obstacle [m]."""
         X_WO = self.pose(time)
-        return np.vstack(
-            [(X_WO @ X_OG).multiply(solid.outline().T).T for solid, X_OG in self.parts]
-        )
+        return np.vstack([(X_WO @ X_OG).multiply(solid.outline.T).T for solid, X_OG in self.parts])
 
 
 def first_hits(
@@ -417,7 +377,7 @@ def world_obstacles(world: World) -> tuple[Obstacle, ...]:
         Obstacle(each.name, (_part(each.geometry),), each.pose, moves=True) for each in world.moving
     ]
     if world.ground:
-        ground = (HalfSpace(), RigidTransform())
+        ground = (half_space(), RigidTransform())
         found.append(Obstacle(GROUND, (ground,), _standing(RigidTransform())))
     return tuple(obstacle for obstacle in found if obstacle.parts)
 
@@ -453,23 +413,21 @@ def solid_of(shape: Shape) -> Solid:
         WorkbenchError: if there is none.
     """
     match shape:
-        case DrakeBox():
-            half = 0.5 * np.array(shape.size())
-            return Box((float(half[0]), float(half[1]), float(half[2])))
-        case DrakeSphere():
-            return Sphere(shape.radius())
-        case DrakeCylinder():
-            return Cylinder(shape.radius(), shape.length())
-        case DrakeCapsule():
-            return Capsule(shape.radius(), shape.length())
-        case DrakeEllipsoid():
-            return Ellipsoid((shape.a(), shape.b(), shape.c()))
-        case DrakeHalfSpace():
-            return HalfSpace()
-        case DrakeMesh() | DrakeConvex():
+        case Box():
+            return box(0.5 * np.array(shape.size()))
+        case Sphere():
+            return sphere(shape.radius())
+        case Cylinder():
+            return cylinder(shape.radius(), shape.length())
+        case Capsule():
+            return capsule(shape.radius(), shape.length())
+        case Ellipsoid():
+            return ellipsoid((shape.a(), shape.b(), shape.c()))
+        case HalfSpace():
+            return half_space()
+        case Mesh() | Convex():
             path = Path(shape.source().path())
-            hull = isinstance(shape, DrakeConvex)
-            return TriangleMesh.from_file(path, np.array(shape.scale3()), hull=hull)
+            return surface_of(path, np.array(shape.scale3()), hull=isinstance(shape, Convex))
     raise WorkbenchError(
         f"the lidar trial has no closed form for a {type(shape).__name__}: leave it out of the "
         "world"
