@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from workbench.design.hover_check import Demand, check_hover
+from workbench.design.hover_check import check_hover
+from workbench.design.metrics import Demand
 from workbench.design.plots_step import plot_hover
 from workbench.design.response_metrics import number
 from workbench.design.step_response import STEPS, fly_step
@@ -37,7 +38,7 @@ def bad_report():
 
 
 def demands(report) -> dict[tuple[str, str], Demand]:
-    return {(demand.flight, demand.quantity): demand for demand in report.demands}
+    return {(demand.subject, demand.quantity): demand for demand in report.demands}
 
 
 def test_the_shipped_drone_meets_everything(report):

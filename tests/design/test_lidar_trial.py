@@ -14,7 +14,6 @@ from workbench.design.lidar_trial import (
     TrialFlight,
     detect,
     judge,
-    judge_scan,
     ray_directions,
     report_trial,
     respond,
@@ -272,8 +271,8 @@ def test_what_lies_within_a_millimetre_of_an_edge_is_not_judged(quiet):
     )
     for beside, at_edges, false in ((0.0005, 1, 0), (0.002, 0, 1)):
         crate = standing("crate", box((0.5, 0.5, 0.5)), 5.0, 0.5 + beside, 0.5)
-        flight = dataclasses.replace(quiet, lidar=lidar, obstacles=(crate,))
-        found = judge_scan(flight, Scan(0.0, 0.0, np.array([[4.5]]), X_WS))
+        scan = Scan(0.0, 0.0, np.array([[4.5]]), X_WS)
+        found = judge(dataclasses.replace(quiet, lidar=lidar, obstacles=(crate,), scans=(scan,)))
         assert (found.at_edges, found.false) == (at_edges, false)
 
 

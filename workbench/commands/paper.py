@@ -23,7 +23,8 @@ from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from workbench.design.lidar_trial import Demand, Detection, Errors, TrialReport
+    from workbench.design.lidar_trial import Detection, Errors, TrialReport
+    from workbench.design.metrics import Demand
     from workbench.design.reproduce import Check, Row
     from workbench.scenario.scenario import Scenario
 
@@ -273,7 +274,10 @@ def trial_result(report: "TrialReport", scenario: "Scenario") -> dict[str, Any]:
             "computing_time": flight.computing_time,
         },
         "clearance": report.clearance,
-        "demands": [{**dataclasses.asdict(each), "met": each.met} for each in report.demands],
+        "demands": [
+            {"criterion": each.subject, **pick(each, "quantity unit value limit met")}
+            for each in report.demands
+        ],
         "met": all(each.met for each in report.demands),
     }
 
@@ -295,7 +299,7 @@ def _demand_line(demand: "Demand") -> list[str]:
     scale, unit = _SCALES[demand.unit]
     digits = ".0f" if not demand.unit else ".3f"
     return [
-        f"{demand.criterion}: {demand.quantity.replace('_', ' ')}",
+        f"{demand.subject}: {demand.quantity.replace('_', ' ')}",
         format(scale * demand.value, digits),
         format(scale * demand.limit, digits),
         unit,

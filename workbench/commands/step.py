@@ -31,8 +31,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from workbench.control.controller import Controller
-    from workbench.design.hover_check import Demand, HoverReport
+    from workbench.design.hover_check import HoverReport
     from workbench.design.load_step import LoadResponse
+    from workbench.design.metrics import Demand
     from workbench.design.step_response import StepResponse
     from workbench.gains.gains import Gain
     from workbench.scenario.scenario import Scenario
@@ -308,7 +309,10 @@ def _hover_result(report: "HoverReport", gains: "dict[str, Gain]") -> dict[str, 
             }
             for step in report.steps
         ],
-        "demands": [{**dataclasses.asdict(demand), "met": demand.met} for demand in report.demands],
+        "demands": [
+            {"flight": demand.subject, **pick(demand, "quantity unit value limit withheld met")}
+            for demand in report.demands
+        ],
         "met": all(demand.met for demand in report.demands),
     }
 
@@ -360,7 +364,7 @@ def _line(demand: "Demand") -> list[str]:
 
     scale, unit = (math.degrees(1.0), "deg") if demand.unit == "rad" else (1.0, demand.unit)
     return [
-        f"{demand.flight}{_size(demand.flight)}: {demand.quantity}",
+        f"{demand.subject}{_size(demand.subject)}: {demand.quantity}",
         number(scale * demand.value, ".3f"),
         f"{scale * demand.limit:g}",
         unit,
@@ -382,5 +386,5 @@ def _sentence(demand: "Demand") -> str:
     _, value, limit, unit, _ = _line(demand)
     quantity = demand.quantity.replace("_", "-", 1).replace("_", " ")
     if demand.withheld:
-        return f"{quantity} of the {demand.flight} is not known, as {demand.withheld}"
-    return f"{quantity} of the {demand.flight} is {value} {unit} (at most {limit} {unit})"
+        return f"{quantity} of the {demand.subject} is not known, as {demand.withheld}"
+    return f"{quantity} of the {demand.subject} is {value} {unit} (at most {limit} {unit})"

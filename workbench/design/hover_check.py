@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.design.metrics import Demand
 from workbench.design.step_response import (
     START_HEIGHT,
     STEPS,
@@ -40,32 +41,6 @@ OVERSHOOT = 15.0
 STEADY_STATE_ERROR = 10.0
 """Limit of the steady-state error of a step [%]: a step without a response has no overshoot."""
 _DEMANDED = (("overshoot", OVERSHOOT), ("steady_state_error", STEADY_STATE_ERROR))
-
-
-@dataclass(frozen=True)
-class Demand:
-    """A measured number with an upper limit.
-
-    Attributes:
-        flight: hover, or which step.
-        quantity: its name; of a step, python-control's.
-        unit: of value and limit.
-        value: the measured one; NaN where it has no meaning.
-        limit: the largest value allowed.
-        withheld: why it is NaN, else "".
-    """
-
-    flight: str
-    quantity: str
-    unit: str
-    value: float
-    limit: float
-    withheld: str = ""
-
-    @property
-    def met(self) -> bool:
-        """Whether the demand is met; a NaN never meets it."""
-        return self.value <= self.limit
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.metrics import Demand
 from workbench.design.obstacles import Obstacle, first_hits, world_obstacles
 from workbench.diagram.sensor_choice import SensorChoice, choose_sensors
 from workbench.plant.sensors import Lidar
@@ -216,35 +217,6 @@ def _computing_time(busy: list[float], scans: list[Scan], slice_time: float) -> 
 
 
 @dataclass(frozen=True)
-class JudgedScan:
-    """A scan compared with the closed form, at its stamp and the recorded pose of the lidar.
-
-    Attributes:
-        scan: what was delivered.
-        error: (n) measured minus true length, of every return that has a true one [m].
-        length: (n) the true lengths [m].
-        obstacle: (n) index of the obstacle that each ray hits, in the flight's order.
-        p_WP: (n, 3) the measured points, at the pose that the scan states [m].
-        missed: index of the obstacle of each ray that should have a return and has none.
-        false: number of returns without an obstacle.
-        at_edges: number of rays explained by an edge within `EXACT`; they are not judged.
-        seen: indices of the obstacles with at least one correct return.
-        displacement: of a point at the farthest range, due to the error of the stated pose [m].
-    """
-
-    scan: Scan
-    error: np.ndarray
-    length: np.ndarray
-    obstacle: np.ndarray
-    p_WP: np.ndarray
-    missed: tuple[int, ...]
-    false: int
-    at_edges: int
-    seen: frozenset[int]
-    displacement: float
-
-
-@dataclass(frozen=True)
 class Errors:
     """Statistics of a set of errors [m]; all NaN without returns."""
 
@@ -269,37 +241,32 @@ class Errors:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Accuracy:
-    """Accuracy of all scans of a flight.
+    """Scans compared with the closed form, each at its stamp and the recorded pose of the lidar.
 
     Attributes:
-        scans: each of them.
-        obstacles: their number in the flight.
+        error: (n) measured minus true length, of every return that has a true one [m].
+        length: (n) the true lengths [m].
+        obstacle: (n) index of the obstacle that each ray hits, in the flight's order.
+        scan: (n) index of the scan of each return.
+        p_WP: (n, 3) the measured points, at the pose that their scan states [m].
+        missed: number of missing returns, by obstacle.
+        false: number of returns without an obstacle.
+        at_edges: number of rays explained by an edge within `EXACT`; they are not judged.
+        displacement: largest one of a point at the farthest range, due to the error of a stated
+            pose [m]; NaN without scans.
     """
 
-    scans: tuple[JudgedScan, ...]
-    obstacles: int
-
-    @cached_property
-    def error(self) -> np.ndarray:
-        """Errors of all returns [m]."""
-        return np.concatenate([np.zeros(0), *(scan.error for scan in self.scans)])
-
-    @cached_property
-    def length(self) -> np.ndarray:
-        """True lengths of all returns [m]."""
-        return np.concatenate([np.zeros(0), *(scan.length for scan in self.scans)])
-
-    @cached_property
-    def obstacle(self) -> np.ndarray:
-        """Index of the obstacle of each return, in the flight's order."""
-        return np.concatenate([np.zeros(0, dtype=int), *(scan.obstacle for scan in self.scans)])
-
-    @cached_property
-    def p_WP(self) -> np.ndarray:
-        """All measured points [m]."""
-        return np.concatenate([np.zeros((0, 3)), *(scan.p_WP for scan in self.scans)])
+    error: np.ndarray
+    length: np.ndarray
+    obstacle: np.ndarray
+    scan: np.ndarray
+    p_WP: np.ndarray
+    missed: tuple[int, ...]
+    false: int
+    at_edges: int
+    displacement: float
 
     @cached_property
     def total(self) -> Errors:
@@ -310,35 +277,8 @@ class Accuracy:
     def by_obstacle(self) -> tuple[Errors, ...]:
         """Statistics over the returns of each obstacle, in the flight's order."""
         return tuple(
-            Errors.of(self.error[self.obstacle == number]) for number in range(self.obstacles)
+            Errors.of(self.error[self.obstacle == number]) for number in range(len(self.missed))
         )
-
-    @cached_property
-    def missed(self) -> tuple[int, ...]:
-        """Number of missing returns, by obstacle."""
-        missed = [number for scan in self.scans for number in scan.missed]
-        return tuple(missed.count(number) for number in range(self.obstacles))
-
-    @property
-    def false(self) -> int:
-        """Number of false returns."""
-        return sum(scan.false for scan in self.scans)
-
-    @property
-    def at_edges(self) -> int:
-        """Number of rays that were not judged."""
-        return sum(scan.at_edges for scan in self.scans)
-
-    @property
-    def displacement(self) -> float:
-        """Largest displacement of any scan [m]."""
-        return max((scan.displacement for scan in self.scans), default=math.nan)
-
-
-def judge(flight: TrialFlight) -> Accuracy:
-    """Judge every scan of a flight."""
-    scans = tuple(judge_scan(flight, scan) for scan in flight.scans)
-    return Accuracy(scans, len(flight.obstacles))
 
 
 def rounding(lidar: Lidar) -> float:
@@ -353,37 +293,44 @@ def tolerance(lidar: Lidar) -> float:
     return EXACT + rounding(lidar) + abs(noise.mean + noise.bias_mean) + spread
 
 
-def judge_scan(flight: TrialFlight, scan: Scan) -> JudgedScan:
-    """Judge one scan against the closed form."""
-    lidar, X_WS = flight.lidar, flight.X_WS(scan.stamp)
-    allowed = tolerance(lidar)
+def judge(flight: TrialFlight) -> Accuracy:
+    """Judge every scan of a flight against the closed form."""
+    lidar, allowed = flight.lidar, tolerance(flight.lidar)
     farthest = lidar.max_range + allowed
-    measured = scan.ranges.ravel()
-    hits = first_hits(flight.obstacles, scan.stamp, X_WS, flight.directions, farthest)
-    length, obstacle = hits
-    returned = np.isfinite(measured)
-    # Noise may move a length near the limit of range to either side.
-    surely = (length >= lidar.min_range + allowed) & (length <= lidar.max_range - allowed)
-    nearly = (length >= lidar.min_range - allowed) & (length <= farthest)
-    missed, false = surely & ~returned, returned & ~nearly
-    error = _difference(measured, length, returned & nearly)
-    doubtful = np.flatnonzero(missed | false | (np.abs(error) > allowed))
-    explained = doubtful[_at_edge(flight, scan, X_WS, hits, doubtful, allowed)]
-    judged = np.ones(len(measured), dtype=bool)
-    judged[explained] = False
-    kept = returned & nearly & judged
-    right = kept & (np.abs(error) <= allowed)
-    return JudgedScan(
-        scan=scan,
-        error=error[kept],
-        length=length[kept],
-        obstacle=obstacle[kept],
-        p_WP=scan.X_WS.multiply((measured[kept, None] * flight.directions[kept]).T).T,
-        missed=tuple(obstacle[missed & judged].tolist()),
-        false=int(np.sum(false & judged)),
-        at_edges=len(explained),
-        seen=frozenset(obstacle[right].tolist()),
-        displacement=_displacement(X_WS, scan.X_WS, lidar.max_range),
+    returns = [(np.zeros(0), np.zeros(0), np.zeros(0, dtype=int), np.zeros(0, dtype=int))]
+    points, missed = [np.zeros((0, 3))], np.zeros(len(flight.obstacles), dtype=int)
+    false = at_edges = 0
+    displaced = []
+    for number, scan in enumerate(flight.scans):
+        X_WS, measured = flight.X_WS(scan.stamp), scan.ranges.ravel()
+        hits = first_hits(flight.obstacles, scan.stamp, X_WS, flight.directions, farthest)
+        length, obstacle = hits
+        returned = np.isfinite(measured)
+        # Noise may move a length near the limit of range to either side.
+        surely = (length >= lidar.min_range + allowed) & (length <= lidar.max_range - allowed)
+        nearly = (length >= lidar.min_range - allowed) & (length <= farthest)
+        lacking, beyond = surely & ~returned, returned & ~nearly
+        error = _difference(measured, length, returned & nearly)
+        doubtful = np.flatnonzero(lacking | beyond | (np.abs(error) > allowed))
+        explained = doubtful[_at_edge(flight, scan, X_WS, hits, doubtful, allowed)]
+        judged = np.ones(len(measured), dtype=bool)
+        judged[explained] = False
+        kept = returned & nearly & judged
+        whose = np.full(np.sum(kept), number)
+        returns.append((error[kept], length[kept], obstacle[kept], whose))
+        points.append(scan.X_WS.multiply((measured[kept, None] * flight.directions[kept]).T).T)
+        missed += np.bincount(obstacle[lacking & judged], minlength=len(missed))
+        false += int(np.sum(beyond & judged))
+        at_edges += len(explained)
+        displaced.append(_displacement(X_WS, scan.X_WS, lidar.max_range))
+    columns = (np.concatenate(column) for column in zip(*returns, strict=True))
+    return Accuracy(
+        *columns,
+        p_WP=np.concatenate(points),
+        missed=tuple(missed.tolist()),
+        false=false,
+        at_edges=at_edges,
+        displacement=max(displaced, default=math.nan),
     )
 
 
@@ -483,8 +430,11 @@ class Detection:
 def detect(flight: TrialFlight, accuracy: Accuracy) -> tuple[Detection, ...]:
     """Return the detection of each obstacle of a flight, in their order."""
     numbers = range(len(flight.obstacles))
+    right = np.abs(accuracy.error) <= tolerance(flight.lidar)
     firsts = [
-        next((each.scan for each in accuracy.scans if index in each.seen), None)
+        flight.scans[accuracy.scan[found[0]]]
+        if len(found := np.flatnonzero(right & (accuracy.obstacle == index)))
+        else None
         for index in numbers
     ]
     entered = _came_into_view(flight, [scan.stamp if scan else math.inf for scan in firsts])
@@ -556,30 +506,6 @@ def _in_view(flight: TrialFlight, index: int, time: float, X_WS: RigidTransform)
             open_way = other.first(time, X_WS, free, lidar.max_range) >= length
             free, length = free[open_way], length[open_way]
     return len(free) > 0
-
-
-@dataclass(frozen=True)
-class Demand:
-    """A number of the trial with an upper limit.
-
-    Attributes:
-        criterion: accuracy, detection, response or flight.
-        quantity: its name.
-        unit: of value and limit.
-        value: the measured one.
-        limit: the largest value allowed.
-    """
-
-    criterion: str
-    quantity: str
-    unit: str
-    value: float
-    limit: float
-
-    @property
-    def met(self) -> bool:
-        """Whether the demand is met; a NaN never meets it."""
-        return self.value <= self.limit
 
 
 @dataclass(frozen=True)

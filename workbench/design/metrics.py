@@ -45,6 +45,32 @@ class Metric:
         return self.unit.replace(SIGNAL, signal)
 
 
+@dataclass(frozen=True)
+class Demand:
+    """A measured number with an upper limit.
+
+    Attributes:
+        subject: of the number: a flight, or a criterion.
+        quantity: its name; of a step, python-control's.
+        unit: of value and limit.
+        value: the measured one; NaN where it has no meaning.
+        limit: the largest value allowed.
+        withheld: why it is NaN, else "".
+    """
+
+    subject: str
+    quantity: str
+    unit: str
+    value: float
+    limit: float
+    withheld: str = ""
+
+    @property
+    def met(self) -> bool:
+        """Whether the demand is met; a NaN never meets it."""
+        return self.value <= self.limit
+
+
 METRICS = (
     Metric("rise_time", STEP, "s", "from 10 % to 90 % of the steady state", -1, _TINY, 60.0, 0.01),
     Metric("settling_time", STEP, "s", "until within 2 % of it for good", -1, _TINY, 60.0, 0.01),
