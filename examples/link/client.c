@@ -70,7 +70,7 @@ static void read_all(char *bytes, size_t size) {
 static void receive(void) {
     char head[HEADER];
     read_all(head, HEADER);
-    if (memcmp(head, "DH\1", 3)) fail("this is no link of version 1");
+    if (memcmp(head, "DH\1", 3)) fail("this is not a link of version 1");
     frame.kind = (uint8_t)head[3];
     memcpy(&frame.topic, head + 4, 2);
     memcpy(&frame.flags, head + 6, 2);

@@ -50,7 +50,7 @@ export class Link {
     while (all.length - begin >= HEADER) {
       const view = new DataView(all.buffer, begin);
       if (view.getUint16(0) !== 0x4448 || view.getUint8(2) !== 1) {
-        throw new Error("this is no link of version 1");
+        throw new Error("this is not a link of version 1");
       }
       const end = begin + HEADER + view.getUint32(12, true);
       if (all.length < end) break;

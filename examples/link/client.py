@@ -71,7 +71,7 @@ class Link:
         """Return kind, topic, t_ns and payload of the next frame; acknowledge if requested."""
         magic, version, kind, topic, flags, seq, length, t_ns = HEADER.unpack(self.read(24))
         if magic != b"DH" or version != 1:
-            sys.exit("this is no link of version 1")
+            sys.exit("this is not a link of version 1")
         payload = self.read(length)
         if flags & ACKNOWLEDGE:  # with the `seq` of the frame just received
             self.stream.sendall(HEADER.pack(b"DH", 1, ACKNOWLEDGEMENT, 0, 0, seq, 0, 0))

@@ -5,7 +5,7 @@
     python3 square.py 127.0.0.1:7733 --token "$(sed -n 's/^command: *//p' tokens.txt)"
 
 Takes control, takes off, flies from corner to corner by velocity commands, holds, lands, gives
-control back. Ctrl-C gives control back at once: the drone then holds its place in the air.
+control back. Ctrl-C gives control back at once: the drone then holds its position in the air.
 """
 
 import argparse

@@ -96,7 +96,7 @@ def test_bad_questions_are_refused_with_a_sentence_and_the_next_is_answered(anal
         (Judge(None), "the analyst failed: "),
         (Predict({}, Step("x", 0.0, 1.0)), "the amplitude is 0"),
         (Judge({"kp_roll": threading.Lock()}), "the question cannot be sent to a process"),
-        ("margins?", "'margins\\?' is no question"),
+        ("margins?", "'margins\\?' is not a question"),
     ):
         with pytest.raises(WorkbenchError, match=said):
             analyst.ask(question).result(ENOUGH)

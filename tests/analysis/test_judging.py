@@ -95,7 +95,7 @@ def test_only_a_held_place_may_be_unstable(answer):
     loops = {each.name: each.stable for each in judged.loops}
     if not judged.stable:  # the position loop grows, the velocity loops do not
         assert loops["velocity_z"]
-        assert judged.said.startswith("holding a place is unstable")
+        assert judged.said.startswith("holding the position is unstable")
 
 
 def test_settings_count_and_a_question_counts_more(answer):
@@ -120,7 +120,7 @@ def test_variation_and_rates_of_the_scenario_count(answer):
         ({"kp_roll": float("nan")}, "kp_roll is 'nan': give it a number"),
         ({"kp_roll": 1e9}, "kp_roll is 1e+09 1/s^2: keep it within 0 .. 2500 1/s^2"),
         ({"kp_rol": 1.0}, "did you mean 'kp_roll'?"),
-        ({"wind_x": 1.0}, "wind_x is no gain of the controller"),
+        ({"wind_x": 1.0}, "wind_x is not a gain of the controller"),
         ({"kp_roll": "much"}, "give it a number"),
     ],
 )

@@ -114,7 +114,7 @@ def test_a_stop_keeps_the_best_so_far_and_says_so(subject):
 
 
 def test_bad_wishes_and_a_varied_vehicle_are_refused(answer):
-    with pytest.raises(WorkbenchError, match="is no wish"):
+    with pytest.raises(WorkbenchError, match="is not a wish"):
         answer(Tune({}, ("fly well",)))
     heavy = Scenario(vehicle=VehicleConfig(variation=Variation(mass=1.2)))
     with pytest.raises(WorkbenchError, match="varies the vehicle on its own"):
@@ -250,15 +250,15 @@ def test_what_is_not_green_when_it_was_written_is_taken_back(tmp_path, monkeypat
     from workbench.design import pin
 
     def fail(path, controller):
-        raise WorkbenchError(f"{path}: not green")
+        raise WorkbenchError(f"{path}: what was pinned fails")
 
     monkeypatch.setattr(pin, "_prove", fail)
     path = tmp_path / "a.spec.yaml"
-    with pytest.raises(WorkbenchError, match="not green"):
+    with pytest.raises(WorkbenchError, match="what was pinned fails"):
         pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False)
     assert list(tmp_path.iterdir()) == []
     path.write_text("old")
-    with pytest.raises(WorkbenchError, match="not green"):
+    with pytest.raises(WorkbenchError, match="what was pinned fails"):
         pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False, overwrite=True)
     assert path.read_text() == "old"
 

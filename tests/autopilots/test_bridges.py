@@ -295,7 +295,7 @@ def test_a_px4_that_stops_lies_or_sends_nan_ends_in_a_sentence(case):
         (lambda count, message: "nothing" if count >= 20 else message, "has not answered for 1 s"),
         (wrong_time(10**6), "not in lockstep"),
         (wrong_time(-20000), "not in lockstep"),
-        (no_number, "is no number"),
+        (no_number, "is not a number"),
         (no_lockstep, "without lockstep"),
     ):
         with case(said):
@@ -318,7 +318,7 @@ def test_an_ardupilot_that_stops_or_lies_ends_in_a_sentence(case):
             "no new",
         ),
         (skipped, "not in lockstep"),
-        (lambda count, packet: packet[:-3] if count > 20 else packet, "none of ArduPilot's"),
+        (lambda count, packet: packet[:-3] if count > 20 else packet, "not one of ArduPilot's"),
     ):
         with case(said):
             flown, peer = flight(1024.0), ArduPilot("127.0.0.1", 0, 1.0, (1000.0, 2000.0))
@@ -355,7 +355,7 @@ def free_port(kind):
 def test_the_command_flies_sums_up_and_stops_the_motors(capsys, tmp_path, case):
     ports = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_DGRAM)
     for kind, port, least, said, has_armed in (
-        ("px4", ports[0], 20, "is no number", "PX4 has armed at"),
+        ("px4", ports[0], 20, "is not a number", "PX4 has armed at"),
         ("ardupilot", ports[1], 590, "no new packet for 1 s", "ArduPilot has armed at"),
     ):
         log = tmp_path / f"{kind}.csv"

@@ -84,7 +84,10 @@ def test_a_spec_names_one_and_regress_takes_it(refused, mine, write):
     )
     assert f"as --controller {mine}" in refused("regress", spec)
     said = refused("regress", spec, "--controller", "pid", "--update")
-    assert f"{spec}:1: a baseline is of the spec as it stands, whose controller is mine.py" in said
+    assert (
+        f"{spec}:1: a baseline belongs to the spec as it is written, whose controller is mine.py"
+        in said
+    )
 
 
 @pytest.mark.slow

@@ -43,7 +43,9 @@ def test_errors_innovations_table_and_picture(run, path, out):
     assert heading.split() == ["estimate", "RMS", "error", "worst"]
     assert {"deg", "m/s"} <= {line.split()[-1] for line in said.out.splitlines() if line}
     assert "NEES of attitude, position and velocity" in said.out
-    assert "has no samples of barometer and range finder: the estimate does without" in said.err
+    assert (
+        "has no samples of barometer and range finder: the estimate does not use them" in said.err
+    )
     assert (out / "flown-estimate.png").read_bytes().startswith(b"\x89PNG")
     rows = table(out / "flown-estimate.csv")
     record = read_log(path)
@@ -124,14 +126,14 @@ def test_a_log_that_was_cut_is_told_and_run(run, path, tmp_path):
 def test_wrong_input_is_a_sentence_and_leaves_nothing(refused, log, path, tmp_path, write, out):
     there = ("--output", out)
     assert "no such file" in refused("estimate", tmp_path / "none.mcap", *there)
-    assert "is no MCAP file" in refused("estimate", write("a.mcap", "t,v"), *there)
+    assert "is not an MCAP file" in refused("estimate", write("a.mcap", "t,v"), *there)
     assert "has no samples of an IMU, and no estimator does without" in refused(
         "estimate", log, *there
     )
     assert "unknown setting of ekf 'ekf_gate_'" in refused(
         "estimate", path, "--set", "ekf_gate_=3", *there
     )
-    assert "ekf_gate is a setting of ekf, and complementary runs: add `--estimator ekf`" in refused(
+    assert "ekf_gate is a setting of ekf, but complementary runs: add `--estimator ekf`" in refused(
         "estimate", path, "--estimator", "complementary", "--set", "ekf_gate=3", *there
     )
     assert "ekf_gate is -1" in refused("estimate", path, "--set", "ekf_gate=-1", *there)

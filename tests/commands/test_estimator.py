@@ -60,7 +60,7 @@ def test_a_file_of_ones_own_flies_where_it_is_named(run, refused, tmp_path, out)
     estimated = run("estimate", log, "--estimator", own, "--set", "lag_share=0.4", *there).json
     assert (estimated["estimator"], estimated["settings"]) == ("own", {"lag_share": 0.4})
     own.write_text("def update(", encoding="utf-8")
-    assert f"{own}:1: is no Python" in refused("fly", "hover", "--estimator", own)
+    assert f"{own}:1: is not valid Python" in refused("fly", "hover", "--estimator", own)
     own.unlink()
     assert f"{own}: No such file or directory: give the estimator's file" in refused(
         "step", "--axis", "x", "--estimator", own

@@ -95,7 +95,7 @@ def test_a_bad_table_is_named_with_its_line(refused, write, out, text, line, wor
 def test_a_missing_table_and_gains_without_a_controller_are_refused(refused, table, out, tmp_path):
     gone = tmp_path / "gone.csv"
     assert str(gone) in refused("fly", "hover", "--rotor-commands", gone, "--output", out)
-    assert "without a controller" in refused(
+    assert "without controller" in refused(
         "fly", "hover", "--rotor-commands", table((0.0, 1.0)), "--set", "kp_roll=1", "--output", out
     )
 

@@ -137,7 +137,7 @@ def test_restore_brings_a_state_back(run, gain_file):
         (["diff", "dh_drone", "gone.yaml"], "gone.yaml: no such file"),
         (["save", "gains.txt"], "ends in .yaml"),
         (["save", "gone/gains.yaml"], "cannot be written"),
-        (["save", "gains.yaml", "--set", "rotor_1=0.5"], "rotor_1 is no gain"),
+        (["save", "gains.yaml", "--set", "rotor_1=0.5"], "rotor_1 is not a gain"),
         (["save", "gains.yaml", "--model", "gone"], "unknown model"),
         (["history", "gone.yaml"], "gone.yaml: no such file"),
         (["restore", "gone.yaml", "0"], "gone.yaml: no such file"),

@@ -29,7 +29,7 @@ def test_import_says_what_changes_in_the_firmwares_words(run, vehicle):
     row = "MC_ROLLRATE_P 0.15 0.12 s/rad -20.0 % roll rate P gain"
     assert " ".join(lines[2].split()) == row
     assert lines[3] == "1 of 2 gains differ"
-    assert lines[4] == "not flown here, and left alone: MPC_LAND_SPEED"
+    assert lines[4] == "not simulated, and not imported: MPC_LAND_SPEED"
 
 
 def test_import_tells_margins_before_and_after(run, vehicle):
@@ -105,7 +105,7 @@ def test_translate_says_gains_loops_and_what_is_not_exact(run, tmp_path):
     assert "MC_YAW_P is 0: nothing brings a heading back" in said["remarks"]
     assert load_gains(kept).gains["MC_ROLL_P"] == gains["MC_ROLL_P"]["value"]
     text = run("gains", "translate", kept, "--to", "pid").out
-    assert text.startswith("dh_drone: gains of px4 as those of pid")
+    assert text.startswith("dh_drone: gains of px4, translated to pid")
 
 
 def test_wrong_words_end_in_a_sentence(run, write, tmp_path, case):
@@ -114,7 +114,7 @@ def test_wrong_words_end_in_a_sentence(run, write, tmp_path, case):
         (("import", tmp_path / "gone.params"), "no such file"),
         (("import", params, "--for", "betaflight"), "sets none of the"),
         (("import", params, "--save", "x.txt"), "ends in .yaml"),
-        (("import", params, "--controller", "pd"), "is none of its laws"),
+        (("import", params, "--controller", "pd"), "is not one of its laws"),
         (("translate", "pd", "--to", "lqi"), "lqi has weights"),
         (("translate", "pd", "--to", "pd"), "name another law"),
         (("translate", "pd", "--to", "px4", "--controller", "pid"), "leave --controller out"),

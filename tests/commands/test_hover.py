@@ -66,7 +66,7 @@ def test_plot_and_log_are_written_and_nothing_else(said, folder):
 
 def test_what_is_not_as_demanded_is_named_and_returns_1(bad):
     assert bad.code == 1
-    assert "not as demanded: drift of the hover is " in bad.err
+    assert "requirements not met: drift of the hover is " in bad.err
     assert "m (at most 0.05 m)" in bad.err
     assert "overshoot of the y step" in bad.err
     lines = {line.partition("  ")[0]: line for line in bad.out.splitlines()}
@@ -115,6 +115,6 @@ def test_ok_is_not_said_of_a_drone_that_can_hardly_be_one(run, write, tmp_path):
     write("parts.xacro", (DRONES / "parts.xacro").read_text(encoding="utf-8"))
     model = write("slip.urdf.xacro", slip)
     said = run("hover", "--model", model, "--no-plots", "--output", tmp_path)
-    assert "this is unlikely of a drone:" in said.out
-    assert "moment of inertia about x" in said.out.split("this is unlikely")[1]
+    assert "this is unusual for a drone:" in said.out
+    assert "moment of inertia about x" in said.out.split("this is unusual")[1]
     assert said.code == (0 if "all ok, but" in said.out else 1)

@@ -197,8 +197,8 @@ def test_write_spares_the_description_itself_and_follows_no_links(plate, tmp_pat
     ("words", "said"),
     [
         (["gone"], "unknown model 'gone'"),
-        (["dh_drone", "--arg", "mass"], "no xacro argument"),
-        (["dh_drone", "--package", "x"], "no package"),
+        (["dh_drone", "--arg", "mass"], "not a xacro argument"),
+        (["dh_drone", "--package", "x"], "not a package"),
         (["dh_drone", "--package", "x=/nowhere/at/all"], "/nowhere/at/all"),
         (["dh_drone", "--arg", "masse:=2"], "did you mean 'mass'"),
         (["dh_drone", "--rotors", "gone.yaml"], "gone.yaml: no such file"),

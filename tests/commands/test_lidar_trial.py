@@ -92,7 +92,7 @@ def test_what_is_not_as_demanded_is_named_and_returns_1(run, scenario, write, ou
     options = ("--output", out, "--no-plots")
     said = run("lidar-trial", "--scenario", write("frozen.yaml", text), *options)
     assert said.code == 1, said.err
-    assert "not as demanded: " in said.err
+    assert "requirements not met: " in said.err
     assert "accuracy: error without noise is " in said.err
     assert "mm (at most 1.000 mm)" in said.err
     lines = {line.partition("  ")[0]: line for line in said.out.splitlines()}

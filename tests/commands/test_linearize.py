@@ -36,7 +36,7 @@ def test_what_only_adds_up_and_what_dies_out_is_counted(run):
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        (["--loop", "position_x", "--at", "vx=3"], "a place is held in hover only"),
+        (["--loop", "position_x", "--at", "vx=3"], "the position is held in hover only"),
         (["--cut", "error"], "nothing to cut in 'closed'"),
         (["--loop", "vehicle", "--cut", "error"], "nothing to cut in 'vehicle'"),
         (["--at", "vx=1,vx=2"], "vx twice"),

@@ -85,16 +85,16 @@ def test_an_estimate_is_replaced_in_the_file(run, tmp_path):
 def test_what_cannot_be_is_a_sentence(case, refused, tmp_path):
     for words, said in [
         ((), "--mass is missing: give the all-up mass with battery, as 1.4kg"),
-        (("--mass", "1400"), "is 1400 kg, and of a multirotor 0.005 to 500 kg"),
-        (("--mass", "1,4kg"), "is no number with a unit: write it as 1.2kg or 1200g"),
+        (("--mass", "1400"), "is 1400 kg, but a multirotor has 0.005 to 500 kg"),
+        (("--mass", "1,4kg"), "is not a number with a unit: write it as 1.2kg or 1200g"),
         (("--mass", "-1kg"), "expected one argument"),
         (("--mass", "1.4lightyears"), "has no known unit (these are kg, g, lb, oz)"),
-        (("--mass", "nan"), "is no number with a unit"),
+        (("--mass", "nan"), "is not a number with a unit"),
         ((*F450, "--arm", "1m"), "not allowed with argument --diagonal"),
         (F450, "nothing says how strong the motors are"),
         ((*F450, "--motor-kv", "920KV"), "nothing says how strong the motors are"),
         ((*F450, *STRONG, "--propeller", "15x5"), "propellers of 0.381 m touch each other"),
-        ((*F450, *STRONG, "--propeller", "4.5x10"), "is none: write diameter x pitch"),
+        ((*F450, *STRONG, "--propeller", "4.5x10"), "is not a propeller: write diameter x pitch"),
         ((*F450, *STRONG, "--rotors", "5"), "5 rotors cannot be laid out as x: it is for 4, 6"),
         ((*F450, *STRONG, "--motor-mass", "400g"), "leave too little of a mass of 1.4 kg"),
         ((*F450, *STRONG, "--battery", "four"), "write it as 4S or 14.8V"),
@@ -138,6 +138,6 @@ def test_it_asks_on_a_terminal(tmp_path):
     os.close(theirs)
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("mass, all-up mass with battery, as 1.4kg: ") == 2
-    assert "the mass 'heavy' is no number with a unit" in done.stderr
+    assert "the mass 'heavy' is not a number with a unit" in done.stderr
     assert "hover time" in done.stdout
     assert load_vehicle(tmp_path / "f450.urdf.xacro").mass == pytest.approx(1.4)

@@ -90,7 +90,7 @@ def test_the_list_has_fields_with_units(run, log):
         (["tf"], "too many for a panel"),
         (["2*sqrt(v_x"], "'2*sqrt(v_x', at character 7, '(v_x': no expression here"),
         (["v_w + v_x"], "unknown signal 'v_w'"),
-        (["--spectrum"], "--spectrum is of fields"),
+        (["--spectrum"], "--spectrum needs fields"),
         (["velocity_data.v_x", "--spectrum", "--averages", "0"], "average over 1 segment"),
     ],
 )

@@ -78,5 +78,5 @@ def test_a_cut_log_is_told_and_flown(run, flown):
 
 
 def test_what_is_no_log_is_refused(refused, write):
-    assert "is no MCAP file" in refused("replay", write("a.mcap", "t,v"))
+    assert "is not an MCAP file" in refused("replay", write("a.mcap", "t,v"))
     assert "nowhere.mcap: no such file" in refused("replay", "nowhere.mcap")

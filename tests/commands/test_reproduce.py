@@ -81,7 +81,7 @@ def test_the_table_sets_ours_beside_the_papers(run, out):
 def test_what_is_not_as_demanded_is_named_and_returns_1(run, out):
     said = run("reproduce", "--set", "kp_velocity_z=2", "--no-plots", "--output", out)
     assert said.code == 1
-    assert "not as demanded: mean acceleration of the z step" in said.err
+    assert "requirements not met: mean acceleration of the z step" in said.err
     assert "<- missed" in said.out
     assert (out / "reproduce.json").is_file()
 

@@ -171,7 +171,7 @@ def test_a_load_acts_in_hover_alone(run, out):
     assert "not allowed with argument --load" in said.err
     said = run("step", "--axis", "z", "--acts", "1", "--output", out)
     assert said.code == 2
-    assert "give --acts to a --load" in said.err
+    assert "give --acts with a --load only" in said.err
 
 
 def test_the_loads_of_the_command_are_those_of_the_table():

@@ -144,7 +144,7 @@ def test_an_interrupt_keeps_what_was_flown(run, out, monkeypatch):
 def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
     for options, word in [
         ([], "required: NAME=LOW..HIGH"),
-        (["kp_roll"], "is no range"),
+        (["kp_roll"], "is not a range"),
         (["kp_rol=1..2"], "did you mean 'kp_roll'"),
         (["kp_roll=1..9999"], "0 .. 2500"),
         (["kp_roll=1..2", "kp_roll=1..3"], "swept twice"),

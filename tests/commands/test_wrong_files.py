@@ -48,10 +48,10 @@ def test_what_is_no_file_is_refused(command, refused, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        (["inspect", ""], "what follows 'inspect' is empty"),
-        (["step", "--gains", ""], "what follows '--gains' is empty"),
+        (["inspect", ""], "the text after 'inspect' is empty"),
+        (["step", "--gains", ""], "the text after '--gains' is empty"),
         (["step", "--gains="], "'--gains=' has no value"),
-        (["replay", " "], "what follows 'replay' is empty"),
+        (["replay", " "], "the text after 'replay' is empty"),
     ],
 )
 def test_an_unset_variable_of_the_shell_is_noticed(command, said, refused):

@@ -26,7 +26,7 @@ def test_a_path_is_a_world_too(tmp_path):
 def test_an_unknown_world_is_named_with_those_near_it():
     said = fault("rom")
     assert said.startswith("unknown world 'rom': did you mean 'room'? known are empty, ")
-    assert said.endswith("; it is no file either")
+    assert said.endswith("; nor is it a file")
 
 
 def test_a_path_that_leads_nowhere_and_a_folder_are_no_worlds(tmp_path):

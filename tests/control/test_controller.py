@@ -39,7 +39,7 @@ WRONG = {
             "import what workbench.controllers names",
         ],
     ),
-    "no Python": ((STATES, "MEMORY = [State(\n"), ["'(' was never closed", "mend this line"]),
+    "no Python": ((STATES, "MEMORY = [State(\n"), ["'(' was never closed", "correct this line"]),
     "no update": (("def update(", "def updates("), [f"write def update({ARGUMENTS})"]),
     "an update that is no function": (
         (UPDATE, f"update = 3\n\n\ndef f({ARGUMENTS}):\n"),
@@ -71,7 +71,7 @@ WRONG = {
     ),
     "a gain that is no name": (
         ('"k_turn", "1/s"', '"k turn", "1/s"'),
-        ["'k turn' is no name of a parameter"],
+        ["'k turn' is not a name for a parameter"],
     ),
     "a state twice": (
         (STATES, STATES[:-2] + ', State("climb", "m")]\n'),
@@ -183,7 +183,7 @@ def test_what_is_wrong_in_a_file_is_one_sentence_about_it(tmp_path, case):
 def test_a_file_that_is_not_there_or_no_text(tmp_path):
     assert "No such file" in complaint(tmp_path / "none.py")
     (tmp_path / "binary.py").write_bytes(b"\xff\xfe\x00")
-    assert "is no text in UTF-8" in complaint(tmp_path / "binary.py")
+    assert "is not a text in UTF-8" in complaint(tmp_path / "binary.py")
     with pytest.raises(WorkbenchError, match="unknown controller 'pdi': did you mean 'p"):
         load_controller("pdi")
     with pytest.raises(WorkbenchError, match="no such module is installed"):

@@ -36,7 +36,7 @@ def in_the_air(controller: str, variation: Variation | None = None) -> Session:
     [("pid", 1e-3), pytest.param("lqi", 1e-3, marks=pytest.mark.slow), ("indi", 1e-2)],
 )
 def test_a_place_is_held_in_8_m_s_of_wind(law, within):
-    """The wind begins while a hover holds its place, and keeps on for 30 s."""
+    """The wind begins while a hover holds its position, and keeps on for 30 s."""
     session = in_the_air(law)
     session.tick(1.0)
     held = session.recording().p_WB[-1].copy()

@@ -116,7 +116,7 @@ def test_a_scenario_that_states_another_period_keeps_it(law):
     scenario = Scenario(controller=law, rates=Rates(control_period=1 / 256))
     assert Session(scenario).scenario.rates.control_period == 1 / 256
     assert Session(Scenario()).scenario.rates.control_period == 1 / 128
-    with pytest.raises(WorkbenchError, match=r"no multiple of the physics step 0\.005 s"):
+    with pytest.raises(WorkbenchError, match=r"not a multiple of the physics step 0\.005 s"):
         Session(Scenario(controller=law, rates=Rates(physics_step=0.005, control_period=1 / 128)))
 
 

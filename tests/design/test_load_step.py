@@ -63,7 +63,7 @@ def test_numbers_that_mean_nothing_are_withheld():
 
 
 def linear_response(study, load, amplitude) -> tuple[np.ndarray, np.ndarray]:
-    """Return python-control's response of the closed loop while a place is held."""
+    """Return python-control's response of the closed loop while the position is held."""
     model = study.sampled(HOLDING)
     place = {name: index for index, name in enumerate(model.state_names)}
     vehicle, row, h = study.vehicle, find_load(load), model.period

@@ -27,7 +27,7 @@ UPDATE = "def update(memory, z, settings, mounting, dt):\n"
 LINE = TEXT[: TEXT.index(UPDATE)].count("\n") + 1
 STATES = '[State("samples", "1"), State("spread", "m", 0.2)]'
 WRONG = {
-    "no Python": ((STATES, "[State("), ["was never closed: mend this line"]),
+    "no Python": ((STATES, "[State("), ["was never closed: correct this line"]),
     "a module that is not there": (
         ("import numpy as np", "import no_such_module"),
         [":3: ModuleNotFoundError", "install what is missing"],
@@ -43,7 +43,7 @@ WRONG = {
     ),
     "a begin of other arguments": (
         ("def begin(state, mounting, drawn, known)", "def begin(state)"),
-        ["begin is no function of (state, mounting, drawn, known): write def begin("],
+        ["begin is not a function of (state, mounting, drawn, known): write def begin("],
     ),
     "too small a memory": (
         ("[0.0, 0.2]])", "[0.0]])"),
@@ -71,7 +71,7 @@ WRONG = {
     ),
     "a table of other things": (
         ("PARAMETERS = [gain(", "PARAMETERS = [3, gain("),
-        ["PARAMETERS is no table: write PARAMETERS = [gain(...), ...]"],
+        ["PARAMETERS is not a table: write PARAMETERS = [gain(...), ...]"],
     ),
     "a default out of range": (
         ("(0.0, 1.0), 0.8", "(0.0, 1.0), 8.0"),

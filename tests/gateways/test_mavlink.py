@@ -84,7 +84,7 @@ def test_every_parameter_has_a_short_name_of_its_own():
 
 
 def test_a_long_sentence_is_told_in_pieces():
-    sentence = "The drone holds its place, since nobody was heard for half a second; ask again."
+    sentence = "The drone holds its position, since nobody was heard for half a second; ask again."
     (one,) = text_messages(1, 4, sentence[:50])
     assert (one.text, one.id) == (sentence[:50], 0)
     pieces = text_messages(3, 4, sentence)

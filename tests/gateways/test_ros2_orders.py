@@ -94,5 +94,7 @@ def test_flight_operations_are_words(text, expected):
 )
 def test_other_words_are_no_order(text):
     order = order_of(FLIGHT_OPERATION, SimpleNamespace(data=text), 7)
-    assert "is no operation: write arm, take_off, take_off HEIGHT [m], land or stop" in order.said
+    assert (
+        "is not an operation: write arm, take_off, take_off HEIGHT [m], land or stop" in order.said
+    )
     assert len(order.said) < 200

@@ -155,6 +155,6 @@ def test_every_control_has_a_name(banner, workspace):
 
 
 def test_what_was_wrong_with_a_law_is_forgotten_once_its_text_flies(banner, workspace, canned):
-    workspace.notices.warn("mine.py:34: is no Python")
+    workspace.notices.warn("mine.py:34: is not valid Python")
     workspace.flight.taken_over.emit(replace(canned.views[0], controller=load_controller()))
     assert banner.shown == note("The controller pd has taken over.")

@@ -67,7 +67,7 @@ def test_another_controller_takes_over_in_flight_and_charts_go_on(
     control.fly_controller(str(file))
     qtbot.waitUntil(lambda: len(taken) == 1, timeout=START)
     file.write_text(text.replace("def update(", "def update(:"), encoding="utf-8")
-    qtbot.waitUntil(lambda: any("is no Python" in each.what for each in told), timeout=START)
+    qtbot.waitUntil(lambda: any("is not valid Python" in each.what for each in told), timeout=START)
     file.write_text(text + "# edited\n", encoding="utf-8")
     qtbot.waitUntil(lambda: len(taken) == 2, timeout=START)
     control.fly_controller("lqi")

@@ -195,7 +195,7 @@ def test_what_is_no_link_is_refused(server, words):
     server.greet = lambda peer: peer.stream.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" + b" " * 99)
     code, said = run(server, words, "watch", "1")
     assert code != 0
-    assert "this is no link of version 1" in said
+    assert "this is not a link of version 1" in said
 
 
 def test_the_javascript_client_unpacks_every_topic():

@@ -133,7 +133,7 @@ def test_a_false_hello_is_refused_with_its_reason(case):
         ({"protocol": [1]}, '"protocol" must be 2 integers'),
         ({"protocol": [True, True]}, '"protocol" must be 2 integers'),
         ({"nonce": "00"}, "32 hexadecimal digits"),
-        ({"topics": [{"id": 1}]}, "no topic's definition"),
+        ({"topics": [{"id": 1}]}, "not the definition of a topic"),
         ({"topics": [HELLO.topics[0].definition()] * 2}, "two have the same number"),
         ({"limits": {}}, '"level_speed" must be a number'),
         ({"parameters": [{"name": "a"}]}, '"unit" must be'),

@@ -41,7 +41,7 @@ def test_fields_stand_in_a_row_without_gaps():
 
 @pytest.mark.parametrize("size", [0, 33, 35, 65536])
 def test_another_size_is_no_frame_of_it(size):
-    with pytest.raises(ValueError, match=f"has 34 bytes: {size} are no frame of it"):
+    with pytest.raises(ValueError, match=f"has 34 bytes: a frame with {size} does not fit"):
         TOPIC.unpack(bytes(size))
 
 
@@ -74,7 +74,7 @@ def test_the_hash_follows_the_definition():
 def test_a_definition_without_a_part_is_refused(key):
     said = TOPIC.definition()
     del said[key]
-    with pytest.raises(ValueError, match="no topic's definition"):
+    with pytest.raises(ValueError, match="not the definition of a topic"):
         topic_from(said)
 
 

@@ -218,7 +218,7 @@ def test_a_real_flight_follows_its_file_and_its_log_flies_it_again(mine, tmp_pat
         flight.set("k_tilt", 110.0).result(ENOUGH)
         flight.command([1.0, 0.0, 0.0]).result(ENOUGH)
         bad = (
-            (in_place, TEXT.replace("def update(", "def update(:"), "is no Python"),
+            (in_place, TEXT.replace("def update(", "def update(:"), "is not valid Python"),
             (renamed, TEXT.replace("f, w = into_body", "f, w = into_bdy"), "NameError"),
         )
         for save, text, said in bad:

@@ -284,7 +284,7 @@ def test_a_payload_that_is_none_ends_the_log_once(flown, tmp_path, caplog):
     log.close()
     assert [record.getMessage() for record in caplog.records] == [log.said]
     assert f"a.mcap: the log ends at {flown.samples[3].published.t_ns * 1e-9:.3f} s: " in log.said
-    assert "no frame of it" in log.said
+    assert "does not fit" in log.said
 
 
 def test_events_between_samples_are_written(flown, tmp_path):
@@ -318,7 +318,7 @@ def test_an_older_log_is_overwritten_and_nothing_else(flown, tmp_path, write):
     begin(write())
     notes = tmp_path / "notes.txt"
     notes.write_text("important")
-    with pytest.raises(WorkbenchError, match=r"notes\.txt: is no log, and is not overwritten"):
+    with pytest.raises(WorkbenchError, match=r"notes\.txt: is not a log, and is not overwritten"):
         begin(notes)
     assert notes.read_text() == "important"
     with pytest.raises(WorkbenchError, match="is a folder"):

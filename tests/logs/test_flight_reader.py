@@ -300,8 +300,8 @@ def test_a_csv_with_a_mapping(tmp_path, case):
         (MAPPING.replace("gx:", "gz:"), "column of"),
         (MAPPING.replace("sign: -1", "sgn: -1"), "did you mean 'sign'"),
         (MAPPING.replace("motors.command_1", "battery.voltage"), "a name of its own"),
-        (MAPPING.replace("imu.angular_velocity.x", "Gyro X"), "is no signal"),
-        ("columns: {}", "is no mapping"),
+        (MAPPING.replace("imu.angular_velocity.x", "Gyro X"), "is not a signal"),
+        ("columns: {}", "is not a mapping"),
         ("[", "cannot be read as YAML"),
     ):
         with case(said):
@@ -391,7 +391,7 @@ def test_our_own_log_is_a_flight_record(log):
 def test_what_is_no_log_is_a_sentence(tmp_path, case):
     for data, said in (
         (b"", "is empty"),
-        (b"hello", "is no log that is known"),
+        (b"hello", "is not a known kind of log"),
         (b"\x1f\x8bhello", "cannot be unpacked"),
         (b"\xbc\x09\x00\x01\x00", "version 9"),
     ):

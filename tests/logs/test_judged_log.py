@@ -259,7 +259,7 @@ def test_wrong_cases_of_logs_are_sentences_with_their_line(case, run, tmp_path):
         ("log: {file: flight.csv, mapping: no.yaml}", limits, "there is no no.yaml"),
         ("log: {}", limits, "log must name a file"),
         ("log: {plane: 3}", limits, "plane"),
-        ("log: ours.spec.yaml", limits, "is no log that is known"),
+        ("log: ours.spec.yaml", limits, "is not a known kind of log"),
         ("log: flight.csv\n    axis: x", limits, "axis belongs to a flight"),
         ("log: flight.csv\n    set: {kp_roll: 3}", limits, "set belongs to a flight"),
         ("log: flight.csv\n    loop: rol_rate", limits, "unknown loop 'rol_rate'"),
@@ -317,7 +317,7 @@ def test_a_log_is_pinned_and_another_one_noticed(run, capsys, tmp_path, monkeypa
     assert "exists already" in run(*words, code=2)
     gone = run("pin", "new.spec.yaml", "--log", "gone.csv", code=2)
     assert "gone.csv: no such file" in gone and "new.spec.yaml" not in gone
-    assert "belongs to a step that is flown" in run(*words, "--force", "--set", "kp_roll=3", code=2)
+    assert "is for a step" in run(*words, "--force", "--set", "kp_roll=3", code=2)
     motors["m3"] = 0.7
     write_steps(tmp_path / "flight.csv", {1.0: 1.0, 3.0: -1.0}, noisy=0.002, **motors)
     assert "trim is 0.2, and should be at most 0.1" in run("regress", "ours.spec.yaml", code=1)

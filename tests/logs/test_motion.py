@@ -86,7 +86,7 @@ def test_what_makes_no_motion_is_a_sentence(make, vehicle, case):
         ("no setpoint of the position, no motors' commands: a prediction", make((*KNOWN, *RATES))),
         ("no position, no velocity, no attitude: a prediction", make((*ASKED, *MOTORS))),
         ("tells of 6 motors, and .* has 4", make((*whole, "motors.command_5", "motors.command_6"))),
-        ("at 1.00 s is no place", make(whole, far)),
+        ("at 1.00 s is not a position", make(whole, far)),
     ):
         with case(said), pytest.raises(WorkbenchError, match=said):
             motion_of(record, vehicle)

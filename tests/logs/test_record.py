@@ -151,7 +151,7 @@ def test_damage_is_told(log, read):
     ("data", "said"),
     [
         (b"", "is empty"),
-        (b"t,v\n1,2\n", "is no MCAP file"),
+        (b"t,v\n1,2\n", "is not an MCAP file"),
         (MAGIC, "nothing can be read"),
         (MAGIC + bytes(200), "nothing can be read"),
         (MAGIC + b"\xff" * 200, "nothing can be read"),

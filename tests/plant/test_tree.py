@@ -39,7 +39,7 @@ def test_the_base_is_the_root_that_carries_most(links, joints, base):
 @pytest.mark.parametrize(
     ("links", "joints", "said"),
     [
-        ("a b", ["a-b", "b-a"], "here is none"),
+        ("a b", ["a-b", "b-a"], "here there is none"),
         ("world a b", ["world-a", "a-b"], "fixed to the world"),
         ("a", ["world-a"], "fixed to the world"),
         ("a world", ["a-world"], "a link is named 'world'"),

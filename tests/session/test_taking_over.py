@@ -145,7 +145,7 @@ def test_a_line_of_the_script_takes_over_at_its_time_and_a_reset_begins_with_the
 
 
 REFUSED = (
-    ("def update(", "def update(:", r"mine\.py:\d+: is no Python"),
+    ("def update(", "def update(:", r"mine\.py:\d+: is not valid Python"),
     (
         "def update(",
         "x = undefined_name\n\n\ndef update(",

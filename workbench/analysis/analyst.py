@@ -164,7 +164,7 @@ class Analyst:
         """
         answer = unanswered_future()
         if type(question) not in ANSWERED_BY:
-            said = f"{question!r:.60} is no question: ask one of workbench.analysis.questions"
+            said = f"{question!r:.60} is not a question: ask one of workbench.analysis.questions"
             answer.set_exception(WorkbenchError(said))
             return answer
         process, _ = ANSWERED_BY[type(question)]

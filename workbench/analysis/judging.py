@@ -238,7 +238,7 @@ def shown_poles(model: LinearModel) -> np.ndarray:
 
 
 def _margins(model: LinearModel, *, hold: bool) -> dict[str, LoopMargins]:
-    """Return the margins of the loops that close only while a place is held, or of the rest."""
+    """Return the margins of the loops that close only while the position is held, or the rest."""
     loops = [loop for loop in model.loops if loop.hold is hold]
     found = all_margins(model, [loop.point("actuator") for loop in loops])
     return {loop.name: margins for loop, margins in zip(loops, found, strict=True)}
@@ -264,7 +264,9 @@ def _said(steered: tuple[str, ...], held: tuple[str, ...]) -> str:
     """Return a sentence about what is unstable, "" if all is stable."""
     if steered:
         return f"unstable: a swing grows through {_listed(steered)}"
-    return f"holding a place is unstable: a swing grows through {_listed(held)}" if held else ""
+    return (
+        f"holding the position is unstable: a swing grows through {_listed(held)}" if held else ""
+    )
 
 
 def _listed(names: tuple[str, ...]) -> str:

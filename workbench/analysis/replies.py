@@ -74,7 +74,7 @@ class JudgedPlantInput:
     Attributes:
         asked: the question.
         steering: α while the pilot steers, 0 if unstable.
-        holding: α while the place is held, 0 if unstable.
+        holding: α while the position is held, 0 if unstable.
     """
 
     asked: JudgePlantInput

@@ -92,7 +92,7 @@ class Subject:
         return {**self.study.gains, **acting}
 
     def model(self, gains: Mapping[str, float]) -> "LinearModel":
-        """Return the sampled closed loop in hover while a place is held, see `gains`."""
+        """Return the sampled closed loop in hover while the position is held, see `gains`."""
         from workbench.design.linear.operating_point import HOLDING
         from workbench.design.tune.retuned import retuned_models
 
@@ -155,7 +155,7 @@ class Subject:
         values = {self.flown.gain_of(name): value for name, value in asked.items()}
         for name in self.table.checked(values):
             if name not in (*self.law, *self._around):
-                raise WorkbenchError(f"{name} is no gain of the controller: leave it out")
+                raise WorkbenchError(f"{name} is not a gain of the controller: leave it out")
         around = {name: values[name] for name in self._around if name in values}
         return {name: values.get(name, self.own[name]) for name in self.law} | around
 

@@ -120,7 +120,7 @@ class ArduPilot:
         layout = PACKETS.get(magic)
         if layout is None or len(data) != layout.size:
             raise FlightBrokenError(
-                f"a packet of {len(data)} bytes from {peer[0]}:{peer[1]} is none of ArduPilot's "
+                f"a packet of {len(data)} bytes from {peer[0]}:{peer[1]} is not one of ArduPilot's "
                 "servo outputs: end what else sends to this port, or give another one by --port"
             )
         _, _, count, *pulses = layout.unpack(data)

@@ -217,8 +217,8 @@ class Px4:
             )
         if not all(map(math.isfinite, message.controls)):
             raise FlightBrokenError(
-                f"PX4 asks for a motor output that is no number at {1e-6 * now:.3f} s: its motors "
-                "are stopped"
+                f"PX4 asks for a motor output that is not a number at {1e-6 * now:.3f} s: its "
+                "motors are stopped"
             )
         self._controls = tuple(min(max(u, 0.0), 1.0) for u in message.controls)
         self.armed = bool(message.mode & ARMED)

@@ -153,7 +153,7 @@ def _refuse_empty(argv: Sequence[str]) -> None:
         if before in MAY_BE_EMPTY:
             continue
         if not word.strip():
-            raise WorkbenchError(f"what follows '{before}' is empty: give a name or a value")
+            raise WorkbenchError(f"the text after '{before}' is empty: give a name or a value")
         if word.startswith("--") and word.endswith("=") and word[:-1] not in MAY_BE_EMPTY:
             raise WorkbenchError(f"'{word}' has no value: give it one, or leave it out")
 
@@ -206,10 +206,9 @@ def _parser(*only: str) -> argparse.ArgumentParser:
     parser = Parser(
         prog="workbench",
         description="Design a multirotor and its controller on Drake.",
-        epilog="example:\n  workbench fly hover\n\n"
-        "All commands but gui and completion print JSON with --json; serve, monitor and gateway "
-        "an object a line.\n"
-        "exit codes: 0 done, 1 the result is not as demanded, 2 bad input",
+        epilog="example:\n  workbench fly hover\n\nAll commands but gui and completion print JSON "
+        "with --json; serve, monitor and gateway print one object a line.\nexit codes: 0 "
+        "success, 1 a requirement is not met or the flight was lost, 2 bad input",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(

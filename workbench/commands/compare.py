@@ -36,8 +36,9 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "compare",
-        "Compare controllers: steps, a path, a push, a start upside down, wind, vehicles that "
-        "differ, margins and noise, each controller with the gains that it has for the vehicle.",
+        "Compare controllers in steps, along a path, after a push, from upside down, in wind, "
+        "with other vehicles, and by margins and noise. Each controller flies with its gains for "
+        "the vehicle.",
         "workbench compare pd pid lqi geometric indi\n"
         "  workbench compare pd my_law.py --parts steps,margins --html compare.html\n"
         '  workbench compare pd pid --tune "level.rise_time<=0.5" "tilt.phase_margin>=45deg"',
@@ -65,8 +66,8 @@ def add_parser(commands: Any) -> None:
         "--tune",
         nargs="*",
         metavar="WISH|FILE",
-        help="tune each for the same wishes first, see `workbench tune`; without a wish, for those "
-        "that follow from the vehicle",
+        help="tune each controller for the same wishes first, see `workbench tune`; without a "
+        "wish, use those that follow from the vehicle",
     )
     parser.add_argument("--html", type=Path, metavar="FILE", help="table and picture as one page")
     add_output_options(parser)

@@ -100,14 +100,16 @@ def _show(law: "Controller") -> None:
     ]
     print_table(rows, left=(0, 1, 5))
     if law.program:
-        print("a program of its own: no machine code, no linear model, and no two equal flights")
+        print("a separate program: no machine code, no linear model, and no two equal flights")
     elif not law.compiles:
         how = (
-            "exactly" if law.derivatives == "AutoDiff" else "by differences, as it has no AutoDiff"
+            "exactly"
+            if law.derivatives == "AutoDiff"
+            else "by differences, because it has no AutoDiff"
         )
-        print(f"a system of Drake's: it is not compiled, and linear models take it {how}")
+        print(f"a Drake system: it is not compiled, and linear models differentiate it {how}")
     if law.rule is None:
-        print("no rule: these defaults fly every vehicle that has no gain file")
+        print("no rule: every vehicle without a gain file flies with these defaults")
     if law.designed:
         print(f"designed from them: {', '.join(law.designed)}")
     _table(
@@ -123,7 +125,7 @@ def _show(law: "Controller") -> None:
                 loop.name,
                 loop.error,
                 loop.point("actuator"),
-                "while a place is held" if loop.hold else "always",
+                "while the position is held" if loop.hold else "always",
                 loop.axis or "-",
                 ", ".join(loop.gains) or "-",
             )

@@ -72,8 +72,7 @@ class Drawer:
 
     def _ended(self) -> WorkbenchError:
         return WorkbenchError(
-            f"{self._process.cause()}: close other programs if it was for want of memory, or "
-            "add --no-plots"
+            f"{self._process.cause()}: if memory ran out, close other programs; or add --no-plots"
         )
 
     def __enter__(self) -> Self:

@@ -40,8 +40,8 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "estimate",
-        "Run an estimator over the sensors of a logged flight, and compare it with the true "
-        "motion: errors, innovations, a table and a picture of it.",
+        "Run an estimator on the sensors of a logged flight, and compare it with the true motion: "
+        "errors and innovations, as a table and a picture.",
         "workbench estimate flight.mcap --estimator ekf --set ekf_gps_position=0.3",
         run,
     )
@@ -147,7 +147,7 @@ def _settings(
         for other in ESTIMATORS:
             if any(row.name == name for row in parameter_table().of(other)):
                 raise WorkbenchError(
-                    f"{name} is a setting of {other}, and {estimator.name} runs: add `--estimator "
+                    f"{name} is a setting of {other}, but {estimator.name} runs: add `--estimator "
                     f"{other}`, or leave it out"
                 )
         raise unknown_name(f"setting of {estimator.name}", name, names)
@@ -166,13 +166,13 @@ def _tell(log: Path, missing: list[str], silent: "tuple[Gap, ...]") -> None:
     if missing:
         *others, last = (kind.replace("_", " ") for kind in missing)
         kinds = f"{', '.join(others)} and {last}" if others else last
-        say(f"{log}: has no samples of {kinds}: the estimate does without")
+        say(f"{log}: has no samples of {kinds}: the estimate does not use them")
     if silent:
         longest = max(silent, key=lambda each: each.length)
         times = "once" if len(silent) == 1 else f"{len(silent)} times"
         say(
             f"{log}: the IMU is silent {times}, longest for {longest.length:.3f} s from "
-            f"{longest.begin:.3f} s on: bridged by straight lines, which is a guess"
+            f"{longest.begin:.3f} s on: the gaps are interpolated linearly, which is a guess"
         )
 
 

@@ -84,7 +84,7 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "fly",
-        "Fly a scenario, sum it up, and write its log and an overview of it.",
+        "Fly a scenario, print a summary, and write a log and an overview picture.",
         "workbench fly take-off-and-land --csv states.csv --set take_off_speed=0.5",
         run,
     )
@@ -144,8 +144,8 @@ def run(args: argparse.Namespace) -> int:
         return ExitCode.DONE
     if args.scenario is None:
         raise WorkbenchError(
-            "no scenario is named: write it as in `workbench fly hover`; "
-            "`workbench fly --list` shows those that are shipped"
+            "no scenario is named: name one, as in `workbench fly hover`; `workbench fly --list` "
+            "lists the shipped ones"
         )
     if args.csv and args.rotor_commands and args.csv.resolve() == args.rotor_commands.resolve():
         raise WorkbenchError(f"{args.csv}: is the table that is flown: name another file for --csv")
@@ -230,8 +230,8 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
                 or args.estimator
             ):
                 raise WorkbenchError(
-                    "--rotor-commands flies without a controller, and without sensors, a film or "
-                    "topics: leave out --set, --gains, --sensors, --html, --log, --watch and "
+                    "--rotor-commands flies without controller, sensors, estimator, replay page "
+                    "and topics: leave out --set, --gains, --sensors, --html, --log, --watch and "
                     "--estimator"
                 )
             recording = fly_open_loop(scenario, args.rotor_commands, progress)
@@ -243,7 +243,7 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             session, broken, log_said = _flown_session(scenario, args, progress)
         else:
             if args.log:
-                raise WorkbenchError("a flight is filmed or logged: leave out --html or --log")
+                raise WorkbenchError("--html and --log do not go together: leave one out")
             from workbench.design.flight_page import fly_and_film
 
             session = fly_and_film(scenario, dict(args.set), page, progress)
@@ -270,8 +270,8 @@ def _watched(scenario: "Scenario", args: argparse.Namespace) -> _Flown:
     law = flown_controller(scenario)
     if law.shipped or args.html:
         raise WorkbenchError(
-            "--watch is for a law of your own, and makes no film: name its file, as --controller "
-            "mine.py, and leave out --html"
+            "--watch needs a control law of your own, and does not write --html: name its file, as "
+            "--controller mine.py, and leave out --html"
         )
     log_said, told = "", 0
     with (

@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
             f"{len(args.frames)} frames are named: name two, A and B, or none for the whole tree"
         )
     if (args.scenario is None) != (args.at is None):
-        raise WorkbenchError("--scenario and --at go together: fly which, to what time?")
+        raise WorkbenchError("--scenario and --at go together: give both")
     flown = args.scenario is not None
     scenario = Scenario()
     if flown:

@@ -63,7 +63,8 @@ def add_parser(commands: Any) -> None:
     diff = add_command(
         actions,
         "diff",
-        "Print what differs between two sets of gains; what one lacks comes from the rule.",
+        "Print the differences between two sets of gains; a gain that one of them lacks comes "
+        "from the rule.",
         "workbench gains diff dh_drone my_gains.yaml",
         _diff,
     )
@@ -75,7 +76,7 @@ def add_parser(commands: Any) -> None:
     save = add_command(
         actions,
         "save",
-        "Write the gains that a model flies with to a file; one that is there gets one more state.",
+        "Write the gains that a model flies with to a file; an existing file gets one more state.",
         "workbench gains save my_gains.yaml --set kp_velocity_z=3 --origin 'softer climb'",
         _save,
     )
@@ -96,7 +97,7 @@ def add_parser(commands: Any) -> None:
     restore = add_command(
         actions,
         "restore",
-        "Bring an earlier state of a gain file back, as one more state.",
+        "Restore an earlier state of a gain file, as one more state.",
         "workbench gains restore my_gains.yaml 0",
         _restore,
     )
@@ -163,7 +164,7 @@ def _save(args: argparse.Namespace) -> int:
     file = make_profile(vehicle, values, origin, law)
     for name, _ in args.set:
         if name not in file.gains:
-            raise WorkbenchError(f"{name} is no gain of a vehicle, and cannot be saved with them")
+            raise WorkbenchError(f"{name} is not a gain, so a gain file cannot hold it")
     saved = save_gains(args.file, file, law)
     result = {"file": args.file, "state": len(saved.history) - 1}
     result |= pick(saved, "vehicle controller origin gains")
@@ -376,15 +377,15 @@ def add_translate(actions: Any) -> None:
     parser = add_command(
         actions,
         "translate",
-        "Turn gains of one law into those of another that make the same loops, and say what of it "
-        "is not exact.",
+        "Translate the gains of one law to gains of another that make the same loops, and say "
+        "what is not exact.",
         "workbench gains translate pd --to px4 --model f450.urdf.xacro --save px4.yaml",
         _translate,
     )
     parser.add_argument(
         "source", metavar="FROM", help="law whose gains the model flies with, or a gain file"
     )
-    parser.add_argument("--to", required=True, metavar="LAW", help="law that is to fly them")
+    parser.add_argument("--to", required=True, metavar="LAW", help="law to translate them to")
     parser.add_argument("--save", type=Path, metavar="GAINS", help="gain file to write (.yaml)")
     add_vehicle_options(parser)
     add_json_option(parser)
@@ -411,7 +412,7 @@ def _translate(args: argparse.Namespace) -> int:
     for law in laws:
         form_of(law)
     if laws[0].name == laws[1].name:
-        raise WorkbenchError(f"the gains are those of {laws[0].name} already: name another law")
+        raise WorkbenchError(f"the gains are already those of {laws[0].name}: name another law")
     args.controller = laws[0].reference
     old = LinearStudy(with_vehicle(Scenario(), args))
     scenario = dataclasses.replace(old.scenario, controller=laws[1].reference)
@@ -428,7 +429,7 @@ def _translate(args: argparse.Namespace) -> int:
         save_gains(args.save, file, laws[1])
     loops = {"flown": flown, "gains_alone": alone}
     result = {**about, **pick(found, "gains lost remarks"), "loops": loops}
-    title = f"{old.vehicle.name}: gains of {laws[0].name} as those of {laws[1].name}"
+    title = f"{old.vehicle.name}: gains of {laws[0].name}, translated to {laws[1].name}"
     shown = (title, found, flown, alone)
     print_result(args, result, _print_translation, *shown, files=[args.save] if args.save else [])
     return ExitCode.DONE
@@ -478,20 +479,29 @@ def add_exchange(actions: Any) -> None:
     )
     read.add_argument("file", type=Path, metavar="FILE", help="of parameters, see docs/autopilots")
     read.add_argument(
-        "--for", dest="firmware", choices=FIRMWARES, default="", help="(default: the text tells)"
+        "--for",
+        dest="firmware",
+        choices=FIRMWARES,
+        default="",
+        help="(default: found from the text)",
     )
     _add_common(read)
     read.add_argument("--save", type=Path, metavar="GAINS", help="gain file to write (.yaml)")
     write = add_command(
         actions,
         "export",
-        "Write gains to an autopilot's file; of one that is there only the gains' values change.",
+        "Write gains to an autopilot's file; in an existing file only the values of the gains "
+        "change.",
         "workbench gains export vehicle.params --for px4 --model f450.urdf.xacro --gains px4.yaml",
         _export,
     )
     write.add_argument("file", type=Path, metavar="FILE", help="file of parameters to write")
     write.add_argument(
-        "--for", dest="firmware", choices=FIRMWARES, required=True, help="who is to fly them"
+        "--for",
+        dest="firmware",
+        choices=FIRMWARES,
+        required=True,
+        help="autopilot that the file is for",
     )
     _add_common(write)
     write.add_argument(
@@ -510,7 +520,9 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--profile", type=int, metavar="N", help="of Betaflight's file (default: that in use)"
     )
-    parser.add_argument("--no-margins", action="store_true", help="leave the loops' margins out")
+    parser.add_argument(
+        "--no-margins", action="store_true", help="leave out the margins of the loops"
+    )
     add_vehicle_options(parser)
     add_json_option(parser)
 
@@ -544,7 +556,7 @@ def _import(args: argparse.Namespace) -> int:
     if found.unsafe:
         _print_exchange(args, about, changes, margins, remarks, found, written)
         wrong = [f"{found.firmware.file_name(n)} {why}" for n, why in found.unsafe.items()]
-        raise WorkbenchError(f"{args.file}: {joined(wrong, 4)}; nothing is taken over")
+        raise WorkbenchError(f"{args.file}: {joined(wrong, 4)}; nothing is imported")
     if args.save:
         origin = f"{args.file.name}, {found.firmware.name} {found.version}"
         save_gains(args.save, make_profile(vehicle, after, origin, found.law), found.law)
@@ -619,7 +631,7 @@ def _hover_remarks(found: "Imported", vehicle: "Vehicle") -> list[str]:
             if abs(value - own) > 0.05 * own:
                 said.append(
                     f"{name} is {value:.3g} in the file, and {vehicle.name} hovers at {own:.3g}: "
-                    "gains of climbing count by their ratio"
+                    "vertical gains are scaled by the ratio"
                 )
     return said
 
@@ -710,7 +722,7 @@ def _print_exchange(
             print()
             print_margins(*margins)
         if not_flown:
-            print(f"not flown here, and left alone: {joined(not_flown)}")
+            print(f"not simulated, and not imported: {joined(not_flown)}")
         for remark in remarks:
             print(f"note: {remark}")
 

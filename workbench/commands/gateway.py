@@ -60,8 +60,8 @@ def add_parser(commands: Any) -> None:
     foxglove.add_argument(
         "--anybody",
         action="store_true",
-        help="let it listen beyond this computer: whoever reaches it may watch, as Foxglove's "
-        "server knows no login and checks no origin",
+        help="let it listen on other addresses than this computer's own: anybody who reaches it "
+        "may watch, because Foxglove's server has no login and checks no origin",
     )
 
     plotjuggler = add_command(
@@ -82,7 +82,8 @@ def add_parser(commands: Any) -> None:
     ros2 = add_command(
         kinds,
         "ros2",
-        "Publish the topics to ROS 2, with no ROS installed, and let it fly where that is allowed.",
+        "Publish the topics to ROS 2, without an installed ROS, and let ROS 2 fly if that is "
+        "allowed.",
         "workbench gateway ros2 127.0.0.1:7733 --allow-commands",
         _run_ros2,
     )
@@ -128,9 +129,9 @@ def _add_rate(parser: argparse.ArgumentParser) -> None:
         "--rate",
         type=parse_rate,
         metavar="N",
-        help="at most so many samples a second of each topic (default: all there are)",
+        help="at most this many samples a second of each topic (default: all)",
     )
-    add_json_option(parser, "print where it passes the topics on to as JSON, on one line")
+    add_json_option(parser, "print where the topics go as JSON, on one line")
 
 
 def _run_none(args: argparse.Namespace) -> int:
@@ -300,7 +301,7 @@ def parse_rate(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise WorkbenchError(f"the rate '{text}' is no number of samples a second") from None
+        raise WorkbenchError(f"the rate '{text}' is not a number of samples a second") from None
 
 
 def add_monitor(commands: Any) -> None:
@@ -319,12 +320,14 @@ def add_monitor(commands: Any) -> None:
     parser.add_argument(
         "--json", action="store_true", help="print an object a line, twice a second"
     )
-    parser.add_argument("--once", action="store_true", help="print the present once and stop")
+    parser.add_argument(
+        "--once", action="store_true", help="print the present values once and stop"
+    )
     parser.add_argument(
         "--rate",
         type=parse_rate,
         metavar="N",
-        help="at most so many samples a second of each topic (default: all there are)",
+        help="at most this many samples a second of each topic (default: all)",
     )
 
 

@@ -41,7 +41,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--scenario",
         metavar="NAME|PATH",
-        help="what is flown first (default: what Settings set up last, or "
+        help="scenario to fly first (default: the last one set up in Settings, or "
         f"{DEFAULT_SCENARIO}, a drone on the ground between obstacles with IMU, GPS and lidar)",
     )
     parser.add_argument(
@@ -79,7 +79,7 @@ def add_parser(commands: Any) -> None:
         default="",
         metavar="NAME",
         help="first screen: home, server, joystick, visualization, tuning or settings (default: "
-        "the one seen last)",
+        "the last one shown)",
     )
     parser.add_argument("--no-3d", action="store_true", help="do not draw flights in 3-D")
 

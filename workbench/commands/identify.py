@@ -34,13 +34,13 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "identify",
-        "Find a vehicle's thrust, lag, inertia and drag in logs of its flights, each with its "
-        "interval, and write a sidecar for it: rotors and body.",
+        "Estimate a vehicle's thrust, lag, inertia and drag from logs of its flights, each with "
+        "its interval, and write a sidecar with rotors and body.",
         "workbench identify flight.csv --model dh_drone --sidecar flown.rotors.yaml",
         run,
     )
     parser.add_argument(
-        "logs", nargs="+", type=Path, metavar="LOG", help=f"{LOG_HELP}; or a folder of these"
+        "logs", nargs="+", type=Path, metavar="LOG", help=f"{LOG_HELP}; or a folder of logs"
     )
     model_help = f"{MODEL_HELP}: geometry and mass are taken from it"
     add_model_options(parser, model_help, required=True)
@@ -148,7 +148,7 @@ def _trims(
     try:
         return trim(vehicle, time, commands, 2.0 if kind == SPEED else EXPONENT)
     except WorkbenchError as reason:
-        say(f"nothing is said of single rotors: {reason}")
+        say(f"single rotors are not judged: {reason}")
         return []
 
 
@@ -166,7 +166,7 @@ def _tell_trims(args: argparse.Namespace, vehicle: "Vehicle", records: "list[Fli
         except WorkbenchError as error:
             raise WorkbenchError(f"{record.source}: {error}") from None
         told.append((record, rows))
-    reason = "the log has no gyro and accelerometer: rotors' shares in hover are all it can tell"
+    reason = "the log has no gyro and accelerometer: it shows only the rotors' shares in hover"
     result = [
         {"log": record.source, "refused": {"all else": reason}, "trim": rows}
         for record, rows in told
@@ -193,7 +193,7 @@ def _print_findings(rows: "list[RotorTrim]") -> None:
     for row in findings:
         print(f"  {row.name}: {row.finding}")
     if findings:
-        print("  some normal drones differ as much: look at the rotor and where the battery sits")
+        print("  some normal drones differ as much: look at the rotor and the place of the battery")
     if rows and not findings:
         print("  no rotor stands out")
 

@@ -211,8 +211,8 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "inspect",
-        "Say what is understood of a drone description: mass, rotors, sensors, frames, and what "
-        "was repaired or left unused.",
+        "Show what the workbench reads from a drone description: mass, rotors, sensors, frames, "
+        "repairs, and unused parts.",
         "workbench inspect my_drone.urdf.xacro --arg mass:=2.1 --package my_drone=../my_drone",
         run,
     )

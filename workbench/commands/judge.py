@@ -66,8 +66,8 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--loop",
         metavar="NAME",
-        help="draw all of one loop, as velocity_x, roll, yaw_rate: Bode, Nyquist, gang of four, "
-        "root locus, poles and step",
+        help="draw all plots of one loop, as velocity_x, roll, yaw_rate: Bode, Nyquist, gang of "
+        "four, root locus, poles and step",
     )
     parser.add_argument(
         "--at",
@@ -85,7 +85,7 @@ def add_parser(commands: Any) -> None:
     what.add_argument(
         "--sensitivity",
         action="store_true",
-        help="instead: what every gain does to every number of a step",
+        help="instead: the effect of every gain on every number of a step",
     )
     what.add_argument(
         "--map",
@@ -253,11 +253,11 @@ def print_judgement(found: "Judgement", cut: str) -> None:
     _print_plant_input(found)
     _print_noise(found)
     if not found.holding:
-        print("loops of the position and steps are left out: a place is held in hover only")
+        print("position loops and steps are left out: the position is held in hover only")
     _print_modes("modes while the pilot steers", found.modes, found.period)
     if found.modes_holding:
         slow = found.modes_holding[:4]
-        _print_modes("slowest modes while the place is held", slow, found.period)
+        _print_modes("slowest modes while the position is held", slow, found.period)
     _print_steps(found)
     print(f"\nthe law runs at {1.0 / found.period:g} Hz; {_rates(found.slowest)}")
 
@@ -284,7 +284,7 @@ def _print_noise(found: "Judgement") -> None:
     """Print the effect of the noise of each sensor on attitude and commands."""
     if not found.noise:
         return
-    print("\nwhat the noise of sensors does while the place is held, rms:")
+    print("\nwhat the noise of sensors does while the position is held, rms:")
     rows: list[tuple[str, ...]] = [
         ("", "roll [deg]", "pitch [deg]", "yaw [deg]", "commands [% of their mean]")
     ]
@@ -300,7 +300,7 @@ def _print_plant_input(found: "Judgement") -> None:
     rows = [("", "disk", "gains within", "at [rad/s]", "alone:", *found.plant_input.alone)]
     for what, each in (
         ("while the pilot steers", found.plant_input),
-        ("while the place is held", found.plant_input_holding),
+        ("while the position is held", found.plant_input_holding),
     ):
         if each is not None:
             low = (2.0 - each.disk_margin) / (2.0 + each.disk_margin)
@@ -326,7 +326,7 @@ def print_sensitivities(title: str, found: "tuple[Sensitivity, ...]") -> None:
     ]
     print_table(rows)
     rest = [name for name in found[0].elasticities if name not in names]
-    print(f"\nno part in it: {', '.join(rest) or 'none'}")
+    print(f"\nwithout effect: {', '.join(rest) or 'none'}")
 
 
 def print_map(found: "OperatingMap") -> None:
@@ -425,7 +425,7 @@ def _print_steps(found: "Judgement") -> None:
         rows.append((name, *(_metric(metrics, name) for metrics in pairs)))
     print_table(rows)
     if any(step.linear is None for step in found.steps):
-        print("a growing mode has no step: no numbers of the linear model")
+        print("a mode grows, so the linear model has no numbers")
     for step in found.steps:
         if step.broken:
             print(f"the {step.axis} step has no numbers: {step.broken}")
@@ -457,5 +457,5 @@ def _rates(slowest: "SlowestRate") -> str:
     limit = ", the slowest there is," if slowest.at_limit else ""
     stable = f"it is stable down to {1.0 / slowest.stable_period:.1f} Hz{limit}"
     if not math.isfinite(slowest.safe_period):
-        return f"{stable} but has 30 deg of phase margin at no rate"
+        return f"{stable} but no rate has 30 deg of phase margin"
     return f"{stable} and keeps 30 deg of phase margin down to {1.0 / slowest.safe_period:.1f} Hz"

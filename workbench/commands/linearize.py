@@ -39,7 +39,7 @@ def add_parser(commands: Any) -> None:
         default="hover",
         metavar="POINT",
         help="hover, or as vx=5,vz=-1,yaw_rate=0.2, in m/s and rad/s; ax, ay, az [m/s²] for an "
-        "instant of an accelerated flight; hold=1 while a place is held (default: hover)",
+        "instant of an accelerated flight; hold=1 while the position is held (default: hover)",
     )
     parser.add_argument(
         "--loop",
@@ -58,13 +58,13 @@ def add_parser(commands: Any) -> None:
         help="sampled, with hold and delay as they fly, or continuous (default: sampled)",
     )
     parser.add_argument(
-        "--inputs", metavar="NAME[,NAME]", help="inputs wanted (default: what the pilot asks for)"
+        "--inputs", metavar="NAME[,NAME]", help="inputs wanted (default: what the pilot commands)"
     )
     parser.add_argument(
         "--outputs", metavar="NAME[,NAME]", help="outputs wanted (default: velocity and yaw rate)"
     )
     parser.add_argument(
-        "--minimal", action="store_true", help="leave out what plays no part between them"
+        "--minimal", action="store_true", help="leave out states that play no part between them"
     )
     add_json_option(parser)
 
@@ -139,7 +139,7 @@ def add_frequency_response(commands: Any) -> None:
     parser = add_command(
         commands,
         "frequency-response",
-        "Measure a loop in flight with a multisine, and set it beside its linear model.",
+        "Measure a loop in flight with a multisine, and compare it with its linear model.",
         "workbench frequency-response velocity_x\n"
         "  workbench frequency-response pitch --set turbulence=7.7 --periods 12",
         run_frequency_response,
@@ -175,8 +175,8 @@ def add_frequency_response(commands: Any) -> None:
         "--size",
         type=float,
         metavar="A",
-        help="rms of what is injected, in the loop point's unit (default: what the linear model "
-        "says that the drone bears)",
+        help="rms of what is injected, in the loop point's unit (default: as much as the drone "
+        "can take by the linear model)",
     )
     add_flight_options(parser)
 

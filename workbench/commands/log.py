@@ -39,13 +39,13 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "log",
-        "Say what is in a log: signals, rates, gaps, clocks, and what can be identified from it.",
+        "Show what is in a log: signals, rates, gaps, clocks, and what can be identified from it.",
         "workbench log flight.ulg --html flight.html",
         run,
     )
     parser.add_argument("log", type=Path, metavar="LOG", help=LOG_HELP)
     parser.add_argument(
-        "--all", action="store_true", help="list signals without a name of the workbench, too"
+        "--all", action="store_true", help="also list signals that have no name in the workbench"
     )
     parser.add_argument(
         "--html",
@@ -159,7 +159,7 @@ def add_import(commands: Any) -> None:
     parser = add_command(
         commands,
         "import",
-        "Store a log from elsewhere as a log of the workbench, under the workbench's names.",
+        "Convert a log of another program to a log of the workbench, with the workbench's names.",
         "workbench import flight.ulg --output flight.mcap",
         run_import,
     )
@@ -197,8 +197,8 @@ def add_export(commands: Any) -> None:
     parser = add_command(
         commands,
         "export",
-        "Write a log as tables, one file a topic, with units in their headings; the points of a "
-        "lidar's clouds in one of their own.",
+        "Write a log as tables: one file for each topic, with units in the headings, and one for "
+        "the points of lidar clouds.",
         "workbench export flight.mcap --format csv --output tables/",
         run_export,
     )
@@ -244,7 +244,8 @@ def add_replay(commands: Any) -> None:
     parser = add_command(
         commands,
         "replay",
-        "Fly a log again and say whether every state is equal to the bit; exit code 1 if not.",
+        "Fly a log again and say whether every state is equal to the bit; the exit code is 1 if "
+        "not.",
         "workbench replay flight.mcap",
         run_replay,
     )
@@ -275,7 +276,7 @@ def _sentence(replayed: "Replayed") -> str:
     first = replayed.first
     if first is None:
         changed = "; ".join(replayed.changed)
-        since = f", though not all is as it was: {changed}" if changed else ""
+        since = f", although something has changed: {changed}" if changed else ""
         return (
             f"equal: all {replayed.states} states over {replayed.duration:.3f} s are the same to "
             f"the bit{since}"
@@ -316,14 +317,14 @@ def add_plot(commands: Any) -> None:
     parser.add_argument(
         "--spectrum",
         action="store_true",
-        help="draw power spectral densities (Welch: Hann windows, the mean taken off)",
+        help="draw power spectral densities (Welch: Hann windows, the mean removed)",
     )
     parser.add_argument(
         "--averages",
         type=int,
         default=8,
         metavar="N",
-        help="segments, half over each other, that a spectrum is averaged over (default: 8)",
+        help="segments, overlapping by half, that a spectrum is averaged over (default: 8)",
     )
     parser.add_argument(
         "--span",
@@ -354,16 +355,20 @@ def run_plot(args: argparse.Namespace) -> int:
     if output.suffix != ".png":
         raise WorkbenchError(f"{output}: a plot is a PNG: let its name end in .png")
     if args.spectrum and not args.fields:
-        raise WorkbenchError("--spectrum is of fields: name some; --list lists them")
+        raise WorkbenchError("--spectrum needs fields: name some; --list lists them")
     if args.over and (args.spectrum or not args.fields):
         raise WorkbenchError("--over draws fields over time: name some, and leave out --spectrum")
     if args.averages < 1:
         raise WorkbenchError(f"--averages is {args.averages}: average over 1 segment at least")
     if args.span and not args.span[0] < args.span[1]:
-        raise WorkbenchError(f"--span goes from {args.span[0]:g} to {args.span[1]:g} s: no time")
+        raise WorkbenchError(
+            f"--span goes from {args.span[0]:g} to {args.span[1]:g} s: let it end after it begins"
+        )
     if args.step_response:
         if args.fields or args.spectrum or args.over or args.list or args.span:
-            raise WorkbenchError("--step-response is a picture of its own: leave out the rest")
+            raise WorkbenchError(
+                "--step-response draws a picture of its own: leave out the other options"
+            )
         return _step_response(args, output)
     with progress_bar(f"reading {args.log.name}") as progress:
         record = open_log(args.log, args.mapping, progress)
@@ -413,7 +418,7 @@ def _step_response(args: argparse.Namespace, output: Path) -> int:
     )
     result = {"log": args.log, "trusted": estimate.trusted, **asdict(estimate)}
     for doubt in estimate.doubts:
-        say(f"{args.log}: not to be trusted: {doubt}")
+        say(f"{args.log}: not reliable: {doubt}")
     print_result(args, result, print, text, files=outputs.files)
     return ExitCode.DONE if estimate.trusted else ExitCode.NOT_AS_DEMANDED
 

@@ -61,7 +61,7 @@ class Quantity:
         """
         found = re.fullmatch(rf"{_NUMBER}\s*([a-z/\"]*)", text.strip(), re.IGNORECASE)
         if found is None:
-            raise self._refused(text, "is no number with a unit")
+            raise self._refused(text, "is not a number with a unit")
         number = float(found[1] + (f"e{found[2]}" if found[2] else ""))
         unit = found[3].casefold() or next(iter(self.units)).casefold()
         factors = {name.casefold(): factor for name, factor in self.units.items()}
@@ -72,7 +72,8 @@ class Quantity:
             si = next(iter(self.units))
             raise self._refused(
                 text,
-                f"is {value:g} {si}, and of a multirotor {self.minimum:g} to {self.maximum:g} {si}",
+                f"is {value:g} {si}, but a multirotor has {self.minimum:g} to {self.maximum:g} "
+                f"{si}",
             )
         return value
 
@@ -124,7 +125,7 @@ def read_propeller(text: str) -> tuple[float, float | None, int]:
     blades = int(found[5] or 2)
     if not 0.1 * diameter <= pitch <= 1.5 * diameter or not 2 <= blades <= 8:
         raise WorkbenchError(
-            f"the propeller '{text}' is none: write diameter x pitch in inches as 10x4.5, and "
+            f"'{text}' is not a propeller: write diameter x pitch in inches as 10x4.5, and "
             "blades where they are more than two, as 5x4.3x3"
         )
     return DIAMETER.read(f"{diameter}m"), pitch, blades
@@ -138,9 +139,7 @@ def read_battery(text: str) -> tuple[float, float | None]:
     """
     voltage, *capacity = re.split(r"[\s,]+", text.strip())
     if len(capacity) > 1:
-        raise WorkbenchError(
-            f"the battery '{text[:LONGEST_ECHO]}' is none: write it as '4S 5000mAh'"
-        )
+        raise WorkbenchError(f"'{text[:LONGEST_ECHO]}' is not a battery: write it as '4S 5000mAh'")
     kind = _CELLS if voltage[-1:] in ("s", "S") else _VOLTAGE
     return kind.read(voltage), _CAPACITY.read(capacity[0]) if capacity else None
 
@@ -209,7 +208,7 @@ def add_parser(commands: Any) -> None:
         default="x",
         help="two arms in front, one arm in front, or two rotors on each arm (default: x)",
     )
-    parser.add_argument("--force", action="store_true", help="replace a file that is there")
+    parser.add_argument("--force", action="store_true", help="replace an existing file")
     add_json_option(parser)
 
 
@@ -373,7 +372,7 @@ def _print(target: Path, sheet: "DataSheet", found: "list[Figure]", vehicle: "Ve
         f"{vehicle.name}: {vehicle.mass:.4g} kg, {sheet.rotors} rotors ({sheet.layout}) "
         f"{sheet.arm:.4g} m from the centre, propellers {sheet.propeller.label}"
     )
-    print("\nestimated; each stands in the file, to be replaced by what you measure")
+    print("\nestimated; replace each in the file when you have measured it")
     print_table(
         [
             (

@@ -207,7 +207,7 @@ def _numbers(text: str) -> list[int]:
         return [int(each) for each in text.split(",")]
     except ValueError:
         raise WorkbenchError(
-            f"'{text}' is no order of motors: write their numbers, as 1,2,3,4"
+            f"'{text}' is not an order of motors: write their numbers, as 1,2,3,4"
         ) from None
 
 
@@ -259,7 +259,7 @@ def parse_argument(text: str) -> tuple[str, str]:
     """
     name, sign, value = text.partition(":=")
     if not sign or not name.strip():
-        raise WorkbenchError(f"'{text}' is no xacro argument: write NAME:=VALUE, as mass:=2.1")
+        raise WorkbenchError(f"'{text}' is not a xacro argument: write NAME:=VALUE, as mass:=2.1")
     return name.strip(), value.strip()
 
 
@@ -271,7 +271,7 @@ def parse_package(text: str) -> tuple[str, str]:
     """
     name, sign, folder = text.partition("=")
     if not sign or not name.strip() or not folder.strip():
-        raise WorkbenchError(f"'{text}' is no package: write NAME=DIR, as my_drone=../my_drone")
+        raise WorkbenchError(f"'{text}' is not a package: write NAME=DIR, as my_drone=../my_drone")
     return name.strip(), folder.strip()
 
 
@@ -286,7 +286,7 @@ def parse_variation(text: str) -> tuple[str, float]:
     name, equals, value = text.partition("=")
     names = [field.name for field in dataclasses.fields(Variation)]
     if not equals:
-        raise WorkbenchError(f"'{text}' is no variation: write NAME=VALUE, as mass=1.05")
+        raise WorkbenchError(f"'{text}' is not a variation: write NAME=VALUE, as mass=1.05")
     if name.strip() not in names:
         raise unknown_name("variation", name.strip(), names)
     try:

@@ -30,14 +30,12 @@ class Outputs:
         import tempfile
 
         if target in self._partial:
-            raise WorkbenchError(f"{target}: two different files are to be written there")
+            raise WorkbenchError(f"{target}: two different files would be written there")
         try:
             target = target.resolve() if target.is_symlink() else target
             if target.exists() and not target.is_file():
-                what = "a folder" if target.is_dir() else "no plain file"
-                raise WorkbenchError(
-                    f"{target}: is {what}, and a file of that name is to be written"
-                )
+                what = "a folder" if target.is_dir() else "not a plain file"
+                raise WorkbenchError(f"{target}: is {what}, so no file of that name can be written")
             self._make_folder(target.parent)
             handle, name = tempfile.mkstemp(
                 prefix=f".{target.stem}.", suffix=target.suffix, dir=target.parent

@@ -45,13 +45,13 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "predict",
-        "Predict flown flights from many of their instants on, with a model and a law that fly "
-        "from the logged setpoints, and say how far that is off, beside what costs nothing.",
+        "Predict logged flights from many of their instants, with a model and a control law that "
+        "fly from the logged setpoints, and report the errors beside those of simple predictions.",
         "workbench predict flights/ --model my_quad.urdf --horizon 0.5",
         run,
     )
     parser.add_argument(
-        "logs", nargs="+", type=Path, metavar="LOG", help=f"{LOG_HELP}; or a folder of these"
+        "logs", nargs="+", type=Path, metavar="LOG", help=f"{LOG_HELP}; or a folder of logs"
     )
     add_model_options(parser, f"the drone: {MODEL_HELP}", required=True)
     parser.add_argument(
@@ -80,7 +80,7 @@ def add_parser(commands: Any) -> None:
         "--without",
         "EFFECT",
         str,
-        "what of the past is left out, to see what it is worth: thrust (its scale and level "
+        "knowledge of the past to leave out, to see its effect: thrust (its scale and level "
         "force), memory (of the law), moment (of the air, held by the law), estimate (its error at "
         "the start), tilt (that it goes on to take drag for tilt); may be repeated",
     )
@@ -140,7 +140,7 @@ def found_logs(paths: Sequence[Path]) -> list[Path]:
         inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(LOG_ENDINGS))
         inside = [p for p in inside if p.name != "index.csv"]
         if not inside:
-            raise WorkbenchError(f"{path}: no logs in this folder: name logs, or where they are")
+            raise WorkbenchError(f"{path}: this folder has no logs: name logs, or their folder")
         found += inside
     return found
 
@@ -230,9 +230,9 @@ def _predicted(
     flown = {each.flight for each in found}
     short = [motion.name for _, motion in motions if motion.name not in flown]
     if short:
-        say(f"not in the air for as long as a prediction, and left out: {', '.join(short)}")
+        say(f"left out, as they are in the air for less time than a prediction: {', '.join(short)}")
     if not found:
-        raise WorkbenchError("none of these flights is in the air for as long as a prediction")
+        raise WorkbenchError("all of these flights are in the air for less time than a prediction")
     return found
 
 
@@ -308,8 +308,8 @@ def add_what_if(commands: Any) -> None:
     parser = add_command(
         commands,
         "what-if",
-        "Fly a logged flight again with other gains or another law: what the model cannot explain "
-        "of the log acts again, and a band says how sure the answer is.",
+        "Fly a logged flight again with other gains or another law. What the model cannot explain "
+        "acts again as a disturbance, and a band shows the uncertainty.",
         "workbench what-if flight.mcap --model my_quad.urdf --set kp_velocity_x=2",
         run_what_if,
     )

@@ -68,7 +68,7 @@ def not_as_demanded(missed: Sequence[str]) -> ExitCode:
     """Print the demands that are not met, if any, and return the exit code."""
     if not missed:
         return ExitCode.DONE
-    say(f"not as demanded: {'; '.join(missed)}")
+    say(f"requirements not met: {'; '.join(missed)}")
     return ExitCode.NOT_AS_DEMANDED
 
 

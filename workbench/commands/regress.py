@@ -42,7 +42,8 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "regress",
-        "Fly the cases of specs and hold metrics, margins and curves against what they should be.",
+        "Fly the cases of specs, and check metrics, margins and curves against limits and "
+        "baselines.",
         "workbench regress --set kp_velocity_z=3 --html out/regress.html",
         run,
     )
@@ -52,7 +53,7 @@ def add_parser(commands: Any) -> None:
         metavar="SPEC",
         help="spec file, folder of *.spec.yaml, or name of a shipped spec (default: all shipped)",
     )
-    change = parser.add_argument_group("what is otherwise than in the specs")
+    change = parser.add_argument_group("changes to the specs")
     add_repeated(
         change, "--set", "NAME=VALUE", split_setting, "value of a live parameter; may be repeated"
     )
@@ -96,8 +97,8 @@ def run(args: argparse.Namespace) -> int:
     changes = Changes(dict(args.set), dict(args.arg), dict(args.vary), args.seed, args.physics_step)
     if args.update and changes.any:
         raise WorkbenchError(
-            "a baseline is of the spec as it stands: leave out --update, or write the change into "
-            "the spec or the gain file"
+            "a baseline belongs to the spec as it is written: leave out --update, or write the "
+            "change into the spec or the gain file"
         )
     changes = dataclasses.replace(changes, controller=args.controller)
     specs = find_specs(args.specs)
@@ -197,7 +198,7 @@ def add_pin(commands: Any) -> None:
     parser = add_command(
         commands,
         "pin",
-        "Fly a step, or take a log, and write a spec that holds later flights to it.",
+        "Fly a step, or take a log, and write a spec that later flights must fulfil.",
         "workbench pin my_quad.spec.yaml --model my_quad.urdf.xacro --gains my_gains.yaml --axis x",
         run_pin,
     )
@@ -234,7 +235,7 @@ def add_pin(commands: Any) -> None:
         help="for how long the load acts [s] (default: to the end, a gust for 1)",
     )
     parser.add_argument(
-        "--no-margins", action="store_true", help="leave the loops' margins at hover free"
+        "--no-margins", action="store_true", help="set no limits on the margins at hover"
     )
     log = parser.add_argument_group("of a log")
     log.add_argument(
@@ -249,7 +250,7 @@ def add_pin(commands: Any) -> None:
     )
     add_order_option(log)
     add_mapping_option(log)
-    parser.add_argument("--force", action="store_true", help="replace files that are there")
+    parser.add_argument("--force", action="store_true", help="replace existing files")
     add_vehicle_options(parser)
     add_json_option(parser)
 
@@ -282,7 +283,7 @@ def run_pin(args: argparse.Namespace) -> int:
         f"step {args.load or f'along {axis}'}{loops}"
     ]
     if args.gains:
-        said.append(f"it flies {pinned.gains.name}: pin again where {args.gains} has changed")
+        said.append(f"it flies {pinned.gains.name}: pin again when {args.gains} has changed")
     files = [pinned.spec, pinned.gains, pinned.baseline]
     print_result(args, pinned, _print_pinned, args.spec, said, files=files)
     return ExitCode.DONE
@@ -298,7 +299,7 @@ def _pin_log(args: argparse.Namespace) -> int:
     given = [option for option in ("set", "gains", "controller") if getattr(args, option, None)]
     if given:
         raise WorkbenchError(
-            f"--{given[0]} belongs to a step that is flown: a log has flown already"
+            f"--{given[0]} is for a step, and a log has flown already: leave it out"
         )
     with progress_bar(f"pinning and proving {args.log.name}") as progress:
         from workbench.design.pin import pin_log
@@ -319,10 +320,10 @@ def _pin_log(args: argparse.Namespace) -> int:
         results = regress([pinned.spec], read_log=read_case)
     failures = [said for each in results for said in each.failures]
     if failures:
-        raise WorkbenchError(f"{pinned.spec}: what was pinned is not green: {failures[0]}")
+        raise WorkbenchError(f"{pinned.spec}: what was pinned fails: {failures[0]}")
     said = [f"held to what they are now: {pinned.limits} numbers of {args.log}"]
     if not args.model:
-        said.append(f"taken for a {vehicle.model}: give --model where another drone flew")
+        said.append(f"the drone is taken to be a {vehicle.model}: give --model if another one flew")
     said += [f"left out: {name}: {reason}" for name, reason in pinned.left_out.items()]
     print_result(args, pinned, _print_pinned, args.spec, said, files=[pinned.spec])
     return ExitCode.DONE

@@ -51,14 +51,14 @@ def add_parser(commands: Any) -> None:
         "--scenario",
         default=DEFAULT_SCENARIO,
         metavar="NAME|FILE",
-        help=f"what is flown, and flown on past its end (default: {DEFAULT_SCENARIO}, a drone on "
-        "the ground with IMU, GPS and lidar)",
+        help=f"scenario to fly; the flight continues after its end (default: {DEFAULT_SCENARIO}, "
+        "a drone on the ground with IMU, GPS and lidar)",
     )
     parser.add_argument(
         "--duration", type=_positive, metavar="T", help="end after this simulated time, in s"
     )
     parser.add_argument(
-        "--log", type=Path, metavar="FILE.mcap", help="record all that happens, see docs/logs.md"
+        "--log", type=Path, metavar="FILE.mcap", help="record a log, see docs/logs.md"
     )
     parser.add_argument("--draw", action="store_true", help="draw the flight in Meshcat")
     group = parser.add_argument_group("network")
@@ -72,7 +72,7 @@ def add_parser(commands: Any) -> None:
         "--port",
         type=int,
         default=DEFAULT_PORT,
-        help=f"of TCP; 0 takes one that is free (default: {DEFAULT_PORT})",
+        help=f"of TCP; 0 takes a free one (default: {DEFAULT_PORT})",
     )
     group.add_argument(
         "--token-file",
@@ -89,7 +89,7 @@ def add_parser(commands: Any) -> None:
     )
     add_vehicle_options(parser)
     add_sensor_options(parser)
-    add_json_option(parser, "print where it serves as JSON, on one line")
+    add_json_option(parser, "print its addresses as JSON, on one line")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -162,7 +162,7 @@ def _known(answer: "Future[str]", what: str) -> str:
     try:
         return answer.result(STARTING)
     except TimeoutError as error:
-        raise WorkbenchError(f"it took more than {STARTING:g} s until {what}: try again") from error
+        raise WorkbenchError(f"more than {STARTING:g} s passed before {what}: try again") from error
 
 
 def _addresses(flight: "LiveFlight", vehicle: str, address: str) -> dict[str, str | None]:
@@ -246,7 +246,7 @@ def _say_control(view: "LiveView", before: str) -> str:
 def _positive(text: str) -> float:
     number = float(text)
     if not number > 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is no positive number")
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
     return number
 
 
@@ -259,7 +259,9 @@ def add_tokens(commands: Any) -> None:
         "workbench tokens tokens.txt",
         run_tokens,
     )
-    parser.add_argument("file", type=Path, metavar="FILE", help="to be made; none is overwritten")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help="file to make; an existing one is never overwritten"
+    )
     add_json_option(parser)
 
 
@@ -270,5 +272,5 @@ def run_tokens(args: argparse.Namespace) -> int:
     write_tokens(args.file)
     if args.json:
         print_json({"files": [args.file]})
-    say(f"wrote {args.file}: give others its second word of a line, and keep the file yourself")
+    say(f"wrote {args.file}: give others the token of a line, and keep the file to yourself")
     return ExitCode.DONE

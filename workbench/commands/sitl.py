@@ -60,7 +60,7 @@ def add_parser(commands: Any) -> None:
         type=parse_pulses,
         default=(1000.0, 2000.0),
         metavar="LEAST,MOST",
-        help="of a motor that stands and of a full one, in us (default: 1000,2000)",
+        help="at standstill and at full signal, in us (default: 1000,2000)",
     )
 
 
@@ -101,7 +101,7 @@ def _add_common(parser: argparse.ArgumentParser, port: int, what: str, rate: flo
         type=float,
         default=5.0,
         metavar="T",
-        help="end after so long without an answer, in s (default: 5)",
+        help="end after this long without an answer, in s (default: 5)",
     )
     parser.add_argument(
         "--fast", action="store_true", help="as fast as the autopilot answers, not in real time"
@@ -117,7 +117,7 @@ def parse_order(text: str) -> tuple[int, ...]:
     try:
         return tuple(int(part) - 1 for part in text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is no list of rotors, as 1,2,3,4") from None
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of rotors, as 1,2,3,4") from None
 
 
 def parse_pulses(text: str) -> tuple[float, float]:
@@ -125,7 +125,9 @@ def parse_pulses(text: str) -> tuple[float, float]:
     try:
         least, most = (float(part) for part in text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is no pair of pulses, as 1000,2000") from None
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a pair of pulses, as 1000,2000"
+        ) from None
     if not 0.0 <= least < most <= 65535.0:
         raise argparse.ArgumentTypeError(f"'{text}': the first must be the lower one")
     return least, most

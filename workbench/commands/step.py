@@ -57,7 +57,8 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "step",
-        "Fly one step of velocity, yaw rate or a load from hover, measured as python-control does.",
+        "Fly one step of velocity, yaw rate or a load from hover, with the metrics of "
+        "python-control.",
         "workbench step --axis z --amplitude 1 --set kp_velocity_z=6\n"
         "  workbench step --load force_x --amplitude 2",
         run,
@@ -67,7 +68,7 @@ def add_parser(commands: Any) -> None:
     what.add_argument(
         "--load",
         choices=LOADS,
-        help="a force at the centre of mass, a torque, or a gust, while the drone is asked to stay",
+        help="a force at the centre of mass, a torque, or a gust, while the drone should stay",
     )
     parser.add_argument(
         "--amplitude",
@@ -107,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
     if args.load and any(velocity):
         raise WorkbenchError("a load acts on a drone that hovers: leave --at out")
     if args.acts is not None and not args.load:
-        raise WorkbenchError("a command is asked for to the end: give --acts to a --load")
+        raise WorkbenchError("a command lasts to the end: give --acts with a --load only")
     name = args.load or args.axis or AXIS
     what, kind = (f"of {name}", "load") if args.load else (f"along {name}", "step")
     with ExitStack() as stack:
@@ -250,7 +251,7 @@ def add_hover(commands: Any) -> None:
     parser = add_command(
         commands,
         "hover",
-        "Fly ten seconds of hover and a step on every axis, and say how well they went.",
+        "Fly ten seconds of hover and a step on every axis, and report how well they went.",
         "workbench hover --model my_drone.urdf --output out",
         run_hover,
     )
@@ -336,7 +337,7 @@ def _print_hover(
         print(f"lost replies: {' '.join(lost_replies(report.exchange))}")
     if unlikely:
         met = all(demand.met for demand in report.demands)
-        print(f"\n{'all ok, but' if met else 'besides,'} this is unlikely of a drone:")
+        print(f"\n{'all ok, but' if met else 'besides,'} this is unusual for a drone:")
         for doubt in unlikely:
             print(f"  {doubt}")
 

@@ -30,7 +30,7 @@ def stop_on_interrupt(
         stopped.set()
         stop()
         signal.signal(signal.SIGINT, before)
-        say(f"stopping with {keeps}; once more to leave at once")
+        say(f"stopping with {keeps}; press Ctrl-C again to quit at once")
 
     before = signal.signal(signal.SIGINT, note)
     try:

@@ -252,7 +252,7 @@ def print_sweep(
     withheld = int(table.withheld.sum())
     if withheld:
         say(
-            f"{withheld} have no numbers of the response, as they have not settled within "
+            f"{withheld} have no numbers, as they have not settled within "
             f"{case.duration:g} s or did not begin at rest; --duration flies longer"
         )
     if best is None:

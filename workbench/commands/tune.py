@@ -31,7 +31,8 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "tune",
-        "Find gains that meet wishes on the vehicle and its neighbours, and prove it in flight.",
+        "Find gains that meet wishes on the vehicle and on vehicles near it, and prove them in "
+        "flight.",
         'workbench tune --wish "level.rise_time<=0.4" --wish "tilt.phase_margin>=45deg"',
         run,
     )
@@ -75,14 +76,14 @@ def add_parser(commands: Any) -> None:
         type=_positive(int),
         default=600,
         metavar="N",
-        help="candidates to look at, at most (default: 600)",
+        help="candidates to evaluate, at most (default: 600)",
     )
     group.add_argument(
         "--budget",
         type=_positive(float),
         default=float("inf"),
         metavar="SECONDS",
-        help="time to search, at most (default: as long as the candidates last)",
+        help="time to search, at most (default: until all candidates are flown)",
     )
     group.add_argument("--seed", type=int, default=0, metavar="N", help="(default: 0)")
     parser.add_argument(
@@ -229,7 +230,7 @@ def _positive(kind: type) -> Any:
         except ValueError:
             value = 0
         if not value > 0:
-            raise WorkbenchError(f"'{text}' is no number above 0")
+            raise WorkbenchError(f"'{text}' is not a number above 0")
         return value
 
     return parse
@@ -255,7 +256,7 @@ def print_tuning(found: "Tuning") -> None:
     from workbench.design.tune.report import gain_rows, proof_rows, wish_rows
 
     whose = "" if found.controller.name == DEFAULT else f" with {found.controller.name}"
-    searched = f"{len(found.wishes)} wishes, {found.evaluations} candidates looked at"
+    searched = f"{len(found.wishes)} wishes, {found.evaluations} candidates evaluated"
     print(f"{found.vehicle}{whose}: {searched}")
     for remark in (*found.shortfalls, *found.remarks):
         print(remark)
@@ -289,7 +290,7 @@ def conclusion(found: "Tuning") -> list[str]:
     nearest = f"no gains that meet all wishes were found: {short.required} is nearest with {value}"
     if found.stopped:
         return [f"ended early; so far {nearest}"]
-    return [f"{nearest}; look at more candidates with --evaluations"]
+    return [f"{nearest}; evaluate more candidates with --evaluations"]
 
 
 def tuning_json(found: "Tuning") -> dict[str, Any]:

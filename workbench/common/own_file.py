@@ -53,7 +53,7 @@ def read_own(path: Path, what: str) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "is no text in UTF-8"
+        reason = getattr(error, "strerror", None) or "is not a text in UTF-8"
         raise WorkbenchError(f"{path}: {reason}: give the {what}'s file") from None
 
 
@@ -161,7 +161,7 @@ def table_of(
     """
     rows = own.get(name, ())
     if not isinstance(rows, list | tuple) or not all(isinstance(row, kind) for row in rows):
-        raise WorkbenchError(f"{file}: {name} is no table: write {name} = [{make}, ...]")
+        raise WorkbenchError(f"{file}: {name} is not a table: write {name} = [{make}, ...]")
     return tuple(rows)
 
 
@@ -169,7 +169,7 @@ def check_names(file: Path, what: str, names: Sequence[str]) -> None:
     """Check that names are valid and unique."""
     for place, name in enumerate(names):
         if not (isinstance(name, str) and name.isidentifier()) or name.startswith("_"):
-            raise WorkbenchError(f"{file}: '{name}' is no name of a {what}: use letters and _")
+            raise WorkbenchError(f"{file}: '{name}' is not a name for a {what}: use letters and _")
         if name in names[:place]:
             raise WorkbenchError(f"{file}: the {what} {name} stands there twice: leave one out")
 
@@ -189,7 +189,7 @@ def own_errors(file: Path, what: str) -> Iterator[None]:
         raise
     except SyntaxError as error:
         raise WorkbenchError(
-            f"{error.filename}:{error.lineno}: is no Python, {error.msg}: mend this line"
+            f"{error.filename}:{error.lineno}: is not valid Python, {error.msg}: correct this line"
         ) from None
     except (Exception, SystemExit) as error:
         frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]

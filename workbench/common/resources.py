@@ -114,7 +114,7 @@ def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern:
     if file is None:
         if "/" in name_or_path or Path(name_or_path).suffix:
             raise WorkbenchError(f"{name_or_path}: no such file, and no shipped {kind} either")
-        raise WorkbenchError(f"{unknown_name(kind, name_or_path, names)}; it is no file either")
+        raise WorkbenchError(f"{unknown_name(kind, name_or_path, names)}; nor is it a file")
     return file
 
 

@@ -421,7 +421,7 @@ def check_name(path: Path, files: Sequence[Path], overwrite: bool) -> None:
         WorkbenchError: if the name must be different.
     """
     if not path.name.endswith(SUFFIX) or path.name == SUFFIX:
-        raise WorkbenchError(f"{path}: is no name for a spec: name it NAME{SUFFIX}")
+        raise WorkbenchError(f"{path}: is not a name for a spec: name it NAME{SUFFIX}")
     for file in files:
         if file.exists() and not overwrite:
             raise WorkbenchError(

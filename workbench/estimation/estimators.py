@@ -284,7 +284,7 @@ def _optional(file: Path, own: Mapping[str, Any], name: str) -> Callable[..., An
         return None
     if not inspect.isfunction(function) or tuple(inspect.signature(function).parameters) != wanted:
         raise WorkbenchError(
-            f"{file}: {name} is no function of ({', '.join(wanted)}): write def "
+            f"{file}: {name} is not a function of ({', '.join(wanted)}): write def "
             f"{name}({', '.join(wanted)}), or leave it out"
         )
     return function

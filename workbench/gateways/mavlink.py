@@ -278,7 +278,7 @@ class MavlinkVehicle:
         try:
             self._check_allowed()
             if not math.isfinite(value):
-                raise WorkbenchError(f"{name} = {value} is no number: nothing was set")
+                raise WorkbenchError(f"{name} = {value} is not a number: nothing was set")
             # a station sends 32 bits: 0.8 must not become 0.800000011920929
             wanted = {name: float(str(np.float32(value)))}
             if self._control is not None:

@@ -167,8 +167,8 @@ def _operation(text: str, publisher: int) -> Order:
         case ["take_off", number] if _HEIGHT.fullmatch(number):
             return Operation(publisher, "take_off", float(number))
     return Unclear(
-        f"{FLIGHT_OPERATION}: {text[:40]!r} is no operation: write arm, take_off, take_off HEIGHT "
-        "[m], land or stop"
+        f"{FLIGHT_OPERATION}: {text[:40]!r} is not an operation: write arm, take_off, take_off "
+        "HEIGHT [m], land or stop"
     )
 
 

@@ -76,7 +76,7 @@ def run_limited(module: str, request: object, *, seconds: float, megabytes: int)
             raise WorkbenchError(sentence)
         case {"error": reason}:
             raise LimitedError(str(reason))
-    raise LimitedError("the answer is none")
+    raise LimitedError("the answer is empty")
 
 
 def _run(

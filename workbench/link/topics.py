@@ -126,7 +126,8 @@ class Topic:
         """
         if len(payload) != self.packer.size:
             raise ValueError(
-                f"{self.name} has {self.packer.size} bytes: {len(payload)} are no frame of it"
+                f"{self.name} has {self.packer.size} bytes: a frame with {len(payload)} does not "
+                "fit"
             )
         flat = iter(self.packer.unpack(payload))
         values: dict[str, Value] = {}
@@ -182,7 +183,7 @@ def topic_from(definition: Mapping[str, object]) -> Topic:
             about=dict(found["about"]),
         )
     except (AttributeError, KeyError, TypeError, OverflowError, IndexError) as error:
-        raise ValueError(f"this is no topic's definition: {error!r}") from error
+        raise ValueError(f"this is not the definition of a topic: {error!r}") from error
     if type(topic.id) is not int or not 1 <= topic.id <= LARGEST_NUMBER:
         raise ValueError(f"{topic.name[:60]}: its number must be within 1 .. {LARGEST_NUMBER}")
     if sum(each.size for each in topic.fields) > LARGEST:

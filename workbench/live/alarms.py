@@ -384,7 +384,7 @@ class Suspect:
     then the loop around it is. With T = y / (y + e) at the frequency of the swing, y is the
     controlled signal of a loop and e its error. For a swing of roll and pitch the inner loop is
     attitude and the outer one velocity; for a slow swing the inner one is velocity, and the outer
-    one position while a place is held.
+    one position while the position is held.
 
     Args:
         controller: the flying controller.

@@ -281,7 +281,7 @@ def parse_expression(text: str) -> Expression:
         place = error.offset - 1 if error.offset else len(plain)
         raise _wrong(text, place, "no expression here") from error
     except (ValueError, RecursionError, MemoryError) as error:
-        raise WorkbenchError(f"'{text[:40]}' is no expression") from error
+        raise WorkbenchError(f"'{text[:40]}' is not an expression") from error
     signals: list[str] = []
     before = _check(tree, text, named, signals)
     if not signals:

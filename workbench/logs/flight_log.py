@@ -297,14 +297,14 @@ def _refuse_others(path: Path) -> None:
         if not path.exists():
             return
         if not path.is_file():
-            what = "a folder" if path.is_dir() else "no plain file"
+            what = "a folder" if path.is_dir() else "not a plain file"
             raise WorkbenchError(f"{path}: is {what}: give the log a file of its own")
         with path.open("rb") as file:
             head = file.read(len(MAGIC))
     except OSError as error:
         raise _not_written(path, error) from error
     if not MAGIC.startswith(head):
-        raise WorkbenchError(f"{path}: is no log, and is not overwritten: name another file")
+        raise WorkbenchError(f"{path}: is not a log, and is not overwritten: name another file")
 
 
 def _not_written(path: Path, error: OSError) -> WorkbenchError:

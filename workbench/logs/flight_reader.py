@@ -88,7 +88,7 @@ def read_flight(
         raise WorkbenchError(
             f"{path}: is a CSV file of somebody's own: name its columns in a file, --mapping FILE"
         )
-    raise WorkbenchError(f"{path}: is no log that is known: name {KNOWN}")
+    raise WorkbenchError(f"{path}: is not a known kind of log: name {KNOWN}")
 
 
 def open_log(

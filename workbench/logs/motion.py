@@ -77,7 +77,8 @@ def law_name(flight: FlightRecord, own: Mapping[str, str] | None = None) -> str:
         return known[said]
     if said not in UNKNOWN:
         raise WorkbenchError(
-            f"{flight.source}: was flown by {said}, which is no shipped control law: name its file"
+            f"{flight.source}: was flown by {said}, which is not a shipped control law: name its "
+            "file"
         )
     found = (law for name, law in FIRMWARES.items() if flight.firmware.startswith(name))
     return next(found, "")
@@ -137,8 +138,8 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
     if not (np.abs(p) < FARTHEST).all():
         at = grid.time[np.argmin((np.abs(p) < FARTHEST).all(axis=1))]
         raise WorkbenchError(
-            f"{flight.source}: the position at {at:.2f} s is no place ({np.abs(p).max():.3g} m): "
-            "leave out what is damaged"
+            f"{flight.source}: the position at {at:.2f} s is not a position ({np.abs(p).max():.3g} "
+            "m): leave out what is damaged"
         )
     jumps = np.linalg.norm(np.diff(p, axis=0), axis=1) > JUMP
     measured = flight.resample(names, period, GAP).whole

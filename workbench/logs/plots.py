@@ -326,7 +326,7 @@ def plot_step_response(flight: FlightRecord, estimate: StepEstimate) -> Figure:
     axes.set_ylim(min(float(estimate.low.min()), -0.1), 1.05 * top)
     axes.set_xlim(float(estimate.time[0]), float(estimate.time[-1]))
     said = f"{estimate.windows} windows, coherence {estimate.coherence:.2f}"
-    label(axes, said if estimate.trusted else f"NOT TO BE TRUSTED, {said}", "[1]")
+    label(axes, said if estimate.trusted else f"NOT RELIABLE, {said}", "[1]")
     legend(axes)
     axes.set_xlabel("time since the step [s]")
     return figure

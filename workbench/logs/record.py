@@ -355,7 +355,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
     if not data:
         raise WorkbenchError(f"{path}: is empty: the flight ended before anything was written")
     if not data.startswith(MAGIC):
-        raise WorkbenchError(f"{path}: is no MCAP file: name a log that the workbench wrote")
+        raise WorkbenchError(f"{path}: is not an MCAP file: name a log that the workbench wrote")
     found = read_mcap(data, progress)
     topics = _topics(found)
     try:

@@ -181,7 +181,7 @@ def step_response(flight: FlightRecord, name: str, length: float | None = None) 
     setpoint, response, usual = find_loop(flight, name)
     span = usual if length is None else length
     if not span > 0.0:
-        raise WorkbenchError(f"a step response is longer than 0 s: {span:g} s is none")
+        raise WorkbenchError(f"a step response is longer than 0 s, but it is {span:g} s")
     rate = min(flight[setpoint].rate, flight[response].rate)
     period = max(span / TAPS, 1.0 / rate if rate > 0.0 else 0.0)
     taps = max(round(span / period), 8)

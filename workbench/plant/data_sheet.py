@@ -288,7 +288,7 @@ def _column(path: Path, rows: list[dict[str, str]], names: tuple[str, ...]) -> l
         except ValueError:
             value = math.nan
         if not 0.0 < value < 1e6:
-            raise WorkbenchError(f"{path}:{line}: {head} '{row[head]}' is no positive number")
+            raise WorkbenchError(f"{path}:{line}: {head} '{row[head]}' is not a positive number")
         values.append(COLUMNS[head] * value)
     return values
 

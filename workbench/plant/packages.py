@@ -222,7 +222,7 @@ def _given(name: str, folder: Path | str) -> Path:
         path = Path(folder)
     if not _is_folder(path):
         raise WorkbenchError(
-            f"package '{name}': '{folder}' is no folder: give --package {name}=DIR with the "
+            f"package '{name}': '{folder}' is not a folder: give --package {name}=DIR with the "
             "folder that holds its files"
         )
     return _resolved(path)

@@ -25,8 +25,8 @@ def find_base_link(model: Model) -> str:
     roots = [link.name for link in model.links if link.name not in children]
     if not roots:
         raise WorkbenchError(
-            f"{model.source}: a drone has one link that no joint has as its child, here is none: "
-            "take out the joint above its body"
+            f"{model.source}: a drone has one link that no joint has as its child, but here there "
+            "is none: take out the joint above its body"
         )
     base = max(roots, key=lambda name: len(links_below(model, name)))
     if any(link.name == "world" for link in model.links if link.name != base):

@@ -403,7 +403,7 @@ def split_setting(text: str) -> tuple[str, float]:
     """
     name, equals, value = text.partition("=")
     if not equals or not name.strip():
-        raise WorkbenchError(f"'{text}' is no setting: write NAME=VALUE, as kp_velocity_x=5")
+        raise WorkbenchError(f"'{text}' is not a setting: write NAME=VALUE, as kp_velocity_x=5")
     try:
         return name.strip(), float(value)
     except ValueError:

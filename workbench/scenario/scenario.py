@@ -488,7 +488,7 @@ def at_own_period(scenario: Scenario) -> Scenario:
     if not (period / step).is_integer():
         raise WorkbenchError(
             f"the controller {scenario.controller} is made for updates every {period:g} s, which "
-            f"is no multiple of the physics step {step:g} s: set physics_step to a part of it"
+            f"is not a multiple of the physics step {step:g} s: set physics_step to a part of it"
         )
     rates = dataclasses.replace(scenario.rates, control_period=period)
     return dataclasses.replace(scenario, rates=rates)

@@ -34,7 +34,7 @@ def test_the_vehicle_goes_from_commands_to_motion(time):
         ({"cut": "error"}, "nothing to cut in 'closed'"),
         ({"cut": "sensor"}, "unknown place to cut a loop 'sensor'"),
         ({"loop": "vehicle", "cut": "error"}, "nothing to cut in 'vehicle'"),
-        ({"loop": "position_x", "at": "vx=3"}, "a place is held in hover only"),
+        ({"loop": "position_x", "at": "vx=3"}, "the position is held in hover only"),
         ({"outputs": ["v"]}, "unknown output 'v'"),
         ({"inputs": "reference_v_x"}, "give a list of names"),
         ({"loop": "pitch", "outputs": ["v_x"]}, "an open loop goes from its cut to its cut"),

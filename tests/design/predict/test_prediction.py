@@ -85,7 +85,7 @@ def test_what_cannot_be_predicted_is_a_sentence(tmp_path, capsys):
     rows = "\n".join(f"{0.01 * k:.2f},0,0,0,0,0,0,1,0,0,0,0,0,0" for k in range(100))
     bench.write_bytes(gzip.compress(f"{names}\n{rows}\n".encode()))
     for said, arguments in (
-        ("no logs in this folder", [str(empty)]),
+        ("this folder has no logs", [str(empty)]),
         ("a prediction needs", [str(bench)]),
         ("effect", [str(bench), "--without", "luck"]),
         ("--horizon", [str(bench), "--horizon", "nan"]),

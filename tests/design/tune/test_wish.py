@@ -50,12 +50,12 @@ def test_what_is_no_wish_is_refused(case):
         ("tilt.steady_state_error<=1", "tilt has no steady_state_error"),
         ("pitch_rate.phase_margin>=45deg", "no loop pitch_rate: it damps the rate in the loop"),
         ("x.noise_amplification<=1", "x has no noise_amplification: that is of rotors"),
-        ("x.rise_time", "is no wish: write SUBJECT.METRIC<=VALUE"),
-        ("x.rise_time=0.4", "is no wish"),
-        ("rise_time<=0.4", "is no wish"),
-        ("x.rise_time<=nan", "is no wish"),
-        ("x.rise_time<=1.2.3", "1.2.3 is no number"),
-        ("", "is no wish"),
+        ("x.rise_time", "is not a wish: write SUBJECT.METRIC<=VALUE"),
+        ("x.rise_time=0.4", "is not a wish"),
+        ("rise_time<=0.4", "is not a wish"),
+        ("x.rise_time<=nan", "is not a wish"),
+        ("x.rise_time<=1.2.3", "1.2.3 is not a number"),
+        ("", "is not a wish"),
     ]:
         with case(text, said), pytest.raises(WorkbenchError, match=said):
             parse_wish(text)

@@ -208,12 +208,12 @@ def test_damaged_files_end_in_a_sentence(tmp_path, case, count):
 
 def test_what_must_not_fly_is_named(tmp_path, case):
     for value, said in (
-        ("nan", "is no number"),
+        ("nan", "is not a number"),
         ("inf", "is infinite"),
         ("1e39", "is out of range"),
         ("-0.15", "is negative: the sign would turn"),
         ("20", "is out of range: keep it within 0 .. 10 s/rad"),
-        ("zero", "is no number"),
+        ("zero", "is not a number"),
     ):
         with case(value):
             path = put(tmp_path / "x.params", f"1\t1\tMC_ROLLRATE_P\t{value}\t9\n")
@@ -225,11 +225,11 @@ def test_what_must_not_fly_is_named(tmp_path, case):
 def test_files_that_are_none_are_refused(tmp_path, case):
     px4 = load_controller("px4")
     for text, words, said in (
-        ("", {}, "is no file of parameters of px4, ardupilot"),
-        ("hello\nworld\n", {}, "is no file of parameters"),
-        ("1\t1\tMC_ROLL_P\t6.5\n", {"firmware": "px4"}, "x:1: is no line of parameters"),
+        ("", {}, "is not a parameter file of px4, ardupilot"),
+        ("hello\nworld\n", {}, "is not a parameter file"),
+        ("1\t1\tMC_ROLL_P\t6.5\n", {"firmware": "px4"}, "x:1: is not a line of parameters"),
         ("BATT_CAPACITY,5000\n", {}, "sets none of the"),
-        ("ATC_ANG_RLL_P,4.5\nATC_ANG_RLL_P\n", {}, "x:2: is no line of parameters"),
+        ("ATC_ANG_RLL_P,4.5\nATC_ANG_RLL_P\n", {}, "x:2: is not a line of parameters"),
         ("MC_ROLL_P: [1\n", {"firmware": "crazyflie"}, "is neither YAML nor JSON"),
         ("pid_rate.roll_kp: " + "[" * 99 + "]" * 99, {}, "deep"),
         (

@@ -203,7 +203,7 @@ def test_frames_become_transforms_from_parent_to_child():
 
 
 def test_a_payload_of_another_size_is_refused():
-    with pytest.raises(ValueError, match="no frame of it"):
+    with pytest.raises(ValueError, match="does not fit"):
         messages(TOPICS[numbers.VELOCITY], b"12345")
 
 

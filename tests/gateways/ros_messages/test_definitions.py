@@ -51,10 +51,10 @@ def test_fields_are_read_with_arity_unit_and_package():
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("float32", "'float32' is no field"),
-        ("float32 Upper", "is no field"),
+        ("float32", "'float32' is not a field"),
+        ("float32 Upper", "is not a field"),
         ("float3 x", "unknown type 'float3'"),
-        ("int32[<=4 x", "is no field"),
+        ("int32[<=4 x", "is not a field"),
     ],
 )
 def test_a_line_that_is_no_field_is_named(line, said):

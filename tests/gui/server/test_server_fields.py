@@ -76,7 +76,7 @@ def test_files_that_cannot_be_used_are_said(tmp_path, tokens):
 def test_a_pipe_is_not_waited_for(tmp_path):
     subprocess.run(["mkfifo", tmp_path / "pipe"], check=True)
     faults = file_faults(ServerConfig(tls_cert=str(tmp_path / "pipe"), tls_key="x"))
-    assert "no plain file" in faults["tls_cert"]
+    assert "not a plain file" in faults["tls_cert"]
 
 
 def test_fields_are_kept(tmp_path):

@@ -72,7 +72,7 @@ def test_what_is_unsafe_is_left_out_and_named(screen, bar, tmp_path, qtbot):
     with qtbot.waitSignal(screen.gain_files.diff_changed):
         screen.gain_files.load_autopilot(path)
     assert list(bar.diff.ticks) == ["MC_PITCHRATE_P"]
-    assert "MC_ROLLRATE_P is no number and is left out" in bar.diff.said.text()
+    assert "MC_ROLLRATE_P is not a number and is left out" in bar.diff.said.text()
 
 
 def test_an_export_changes_what_is_ticked_and_nothing_else(screen, bar, tmp_path, qtbot):

@@ -42,10 +42,10 @@ def test_a_good_wish_is_good(wish):
 @pytest.mark.parametrize(
     ("wish", "said"),
     [
-        ("faster", "'faster' is no wish: write SUBJECT.METRIC"),
+        ("faster", "'faster' is not a wish: write SUBJECT.METRIC"),
         ("x.speed <= 3", "unknown metric 'speed'"),
         ("pitch.peak_rotor_use <= 0.3", "pitch has no peak_rotor_use: that is of x, y, z, yaw"),
-        ("x.rise_time <= soon", "'x.rise_time <= soon' is no wish"),
+        ("x.rise_time <= soon", "'x.rise_time <= soon' is not a wish"),
         ("x.rise_time <= 1,000.5", "'1,000.5' has more than one point or comma"),
         ("yaw_rate.overshoot <= 5", "yaw_rate has no overshoot"),
     ],

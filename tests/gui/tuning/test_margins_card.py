@@ -192,7 +192,7 @@ def test_the_plants_input_is_asked_about_once_a_slider_rests(card, offline, judg
     found = row(card, PLANT_INPUT)
     assert [cell.text for cell in found.cells] == ["", "", "", "", "0.55"]
     assert found.cells[-1].was == "0.71"
-    assert "0.80 while the pilot steers, 0.55 while the place is held" in found.cells[-1].help
+    assert "0.80 while the pilot steers, 0.55 while the position is held" in found.cells[-1].help
     assert found.state is State.LOW
     assert found.spoken == f"{PLANT_INPUT}: 0.55 low"
     assert card.said.text() == f"Weakest: {PLANT_INPUT}, disk margin 0.55 (≥ 0.6)"

@@ -163,7 +163,7 @@ def test_the_live_flight_does_not_disturb_a_log(shown, canned):
 
 
 @pytest.mark.parametrize(
-    ("content", "said"), [(b"not a log at all", "no MCAP file"), (b"", "empty")]
+    ("content", "said"), [(b"not a log at all", "not an MCAP file"), (b"", "empty")]
 )
 def test_what_is_no_log_is_refused_with_a_sentence(begun, told, qtbot, tmp_path, content, said):
     path = tmp_path / "other.mcap"

@@ -165,7 +165,12 @@ def test_parent_and_child_of_very_old_files_are_attributes(tmp_path):
     [
         ('type="revolute"', 'type="revolut"', 20, "'revolut': did you mean 'revolute'"),
         ('type="revolute"', "", 20, "has the type '': known are ball, continuous"),
-        ("<child>rotor<", "<child>roter<", 20, "'roter', which is no link, joint, frame or model"),
+        (
+            "<child>rotor<",
+            "<child>roter<",
+            20,
+            "'roter', which is not a link, joint, frame or model",
+        ),
         ("<child>rotor<", "<child>roter<", 20, "did you mean 'rotor'?"),
         ("<parent>base<", "<parent><", 20, "has no <parent>: name a link"),
         ("<child>rotor</child>", "", 20, "has no <child>: name a link"),
@@ -173,7 +178,7 @@ def test_parent_and_child_of_very_old_files_are_attributes(tmp_path):
         ("0 0 -2", "0 0 0", 23, "axis without length"),
         ('<link name="rotor">', "<link>", 18, "<link> without a name: add it"),
         ('<link name="rotor">', '<link name="  ">', 18, "<link> without a name: add it"),
-        ('<joint name="spin"', '<joint name="a&#10;b"', 20, "'a\\nb' is no name"),
+        ('<joint name="spin"', '<joint name="a&#10;b"', 20, "'a\\nb' is not a name"),
     ],
 )
 def test_what_cannot_be_is_said_with_its_line(tmp_path, old, new, line, said):

@@ -148,12 +148,12 @@ def test_poses_in_a_circle_end(tmp_path, content, names):
     [
         (
             '<link name="rotor_0"/><link name="b"><pose relative_to="rotor_O"/></link>',
-            "<pose> refers to 'rotor_O', which is no link, joint, frame or model here: "
+            "<pose> refers to 'rotor_O', which is not a link, joint, frame or model here: "
             "did you mean 'rotor_0'?",
         ),
         (
             '<link name="a"/><frame name="f" attached_to="x"/>',
-            "frame 'f' refers to 'x', which is no link, joint, frame or model here: "
+            "frame 'f' refers to 'x', which is not a link, joint, frame or model here: "
             "known are __model__, a, f",
         ),
         (

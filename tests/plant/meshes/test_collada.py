@@ -89,7 +89,7 @@ def test_the_up_axis_is_not(read, axis):
 
 @pytest.mark.parametrize("meter", ["0", "-1", "nan", "inf", "1e-400"])
 def test_a_unit_that_is_no_length_is_refused(read, meter):
-    with pytest.raises(WorkbenchError, match="its unit of .* m is no length"):
+    with pytest.raises(WorkbenchError, match="its unit of .* m is not a length"):
         read(document(asset=f"<unit meter='{meter}'/>"))
 
 

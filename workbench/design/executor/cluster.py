@@ -122,7 +122,7 @@ def check_address(address: str) -> tuple[str, int]:
             raise ValueError
     except ValueError:
         raise WorkbenchError(
-            f"'{address}' is no address of a scheduler: write tcp://HOST:PORT, as {EXAMPLE}"
+            f"'{address}' is not the address of a scheduler: write tcp://HOST:PORT, as {EXAMPLE}"
         ) from None
     return parts.hostname, parts.port
 
@@ -151,7 +151,8 @@ def check_scheduler(address: str, within: float = ANSWER_WITHIN) -> None:
         except TimeoutError as error:
             raise _unreachable(address, "what listens there does not answer as one") from error
         except Exception as error:  # another protocol's answer is read as Dask's: anything follows
-            reason = f"what answers there is no Dask scheduler, or wants TLS otherwise ({error})"
+            reason = "the program at that address is not a Dask scheduler, or uses TLS "
+            f"differently ({error})"
             raise _unreachable(address, reason) from error
     if who.get("type") != "Scheduler":
         raise _unreachable(address, f"what answers there is a Dask {who.get('type', '?')}")

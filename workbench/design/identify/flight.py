@@ -149,7 +149,7 @@ def check_finite(flight: Flight) -> None:
         bad = flight.good & ~np.isfinite(values).all(axis=1)
         if bad.any():
             when = flight.time[np.argmax(bad)]
-            raise WorkbenchError(f"{flight.name}: {what} are no numbers at {when:.3f} s")
+            raise WorkbenchError(f"{flight.name}: {what} are not numbers at {when:.3f} s")
 
 
 @dataclass(frozen=True)

@@ -118,7 +118,7 @@ def _check_cut(controller: Controller, loop: str, cut: str, point: OperatingPoin
             )
     elif controller.loop(loop).hold and point not in (OperatingPoint(), OperatingPoint(hold=True)):
         raise WorkbenchError(
-            f"a place is held in hover only: the loop {loop} is not closed at {point.label}"
+            f"the position is held in hover only: the loop {loop} is not closed at {point.label}"
         )
 
 

@@ -45,7 +45,7 @@ class OperatingPoint:
         if not all(map(math.isfinite, numbers)):
             raise WorkbenchError(f"the operating point has {numbers}: give finite numbers")
         if self.hold and any(numbers):
-            raise WorkbenchError("a place is held in hover only: leave hold or the motion out")
+            raise WorkbenchError("the position is held in hover only: leave hold or the motion out")
 
     @property
     def label(self) -> str:
@@ -76,7 +76,8 @@ def steady_velocity(text: str) -> Triple:
     point = parse_point(text)
     if point != OperatingPoint(velocity=point.velocity):
         raise WorkbenchError(
-            f"steps begin from a straight steady flight, and {point.label} is none: give vx, vy, vz"
+            f"steps begin from a straight steady flight, and {point.label} is not one: give vx, "
+            "vy, vz"
         )
     return point.velocity
 
@@ -102,10 +103,12 @@ def parse_point(text: str) -> OperatingPoint:
             number = float(value)
         except ValueError:
             raise WorkbenchError(
-                f"'{part.strip()}' is no part of an operating point: write vx=5,vz=-1"
+                f"'{part.strip()}' is not part of an operating point: write vx=5,vz=-1"
             ) from None
         if not math.isfinite(number):
-            raise WorkbenchError(f"'{part.strip()}' is no part of a flight: give a finite number")
+            raise WorkbenchError(
+                f"'{part.strip()}' is not the value of a steady flight: give a finite number"
+            )
         if name in _KEYS:
             field, index = _KEYS[name]
             vector = list(getattr(point, field))

@@ -104,8 +104,9 @@ def check_named(path: Path, controller: str) -> None:
     same = (path.parent / named).resolve() == Path(controller).resolve()
     if controller not in ("", named) and not same:
         raise WorkbenchError(
-            f"{file.where('controller')}a baseline is of the spec as it stands, whose controller "
-            f"is {named}: leave out --update, or write controller: {controller} into the spec"
+            f"{file.where('controller')}a baseline belongs to the spec as it is written, whose "
+            f"controller is {named}: leave out --update, or write controller: {controller} into "
+            "the spec"
         )
 
 

@@ -62,8 +62,8 @@ class SweepRange:
             except WorkbenchError:
                 raise unknown_name("parameter", self.name, names) from None
             raise WorkbenchError(
-                f"{self.name} is none of what a sweep varies: gains, limits, filters, settings of "
-                f"the estimator, air, payload, rotors, and {', '.join(VARIATIONS)}"
+                f"{self.name} is not something that a sweep can vary: gains, limits, filters, "
+                f"settings of the estimator, air, payload, rotors, and {', '.join(VARIATIONS)}"
             )
         for value in (self.low, self.high):
             check_value(self.name, value, self.controller)
@@ -127,8 +127,8 @@ def parse_range(text: str, controller: Controller | None = None) -> SweepRange:
         ends = float(low), float(high)
     except ValueError:
         raise WorkbenchError(
-            f"'{text}' is no range: write NAME=LOW..HIGH:POINTS, as kp_roll=100..400:9, and :log "
-            "behind it for a logarithmic one"
+            f"'{text}' is not a range: write NAME=LOW..HIGH:POINTS, as kp_roll=100..400:9, and "
+            ":log behind it for a logarithmic one"
         ) from None
     return SweepRange(name.strip(), *ends, points=points, log=log, controller=controller)
 

@@ -421,7 +421,8 @@ class Tuner:
             loop = loop_of(self._controller, wish.subject)
             if loop is not None and loop.hold:
                 raise WorkbenchError(
-                    f"{wish}: a place is held in hover only: leave the wish out, or tune in hover"
+                    f"{wish}: the position is held in hover only: leave the wish out, or tune in "
+                    "hover"
                 )
 
     @property

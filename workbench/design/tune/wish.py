@@ -103,15 +103,15 @@ def parse_wish(text: str, origin: str = "--wish", law: Controller | None = None)
     form = _FORM.fullmatch(text.strip())
     if not form:
         raise WorkbenchError(
-            f"'{text[:60]}' is no wish: write SUBJECT.METRIC<=VALUE or >=, as x.rise_time<=0.4 or "
-            "pitch.phase_margin>=45deg"
+            f"'{text[:60]}' is not a wish: write SUBJECT.METRIC<=VALUE or >=, as x.rise_time<=0.4 "
+            "or pitch.phase_margin>=45deg"
         )
     metric = find_metric(form["metric"], WISHED)
     subjects = members(form["subject"], metric, law or load_controller())
     try:
         number = float(form["number"])
     except ValueError:
-        raise WorkbenchError(f"'{text[:60]}': {form['number'][:20]} is no number") from None
+        raise WorkbenchError(f"'{text[:60]}': {form['number'][:20]} is not a number") from None
     bound = si_value(metric, number, form["unit"] or "")
     at_least = form["sign"] in (">=", "≥", ">")
     return [Wish(subject, metric, at_least, bound, origin) for subject in subjects]

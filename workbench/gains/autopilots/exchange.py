@@ -89,7 +89,7 @@ def import_gains(
     law = law or load_controller(_law_in(found, file))
     if law.unscheduled not in found.laws:
         raise WorkbenchError(
-            f"{path}: has parameters of {found.name}, and {law.name} is none of its laws: leave "
+            f"{path}: has parameters of {found.name}, and {law.name} is not one of its laws: leave "
             f"--controller out, or say {' or '.join(found.laws)}; `workbench gains translate` "
             "makes gains of one law from those of another"
         )
@@ -151,7 +151,7 @@ def export_gains(
     """
     if law.unscheduled not in firmware.laws:
         raise WorkbenchError(
-            f"{law.name} is no law of {firmware.name}: its gains mean something else there; "
+            f"{law.name} is not a law of {firmware.name}: its gains mean something else there; "
             f"`workbench gains translate {law.unscheduled} --to {firmware.laws[0]}` makes the "
             "others"
         )

@@ -184,7 +184,7 @@ def read_parameter_file(
         raise WorkbenchError("--profile is of Betaflight's files: leave it out")
     if not firmware and not any(counts.values()):
         raise WorkbenchError(
-            f"{path}: is no file of parameters of {joined([f.name for f in FIRMWARES])}: expected "
+            f"{path}: is not a parameter file of {joined([f.name for f in FIRMWARES])}: expected "
             "lines as '1 1 MC_ROLL_P 6.5 9', 'ATC_ANG_RLL_P,4.5', 'set p_roll = 45' or "
             "'pid_rate.roll_kp: 250'"
         )
@@ -217,7 +217,7 @@ def _matching_lines(text: str) -> dict[str, int]:
 def unsafe(row: Parameter, value: float | None) -> str:
     """Return why a value must not fly, as a clause, else ""."""
     if value is None or math.isnan(value):
-        return "is no number"
+        return "is not a number"
     if math.isinf(value):
         return "is infinite"
     if value < 0.0 <= row.minimum:

@@ -234,7 +234,7 @@ def read_px4_params(path: Path, text: str) -> ParameterFile:
         match = PX4_LINE.fullmatch(line)
         if not match:
             raise WorkbenchError(
-                f"{path}:{number}: is no line of parameters: expected vehicle, component, name, "
+                f"{path}:{number}: is not a line of parameters: expected vehicle, component, name, "
                 "value and type, between tabs"
             )
         vehicle, component, name, value, kind = match.groups()
@@ -301,7 +301,7 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
         match = ARDUPILOT_LINE.fullmatch(line, len(line) - len(bare))
         if not match:
             raise WorkbenchError(
-                f"{path}:{number}: is no line of parameters: expected NAME,VALUE or NAME VALUE"
+                f"{path}:{number}: is not a line of parameters: expected NAME,VALUE or NAME VALUE"
             )
         name, value = match.groups()
         entries.append(Entry(name, number_in(value), value, start + match.start(2), number))

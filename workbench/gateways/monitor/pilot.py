@@ -161,7 +161,7 @@ class Pilot:
         control, self._control = self._control, None
         if control is not None:
             control.__exit__()
-            self.said = "control was released: the drone holds its place"
+            self.said = "control was released: the drone holds its position"
 
     def tick(self) -> None:
         """Send the present velocity; call this 20 times a second."""

@@ -22,7 +22,7 @@ NAMES = {
     ord("="): "+",  # where + is on the same key
 }
 HELP = (
-    "C      take control, or give it back: the drone then holds its place",
+    "C      take control, or give it back: the drone then holds its position",
     "W S    ahead and back, along the heading        A D    to the left and right",
     "up down  climb and sink                         left right  turn",
     "+ -    faster, slower      space  hold          T      take off     L  land",

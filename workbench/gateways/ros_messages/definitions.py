@@ -121,7 +121,7 @@ def _field(package: str, line: str, where: str) -> MessageField | None:
         return None
     kind = _TYPE.fullmatch(words[0])
     if kind is None or len(words) < 2 or not _NAME.fullmatch(words[1]):
-        raise WorkbenchError(f"{where}'{line.strip():.60}' is no field: write TYPE NAME")
+        raise WorkbenchError(f"{where}'{line.strip():.60}' is not a field: write TYPE NAME")
     unit = re.match(r" *\[([^\]]*)\]", comment)
     arity = Arity.ONE if kind[2] is None else Arity.FIXED if kind[2] else Arity.SEQUENCE
     return MessageField(

@@ -315,8 +315,8 @@ def _compare_export(path: Path, law: Controller, flown: Values) -> GainFileDiff:
     if firmware is None:
         laws = ", ".join(name for each in FIRMWARES for name in each.laws)
         raise WorkbenchError(
-            f"{law.name} is no autopilot's law: `workbench gains translate {law.unscheduled} --to "
-            f"px4` makes gains for one; export from {laws}"
+            f"{law.name} is not an autopilot's law: `workbench gains translate {law.unscheduled} "
+            f"--to px4` makes gains for one; export from {laws}"
         )
     present = import_gains(path, firmware.name, law=law) if path.exists() else None
     made = export_gains(flown, law, firmware, present=present)

@@ -282,7 +282,7 @@ def _no_plain_file(path: str) -> str:
         odd = Path(path).exists() and not Path(path).is_file()
     except (OSError, ValueError):  # opening it reports the error
         return ""
-    return f"{path}: is no plain file: choose another" if odd else ""
+    return f"{path}: is not a plain file: choose another" if odd else ""
 
 
 def _refusal(check: Callable[[], object]) -> str:

@@ -61,7 +61,7 @@ def plant_input_row(
     gains = f"; gains within {low:.2f} .. {1.0 / low:.2f}" if low > 0.0 else ""
     help = (
         f"{words}: α {DISK.text(now.steering)} while the pilot steers, "
-        f"{DISK.text(now.holding)} while the place is held{gains}"
+        f"{DISK.text(now.holding)} while the position is held{gains}"
     )
     cell = Cell(text, was if was != text else "", over, help)
     return Row(PLANT_INPUT, (*none, cell), State.LOW if over else State.GOOD)

@@ -343,7 +343,7 @@ class ClientSession:
         """Pass a velocity command on to the flight, which decides about it."""
         topic = self._policy.command
         if topic is None or frame.topic != topic.id:
-            said = f"topic {frame.topic} is none that a client sends"
+            said = f"topic {frame.topic} is not one that clients send"
             self.refuse(NackCode.UNKNOWN_TOPIC, said, seq=frame.seq)
         elif len(frame.payload) != topic.packer.size:
             said = f"{topic.name} has {topic.packer.size} bytes, the frame has {len(frame.payload)}"

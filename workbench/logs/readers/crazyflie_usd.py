@@ -126,7 +126,7 @@ def read_usd(path: Path) -> FlightRecord:
 def _events(path: Path, data: bytes) -> tuple[dict[int, _Event], int, int]:
     """Return the events by number, the offset of the first sample, and the version."""
     if not data.startswith(MAGIC):
-        raise WorkbenchError(f"{path}: is no Crazyflie usd log: it does not begin with 0xBC")
+        raise WorkbenchError(f"{path}: is not a Crazyflie usd log: it does not begin with 0xBC")
     try:
         version, count = struct.unpack_from("<HH", data, 1)
         if version not in (1, 2):
@@ -155,7 +155,7 @@ def _event(version: int, name: str, variables: list[str]) -> _Event:
     for i, text in enumerate(variables):
         found = _NAME.fullmatch(text)
         if found is None:
-            raise ValueError(f"{text[:40]!a} is no variable")
+            raise ValueError(f"{text[:40]!a} is not a variable")
         names.append(found[1])
         fields.append((f"v{i}", np.dtype(found[2]).newbyteorder("<").str))
     return _Event(name, tuple(names), np.dtype(fields))
@@ -197,7 +197,7 @@ def _checked(data: bytes, rest: int) -> str:
         return "the log's checksum is not that of its content: it is damaged somewhere"
     if left == 0:
         return "the log has no checksum at its end: it was cut, or the Crazyflie lost power"
-    return f"the last {left} bytes of the log are no samples and were left out: it is damaged"
+    return f"the last {left} bytes of the log are not samples and were left out: the log is damaged"
 
 
 def _signals(columns: Mapping[str, tuple[np.ndarray, np.ndarray]], end: float) -> dict[str, Signal]:

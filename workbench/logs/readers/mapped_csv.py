@@ -111,7 +111,7 @@ def _mapping(path: Path) -> tuple[str, str, _Column, dict[str, _Column]]:
         reason = " ".join(str(error).split())
         raise WorkbenchError(f"{path}: cannot be read as YAML: {reason}") from error
     if not isinstance(found, dict) or "time" not in found or "columns" not in found:
-        raise WorkbenchError(f"{path}: is no mapping: write `time:` and `columns:`")
+        raise WorkbenchError(f"{path}: is not a mapping: write `time:` and `columns:`")
     for key in found:
         if key not in _KEYS:
             raise WorkbenchError(f"{path}: {unknown_name('key', str(key), _KEYS)}")
@@ -155,7 +155,7 @@ def _column(path: Path, name: str, what: object) -> _Column:
     signal = what["signal"]
     if not SIGNAL_NAME.fullmatch(signal):
         raise WorkbenchError(
-            f"{path}: column {name}: '{signal}' is no signal: write TOPIC.FIELD in small letters"
+            f"{path}: column {name}: '{signal}' is not a signal: write TOPIC.FIELD in small letters"
         )
     numbers = {}
     for key, otherwise in (("scale", 1.0), ("offset", 0.0), ("sign", 1.0), ("delay", math.nan)):
@@ -195,7 +195,7 @@ def _table(
         raise WorkbenchError(f"{path}: cannot be read as CSV: {error}") from error
     if not rows:
         raise WorkbenchError(f"{path}: has no row of numbers")
-    remark = f"{strange} cells are no numbers and were left out" if strange else ""
+    remark = f"{strange} cells are not numbers and were left out" if strange else ""
     return dict(zip(wanted, np.array(rows, dtype=float).T, strict=True)), remark
 
 

@@ -111,7 +111,7 @@ def read_nanobench(path: Path) -> FlightRecord:
 def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
     """Return the columns by name, with times from 0 on, and a remark on rows left out."""
     if not data.startswith(HEAD):
-        raise WorkbenchError(f"{path}: is no file of NanoBench: its first line is another one")
+        raise WorkbenchError(f"{path}: is not a NanoBench file: its first line differs")
     lines = data.decode("ascii", "replace").splitlines()
     names = lines[0].split(",")
     if len(set(names)) < len(names):

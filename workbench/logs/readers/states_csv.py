@@ -61,7 +61,7 @@ def read_states(path: Path) -> FlightRecord:
         ]
     except (KeyError, ValueError) as error:
         raise WorkbenchError(
-            f"{path}: is no whole CSV of states as `workbench fly --csv` writes it: {error}"
+            f"{path}: is not a complete CSV of states as `workbench fly --csv` writes it: {error}"
         ) from error
     end = float(time[-1]) if len(time) else 0.0
     signals = {

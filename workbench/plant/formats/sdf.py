@@ -151,7 +151,7 @@ def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks)
     for node in link.children("collision"):
         shape = solid(node)
         if shape is None:
-            text = "automatic inertia leaves out a collision that is no box, sphere, cylinder, "
+            text = "automatic inertia leaves out a collision that is not a box, sphere, cylinder, "
             text += "capsule or ellipsoid"
             remarks.add("assumed", link.file, link.title, text)
             continue

@@ -102,7 +102,7 @@ def checked_name(node: Node, name: str) -> str:
     """
     if len(name) > LONGEST_NAME or not name.isprintable():
         raise node.fault(
-            f"'{shortened(ascii(name)[1:-1])}' is no name: give it up to {LONGEST_NAME} "
+            f"'{shortened(ascii(name)[1:-1])}' is not a name: give it up to {LONGEST_NAME} "
             "printable characters"
         )
     return name

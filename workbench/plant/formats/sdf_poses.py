@@ -69,8 +69,8 @@ class Poses:
         full = self._look_up(words, name) or self._without_scope(words, name)
         if full is None:
             raise words.fault(
-                f"{words.title} refers to '{shortened(name)}', which is no link, joint, frame or "
-                "model here: " + known_names(name, self._names_in(words.scope))
+                f"{words.title} refers to '{shortened(name)}', which is not a link, joint, frame "
+                "or model here: " + known_names(name, self._names_in(words.scope))
             )
         return full
 

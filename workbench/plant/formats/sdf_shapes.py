@@ -38,7 +38,7 @@ class ShapeReader:
             title = _title(node, index, link)
             geometry = node.child("geometry")
             if tag == "collision" and geometry and geometry.child("plane"):
-                text = "an endless plane is no part of a drone; left out"
+                text = "an endless plane cannot be part of a drone; left out"
                 self._remarks.add("ignored", node.file, title, text)
                 continue
             placed = self._placed(node, title)
@@ -68,7 +68,7 @@ class ShapeReader:
                     return (_cylinder(node), RigidTransform())
                 case "plane":
                     return _plane(node)
-        what = f"a <{shortened(tags[0])}> is no shape that is used here" if tags else "no geometry"
+        what = f"a <{shortened(tags[0])}> is not a supported shape" if tags else "no geometry"
         self._remarks.add("ignored", part.file, title, f"{what}; left out")
         return None
 

@@ -120,9 +120,7 @@ def _shape(
             return Ellipsoid(_all_positive(element, "radii", radii))
         case "mesh":
             return _mesh(path, element, what, finder)
-    remarks.add(
-        "ignored", path, what, f"a <{shortened(element.tag)}> is no shape that is known here"
-    )
+    remarks.add("ignored", path, what, f"a <{shortened(element.tag)}> is not a known shape")
     return None
 
 
@@ -396,7 +394,7 @@ def _sensors(
                     "ignored",
                     path,
                     f"sensor '{sensor.get('name', '')}'",
-                    f"its <gazebo> block refers to '{link}', which is no link",
+                    f"its <gazebo> block refers to '{link}', which is not a link",
                 )
 
 

@@ -218,7 +218,7 @@ def read_collada(data: bytes, resolver: Resolver) -> list[Part]:
     meter = document.assetInfo.unitmeter
     meter = 1.0 if meter is None else float(meter)
     if not (math.isfinite(meter) and meter > 0.0):
-        raise WorkbenchError(f"its unit of {meter} m is no length")
+        raise WorkbenchError(f"its unit of {meter} m is not a length")
     reader = _Reader(resolver)
     reader.read(document.scene)
     to_metres = np.diag([meter, meter, meter, 1.0])

@@ -72,8 +72,8 @@ def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor
     for value in (motor_constant, moment_constant, max_rot_velocity):
         if not SMALLEST <= value <= LARGEST:
             raise WorkbenchError(
-                f"{model.source}: properties kf {kf:g} and km {km:g} are no rotor's: give thrust "
-                "[N] and torque [N m] for one turn a minute"
+                f"{model.source}: properties kf {kf:g} and km {km:g} do not fit a rotor: give "
+                "thrust [N] and torque [N m] for one turn a minute"
             )
     # The package has no rotor lag. RotorS' values are used by published Gazebo models of the
     # Crazyflie (CrazyS; Bitcraze's own model has Gazebo's defaults). The motors of a real one are
