@@ -26,7 +26,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # Drake ends the process where a Meshcat, and Qt where a widget, is collected in another thread than
 # its own: so Python collects nothing by itself, and all is collected here, between tests.
 gc.disable()
-_COLLECT_EVERY, _COLLECT_ALL_EVERY = 20, 200
+_COLLECT_EVERY, _COLLECT_ALL_EVERY = 50, 500
 """So many tests: what was made since the last time, and all, which takes a tenth of a second."""
 
 

@@ -37,7 +37,7 @@ def test_json_has_every_loop_with_the_margins_of_the_python_call(judged):
 
 
 @pytest.mark.usefixtures("interpreted_laws")
-@pytest.mark.parametrize("law", ["pd", "lqi"])
+@pytest.mark.parametrize("law", ["pd", pytest.param("lqi", marks=pytest.mark.slow)])
 def test_the_apps_margin_at_the_plants_input_is_that_of_the_command(run, tmp_path, law):
     name, value = {"pd": ("kp_pitch", 300.0), "lqi": ("q_tilt", 9000.0)}[law]
     options = ("--controller", law, "--set", f"{name}={value}", "--no-plots", "--json")

@@ -78,12 +78,12 @@ def test_nothing_winds_up_on_the_ground(law):
 @pytest.mark.usefixtures("interpreted_laws")
 @pytest.mark.parametrize("law", [pytest.param("pid", marks=pytest.mark.slow), "lqi"])
 def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
-    """A payload too heavy to lift holds it down: after 12 s it is let go as after 4 s.
+    """A payload too heavy to lift holds it down: after 6 s it is let go as after 3 s.
 
     What it has gathered by then, the weight that rotors can lift, goes off in a jump.
     """
     peaks = []
-    for held in (4.0, 12.0):
+    for held in (3.0, 6.0):
         session = Session(Scenario(controller=law, start=Start(mode="off"), duration=1000.0))
         session.set("payload_mass", 4.0)
         session.request("take_off", TAKE_OFF)

@@ -142,7 +142,7 @@ def test_a_frozen_gps_is_flown_as_a_silent_one_and_comes_back_as_one(estimator):
     ("estimator", "noise"),
     [
         ("ekf", True),
-        ("complementary", False),
+        pytest.param("complementary", False, marks=pytest.mark.slow),
         pytest.param("ekf", False, marks=pytest.mark.slow),
         pytest.param("complementary", True, marks=pytest.mark.slow),
     ],

@@ -45,7 +45,7 @@ def core_flight(core, vehicle, reference, times, wind=(0.0, 0.0, 0.0)) -> np.nda
         pytest.param(Reference(2.0, 0, 0, 0, 0, 0, 0, 0), 0.045, marks=pytest.mark.slow),
         pytest.param(Reference(0, 0, 1.0, 0, 0, 0, 0, 0), 0.012, marks=pytest.mark.slow),
         (Reference(0, 0, 0, 0.2, 0, 0, 0, 0), 0.0025),
-        (Reference(1.0, -1.0, 0.5, 0.1, 0, 0, 0, 0), 0.05),
+        pytest.param(Reference(1.0, -1.0, 0.5, 0.1, 0, 0, 0, 0), 0.05, marks=pytest.mark.slow),
     ],
 )
 def test_the_workbench_flies_as_the_core_does(core, vehicle, reference, bound):

@@ -120,7 +120,7 @@ def check_same(recording, reference):
 @pytest.mark.parametrize(
     ("seed", "w_WB"),
     [
-        (0, (0.0, 0.0, 0.0)),
+        pytest.param(0, (0.0, 0.0, 0.0), marks=pytest.mark.slow),
         pytest.param(1, (9.0, -8.0, 10.0), marks=pytest.mark.slow),
         (2, (-6.0, 13.0, 4.0)),
         pytest.param(3, (12.0, 5.0, -9.0), marks=pytest.mark.slow),

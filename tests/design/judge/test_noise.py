@@ -29,13 +29,8 @@ def flown(scenario, settings):
     return tilt, commands.std(axis=0) / commands.mean(axis=0)
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        pytest.param({}, marks=pytest.mark.slow),
-        {"gyro_lowpass": 30.0, "derivative_lowpass": 5.0},
-    ],
-)
+@pytest.mark.slow  # two minutes of flight, each
+@pytest.mark.parametrize("settings", [{}, {"gyro_lowpass": 30.0, "derivative_lowpass": 5.0}])
 def test_a_hover_on_the_ekf_shakes_as_the_model_says(settings):
     scenario = Scenario(estimator="ekf", vehicle=NOISY_GPS, duration=120.0)
     tilt, commands = flown(scenario, settings)

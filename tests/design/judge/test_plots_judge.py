@@ -80,7 +80,7 @@ def test_the_disk_touches_the_curve(steering, tmp_path):
     assert away.min() == pytest.approx(radius, rel=2e-3)
 
 
-@pytest.mark.parametrize("name", ["position_z", "yaw_rate"])
+@pytest.mark.parametrize("name", [pytest.param("position_z", marks=pytest.mark.slow), "yaw_rate"])
 def test_loops_that_were_not_flown_show_the_linear_step(steering, holding, tmp_path, name):
     loop = find_loop(name)
     figure = plot_loop(holding if loop.hold else steering, loop, cut="error")

@@ -64,7 +64,11 @@ def flown(scenario, axis, amplitude, duration=3.0):
 
 @pytest.mark.parametrize(
     ("estimator", "axis", "near"),
-    [("ekf", "x", 0.02), ("ekf", "yaw", 0.01), ("complementary", "x", 0.08)],
+    [
+        ("ekf", "x", 0.02),
+        pytest.param("ekf", "yaw", 0.01, marks=pytest.mark.slow),
+        ("complementary", "x", 0.08),
+    ],
 )
 def test_small_steps_flown_on_an_estimate_are_the_linear_ones(estimator, axis, near):
     """But for samples that come one by one, where the model spreads them over the updates."""

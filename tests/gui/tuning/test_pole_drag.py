@@ -63,7 +63,7 @@ def drag(plane, pole, place, settle, steps=4):
     ("loop", "near", "place", "span"),
     [
         ("pitch", -20.0 + 24.0j, -14.0 + 20.0j, 40.0),
-        ("velocity_x", -5.7 + 3.3j, -5.0 + 4.5j, 12.0),
+        pytest.param("velocity_x", -5.7 + 3.3j, -5.0 + 4.5j, 12.0, marks=pytest.mark.slow),
         ("position_x", -1.4, -1.0, 6.0),
     ],
 )
