@@ -1,8 +1,8 @@
 """Differences between compiled flights and the full diagram.
 
 Each vehicle flies with random gains, from half to twice its own, for 5 s after a random command of
-up to 8 m/s. Every other flight starts thrown, turning and at any attitude. The requirement is 0.001
-m/s and 0.005 rad/s at any time of any flight. Published vehicles are included if `../shared/models`
+up to 8 m/s. Every second flight starts thrown, turning and at any attitude. The limit is 0.001 m/s
+and 0.005 rad/s at any time of any flight. Published vehicles are included if `../shared/models`
 has them.
 
 `python benchmarks/agreement.py --figure FILE.png` draws every flight.
@@ -43,11 +43,11 @@ class AgreementRow:
     """What a vehicle's flights came to.
 
     Attributes:
-        vehicle: its name.
-        flights: with other gains and commands each, of 5 s.
+        vehicle: name.
+        flights: number of flights of 5 s, each with other gains and commands.
         saturated: flights in which a rotor ran at its limit.
-        lost: flights that turned over or fell; compared up to there.
-        velocity: largest difference of all [m/s].
+        lost: flights that turned over or fell; they are compared up to then.
+        velocity: largest difference [m/s].
         angular_velocity: the same [rad/s].
     """
 

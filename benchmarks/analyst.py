@@ -1,10 +1,10 @@
-"""Do margins follow a slider while a flight with sensors goes on beside?
+"""Do margins follow a slider while a flight with sensors runs?
 
 A live flight with lidar, IMU, GPS and barometer in an obstacle field runs in one process, the
 analyst in another. Margins and poles of nine loops are requested again as soon as they are
 answered. In a second test, a moving slider also requests a prediction, a map and the stable ranges
-sixty times a second, as on the tuning screen. The requirement is at least 20 answers a second, and
-a flight in real time. Turns with and without the flight alternate.
+sixty times a second, as on the Tuning screen. There must be at least 20 answers a second, with the
+flight in real time. Turns with and without the flight alternate.
 """
 
 import threading
@@ -51,12 +51,12 @@ class AnalystRow:
     """How margins follow.
 
     Attributes:
-        beside: what else goes on.
-        answers: of margins and poles, a second.
-        to_wanted: the same over the 20 that are wanted.
-        longest: time from a question to its answer, the longest of a turn [s].
-        others: answers of the other kinds, a second.
-        real_time_factor: of the flight; 0 without one.
+        beside: what else runs.
+        answers: answers of margins and poles a second.
+        to_wanted: the same relative to the required 20.
+        longest: longest time from a question to its answer in a turn [s].
+        others: other answers a second.
+        real_time_factor: real-time factor of the flight; 0 without one.
     """
 
     beside: str

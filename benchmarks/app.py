@@ -6,12 +6,13 @@ the GPS. Visualization draws twelve curves, then 48 in eight charts, then a char
 slot is one event in the window's thread, with everything that is painted in it; its processor time
 excludes other programs. A frame is a painting of the widget that is painted most often.
 
-On the Tuning screen a gain is moved a little, many times, until the flight has it for the next
-control update. Then a slider moves a hundred times a second, with each page of the screen open in
-turn, beside the sliders, the response and the margins that are always seen.
+On the Tuning screen a gain is moved a little, many times; each time the benchmark waits until the
+flight has it for the next control update. Then a slider moves a hundred times a second, with each
+page of the screen open in turn; sliders, response and margins are always visible.
 
-Where the machine has a graphics processor, the 3-D view is open beside every screen. These figures
-are of one without. Other programs ran beside them, and the app had priority over these.
+If the machine has a graphics processor, the 3-D view is open beside every screen. These figures are
+from a machine without one. Other programs ran at the same time, and the app had priority over
+them.
 
 Start-up is that of `workbench gui` in a fresh process.
 """
@@ -81,13 +82,13 @@ class ScreenRow:
     """One screen while it is seen.
 
     Attributes:
-        screen: its name, and what it draws if that is not its first layout.
+        screen: name, and what it draws if that is not its first layout.
         frames: painted a second.
-        real_time_factor: of the flight beside it.
+        real_time_factor: real-time factor of the flight.
         slot_99: 99th percentile of events, wall time [ms].
-        processor_99: the same of processor time [ms].
-        slot_worst: the longest [ms].
-        share: of a core that the app's process takes [%].
+        processor_99: the same in processor time [ms].
+        slot_worst: the longest event [ms].
+        share: share of a core that the app's process takes [%].
     """
 
     screen: str
@@ -104,9 +105,9 @@ class GainRow:
     """A gain that moves.
 
     Attributes:
-        moves: so many.
-        effect: from a move until the flight has it, for the next control update, median [ms].
-        effect_99: 99th percentile [ms].
+        moves: number of moves.
+        effect: time from a move until the flight has it for the next control update, median [ms].
+        effect_99: the same, 99th percentile [ms].
     """
 
     moves: int
@@ -119,14 +120,14 @@ class PageRow:
     """One page of the Tuning screen while a slider moves.
 
     Attributes:
-        page: its name, and of Frequency which view.
+        page: name, and the view of Frequency.
         frames: painted a second.
-        real_time_factor: of the flight beside it.
+        real_time_factor: real-time factor of the flight.
         slot_99: 99th percentile of events, wall time [ms].
-        slot_worst: the longest [ms].
+        slot_worst: the longest event [ms].
         judged: margins of all loops a second.
         predicted: predicted responses a second.
-        drawn: frequency curves a second; none where the page has none.
+        drawn: frequency curves a second, if the page has any.
     """
 
     page: str
@@ -144,8 +145,8 @@ class StartRow:
     """`workbench gui` in a fresh process.
 
     Attributes:
-        window: until it is painted [s].
-        flight: until the first flight has begun [s].
+        window: time until the window is painted [s].
+        flight: time until the first flight has started [s].
     """
 
     window: Spread

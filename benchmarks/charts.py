@@ -1,10 +1,9 @@
 """What a frame of moving charts costs: the app's, and plain ones of pyqtgraph.
 
-A window of 1280 x 720, offscreen, shows 20 s of signals that go on by a sixtieth of a second with
+A window of 1280 x 720, offscreen, shows 20 s of signals that move on by a sixtieth of a second with
 each frame: 4 charts of 3 curves of 2,000 points, and 8 charts of 6 curves of 4,000. Pens are one
-pixel wide. The plain charts are a `PlotWidget` each: given all points, given the peaks that the app
-finds, and left to find peaks by themselves. All take turns within the run; figures are processor
-time.
+pixel wide. Each plain chart is a `PlotWidget`. It gets all points, or only the peaks that the app
+finds, or finds the peaks itself. All take turns within the run; figures are processor times.
 """
 
 import os

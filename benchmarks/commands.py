@@ -4,10 +4,10 @@ Each is a separate process, in turns with one that only imports `pydrake.multibo
 caches. Wall-clock time is what a user waits for: a second process draws pictures, so it needs two
 free cores. Processor time, of both processes, depends less on other load.
 
-On two free cores each meets its target in wall-clock time. Half of the processor time of `step`,
-`judge` and `sweep` is the picture, which a second free core takes over, and a third of that is
-loading matplotlib; so on one free core they take about as many times the plant as in processor
-time.
+On two free cores each command meets its target in wall-clock time. Half of the processor time of
+`step`, `judge` and `sweep` is for the picture, a third of that for loading matplotlib. A second
+free core draws the picture at the same time. With one free core, the wall-clock ratios are about
+as large as those of processor time.
 
 The first use after installation compiles, unless `make setup` or `workbench compile` has done so;
 here the cache is empty. `silence` is the longest time without a message.
@@ -42,12 +42,12 @@ class CommandRow:
     """A command.
 
     Attributes:
-        name: as it is typed.
-        wall: time [s].
-        cpu: of it and of its processes [s].
-        to_plant: wall time over that of loading Drake's plant, turn by turn.
-        least_to_plant: the least wall time over the least of loading it: least disturbed by others.
-        cpu_to_plant: processor time over that of loading it, turn by turn.
+        name: the command line.
+        wall: wall-clock time [s].
+        cpu: processor time of the command and its processes [s].
+        to_plant: wall-clock time relative to loading Drake's plant, turn by turn.
+        least_to_plant: the same for the shortest times, which other load disturbs least.
+        cpu_to_plant: processor time relative to loading it, turn by turn.
     """
 
     name: str
@@ -63,9 +63,9 @@ class FirstUse:
     """A command whose cache is empty.
 
     Attributes:
-        command: as it is typed.
-        seconds: until it has ended [s].
-        silence: the longest time in which it said nothing [s].
+        command: the command line.
+        seconds: time until it ends [s].
+        silence: the longest time without a message [s].
     """
 
     command: str

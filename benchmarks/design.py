@@ -1,7 +1,8 @@
 """Times of the design tools: margins while a slider moves, and compiled flights.
 
-The requirement is linear model and margins of all loops within 20 ms, a frame of a screen at 50 Hz.
-Compiled flights are compared with flights of the full diagram, of the same step, in the same run.
+The linear model and the margins of all loops must be ready within 20 ms, a frame of a screen at
+50 Hz. Compiled flights are compared with flights of the full diagram, of the same step, in the same
+run.
 """
 
 import statistics
@@ -28,8 +29,8 @@ class DesignRow:
 
     Attributes:
         name: what was measured.
-        seconds: of an update, or of a flight.
-        ratio: to a frame for updates (to hold: at most 1), to the diagram for flights.
+        seconds: time for an update or a flight [s].
+        ratio: relative to a frame for updates (required: at most 1), to the diagram for flights.
     """
 
     name: str

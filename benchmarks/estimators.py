@@ -1,8 +1,8 @@
 """How long a compiled update of each estimator takes: `python benchmarks/estimators.py`.
 
-Called from Python, as a session does; asked for are 30 us of the EKF with all sensors. Beside it
-stands what numpy takes for F P F' of the EKF's size in the same turn, which tells a slow machine
-from a slow estimator. It is no part of `make bench`.
+It is called from Python, as a session does. The EKF with all sensors should take 30 us. The time of
+numpy for F P F' of the EKF's size in the same turn shows whether the machine or the estimator is
+slow. This is not part of `make bench`.
 """
 
 import sys

@@ -26,11 +26,11 @@ class ExecutorRow:
     """Flights of the full diagram in one place.
 
     Attributes:
-        name: of the place.
-        flights_a_second: the best turn's.
-        median_ratio: to the processes, turn by turn.
-        least_ratio: of all turns.
-        largest_ratio: of all turns.
+        name: place.
+        flights_a_second: flights a second in the best turn.
+        median_ratio: ratio to the processes, turn by turn, median.
+        least_ratio: smallest ratio of all turns.
+        largest_ratio: largest ratio of all turns.
     """
 
     name: str

@@ -1,30 +1,30 @@
 """Compiled flights that continue from call to call: a single session, and a batch of 1,024.
 
-A session flies in slices, between which anything may be read or set. The compiled one and the
-diagram alternate, timed in processor time; their results are equal to the bit. Each slice costs
-some 0.08 ms, as much as a tenth of a second of flight, because the numbers are copied from Drake's
-Context and back. So slices of one physics step are faster on the diagram.
+A session flies in slices; between slices, a program can read and set anything. The compiled session
+and the diagram alternate; figures are processor times, and the results are equal to the bit. Each
+slice costs about 0.08 ms, as much as a tenth of a second of flight, because the numbers are copied
+from Drake's Context and back. So slices of one physics step are faster on the diagram.
 
 A batch flies closed loops in two threads, each drone with its own setpoint: physics at 1,024 Hz and
-controller at 128 Hz. crazyflow does so at its 500 Hz, with position control at 100 Hz: as it comes,
-and with its worlds split over two devices, one for each core. Each flies ten of its own control
-periods a call, then one, with new commands in each call. Turns alternate. Ratios are of seconds
-flown and of physics steps, in wall-clock time, and in processor time of all threads, which depends
-less on other load: under high load, a program with more threads loses in wall-clock time.
+controller at 128 Hz. crazyflow does the same at its 500 Hz, with position control at 100 Hz: as it
+comes, and with its worlds split over two devices, one for each core. Each flies first ten of its
+own control periods a call, then one, with new commands in each call. Turns alternate. Ratios are of
+seconds flown and of physics steps, in wall-clock time, and in processor time of all threads, which
+depends less on other load: under high load, a program with more threads loses in wall-clock time.
 
-A physics step of one drone takes some 40 ns of processor time, of which the control law has a
-fifth; blocks of sixteen drones use vector instructions. A flight of a sweep costs the same, so
-batches and sweeps differ by the calls alone. Calls of a hundred periods gain a twentieth over those
-of ten; with calls of one period, a third of the time is spent on the call. Coarser physics would
-gain more, but change the flight. A second of ours has twice as many steps as one of crazyflow's: to
-be 15 times as fast by seconds flown, a step would have to take 14 ns.
+A physics step of one drone takes about 40 ns of processor time, a fifth of it for the control law;
+blocks of sixteen drones use vector instructions. A flight of a sweep costs the same, so batches and
+sweeps differ only by the calls. Calls of a hundred periods are a twentieth faster than calls of
+ten; with calls of one period, a third of the time is spent on the call. Coarser physics would be
+faster still, but change the flight. A second of our flight has twice as many steps as one of
+crazyflow's: to be 15 times as fast by seconds flown, a step would have to take 14 ns.
 
-What was tried to reach 15 and 12 times the steps of crazyflow: four rotors in one loop (13 %,
-kept); blocks of 32 drones (4 %) and of 8 (half as fast); vectors of 512 bits (4 to 14 %); a root
-without divisions in the blend of the rotors' time constants, a quarter of a step (nothing with
-vectors of 256 bits). A step is some 620 additions and multiplications, 8 roots and 8 divisions in
-double precision: with vectors of 256 bits some 30 of the 40 ns, if nothing waits. With vectors of
-512 bits and that root, a fifth more seems to be the limit.
+These changes were tried to reach 15 and 12 times the steps of crazyflow: four rotors in one loop
+(13 %, kept); blocks of 32 drones (4 %) and of 8 (half as fast); vectors of 512 bits (4 to 14 %);
+a root without divisions in the blend of the rotors' time constants, which is a quarter of a step
+(no gain with vectors of 256 bits). A step has about 620 additions and multiplications, 8 roots and
+8 divisions in double precision. With vectors of 256 bits they take about 30 of the 40 ns, if no
+operation waits. With vectors of 512 bits and that root, a fifth more seems to be the limit.
 """
 
 import sys
@@ -64,10 +64,10 @@ class SessionRow:
     """How fast a session flies.
 
     Attributes:
-        engine: of the session.
-        slice: flown in one call [s].
+        engine: engine of the session.
+        slice: time flown in one call [s].
         real_time_factor: simulated time over processor time.
-        as_fast: speed over that of the diagram.
+        as_fast: speed relative to the diagram.
     """
 
     engine: str
@@ -81,14 +81,14 @@ class BatchRow:
     """How fast 1,024 flights go on.
 
     Attributes:
-        flown_by: and at what rate.
-        periods: of control a call.
-        flown_a_second: seconds of all flights in one of the wall clock.
-        flown_for_a_second: likewise, of processor time.
-        ours_as_fast: seconds flown by `Batch` in a time of the wall clock over those of this one.
-        ours_as_fast_by_processor: the same for a processor time.
-        steps_as_fast: physics steps of `Batch` in a time of the wall clock over those of this one.
-        steps_as_fast_by_processor: the same for a processor time.
+        flown_by: name and rate.
+        periods: control periods a call.
+        flown_a_second: seconds of all flights per second of wall-clock time.
+        flown_for_a_second: the same per second of processor time.
+        ours_as_fast: seconds flown by `Batch` relative to this one, in equal wall-clock time.
+        ours_as_fast_by_processor: the same in equal processor time.
+        steps_as_fast: physics steps of `Batch` relative to this one, in equal wall-clock time.
+        steps_as_fast_by_processor: the same in equal processor time.
     """
 
     flown_by: str

@@ -8,12 +8,12 @@ Python in the loop:
 - turning: a body with four propellers that turn on their joints, 21 states and no shapes.
   It is the floor that the flight core is compared with;
 - one body: the plant of the flight, with the propellers as part of the body, 13 states. It is
-  faster, so the ratio of the flight core is smaller.
+  faster, so the ratio of the flight core to it is smaller.
 
 The flight core is the closed loop with rotor dynamics and flight mode; the workbench has everything
 that a session has. There are three pairs of rates: those of a session; about those of
-gym-pybullet-drones (240 Hz, and a command every fifth step); and about that of RotorPy's own loop
-(100 Hz).
+gym-pybullet-drones (240 Hz, and a command every fifth step); and about the rate of RotorPy's own
+loop (100 Hz).
 """
 
 import time
@@ -40,12 +40,12 @@ class SpeedRow:
     """How fast one diagram flies; ratios are to the floors of the same physics step.
 
     Attributes:
-        name: of what flies.
+        name: what flies.
         physics_rate: [Hz].
         control_rate: [Hz].
         real_time_factor: simulated time over processor time, turn by turn.
-        to_turning: speed over that of the plant with propellers that turn.
-        to_one_body: speed over that of the plant that flies.
+        to_turning: speed relative to the plant with turning propellers.
+        to_one_body: speed relative to the plant of one body.
     """
 
     name: str

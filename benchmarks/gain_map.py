@@ -1,8 +1,8 @@
 """The tuning screen's map: a grid of 32 x 32 gain pairs, each flown for two seconds of a step.
 
-Compiled flights in two threads, metrics without curves; wall-clock time without the first map. Of
-the second of hover before a step they fly only a sixteenth, because nothing moves in still air.
-The map must follow a slider within a tenth of a second.
+Compiled flights run in two threads and compute metrics without curves; times are wall-clock times
+without the first map. Of the second of hover before a step, they fly only a sixteenth, because
+nothing moves in still air. The map must follow a slider within a tenth of a second.
 """
 
 import time
@@ -28,8 +28,8 @@ class MapRow:
 
     Attributes:
         name: what is flown.
-        seconds: a map.
-        of_refresh: time over what it may take; to hold: at most 1.
+        seconds: time for a map [s].
+        of_refresh: time relative to the limit; required: at most 1.
     """
 
     name: str

@@ -42,10 +42,10 @@ class GrowthRow:
     """Cost of one amount.
 
     Attributes:
-        name: of what there is more of.
-        amount: how many.
-        as_often: cost over that of the least.
-        exponent: of cost over amount, fitted to all amounts.
+        name: what grows.
+        amount: number of it.
+        as_often: cost relative to the smallest amount.
+        exponent: exponent of cost over amount, fitted to all amounts.
     """
 
     name: str

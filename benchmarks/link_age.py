@@ -6,20 +6,21 @@ sampling of a frame of time_data to its reading, by the machine's clock. A secon
 clients: one reads 20 frames a second, the other one stops reading. With a C compiler, a third test
 has eight clients in C, which wake up faster and so show the link's own share. Then the eight
 clients read the same bytes from a bare broadcast: a loop of asyncio that sends the frames to
-everybody and does nothing else. At last 64 clients read time_data alone. Everything,
+everybody and does nothing else. Last, 64 clients read only time_data. Everything,
 including the clients, runs on this machine's cores.
 
-A sample goes through two processes, and the bare broadcast's through one. Of the median age of 0.5
-to 0.6 ms, 0.12 is the way to the server's process, 0.04 the reading of its record, and 0.2 writing
-to eight sockets, nearly all in the system. The 99th percentile is that of samples which come while
-flight, server and clients are all busy: two of three are in a slice with another one, and one in
-ten reaches the first client after more than 0.8 ms. A bare broadcast beside a flight that is not
-served is as fast as alone.
+A sample goes through two processes, and that of the bare broadcast through one. Of the median age
+of 0.5 to 0.6 ms, 0.12 ms is the way to the server's process, 0.04 ms is the reading of its record,
+and 0.2 ms is the writing to eight sockets, nearly all of it in the system. The 99th percentile
+comes from samples that arrive while flight, server and clients are all busy: two of three are in a
+slice with another one, and one in ten reaches the first client after more than 0.8 ms. A bare
+broadcast beside a flight that is not served is as fast as alone.
 
-Tried: a sample is encoded once for all clients, and passed on as a named tuple (kept: a tenth of
-the median); slices of the flight as long as a sample's period, so that each ends with a sample (one
-in ten after more than 0.5 ms; median and 99th percentile fall by up to a fifth in some runs and not
-in others, and the flight needs more of a core); to sleep after each slice (nothing).
+These changes were tried. A sample is encoded once for all clients, and passed on as a named tuple:
+this saves a tenth of the median, and was kept. Slices of the flight as long as a sample's period,
+so that each ends with a sample: one in ten arrives after more than 0.5 ms; median and 99th
+percentile fall by up to a fifth in some runs and not in others, and the flight needs more of a
+core. A sleep after each slice has no effect.
 """
 
 import json
@@ -60,15 +61,15 @@ class LinkAgeRow:
     """How a kind of client does.
 
     Attributes:
-        clients: which ones.
-        beside: who else is there.
-        frames: that each reads a second.
-        gaps: samples that were missing, of all these clients.
-        age_50: of what is read, median [ms].
-        age_99: the 99th percentile [ms].
-        age_worst: the oldest [ms].
+        clients: kind of clients.
+        beside: other clients.
+        frames: frames that each client reads a second.
+        gaps: missed samples of all these clients.
+        age_50: age of what is read, median [ms].
+        age_99: the same, 99th percentile [ms].
+        age_worst: the same, largest [ms].
         ended: how the server ended the connection, "" if it did not.
-        after: until that end [s].
+        after: time until that end [s].
     """
 
     clients: str
@@ -87,10 +88,10 @@ class LinkLoadRow:
     """What it costs.
 
     Attributes:
-        beside: who is there.
-        real_time_factor: flown over wall time.
-        server_share: of a core that the server's process takes.
-        flight_share: of a core that the flight's process takes.
+        beside: clients.
+        real_time_factor: simulated time over wall-clock time.
+        server_share: share of a core that the server's process takes.
+        flight_share: share of a core that the flight's process takes.
     """
 
     beside: str

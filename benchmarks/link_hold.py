@@ -2,8 +2,8 @@
 
 A flight is served in real time. A client in a separate process takes control, starts from neutral
 and flies at about 1 m/s. Then it, its connection or the server fails: see `link_faults.FAULTS`.
-HOLD must follow within 0.5 s and one control step of simulated time after the last command that
-took effect, every time; if the connection ends, it comes at once. A process that was stopped
+Every time, HOLD must follow within 0.5 s and one control step of simulated time after the last
+command that took effect; if the connection ends, HOLD must come at once. A process that was stopped
 continues afterwards, and nothing that it sends may move the drone.
 """
 
@@ -33,13 +33,13 @@ class HoldRow:
 
     Attributes:
         fault: see `link_faults.FAULTS`.
-        flights: how many.
-        late: of these, later than allowed.
-        least: shortest time.
-        median: of all.
+        flights: number of flights.
+        late: flights in which HOLD came later than allowed.
+        least: shortest time to HOLD.
+        median: median time.
         most: longest time.
-        commands: that came into force, in all.
-        revived: of these, after HOLD.
+        commands: number of commands that took effect.
+        revived: number of these after HOLD.
     """
 
     fault: str

@@ -6,9 +6,9 @@ times a second, as for a moving slider; with a thread that computes in plain Pyt
 and alone again, with lidar, camera and all other sensors in the flight. Every third of a second the
 pilot commands a velocity, and the first frame that shows it in a snapshot counts.
 
-Timer: a QTimer in the window's thread runs the flight. Thread: a Python thread runs it. Process:
-`LiveFlight`. All of them advance at least 60 times a second. Shapes alternate, and each figure is
-the median of the turns, so that other load affects all equally.
+The shapes are: timer, a QTimer in the window's thread runs the flight; thread, a Python thread runs
+it; process, `LiveFlight`. All of them advance at least 60 times a second. Shapes alternate, and
+each figure is the median of the turns, so that other load affects all equally.
 
 The last table is the cost of the interpreter's lock: a second of flight alone, and beside a thread
 that computes in plain Python; each control update needs the lock and may wait 5 ms for it.
@@ -48,16 +48,16 @@ class LiveFlightRow:
 
     Attributes:
         shape: timer, thread or process.
-        load: beside it.
-        real_time_factor: flown over wall time.
-        lag_99: of the flight behind the wall clock when it comes to fly, 99th percentile.
-        lag_worst: the largest.
-        frames: painted a second.
+        load: what else runs.
+        real_time_factor: simulated time over wall-clock time.
+        lag_99: delay of the flight behind the wall clock at the start of a slice, 99th percentile.
+        lag_worst: the largest delay.
+        frames: frames painted a second.
         gap_worst: longest time between two frames.
         latency: from a command to the first frame that sees it in a snapshot, median.
-        latency_worst: the longest.
-        share: of a core that the screen's process takes.
-        worker_share: of a core that the flight's process takes, 0 without one.
+        latency_worst: the longest latency.
+        share: share of a core that the screen's process takes.
+        worker_share: share of a core that the flight's process takes, 0 without one.
     """
 
     shape: str

@@ -1,9 +1,10 @@
 """The cost of sensors: a flight in real time with all of them, and the share of a core of each.
 
-The live flight ticks 64 times a second and sleeps in between, as in the app. The requirement is a
-real-time factor of 1 with at most 60 % of one core, at 200 Hz of IMU, 10 of GPS, 10 scans of 5,760
-rays and 15 pictures of 320 x 240 in a field of obstacles. The shares are measured without sleeping,
-each as the best of several alternating turns minus that without sensors.
+The live flight ticks 64 times a second and sleeps in between, as in the app. It must reach a
+real-time factor of 1 with at most 60 % of one core, with an IMU at 200 Hz, a GPS at 10 Hz, 10 scans
+a second of 5,760 rays and 15 pictures a second of 320 x 240, in a field of obstacles. The shares
+are measured without sleeping, each as the best of several alternating turns minus that without
+sensors.
 """
 
 import time
@@ -25,9 +26,9 @@ class LiveRow:
     """The live flight.
 
     Attributes:
-        real_time_factor: simulated time over wall clock time spent flying; above 1 it keeps up.
-        latest: by how much a tick ended late at most [s].
-        share: of one core, 0 .. 1; all threads together.
+        real_time_factor: simulated time over wall-clock time spent flying; above 1 it keeps up.
+        latest: largest delay of the end of a tick [s].
+        share: share of one core, 0 .. 1; all threads together.
     """
 
     real_time_factor: float

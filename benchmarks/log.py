@@ -43,12 +43,12 @@ class LogRow:
     """A log of a drone with some sensors.
 
     Attributes:
-        sensors: that it has.
-        messages: a simulated second.
+        sensors: sensors of the flight.
+        messages: messages a simulated second.
         writing: share of a core in real time [%].
-        longest: one sample takes at most [ms].
-        reading: of a second of flight [ms].
-        size: on the disk [kB/s].
+        longest: longest time to write a sample [ms].
+        reading: time to read a second of flight [ms].
+        size: size on disk [kB/s].
     """
 
     sensors: str

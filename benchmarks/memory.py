@@ -31,10 +31,10 @@ class MemoryRow:
     """What one process took.
 
     Attributes:
-        name: of what it did.
+        name: what the process did.
         amount: candidates, or seconds of flight.
-        megabytes: at its peak, of resident memory.
-        more_than_least: megabytes beside the first of its kind.
+        megabytes: peak of resident memory [MB].
+        more_than_least: difference from the first of its kind [MB].
     """
 
     name: str

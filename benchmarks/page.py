@@ -1,7 +1,7 @@
 """docs/performance.md from docs/performance.json: `python benchmarks/page.py` writes it again.
 
 Every figure of the page is one of the JSON's. Words are the docstrings of the benchmarks and of
-their rows; this needs none of what is measured to be installed.
+their rows; nothing that is measured needs to be installed.
 """
 
 import ast
@@ -47,8 +47,8 @@ Written by `make bench`, each table in one run: {machine}.
 With {versions}.
 
 Compare ratios: they are measured in alternating turns of one run, while absolute figures depend on
-the machine and the day. A figure is a median with its quartiles, or with minimum and maximum for
-fewer than four turns. `performance.json` has the same figures.
+the machine and the day. A figure is a median with its quartiles, or with minimum and maximum if
+there are fewer than four turns. `performance.json` has the same figures.
 
 ![Flights a second](performance.png)
 """
@@ -59,7 +59,7 @@ def page(results: Figures) -> str:
 
     Args:
         results: what performance.json holds: machine, versions, rows by benchmark, and machine and
-            versions of benchmarks that were measured apart from the others.
+            versions of benchmarks that were measured separately.
     """
     benchmarks, apart = results["benchmarks"], results.get("apart", {})
     versions = _versions(results)

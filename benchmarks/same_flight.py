@@ -1,10 +1,10 @@
 """Ten seconds of one quadrotor in closed loop, compared with other drone simulators.
 
 The flight is a hover, and after a second a step: of velocity for ours and MuJoCo, of position for
-simulators whose own controller takes one (RotorPy and crazyflow get it from the start). Each runs
-its own loop with its own controller, at the rates in the table, in a separate environment, and each
-must reach its target. Real-time factors are simulated time over processor time. Flights alternate,
-and ratios are those of neighbouring flights.
+simulators whose own controller takes a position (RotorPy and crazyflow get it from the start). Each
+simulator runs its own loop with its own controller, at the rates in the table, in a separate
+environment, and must reach its target. Real-time factors are simulated time over processor time.
+Flights alternate, and ratios are those of neighbouring flights.
 
 Ours are the flight core (plant with contact, rotors, controller and flight mode: a Drake diagram)
 and the floor, the plant alone under constant thrusts. Our coarse rates are the nearest to those of
@@ -53,12 +53,12 @@ class FlightRow:
     """How fast one simulator flies.
 
     Attributes:
-        simulator: and its loop.
+        simulator: name and loop.
         physics_rate: [Hz].
         control_rate: [Hz]; 0 without a controller.
         real_time_factor: simulated time over processor time.
-        core_as_fast: speed of the flight core at its usual rates over this one's.
-        coarse_core_as_fast: the same at its coarse rates.
+        core_as_fast: speed of the flight core at its usual rates, relative to this one.
+        coarse_core_as_fast: the same, with the flight core at its coarse rates.
     """
 
     simulator: str

@@ -1,17 +1,17 @@
 """Many closed-loop flights of five seconds, compared with batched simulators and Drake diagrams.
 
-Ours are compiled velocity steps with different gains, five seconds from the command on, physics at
-1,024 Hz, in two threads: rigid body, rotors and the controller at its usual rate, and again with
-the controller at every physics step. Metrics are computed and curves discarded. crazyflow flies
-each to its own point, at 500 Hz, all in one compiled call: as it comes, and with its worlds split
-over two devices, one for each core. RotorPy does the same at its 100 Hz, in two single-threaded
-processes, without its sensors and recording. Drake diagrams fly in two processes, one session at a
-time; their rate does not depend on the number of flights. They hover for a second first, which is
-subtracted.
+Our flights are compiled velocity steps with different gains, five seconds from the command on. They
+have a rigid body, rotors and the controller at its usual rate, and in a second row the controller
+at every physics step. Physics runs at 1,024 Hz, in two threads. Metrics are computed and curves
+discarded. crazyflow flies each drone to its own point, at 500 Hz, all in one compiled call: as it
+comes, and with its worlds split over two devices, one for each core. RotorPy does the same at its
+100 Hz, in two single-threaded processes, without its sensors and recording. Drake diagrams fly in
+two processes, one session at a time; their rate does not depend on the number of flights. They
+hover for a second first, which is subtracted.
 
-One-time compilation and imports do not count, nor does the first turn. RotorPy and diagrams fly
-only a part, see `flown`, and their rate is extrapolated. Turns alternate, so that other load
-affects all equally; times are wall-clock times.
+One-time compilation, imports and the first turn do not count. RotorPy and diagrams fly only a part,
+see `flown`, and their rate is extrapolated. Turns alternate, so that other load affects all
+equally; times are wall-clock times.
 """
 
 import multiprocessing
@@ -49,11 +49,11 @@ class SweepRow:
     """How many flights a second one simulator makes.
 
     Attributes:
-        simulator: and at what rates.
-        candidates: how many fly at once.
-        flown: of the five seconds of each flight, or of the candidates, 0 .. 1.
-        rollouts_a_second: closed-loop flights.
-        ours_as_often: rollouts a second of ours over those of this one.
+        simulator: name and rate.
+        candidates: number that fly at once.
+        flown: share of the five seconds of each flight, or of the candidates, 0 .. 1.
+        rollouts_a_second: closed-loop flights a second.
+        ours_as_often: our rollouts a second, relative to this one.
     """
 
     simulator: str

@@ -1,4 +1,4 @@
-"""What the benchmarks are held to, looked up in the figures of a run."""
+"""The requirements of the benchmarks, looked up in the figures of a run."""
 
 import math
 from collections.abc import Callable
@@ -12,11 +12,11 @@ Figures = dict[str, Any]
 
 @dataclass(frozen=True)
 class Target:
-    """A demand, and where in the figures it shows.
+    """A requirement, and where its figure is.
 
     Attributes:
-        what: is asked.
-        limit: of the median.
+        what: the quantity, in words.
+        limit: limit of the median.
         at_least: whether more is better; else it is the most that may be.
         find: the figure: a spread, or a number.
     """
@@ -119,7 +119,7 @@ def _slowest(column: str) -> Callable[[Figures], Any]:
 
 TARGETS = (
     Target(
-        "flight core over the floor with turning propellers, speed",
+        "speed of the flight core, relative to the floor with turning propellers",
         0.75,
         True,
         lambda figures: row(figures, "flight_core", name="flight core", physics_rate=1024.0)[
@@ -127,7 +127,7 @@ TARGETS = (
         ],
     ),
     Target(
-        "flight core over the floor of the plant that flies, of one body, speed",
+        "speed of the flight core, relative to the floor of one body",
         0.85,
         True,
         lambda figures: row(figures, "flight_core", name="flight core", physics_rate=1024.0)[
@@ -135,34 +135,39 @@ TARGETS = (
         ],
     ),
     Target(
-        "workbench over the same floor, speed",
+        "speed of the workbench, relative to the same floor",
         0.7,
         True,
         lambda figures: row(figures, "flight_core", name="workbench", physics_rate=1024.0)[
             "to_one_body"
         ],
     ),
-    Target("flight core over RotorPy's loop, speed", 4, True, _flight("RotorPy", "core_as_fast")),
     Target(
-        "flight core, coarse, over gym-pybullet-drones' loop of 240/48, speed",
+        "speed of the flight core, relative to RotorPy's loop",
+        4,
+        True,
+        _flight("RotorPy", "core_as_fast"),
+    ),
+    Target(
+        "speed of the coarse flight core, relative to gym-pybullet-drones' loop of 240/48",
         4,
         True,
         _flight("gym-pybullet-drones, 240/48", "coarse_core_as_fast"),
     ),
     Target(
-        "flight core over gym-pybullet-drones' loop of 240/240, speed",
+        "speed of the flight core, relative to gym-pybullet-drones' loop of 240/240",
         4,
         True,
         _flight("gym-pybullet-drones, 240/240", "core_as_fast"),
     ),
     Target(
-        "1,024 compiled flights over crazyflow's as it comes, a second",
+        "1,024 compiled flights a second, relative to crazyflow as it comes",
         15,
         True,
         _sweep("crazyflow as it comes"),
     ),
     Target(
-        "1,024 compiled flights over crazyflow's on two devices, a second",
+        "1,024 compiled flights a second, relative to crazyflow on two devices",
         15,
         True,
         _sweep("crazyflow on two devices"),
@@ -177,7 +182,7 @@ TARGETS = (
     ),
     *(
         Target(
-            f"{what} of a batch of 1,024 over crazyflow's {how}, for a processor time",
+            f"{what} of a batch of 1,024 in equal processor time, relative to crazyflow {how}",
             least,
             True,
             partial(_batch, how, column),
@@ -190,19 +195,28 @@ TARGETS = (
     ),
     *(
         Target(
-            f"physics steps of a batch of 1,024 over crazyflow's {how}, a second",
+            f"physics steps a second of a batch of 1,024, relative to crazyflow {how}",
             least,
             True,
             partial(_batch, how, "steps_as_fast"),
         )
         for how, least in (("as it comes", 15), ("on two devices", 12))
     ),
-    Target("1,024 compiled flights over RotorPy's, a second", 100, True, _sweep("RotorPy")),
-    Target("1,024 compiled flights over Drake diagrams, a second", 300, True, _sweep("Drake")),
-    Target("compiled flights from the diagram, m/s", 1e-3, False, _largest("velocity")),
-    Target("compiled flights from the diagram, rad/s", 5e-3, False, _largest("angular_velocity")),
+    Target("1,024 compiled flights a second, relative to RotorPy", 100, True, _sweep("RotorPy")),
     Target(
-        "cost of candidates, exponent of growth",
+        "1,024 compiled flights a second, relative to Drake diagrams", 300, True, _sweep("Drake")
+    ),
+    Target(
+        "difference of compiled flights from the diagram, m/s", 1e-3, False, _largest("velocity")
+    ),
+    Target(
+        "difference of compiled flights from the diagram, rad/s",
+        5e-3,
+        False,
+        _largest("angular_velocity"),
+    ),
+    Target(
+        "growth of the cost with candidates, exponent",
         1.0,
         False,
         lambda figures: row(figures, "growth", name="candidates")["exponent"],
@@ -225,12 +239,23 @@ TARGETS = (
         False,
         lambda figures: row(figures, "start_up", name="workbench --help")["wall"],
     ),
-    Target("`step` with its picture over loading Drake's plant", 3.5, False, _command("step")),
-    Target("`judge` over loading Drake's plant", 5, False, _command("judge")),
-    Target("`linearize` over loading Drake's plant", 3, False, _command("linearize")),
-    Target("`sweep` of 1,024 over loading Drake's plant", 4, False, _command("sweep")),
-    Target("`inspect` over loading Drake's plant", 1.5, False, _command("inspect")),
-    Target("`regress steps` over loading Drake's plant", 8, False, _command("regress")),
+    Target(
+        "time of `step` with its picture, relative to loading Drake's plant",
+        3.5,
+        False,
+        _command("step"),
+    ),
+    Target("time of `judge`, relative to loading Drake's plant", 5, False, _command("judge")),
+    Target(
+        "time of `linearize`, relative to loading Drake's plant", 3, False, _command("linearize")
+    ),
+    Target(
+        "time of `sweep` of 1,024, relative to loading Drake's plant", 4, False, _command("sweep")
+    ),
+    Target("time of `inspect`, relative to loading Drake's plant", 1.5, False, _command("inspect")),
+    Target(
+        "time of `regress steps`, relative to loading Drake's plant", 8, False, _command("regress")
+    ),
     Target(
         "the longest silence of a first use, s",
         5,
@@ -246,7 +271,7 @@ TARGETS = (
         ],
     ),
     Target(
-        "model and margins of all loops over a frame of 20 ms",
+        "model and margins of all loops, relative to a frame of 20 ms",
         1.0,
         False,
         lambda figures: row(figures, "design", name="model and margins")["ratio"],
@@ -264,7 +289,7 @@ TARGETS = (
         lambda figures: _watchers(figures, "nobody")["age_99"],
     ),
     Target(
-        "samples that a watcher who acknowledges has missed",
+        "samples that a watcher missed, although it acknowledges",
         0,
         False,
         lambda figures: _watchers(figures, "nobody")["gaps"],
@@ -282,25 +307,25 @@ TARGETS = (
         lambda figures: figures["link_age"]["ages"][2]["age_worst"],
     ),
     Target(
-        "others' 99th percentile beside two slow watchers, over that without",
+        "others' 99th percentile beside two slow watchers, relative to that without",
         2.0,
         False,
         lambda figures: figures["link_age"]["others_99"],
     ),
     Target(
-        "median age over that of a bare broadcast of the same bytes",
+        "median age, relative to a bare broadcast of the same bytes",
         3.0,
         False,
         lambda figures: figures["link_age"]["over_bare_50"],
     ),
     Target(
-        "99th percentile over that of a bare broadcast of the same bytes",
+        "99th percentile, relative to a bare broadcast of the same bytes",
         1.5,
         False,
         lambda figures: figures["link_age"]["over_bare_99"],
     ),
     Target(
-        "samples that 64 watchers of one topic have missed",
+        "samples that 64 watchers of one topic missed",
         0,
         False,
         lambda figures: figures["link_age"]["ages"][-1]["gaps"],
@@ -324,7 +349,7 @@ TARGETS = (
         _screen("visualization, 48 curves", "frames"),
     ),
     Target(
-        "least real-time factor of the flight beside any screen or page of the app",
+        "smallest real-time factor of the flight beside any screen or page of the app",
         0.99,
         True,
         lambda figures: min(each["real_time_factor"] for each in _shown(figures)),
@@ -336,7 +361,7 @@ TARGETS = (
         lambda figures: max(each["slot_99"] for each in _shown(figures)),
     ),
     Target(
-        "a moved gain in the flight, over a control period, 99th percentile, ms",
+        "delay of a moved gain beyond a control period, 99th percentile, ms",
         20,
         False,
         lambda figures: figures["app"]["gains"][0]["effect_99"],
@@ -360,13 +385,13 @@ TARGETS = (
         _slowest("drawn"),
     ),
     Target(
-        "the app's window from the command on, s",
+        "time from the command to the app's window, s",
         3,
         False,
         lambda figures: figures["app"]["starts"][0]["window"],
     ),
     Target(
-        "its first flight, s",
+        "time to its first flight, s",
         2.5,
         False,
         lambda figures: figures["app"]["starts"][0]["flight"],

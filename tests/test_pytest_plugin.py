@@ -92,7 +92,7 @@ def test_logs_are_judged_and_what_they_lack_is_skipped(pytester, plugin):
     done.stdout.fnmatch_lines(
         [
             "peak_speed is 1 m/s, and should be at most 0.5 m/s: 0.5 m/s above",
-            "SKIPPED*trim: *says nothing of what the motors were told*",
+            "SKIPPED*trim: *has no motor commands*",
             "SKIPPED*there is no log gone.ulg",
         ]
     )
@@ -181,4 +181,4 @@ def test_a_controller_of_the_repository_runs_as_its_conftest_does(pytester, plug
     pytester.makefile(".ini", pytest="[pytest]\n")
     done = pytester.runpytest_subprocess(*plugin)
     done.assert_outcomes(passed=1, failed=1)
-    done.stdout.fnmatch_lines(["*far.spec.yaml:1: *is Python that would run here*"])
+    done.stdout.fnmatch_lines(["*far.spec.yaml:1: *is Python code that would run here*"])

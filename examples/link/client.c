@@ -30,7 +30,7 @@ typedef struct {
 static int stream;
 static uint32_t last_seq;
 static Frame frame;
-static const double TAKE_OFF_TIME = 4.0; /* simulated seconds until the drone is told to move */
+static const double TAKE_OFF_TIME = 4.0; /* simulated seconds until the first command to move */
 
 static void fail(const char *said) {
     fprintf(stderr, "%s\n", said);

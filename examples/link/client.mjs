@@ -1,4 +1,4 @@
-// Watches and flies a drone over the link: Node's own modules only.
+// Watch and fly a drone over the link, with Node's own modules only.
 //
 //   node client.mjs [HOST:PORT] watch [FRAMES]
 //   node client.mjs [HOST:PORT] fly V_X V_Y V_Z YAW_RATE [SECONDS [TAKE_OFF_HEIGHT]]
@@ -16,7 +16,7 @@ const CONTROL = 0, DATA = 1, ACKNOWLEDGEMENT = 2;
 const HMAC = 1, ACKNOWLEDGE = 2;
 const ALL_AXES = 15;
 const VELOCITY = "/dh_drone/velocity_data", COMMAND = "/dh_drone/command_velocity";
-const TAKE_OFF_TIME = 4; // simulated seconds until the drone is told to move
+const TAKE_OFF_TIME = 4; // simulated seconds until the first command to move
 const SIZES = { float32: 4, float64: 8, int32: 4, uint32: 4, int64: 8, char: 1 };
 
 const utf8 = new TextEncoder();

@@ -1,10 +1,10 @@
-"""Watches and flies a drone over the link with nothing but Python's standard library.
+"""Watch and fly a drone over the link, with Python's standard library only.
 
 python client.py [HOST:PORT] watch [FRAMES]
 python client.py [HOST:PORT] fly V_X V_Y V_Z YAW_RATE [SECONDS [TAKE_OFF_HEIGHT]]
 
-Speeds are in m/s and rad/s in the world's axes, z up. Where the server asks for a token, put it
-into the environment: LINK_TOKEN=... python client.py watch. docs/protocol.md says the rest.
+Speeds are in m/s and rad/s in the world's axes, z up. If the server needs a token, put it into
+the environment: LINK_TOKEN=... python client.py watch. See docs/protocol.md.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ CONTROL, DATA, ACKNOWLEDGEMENT = 0, 1, 2
 HMAC, ACKNOWLEDGE = 1, 2
 ALL_AXES = 15
 VELOCITY, COMMAND = "/dh_drone/velocity_data", "/dh_drone/command_velocity"
-TAKE_OFF_TIME = 4.0  # simulated seconds until the drone is told to move
+TAKE_OFF_TIME = 4.0  # simulated seconds until the first command to move
 DONE = {"release_control", "bye"}
 
 

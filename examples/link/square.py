@@ -4,8 +4,8 @@
     python3 square.py 127.0.0.1:7733
     python3 square.py 127.0.0.1:7733 --token "$(sed -n 's/^command: *//p' tokens.txt)"
 
-Takes control, takes off, flies from corner to corner by velocity commands, holds, lands, gives
-control back. Ctrl-C gives control back at once: the drone then holds its position in the air.
+It takes control, takes off, flies from corner to corner with velocity commands, holds, lands, and
+returns control. Ctrl-C returns control at once; the drone then holds its position in the air.
 """
 
 import argparse
@@ -20,11 +20,11 @@ import struct
 import sys
 from collections.abc import Iterator
 
-HEIGHT = 1.5  # [m] above where the drone stands
+HEIGHT = 1.5  # [m] above the start
 SIDE = 2.0  # [m]
-REACHED = 0.1  # [m] from a corner, in space
-SPEED = 1.0  # [m/s] at most, along each axis
-GAIN = 1.0  # [1/s] of speed per distance: slow enough not to overshoot
+REACHED = 0.1  # [m] distance from a corner
+SPEED = 1.0  # [m/s] maximum along each axis
+GAIN = 1.0  # [1/s] speed per distance: small enough not to overshoot
 PATIENCE = 60.0  # [s], simulated, for each part of the flight
 
 HEADER = struct.Struct("<2sBBHHIIq")
@@ -36,7 +36,7 @@ Position = tuple[float, float, float]
 
 
 class RefusedError(Exception):
-    """The server, or the flight, does not do what we want."""
+    """The server or the flight refuses a request."""
 
     def __init__(self, said: str, code: str = "") -> None:
         super().__init__(said)
@@ -44,18 +44,18 @@ class RefusedError(Exception):
 
 
 class Link:
-    """A connection; what it heard last is in its attributes."""
+    """A connection; its attributes have the latest received values."""
 
     def __init__(self, host: str, port: int, token: str | None) -> None:
-        # Silence of 30 s is no load any more. Small frames must not wait for more to come (Nagle).
+        # A server that is silent for 30 s is gone. Small frames must not wait for more (Nagle).
         self.socket = socket.create_connection((host, port), timeout=30.0)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.incoming = self.socket.makefile("rb")
         self.seq = self.last_id = self.lease = 0
-        self.key = b""  # for proofs, where the server wants them
+        self.key = b""  # for proofs, if the server needs them
         self.newest_ns = 0
         self.position: Position | None = None
-        self.motors_on: bool | None = None  # not told yet
+        self.motors_on: bool | None = None  # not known yet
         self.interrupted = False
 
         hello = self.receive()
@@ -74,7 +74,7 @@ class Link:
 
     def login(self, server_nonce: str, token: str | None) -> None:
         if not token:
-            raise RefusedError("the server wants a login: give --token")
+            raise RefusedError("the server needs a login: give --token")
         nonce = os.urandom(16)
         nonces = bytes.fromhex(server_nonce) + nonce
         secret = token.encode()
@@ -83,11 +83,11 @@ class Link:
         self.key = hmac.digest(secret, b"DH1 session" + nonces, hashlib.sha256)
 
     def interrupt(self, *_: object) -> None:
-        """Ctrl-C, looked at between frames, so that it cuts none in two; the second one kills."""
+        """Note Ctrl-C for the end of the present frame; a second Ctrl-C ends the program."""
         self.interrupted = True
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-    # What we send
+    # Sending
 
     def send(self, kind: int, topic: int, payload: bytes, commands: bool, t_ns: int = 0) -> None:
         self.seq += 1
@@ -105,7 +105,7 @@ class Link:
         return self.last_id
 
     def ask(self, op: str, commands: bool = False, **keys: object) -> None:
-        """Say it, and wait for its answer; what comes before that is taken in."""
+        """Send an operation and wait for its answer; process all frames until then."""
         wanted = self.say(op, commands, **keys)
         while True:
             said = self.receive()
@@ -114,7 +114,7 @@ class Link:
                     raise RefusedError(f"{op}: {said['code']}: {said['said']}", said["code"])
                 return
 
-    # What we hear
+    # Receiving
 
     def read(self, size: int) -> bytes:
         got = self.incoming.read(size)
@@ -123,28 +123,28 @@ class Link:
         return got
 
     def receive(self) -> dict | None:
-        """Take in one frame; an operation is returned as well."""
+        """Process one frame; return it if it is an operation."""
         head = self.read(HEADER.size)
         magic, version, kind, topic, flags, seq, length, t_ns = HEADER.unpack(head)
         payload = self.read(length)
         if magic != b"DH" or version != 1 or ACKNOWLEDGEMENT < kind < 128:
-            raise ConnectionError("what comes is not version 1 of the protocol")
+            raise ConnectionError("the server does not send version 1 of the protocol")
         said = None
         if kind == CONTROL:
             said = json.loads(payload)
             self.hear(said)
         elif kind == DATA:
-            self.newest_ns = max(self.newest_ns, t_ns)  # topics of a batch come in any order
+            self.newest_ns = max(self.newest_ns, t_ns)  # topics of a batch are in any order
             if topic == self.position_data["id"]:
                 self.position = struct.unpack(self.position_data["struct"], payload)[:3]
             elif topic == self.on_off_state["id"]:
                 self.motors_on = struct.unpack(self.on_off_state["struct"], payload) == (1,)
-        if flags & ACKNOWLEDGE:  # only now, so that the server sees how fast we are
+        if flags & ACKNOWLEDGE:  # at the end, so that the server knows our speed
             self.socket.sendall(HEADER.pack(b"DH", 1, ACKNOWLEDGEMENT, 0, 0, seq, 0, 0))
         return said
 
     def hear(self, said: dict) -> None:
-        """What concerns us in any case, whether we wait for it or not."""
+        """Process an operation that matters even if we do not wait for it."""
         op = said["op"]
         if op in ("error", "bye"):
             raise ConnectionError(f"{said.get('code', 'bye')}: {said['said']}")
@@ -156,9 +156,9 @@ class Link:
                 self.lease = 0
                 print(f"control is lost: {said['reason']}", file=sys.stderr)
         elif op == "nack" and "seq" in said and said["code"] != "not_holder":
-            # Of a command. not_holder comes for those that were on their way when control was
-            # lost, and control_state says that already.
-            print(f"a command: {said['code']}: {said['said']}", file=sys.stderr)
+            # A nack of a command. Commands that were on their way when control was lost get
+            # not_holder, but control_state reports that already.
+            print(f"command: {said['code']}: {said['said']}", file=sys.stderr)
 
     def next_position(self) -> Position:
         self.position = None
@@ -171,14 +171,14 @@ class Link:
     # Flying
 
     def fly(self, v_x: float = 0.0, v_y: float = 0.0, v_z: float = 0.0) -> None:
-        """Command a velocity. Without control, ask for it first, and begin from zero.
+        """Command a velocity. Without control, request it first, and start from zero.
 
-        So a busy machine, on which we fell silent, costs us a stop and no more. If somebody else
-        flies by then, that is RefusedError.
+        So if a busy machine makes us silent for too long, the drone only stops for a moment. If
+        somebody else has control by then, this raises RefusedError.
         """
         while not self.lease:
             self.ask("request_control", commands=True, name="square")
-            self.next_position()  # who slept knows only an old state, and would be stale
+            self.next_position()  # the last known state could be stale
             v_x = v_y = v_z = 0.0
         values = self.lease, ALL_AXES, v_x, v_y, v_z, 0.0
         payload = struct.pack(self.command["struct"], *values)
@@ -192,28 +192,28 @@ class Link:
             except RefusedError as refusal:
                 if refusal.code != "not_holder":
                     raise
-                self.lease = 0  # silent for too long just now: once more
+                self.lease = 0  # we were silent for too long: try again
 
     def release(self) -> None:
-        lease, self.lease = self.lease, 0  # before, as what comes of it is no loss
+        lease, self.lease = self.lease, 0  # set first: the control_state that follows is not a loss
         if lease:
             self.ask("release_control", commands=True, lease=lease)
 
     def leave(self) -> None:
-        """Give back what we hold, say bye, and read to the end, so that all of it arrives."""
+        """Return control, say bye, and read to the end, so that everything arrives."""
         try:
-            self.release()  # answered before bye: the end of the connection may overtake it
+            self.release()  # wait for the answer: bye could overtake it
             self.say("bye")
             self.socket.shutdown(socket.SHUT_WR)
             while self.socket.recv(65536):  # not by receive(): nothing can be acknowledged now
                 pass
         except (OSError, RefusedError):
-            pass  # the server, or control, went before us
+            pass  # the server or the lease is already gone
         self.socket.close()
 
 
 def positions(link: Link, what: str) -> Iterator[Position]:
-    """Positions as they come, for as long as our patience lasts."""
+    """Yield new positions until the time limit."""
     deadline = link.newest_ns + int(PATIENCE * 1e9)
     while link.newest_ns < deadline:
         yield link.next_position()
@@ -221,7 +221,7 @@ def positions(link: Link, what: str) -> Iterator[Position]:
 
 
 def fly_to(link: Link, goal: Position, what: str) -> Position:
-    """Answer each position with a velocity: that needs no clock, and renews the lease."""
+    """Answer each position with a velocity: this needs no clock, and renews the lease."""
     for position in positions(link, what):
         if math.dist(position, goal) < REACHED:
             break
@@ -237,9 +237,9 @@ def fly_square(link: Link) -> None:
     while link.motors_on is None:
         x, y, z = link.next_position()
     if link.motors_on:
-        raise RefusedError("the drone's motors are on already: this begins on the ground")
+        raise RefusedError("the drone's motors are on already: start with the drone on the ground")
     link.flight("take_off", height=HEIGHT)
-    # The answer says that it begins, not that it is done. Zeros renew the lease meanwhile.
+    # The answer comes at the start of the take-off. Until its end, zeros renew the lease.
     for position in positions(link, "take-off"):
         link.fly()
         if position[2] - z > 0.8 * HEIGHT:
@@ -263,14 +263,14 @@ def fly_square(link: Link) -> None:
             break
         link.fly()
     link.release()
-    print("landed, control is given back")
+    print("landed, control is returned")
 
 
 def main() -> int:
     """Read the command line, fly, and return the exit code."""
     parser = argparse.ArgumentParser(description="Fly a square of 2 m.")
     parser.add_argument("address", metavar="HOST:PORT")
-    parser.add_argument("--token", help="the one to command with, where the server wants a login")
+    parser.add_argument("--token", help="token for commands, if the server needs a login")
     arguments = parser.parse_args()
     host, _, port = arguments.address.rpartition(":")
     link = None

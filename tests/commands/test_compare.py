@@ -43,7 +43,7 @@ def test_what_a_law_has_not_is_a_dash_and_a_reason(run, out):
     assert said.code == 0, said.err
     (found,) = said.json["controllers"]
     assert found["numbers"]["path"] is None
-    assert "makes nothing of the path's acceleration" in found["remarks"]["path"]
+    assert "does not use the path's acceleration" in found["remarks"]["path"]
     assert 0.05 < found["numbers"]["path_without"] < 2.0
     assert said.json["vehicle"] == "dh_drone"
     assert said.json["files"] == []

@@ -129,4 +129,4 @@ def test_python_that_only_a_script_names_does_not_run(refused, mine, write):
     case = f"name: a, duration: 1, signal: v_x, limits: {{maximum: {{max: 1}}}}, script: [{script}]"
     spec = write("theirs.spec.yaml", f"cases: [{{{case}}}]\n")
     for words in (("fly", flight), ("fly", flight, "--controller", mine), ("regress", spec)):
-        assert "other.py is Python that would run here" in refused(*words)
+        assert "other.py is Python code that would run here" in refused(*words)

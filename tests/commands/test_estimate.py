@@ -127,7 +127,7 @@ def test_wrong_input_is_a_sentence_and_leaves_nothing(refused, log, path, tmp_pa
     there = ("--output", out)
     assert "no such file" in refused("estimate", tmp_path / "none.mcap", *there)
     assert "is not an MCAP file" in refused("estimate", write("a.mcap", "t,v"), *there)
-    assert "has no samples of an IMU, and no estimator does without" in refused(
+    assert "has no samples of an IMU, which every estimator needs" in refused(
         "estimate", log, *there
     )
     assert "unknown setting of ekf 'ekf_gate_'" in refused(
@@ -159,7 +159,7 @@ def test_a_vehicle_that_is_another_one_by_now_is_refused(refused, tmp_path, out)
     bare = dataclasses.replace(scenario, vehicle=VehicleConfig(args={"imu": "false"}))
     bare.sensors = SensorsConfig(use=["gps"])
     said = refused("estimate", write("bare.mcap", "dh_drone", bare), "--output", out)
-    assert "has none by now" in said
+    assert "has none now" in said
     gone = dataclasses.replace(scenario, vehicle=VehicleConfig(model=str(tmp_path / "gone.urdf")))
     said = refused("estimate", write("gone.mcap", "dh_drone", gone), "--output", out)
     assert "gone.urdf" in said

@@ -36,7 +36,7 @@ def test_a_file_of_ones_own_flies_where_it_is_named(run, refused, tmp_path, out)
     scenario = tmp_path / "own.yaml"
     scenario.write_text("estimator: own.py\nduration: 1\n", encoding="utf-8")
     said = refused("fly", scenario)
-    assert "own.yaml:1: own.py is Python that would run here: if you trust it, name it" in said
+    assert "own.yaml:1: own.py is Python code that would run here: if you trust it, name it" in said
     assert f"as --estimator {own}" in said
     flown = ("fly", scenario, "--estimator", own, "--output", out, "--no-plots")
     log = tmp_path / "own.mcap"
@@ -51,7 +51,7 @@ def test_a_file_of_ones_own_flies_where_it_is_named(run, refused, tmp_path, out)
         *flown, "--set", "lag_shore=1"
     )
     for command in ("replay", "estimate"):
-        assert f"was flown on {own}, Python that would run here" in refused(command, log)
+        assert f"was flown on {own}, Python code that would run here" in refused(command, log)
     assert "equal: all" in run("replay", log, "--estimator", own).out
     assert "was flown on own, and ekf has other parameters" in refused(
         "replay", log, "--estimator", "ekf"

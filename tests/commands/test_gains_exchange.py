@@ -57,7 +57,7 @@ def test_what_is_unsafe_is_named_and_nothing_is_kept(run, write, tmp_path):
     path = write("unsafe.params", UNSAFE)
     done = run("gains", "import", path, "--no-margins", "--save", kept)
     assert done.code == 2
-    assert "MC_ROLLRATE_P is negative: the sign would turn" in done.err
+    assert "MC_ROLLRATE_P is negative: this would reverse" in done.err
     assert not kept.exists()
 
 
@@ -102,7 +102,7 @@ def test_translate_says_gains_loops_and_what_is_not_exact(run, tmp_path):
         "yaw",
     }
     assert all(row["largest"] < 0.01 for row in said["loops"]["gains_alone"])
-    assert "MC_YAW_P is 0: nothing brings a heading back" in said["remarks"]
+    assert "MC_YAW_P is 0: nothing corrects the heading" in said["remarks"]
     assert load_gains(kept).gains["MC_ROLL_P"] == gains["MC_ROLL_P"]["value"]
     text = run("gains", "translate", kept, "--to", "pid").out
     assert text.startswith("dh_drone: gains of px4, translated to pid")

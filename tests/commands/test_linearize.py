@@ -37,8 +37,8 @@ def test_what_only_adds_up_and_what_dies_out_is_counted(run):
     ("options", "word"),
     [
         (["--loop", "position_x", "--at", "vx=3"], "the position is held in hover only"),
-        (["--cut", "error"], "nothing to cut in 'closed'"),
-        (["--loop", "vehicle", "--cut", "error"], "nothing to cut in 'vehicle'"),
+        (["--cut", "error"], "'closed' has no loop to cut"),
+        (["--loop", "vehicle", "--cut", "error"], "'vehicle' has no loop to cut"),
         (["--at", "vx=1,vx=2"], "vx twice"),
     ],
 )

@@ -70,7 +70,7 @@ def test_what_cannot_be_done_is_a_sentence(run, refused, usd, tmp_path, case):
         (("plot", usd, "--over", usd), "name some"),
         (("plot", usd, "--step-response", "roll_rate"), "has no rate_setpoint.w_x"),
         (("replay", _imported(run, usd)), "nothing to fly again"),
-        (("estimate", _imported(run, usd)), "flown elsewhere"),
+        (("estimate", _imported(run, usd)), "comes from another program"),
     ):
         with case(command):
             assert said in refused(*command)

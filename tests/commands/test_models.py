@@ -21,7 +21,7 @@ def test_a_broken_description_is_named(case, refused, write, out, urdf):
         (
             '<link name="propeller1_link"',
             '<link name="other"',
-            "the child link 'propeller1_link', which is not there",
+            "the child link 'propeller1_link', which does not exist",
         ),
         (r'<mass value="[^"]*"', '<mass value="-1"', "mass -1"),
         (r'<mass value="[^"]*"', '<mass value="nan"', "give it numbers"),

@@ -86,7 +86,7 @@ def test_the_list_has_fields_with_units(run, log):
     [
         (["velocity_data.v_y_"], "did you mean 'v_y'"),
         (["velocity_date.v_y"], "did you mean 'velocity_data'"),
-        (["drone_state.condition"], "is a text, and cannot be drawn"),
+        (["drone_state.condition"], "is a text, which cannot be drawn"),
         (["tf"], "too many for a panel"),
         (["2*sqrt(v_x"], "'2*sqrt(v_x', at character 7, '(v_x': no expression here"),
         (["v_w + v_x"], "unknown signal 'v_w'"),

@@ -104,7 +104,7 @@ def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
         (["--wishes", "gone.yaml"], "no such file"),
         (["--budget", "0"], "'0' is not a number above 0"),
         (["--evaluations", "1.5"], "'1.5' is not a number above 0"),
-        (["--no-defaults"], "nothing is wished for"),
+        (["--no-defaults"], "there are no wishes"),
         (["--model", "gone.urdf"], "gone.urdf"),
         (["--set", "kp_rol=1"], "did you mean 'kp_roll'"),
     ]:

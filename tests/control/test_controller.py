@@ -63,11 +63,11 @@ WRONG = {
     ),
     "a gain twice": (
         ('"k_turn", "1/s"', '"k_tilt", "1/s"'),
-        ["parameter k_tilt stands there twice: leave"],
+        ["parameter k_tilt appears twice: leave"],
     ),
     "a common gain": (
         ('"k_turn", "1/s"', '"max_tilt", "1/s"'),
-        ["the parameter max_tilt stands there twice"],
+        ["the parameter max_tilt appears twice"],
     ),
     "a gain that is no name": (
         ('"k_turn", "1/s"', '"k turn", "1/s"'),
@@ -75,7 +75,7 @@ WRONG = {
     ),
     "a state twice": (
         (STATES, STATES[:-2] + ', State("climb", "m")]\n'),
-        ["state climb stands there twice"],
+        ["state climb appears twice"],
     ),
     "a state that begins nowhere": (
         (STATES, 'MEMORY = [State("climb", "m/s^2", float("nan"))]\n'),
@@ -127,11 +127,11 @@ WRONG = {
     ),
     "an endless loop at import": (
         (STATES, STATES + "while True:\n    pass\n"),
-        ["runs on and on: there is a loop without an end"],
+        ["does not end: it has an endless loop"],
     ),
     "an endless loop in an update": (
         (BEGIN, BEGIN + "    while dt > 0.0:\n        e_x = 0.0\n"),
-        ["runs on and on: there is a loop without an end"],
+        ["does not end: it has an endless loop"],
     ),
     "an exit": ((STATES, STATES + "raise SystemExit('bye')\n"), ["SystemExit: bye"]),
     "a designed number without its maker": (
@@ -148,7 +148,7 @@ WRONG = {
     ),
     "a designed name of a gain": (
         (UPDATE, 'DESIGNED = ["k_yaw"]' + DESIGN + "[1.0]\n\n\n" + UPDATE),
-        ["the parameter k_yaw stands there twice"],
+        ["the parameter k_yaw appears twice"],
     ),
 }
 

@@ -33,11 +33,11 @@ def test_a_flight_is_lost(case, recording):
         ({"q_WB": OVER, "w_WB": [0.0, 8.0, 8.0]}, "upside down and turning at 11 rad/s"),
         ({"q_WB": OVER, "v_WB": [15.0, 0.0, -15.0]}, "upside down and moving at 21 m/s"),
         ({"p_WB": [0.0, 0.0, 0.01]}, "it has come down to the ground"),
-        ({"v_WB": [np.nan, 0.0, 0.0]}, "its numbers are no longer finite"),
-        ({"w_WB": [0.0, np.inf, 0.0]}, "its numbers are no longer finite"),
-        ({"p_WB": [0.0, 0.0, np.inf]}, "its numbers are no longer finite"),
-        ({"q_WB": [np.nan] * 4}, "its numbers are no longer finite"),
-        ({"q_WB": [np.inf] * 4}, "its numbers are no longer finite"),
+        ({"v_WB": [np.nan, 0.0, 0.0]}, "its state is no longer finite"),
+        ({"w_WB": [0.0, np.inf, 0.0]}, "its state is no longer finite"),
+        ({"p_WB": [0.0, 0.0, np.inf]}, "its state is no longer finite"),
+        ({"q_WB": [np.nan] * 4}, "its state is no longer finite"),
+        ({"q_WB": [np.inf] * 4}, "its state is no longer finite"),
         ({"q_WB": OVER, "v_WB": [1e200] * 3}, "upside down and moving at inf m/s"),
     ]:
         with case(values, how):

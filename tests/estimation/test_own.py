@@ -67,7 +67,7 @@ WRONG = {
     ),
     "an endless loop": (
         (UPDATE, UPDATE + "    while True:\n        dt = dt\n"),
-        ["without an end"],
+        ["endless loop"],
     ),
     "a table of other things": (
         ("PARAMETERS = [gain(", "PARAMETERS = [3, gain("),
@@ -77,7 +77,7 @@ WRONG = {
         ("(0.0, 1.0), 0.8", "(0.0, 1.0), 8.0"),
         ["the default of lag_share, 8, is not within 0 .. 1"],
     ),
-    "a state twice": (('"spread"', '"samples"'), ["the state samples stands there twice"]),
+    "a state twice": (('"spread"', '"samples"'), ["the state samples appears twice"]),
     "a parameter that every flight has": (
         ('"lag_share"', '"wind_x"'),
         ["the parameter wind_x is one of every flight: give it another name"],

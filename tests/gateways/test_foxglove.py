@@ -125,13 +125,13 @@ def test_nobody_may_publish(outlet):
 
 
 def test_a_port_in_use_is_a_sentence(outlet):
-    with pytest.raises(WorkbenchError, match="nothing can listen at 127.0.0.1:.*--listen"):
+    with pytest.raises(WorkbenchError, match="cannot listen at 127.0.0.1:.*--listen"):
         Foxglove("dh_drone", outlet.address, anybody=False)
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.5", "drone.local"])
 def test_others_may_watch_only_if_that_is_said(host):
-    with pytest.raises(WorkbenchError, match=f"{host} may be reached by others: .*--anybody"):
+    with pytest.raises(WorkbenchError, match=f"others may reach {host}: .*--anybody"):
         Foxglove("dh_drone", Address(host, 0), anybody=False)
 
 

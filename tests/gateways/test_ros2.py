@@ -96,7 +96,7 @@ def test_it_says_what_it_does(server):
         pass
 
     assert beside(server, nothing)[0] == (
-        f"dh_drone: 18 topics of ROS 2 in domain {DOMAIN}, for this computer alone; it only "
+        f"dh_drone: 18 ROS 2 topics in domain {DOMAIN}, for this computer alone; it only "
         "watches; Ctrl-C ends it"
     )
     assert "commands are taken" in beside(server, nothing, allow_commands=True)[0]

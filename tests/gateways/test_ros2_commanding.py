@@ -110,7 +110,7 @@ def test_a_velocity_of_zero_asks_for_control(server):
         *neutral, flown = await flying.commands(3)
         assert set(neutral) == {(0.0, 0.0, 0.0, 0.0)}
         assert flown == pytest.approx((0.0, 1.5, 0.0, 0.0), abs=1e-6)
-        assert flying.said == ["control was granted: a program of ROS 2 flies"]
+        assert flying.said == ["control was granted: a ROS 2 program flies"]
 
     run(server, test)
 
@@ -157,7 +157,7 @@ def test_who_lost_control_begins_with_zero(server):
         await flying.obey(rest(), forward(1.0))
         await flying.commands(3)
         await flying.lose()
-        assert flying.said[-1] == "control was lost: ros2 was silent; to go on, begin with zero"
+        assert flying.said[-1] == "control was lost: ros2 was silent; to continue, begin with zero"
         await flying.obey(forward(1.0), forward(1.0))
         assert len(flying.asked(RequestControl)) == 1
         assert flying.said[-1].endswith("begin with a velocity of zero")
@@ -174,7 +174,7 @@ def test_another_program_does_not_fly_between(server):
         await flying.obey(rest(), forward(1.0), forward(2.0, OTHER), rest(OTHER), forward(3.0))
         speeds = [command[1] for command in await flying.commands(4)]
         assert speeds == pytest.approx([0.0, 0.0, 1.0, 3.0], abs=1e-6)
-        assert "another program of ROS 2 flies already: one at a time" in flying.said
+        assert "another ROS 2 program flies already: one at a time" in flying.said
         await flying.lose()
         await flying.obey(forward(2.0, OTHER))  # it was refused: it may not just go on
         assert len(flying.asked(RequestControl)) == 1
@@ -245,7 +245,7 @@ def test_flight_operations_are_carried_out(server):
         done = [(each.what, each.height) for each in flying.asked(FlightOperation)]
         assert done[0] == ("take_off", 2.5)
         assert done[1][0] == "land"
-        assert flying.said[-2:] == ["take_off was begun", "land was begun"]
+        assert flying.said[-2:] == ["take_off has started", "land has started"]
 
     run(server, test)
 
@@ -265,7 +265,7 @@ def test_one_program_may_fly_on_when_another_has_taken_off(server):
         await flying.obey(Operation(ONE, "take_off", None), rest(OTHER), forward(1.0, OTHER))
         assert (await flying.commands(3))[-1][1] == pytest.approx(1.0)
         await flying.obey(forward(2.0, ONE))
-        assert flying.said[-1].startswith("another program of ROS 2 flies already")
+        assert flying.said[-1].startswith("another ROS 2 program flies already")
         assert len(flying.asked(RequestControl)) == 1
 
     run(server, test)
@@ -325,7 +325,7 @@ def test_what_came_while_an_operation_was_answered_is_old(server, monkeypatch):
         taking = asyncio.create_task(ros2._take_orders(flying.client, None, flying.said.append))
         await until(lambda: len(flying.said) == 3)
         taking.cancel()
-        assert flying.said[1] == "land was begun"
+        assert flying.said[1] == "land has started"
         assert flying.said[2].startswith("an order was not carried out: it waited up to")
         await asyncio.gather(taking, return_exceptions=True)
 

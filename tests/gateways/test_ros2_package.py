@@ -54,7 +54,7 @@ def test_it_is_written_again_in_its_place(package):
 def test_what_is_not_ours_is_left_alone(tmp_path):
     (tmp_path / "dh_drone_msgs").mkdir()
     (tmp_path / "dh_drone_msgs" / "notes.txt").write_text("mine")
-    with pytest.raises(WorkbenchError, match="something else than the package"):
+    with pytest.raises(WorkbenchError, match="the folder has something other than the package"):
         write_package(tmp_path)
     assert [path.name for path in (tmp_path / "dh_drone_msgs").iterdir()] == ["notes.txt"]
 

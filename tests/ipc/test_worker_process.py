@@ -108,11 +108,11 @@ def test_a_death_is_a_sentence_and_fails_what_waits(start, case):
         os.kill(worker.pid, signal.SIGABRT)
 
     table = [
-        (killed, "the test's process was killed: by somebody, or as memory ran out"),
+        (killed, "the test's process was killed: by somebody, or because memory ran out"),
         (crashed, "the test's process crashed (Aborted)"),
         (lambda worker: worker.send("end"), "the test's process ended with 0: last line"),
         (lambda worker: asked(worker, "fail"), "the test's process ended with 1: out of paper"),
-        (lambda worker: asked(worker, "garbage"), "the test's process said what cannot be read: "),
+        (lambda worker: asked(worker, "garbage"), "the test's process sent an unreadable answer: "),
         (WorkerProcess.close, "the test is closed"),
         (lambda worker: worker.close(ENOUGH, "end"), "the test is closed"),
     ]

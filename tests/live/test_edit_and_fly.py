@@ -193,7 +193,7 @@ def test_what_was_flown_is_a_scenario_that_can_be_saved_and_flown_with_the_same_
     bench.fly(0.25)
     flown = bench.flying._flown()
     save_scenario(flown.scenario, tmp_path / "again.yaml")
-    with pytest.raises(WorkbenchError, match="Python that would run here"):
+    with pytest.raises(WorkbenchError, match="Python code that would run here"):
         load_scenario(tmp_path / "again.yaml")
     again = Session(load_scenario(tmp_path / "again.yaml", str(mine)))
     again.run()
@@ -206,7 +206,9 @@ def test_what_was_flown_is_a_scenario_that_can_be_saved_and_flown_with_the_same_
         text.replace(f"controller: {mine}\n  interpreted", f"controller: {other}\n  interpreted"),
         encoding="utf-8",
     )
-    with pytest.raises(WorkbenchError, match=r"again\.yaml:\d+: .*other\.py is Python that would"):
+    with pytest.raises(
+        WorkbenchError, match=r"again\.yaml:\d+: .*other\.py is Python code that would"
+    ):
         load_scenario(tmp_path / "again.yaml", str(mine))
 
 

@@ -260,7 +260,7 @@ def test_a_process_that_stands_still_takes_orders_up_to_a_bound_and_is_closed():
     orders = [flight.set("kp_roll", 50.0) for _ in range(1001)]
     assert "1000 orders" in str(orders[-1].exception(0.0))
     assert not any(order.done() for order in orders[:-1])
-    with pytest.raises(WorkbenchError, match="not begun, without news for 0.01 s: "):
+    with pytest.raises(WorkbenchError, match="not begun, and sent no message for 0.01 s: "):
         flight.wait(0.01)
     flight.close(limit=0.1)
     assert_gone(flight.pid)

@@ -163,7 +163,7 @@ def test_a_log_that_pyulog_would_read_in_circles_is_a_sentence_at_once(tmp_path)
         path.write_bytes(damaged(data, seed))
         assert _fork("PX4 ULog", path) in (0, 1), seed
     path.write_bytes(damaged(data, 23))
-    with pytest.raises(WorkbenchError, match="ends behind the file"):
+    with pytest.raises(WorkbenchError, match="ends beyond the end of the file"):
         read_flight(path)
 
 

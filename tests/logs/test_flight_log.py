@@ -253,7 +253,7 @@ def test_a_full_disk_ends_the_log_and_not_the_flight(flown, log, tmp_path):
     assert done.returncode == 0, done.stderr.decode()
     said = done.stderr.decode().splitlines()
     assert len(said) == 1
-    assert "the log ends at" in said[0] and "the flight goes on without it" in said[0]
+    assert "the log ends at" in said[0] and "the flight continues without it" in said[0]
     record = read_log(path)
     assert "was not closed" in record.remark
     kept = len(record.states)

@@ -196,15 +196,15 @@ def test_what_a_log_cannot_give_fails_or_is_skipped_with_a_sentence(case, tmp_pa
         ("still.csv", "trim", 0.596),
         ("still.csv", "saturation", 100.0),
         ("still.csv", "mean_rotor_use", 0.574),
-        ("still.csv", "rise_time", "the setpoint has no step that stands for 0.3 s"),
+        ("still.csv", "rise_time", "the setpoint has no step that is constant for 0.3 s"),
         ("still.csv", "lag", "the setpoint does not move"),
-        ("still.csv", "measured_rise_time", "not to be trusted: the setpoint never moves"),
+        ("still.csv", "measured_rise_time", "not reliable: the setpoint never moves"),
         ("still.csv", "hover_thrust", "the log has no speeds of the rotors"),
         ("still.csv", "peak_speed", "the log has no velocity_data.v_x .. or estimate.v_x .."),
         ("still.csv", "maximum of tilt", "the log has no attitude.q_w .."),
-        ("still.csv", "mean of charge", "take battery.voltage"),
-        ("steps.csv", "saturation", "says nothing of what the motors were told"),
-        ("steps.csv", "trim", "says nothing of what the motors were told"),
+        ("still.csv", "mean of charge", "use battery.voltage"),
+        ("steps.csv", "saturation", "has no motor commands"),
+        ("steps.csv", "trim", "has no motor commands"),
         ("steps.csv", "lag", 0.07),
         ("steps.csv", "noise of imu.angular_velocity.x", 0.0),
     ]
@@ -323,7 +323,7 @@ def test_a_log_is_pinned_and_another_one_noticed(run, capsys, tmp_path, monkeypa
     assert "trim is 0.2, and should be at most 0.1" in run("regress", "ours.spec.yaml", code=1)
     for change in (("--set", "kp_roll=3"), ("--vary", "mass=1.1"), ("--seed", 1)):
         refused = run("regress", "ours.spec.yaml", *change, code=2)
-        assert f"flight: has a log, which has flown already, so {change[0]} cannot" in refused
+        assert f"flight: is judged from a log, which {change[0]} cannot" in refused
     # A step that is cut short tells no rise time, and the spec would judge it.
     write_steps(tmp_path / "flight.csv", {1.0: 1.0, 3.0: -1.0, 3.31: 1.0}, noisy=0.002, **motors)
     assert "left out: settling_time: the step" in run(*words, "--force")

@@ -85,7 +85,7 @@ def test_what_makes_no_motion_is_a_sentence(make, vehicle, case):
     for said, record in (
         ("no setpoint of the position, no motors' commands: a prediction", make((*KNOWN, *RATES))),
         ("no position, no velocity, no attitude: a prediction", make((*ASKED, *MOTORS))),
-        ("tells of 6 motors, and .* has 4", make((*whole, "motors.command_5", "motors.command_6"))),
+        ("has 6 motors, but .* has 4", make((*whole, "motors.command_5", "motors.command_6"))),
         ("at 1.00 s is not a position", make(whole, far)),
     ):
         with case(said), pytest.raises(WorkbenchError, match=said):

@@ -169,7 +169,7 @@ def test_a_log_of_another_program_is_refused(tmp_path):
         writer = Writer(file)
         writer.start()
         writer.finish()
-    with pytest.raises(WorkbenchError, match="but no log of the workbench"):
+    with pytest.raises(WorkbenchError, match="but not a log of the workbench"):
         read_log(path)
 
 

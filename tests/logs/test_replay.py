@@ -140,5 +140,7 @@ def test_python_that_only_an_action_of_a_log_names_does_not_run(log, tmp_path):
     act = dataclasses.replace(record.done[0].action, controller=str(file))
     record.__dict__["done"] = (dataclasses.replace(record.done[0], action=act),)
     for controller in ("", "pd", str(log)):
-        with pytest.raises(WorkbenchError, match=r"lets .*other\.py take over, whose text"):
+        with pytest.raises(
+            WorkbenchError, match=r"other\.py takes over, but the log does not have its text"
+        ):
             again(record, controller, tmp_path)

@@ -63,10 +63,10 @@ def test_what_has_no_spectrum_is_refused_with_a_sentence():
     gap = (TIME < 8.0) | (TIME > 9.0)
     random = np.sort(np.random.default_rng(1).uniform(0.0, 10.0, 500))
     table = (
-        (TIME[:9], "needs 16 samples, and here are 9"),
-        (TIME[gap], "needs even samples, and there are none from 8.00 to 9.00 s"),
+        (TIME[:9], "needs 16 samples, but there are only 9"),
+        (TIME[gap], "needs evenly spaced samples, but there are none from 8.00 to 9.00 s"),
         (np.cumsum(np.tile([0.01, 0.02], 500)), "these come every 0.01 to 0.02 s"),
-        (np.zeros(50), "needs times that rise"),
+        (np.zeros(50), "needs rising times"),
     )
     for time, said in table:
         with pytest.raises(WorkbenchError, match=f"imu.x: .*{said}"):

@@ -82,7 +82,7 @@ def test_what_cannot_be_flown_is_refused(case):
             {"shape": "step"},
             "shape is 'step': give one of step, doublet, square wave, chirp, pulse",
         ),
-        ({"amplitude": 0.0}, "amplitude is 0 m/s: give it one other than 0, within ±8 m/s"),
+        ({"amplitude": 0.0}, "amplitude is 0 m/s: give a value other than 0, within ±8 m/s"),
         ({"amplitude": -8.5}, r"amplitude is -8.5 m/s"),
         ({"amplitude": math.nan}, "amplitude is nan: give it a finite number of m/s"),
         ({"amplitude": "1"}, "amplitude is '1'"),

@@ -141,9 +141,9 @@ def test_what_it_does_not_fly_is_said(case):
         (Scenario(rates=Rates(0.003, 0.006, 0.024, 0.006)), "a physics step of 0.003 s"),
     ]
     for scenario, said in table:
-        with case(said), pytest.raises(WorkbenchError, match=f"does not fly {said}"):
+        with case(said), pytest.raises(WorkbenchError, match=f"does not support {said}"):
             Session(scenario, engine="compiled")
-    with pytest.raises(WorkbenchError, match="does not fly clients"):
+    with pytest.raises(WorkbenchError, match="does not support clients"):
         Session(bridge=Bridge(), engine="compiled")
     with pytest.raises(WorkbenchError, match="'fast'.*diagram"):
         Session(engine="fast")

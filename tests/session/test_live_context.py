@@ -78,7 +78,7 @@ def test_a_row_acts_on_every_sensor_of_its_kind(full, scenario):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("gps_fault", ("nothing in this flight has it", "--sensors gps`, or", "--estimator ekf")),
+        ("gps_fault", ("nothing in this flight uses it", "--sensors gps`, or", "--estimator ekf")),
         ("range_finder_fault", ("switch the range finder on", "--sensors range_finder")),
         ("imu_fault", ("dh_drone has no imu",)),
         ("warning_distance", ("world with obstacles", "--world room")),

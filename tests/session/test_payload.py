@@ -195,7 +195,7 @@ def test_a_flight_goes_on_from_an_instant_with_its_payload_to_the_bit():
         ({"payload_size_y": -1.0}, "payload_size_y is -1 m: keep it within 0 .. 10 m"),
         (
             {"payload_x": 5.0, "known_payload_mass": 5.0},
-            "the law cannot fly with a payload that it knows to have 5 kg at (5, 0, 0) m",
+            "the law cannot fly with a known payload of 5 kg at (5, 0, 0) m",
         ),
     ],
     ids=str,
@@ -230,6 +230,6 @@ def test_a_study_that_was_refused_a_payload_goes_on_without_it():
     wanted = study.sampled().A
     far = {"payload_x": 5.0, "known_payload_mass": 5.0}
     for _ in range(2):
-        with pytest.raises(WorkbenchError, match="the law cannot fly with a payload"):
+        with pytest.raises(WorkbenchError, match="the law cannot fly with a known payload"):
             study.sampled(gains=far)
     assert study.sampled().A.tobytes() == wanted.tobytes()

@@ -50,7 +50,7 @@ class ArduPilot:
             self._socket.close()
             raise WorkbenchError(
                 f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}; "
-                "end what has that port, or give another one, as --port 9012"
+                "end the program that uses that port, or give another port, as --port 9012"
             ) from None
         self.armed = False
         self._asked: tuple[tuple[str, int], int, tuple[int, ...]] | None = None
@@ -121,7 +121,8 @@ class ArduPilot:
         if layout is None or len(data) != layout.size:
             raise FlightBrokenError(
                 f"a packet of {len(data)} bytes from {peer[0]}:{peer[1]} is not one of ArduPilot's "
-                "servo outputs: end what else sends to this port, or give another one by --port"
+                "servo outputs: end the other program that sends to this port, or give another "
+                "port with --port"
             )
         _, _, count, *pulses = layout.unpack(data)
         if count == self._last and self._answer:

@@ -208,7 +208,7 @@ class Betaflight:
             opened.callback(self._keeper.end, 2.0)
             opened.callback(self._keeper.release)
             opened.callback(self._hang_up)
-            self._tell("Betaflight: configures it")
+            self._tell("Betaflight: configuring it")
             self._start()
             self._configure(settings)
             self._tell("Betaflight: starts it")
@@ -343,7 +343,7 @@ class Betaflight:
             self._ended()
         raise WorkbenchError(
             f"Betaflight's control loop did not run in {STARTS} starts of {BOOT:g} s: the machine "
-            "may be too busy; end what else computes, and fly again"
+            "may be too busy; end other programs, and fly again"
         )
 
     def _cycle(self, limit: float) -> int:
@@ -496,7 +496,7 @@ class Betaflight:
     def _why_not(self) -> str:
         flags = self._status()[1]
         found = [REASONS.get(bit, f"bit {bit}") for bit in range(32) if flags >> bit & 1]
-        return ", ".join(found) or "it says no reason"
+        return ", ".join(found) or "it gives no reason"
 
     def _wait(
         self, done: Callable[[], bool], what: str, why: Callable[[], str] = lambda: ""
@@ -511,7 +511,7 @@ class Betaflight:
                 if time.monotonic() > end:
                     reason = why()
                     raise WorkbenchError(
-                        f"Betaflight does not get to where it {what} within {READY:g} s"
+                        f"Betaflight is not ready within {READY:g} s"
                         + (f": {reason}" if reason else "")
                     )
         finally:
@@ -528,7 +528,7 @@ def check_ports(output: socket.socket) -> None:
     while taken := _taken_port(output):
         if time.monotonic() > end:
             raise WorkbenchError(
-                f"{taken} is taken: another Betaflight SITL, or a flight with one, still runs: "
+                f"{taken} is in use: another Betaflight SITL, or a flight with one, still runs: "
                 "end it, or close that flight"
             )
         time.sleep(0.05)
@@ -577,7 +577,7 @@ def betaflight_program() -> Path:
             "install it (Debian: `sudo apt install build-essential openssl`)"
         )
     logging.getLogger(PROGRESS_LOGGER).warning(
-        f"building Betaflight {FIRMWARE}, once, half a minute or so"
+        f"building Betaflight {FIRMWARE}, once, for about half a minute"
     )
     kept.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=kept.parent) as made:

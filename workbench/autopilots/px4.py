@@ -59,7 +59,7 @@ class Px4:
         except OSError as error:
             raise WorkbenchError(
                 f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}; "
-                "end what has that port, or give another one, as --port 4561"
+                "end the program that uses that port, or give another port, as --port 4561"
             ) from None
         self._server.setblocking(False)
         self.armed = False
@@ -211,13 +211,13 @@ class Px4:
             )
         if said > now or said < self._heard_us:
             raise FlightBrokenError(
-                f"PX4 says that it is {1e-6 * said:.6f} s, where the last sensors were of "
+                f"PX4 says that it is {1e-6 * said:.6f} s, but the last sensor readings were of "
                 f"{1e-6 * now:.6f} s and its last answer of {1e-6 * self._heard_us:.6f} s: it is "
                 "not in lockstep; start both again"
             )
         if not all(map(math.isfinite, message.controls)):
             raise FlightBrokenError(
-                f"PX4 asks for a motor output that is not a number at {1e-6 * now:.3f} s: its "
+                f"PX4 sent a motor output that is not a number at {1e-6 * now:.3f} s: its "
                 "motors are stopped"
             )
         self._controls = tuple(min(max(u, 0.0), 1.0) for u in message.controls)

@@ -78,7 +78,9 @@ def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
         WorkbenchError: with file and line of the error.
     """
     if not name.isidentifier():
-        raise WorkbenchError(f"{file}: call the file by letters, digits and _, as my_{what}.py")
+        raise WorkbenchError(
+            f"{file}: name the file with letters, digits and _ only, as my_{what}.py"
+        )
     digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
     module = types.ModuleType(f"workbench_{what}_{name}_{digest}")
     module.__file__ = str(file)
@@ -171,7 +173,7 @@ def check_names(file: Path, what: str, names: Sequence[str]) -> None:
         if not (isinstance(name, str) and name.isidentifier()) or name.startswith("_"):
             raise WorkbenchError(f"{file}: '{name}' is not a name for a {what}: use letters and _")
         if name in names[:place]:
-            raise WorkbenchError(f"{file}: the {what} {name} stands there twice: leave one out")
+            raise WorkbenchError(f"{file}: the {what} {name} appears twice: leave one out")
 
 
 def record(name: str, fields: Sequence[str], defaults: Sequence[float] | None = None) -> Any:
@@ -209,12 +211,12 @@ def _instead(error: BaseException) -> str:
         return "install what is missing"
     if "AutoDiffXd" in str(error):
         return (
-            "linear models take derivatives through it, which know + - * / ** and comparisons "
-            "alone: write the function with those"
+            "linear models take derivatives through it, which support only + - * / ** and "
+            "comparisons: write the function with those"
         )
     if isinstance(error, AttributeError) and hasattr(error.obj, "_fields"):
         return f"it has {', '.join(error.obj._fields)}"
-    return "mend this line"
+    return "correct this line"
 
 
 @contextmanager
@@ -230,7 +232,7 @@ def at_most_lines(file: Path, most: int = MOST_LINES) -> Iterator[None]:
             left -= 1
             if left < 0:
                 raise WorkbenchError(
-                    f"{file}:{frame.f_lineno}: runs on and on: there is a loop without an end"
+                    f"{file}:{frame.f_lineno}: does not end: it has an endless loop"
                 )
         return count
 

@@ -96,7 +96,7 @@ def remedy(libraries: Iterable[str]) -> str:
     packages = packages_of(missing)
     if not packages:
         return f"install the packages that hold them (`apt-file search {missing[0]}` names one)"
-    return f"run `sudo apt-get install {' '.join(packages)}`, or what your system calls these"
+    return f"run `sudo apt-get install {' '.join(packages)}`, or your system's names for these"
 
 
 def platform_names(environment: Mapping[str, str] = os.environ) -> list[str]:

@@ -120,7 +120,7 @@ def refuse_bombs(path: Path, text: str) -> None:
             raise WorkbenchError(f"{path}:{line}: is nested more than {DEEPEST} deep")
         if isinstance(token, yaml.AliasToken):
             line = token.start_mark.line + 1
-            raise WorkbenchError(f"{path}:{line}: has an alias: write out what it stands for")
+            raise WorkbenchError(f"{path}:{line}: has an alias: write it out")
 
 
 def with_numbers(file: YamlFile, schema: Any) -> YamlFile:
@@ -226,7 +226,7 @@ def _collect_lines(path: Path, node: "yaml.Node", keys: Keys, lines: dict[Keys, 
         for key, value in node.value:
             line = key.start_mark.line + 1
             if (*keys, key.value) in lines:
-                raise WorkbenchError(f"{path}:{line}: '{key.value}' stands here a second time")
+                raise WorkbenchError(f"{path}:{line}: '{key.value}' appears a second time")
             lines[(*keys, key.value)] = line
             _collect_lines(path, value, (*keys, key.value), lines)
     elif isinstance(node, yaml.SequenceNode):

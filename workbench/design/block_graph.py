@@ -189,7 +189,9 @@ def check_drawable(file: Path) -> None:
     """
     if file.suffix not in (*TEXT, *PICTURES):
         known = ", ".join((*PICTURES, *TEXT))
-        raise WorkbenchError(f"{file}: no kind of picture: give it a name that ends in {known}")
+        raise WorkbenchError(
+            f"{file}: not a supported kind of picture: give it a name that ends in {known}"
+        )
     if file.suffix in PICTURES and not has_graphviz():
         raise WorkbenchError(
             f"{file}: Graphviz draws the picture, and it is not installed: {INSTALL}, or write "

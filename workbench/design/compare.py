@@ -352,7 +352,7 @@ def _path(bench: _Bench) -> None:
             bench.found.note(name, float(_distance(flight, flight.reference[:, 4:7]).max()))
     fed, plain = flown
     if np.array_equal(fed.p_WB, plain.p_WB):
-        bench.found.none(["path"], f"{bench.law.name} makes nothing of the path's acceleration")
+        bench.found.none(["path"], f"{bench.law.name} does not use the path's acceleration")
     bench.found.curves["path"] = fed.p_WB[:, 0], fed.p_WB[:, 1]
 
 

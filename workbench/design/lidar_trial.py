@@ -165,8 +165,8 @@ def fly_between(
             f"{least:.3g} s"
             if scans
             else f"no scan was delivered in the flight: with a period of {choice.period:.3g} s and "
-            f"a latency of {choice.latency:g} s fly longer than {least:.3g} s, with a lidar "
-            "that is not silent"
+            f"a latency of {choice.latency:g} s fly longer than {least:.3g} s, with a lidar that "
+            "works"
         )
     lidar = choice.sensor
     assert isinstance(lidar, Lidar)
@@ -187,7 +187,7 @@ def _choose(vehicle: Vehicle, scenario: Scenario) -> SensorChoice:
     """Return the lidar to try: the first one in use, or else the first one, switched on."""
     lidars = [sensor for sensor in vehicle.sensors if isinstance(sensor, Lidar)]
     if not lidars:
-        raise WorkbenchError(f"{vehicle.source}: there is no lidar in it to try: add one")
+        raise WorkbenchError(f"{vehicle.source}: it has no lidar: add one")
     for choice in choose_sensors(vehicle, scenario):
         if choice.sensor.kind == Lidar.kind:
             return choice

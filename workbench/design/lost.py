@@ -52,7 +52,7 @@ def find_loss(recording: Recording) -> Loss | None:
         return None
     at = int(lost[0])
     if broken[at]:
-        how = "its numbers are no longer finite"
+        how = "its state is no longer finite"
     elif low[at]:
         how = "it has come down to the ground"
     elif turning[at] > TUMBLING_RATE:

@@ -326,7 +326,7 @@ def pin_step(
     tell = progress or (lambda share: None)
     if scenario.estimator not in ESTIMATORS:
         raise WorkbenchError(
-            f"a spec flies on a shipped estimator, and not on {scenario.estimator}: pin without it"
+            f"a spec flies on a shipped estimator, not on {scenario.estimator}: pin without it"
         )
     vehicle = make_vehicle(read_configured(scenario.vehicle))
     law = flown_controller(scenario)
@@ -482,7 +482,7 @@ def _prove(path: Path, controller: str) -> None:
     as_flown = Changes(controller=controller)
     failures = [said for result in regress([path], as_flown) for said in result.failures]
     if failures:
-        raise WorkbenchError(f"{path}: what was pinned does not fly twice alike: {failures[0]}")
+        raise WorkbenchError(f"{path}: the pinned flight is not repeatable: {failures[0]}")
 
 
 @dataclass(frozen=True)
@@ -547,7 +547,7 @@ def pin_log(
         name: log_limit(name, values) for name, values in found.items() if name not in left_out
     }
     if not limits:
-        raise WorkbenchError(f"{place}: tells of nothing that can be pinned: {left_out[names[0]]}")
+        raise WorkbenchError(f"{place}: has nothing that can be pinned: {left_out[names[0]]}")
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, _log_text(path, vehicle, case, limits))
     return PinnedLog(path, len(limits), left_out)

@@ -312,7 +312,7 @@ def _array(file: Path, what: str, found: Any, *shape: int) -> np.ndarray:
             f"{file}: {what} returns {has:.60}: let it be an array of {wanted} numbers{rule}"
         )
     if not np.isfinite(found).all():
-        raise WorkbenchError(f"{file}: {what} returns numbers that are not finite: mend it")
+        raise WorkbenchError(f"{file}: {what} returns numbers that are not finite: correct it")
     return found.astype(float)
 
 

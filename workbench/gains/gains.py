@@ -119,7 +119,7 @@ def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
     elif owner not in (controller.name, controller.unscheduled):
         raise WorkbenchError(
             f"{file.where('controller')}the gains are of the controller {owner}, and "
-            f"{controller.name} flies: give it gains of its own, or let {owner} fly (--controller)"
+            f"{controller.name} flies: give it its own gains, or let {owner} fly (--controller)"
         )
     gains = file.data.get("gains")
     if not isinstance(gains, dict):
@@ -171,7 +171,7 @@ def save_gains(path: Path, gains: GainFile, controller: Controller | None = None
         if old.vehicle and gains.vehicle and old.vehicle != gains.vehicle:
             raise WorkbenchError(
                 f"{path}: has the gains of '{old.vehicle}', and these are of '{gains.vehicle}': "
-                "give them a file of their own"
+                "save them in another file"
             )
         comment = _leading_comment(path.read_text(encoding="utf-8"))
         save = next_save(now, gains.origin, old.gains, ordered)
@@ -518,5 +518,5 @@ def remark_on_owner(path: str, vehicle: str, controller: Controller | None = Non
     owner = load_gains(find_file(path), controller).vehicle if path else ""
     if owner and owner != vehicle:
         logging.getLogger("workbench").warning(
-            "the gains in %s are for '%s', and '%s' flies with them", path, owner, vehicle
+            "the gains in %s are for '%s', but '%s' flies with them", path, owner, vehicle
         )

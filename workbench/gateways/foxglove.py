@@ -53,7 +53,7 @@ class Foxglove:
             )
         except (OSError, RuntimeError) as error:
             raise WorkbenchError(
-                f"nothing can listen at {address}: {error}; name another address with --listen"
+                f"cannot listen at {address}: {error}; name another address with --listen"
             ) from None
         self.address = Address(address.host, self._server.port)
         self._ways: dict[int, _Way] = {}
@@ -125,8 +125,8 @@ def check_reach(address: Address, anybody: bool) -> None:
     """
     if not (anybody or is_loopback(address.host)):
         raise WorkbenchError(
-            f"Foxglove's server knows no login, and {address.host} may be reached by others: "
-            "listen on 127.0.0.1, or add --anybody if all of them may watch"
+            f"Foxglove's server has no login, and others may reach {address.host}: listen on "
+            "127.0.0.1, or add --anybody if all of them may watch"
         )
 
 

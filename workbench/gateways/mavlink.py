@@ -337,7 +337,7 @@ class MavlinkVehicle:
                 state = self._client.latest("drone_state")
                 flies = state is not None and state["mode"] not in self._make.ON_THE_GROUND
                 if flies and message.param2 != FORCED:
-                    raise WorkbenchError("it flies: land first, or force the stop of the rotors")
+                    raise WorkbenchError("the drone flies: land first, or force the rotors to stop")
                 await (await self._controls()).stop()
             case mavlink.MAV_CMD_NAV_TAKEOFF:
                 height = float(message.z if message.get_type() == "COMMAND_INT" else message.param7)

@@ -49,7 +49,9 @@ class PlotJuggler:
         if len(data) > LARGEST:
             if sample.topic not in self._too_large:
                 self._too_large.add(sample.topic)
-                self._say(f"{sample.topic} is left out: {len(data)} bytes are too many at once")
+                self._say(
+                    f"{sample.topic} is left out: {len(data)} bytes are too many for one packet"
+                )
             return
         try:
             self._socket.sendto(data, self._to)

@@ -43,7 +43,7 @@ def run_ros2(link: LinkOptions, options: Ros2Options, say: Callable[[str], None]
     options.check()
     if find_spec("cyclonedds") is None:
         raise WorkbenchError(
-            "topics of ROS 2 need the package cyclonedds: `pip install cyclonedds`; it comes for "
+            "ROS 2 topics need the package cyclonedds: `pip install cyclonedds`; it comes for "
             "Python 3.11 to 3.13"
         )
     run_until_interrupted(serve_ros2(link, options, Sayings(say)))
@@ -71,7 +71,7 @@ async def serve_ros2(link: LinkOptions, options: Ros2Options, say: Callable[[str
                 say(_greeting(client, options, number, len(publishing.channels)))
                 await all_of([asyncio.create_task(work) for work in works])
             except DDSException as error:
-                raise WorkbenchError(f"DDS cannot go on: {error}") from error
+                raise WorkbenchError(f"DDS cannot continue: {error}") from error
 
 
 async def _publish(
@@ -85,7 +85,7 @@ async def _publish(
         if count % IN_A_ROW == 0:
             await asyncio.sleep(0)
         if publishing.dropped:
-            say("a program of ROS 2 reads too slowly: some messages are left out")
+            say("a ROS 2 program reads too slowly: some messages are left out")
             publishing.dropped = 0
 
 
@@ -119,7 +119,7 @@ async def _refuse_orders(
     while True:
         if list(orders.take()):
             say(
-                "a program of ROS 2 wants to fly, but this gateway only watches: start it with "
+                "a ROS 2 program wants to fly, but this gateway only watches: start it with "
                 "--allow-commands"
             )
         await asyncio.sleep(LOOK)
@@ -134,6 +134,6 @@ def _greeting(client: "AsyncClient", options: Ros2Options, number: int, topics: 
         where = "this computer alone"
     commands = "commands are taken" if options.allow_commands else "it only watches"
     return (
-        f"{client.hello.vehicle}: {topics} topics of ROS 2 in domain {number}, for {where}; "
+        f"{client.hello.vehicle}: {topics} ROS 2 topics in domain {number}, for {where}; "
         f"{commands}; Ctrl-C ends it"
     )

@@ -179,7 +179,7 @@ class DdsDomain:
         except OSError as error:
             self.__exit__(None, None, None)
             raise WorkbenchError(
-                "DDS cannot be kept to this computer, as the system refuses the filter of its "
+                "DDS cannot be kept to this computer, as the system refuses the filter on its "
                 f"sockets ({error.strerror or error}); Linux is needed for that"
             ) from None
         return self

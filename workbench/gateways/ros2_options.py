@@ -69,7 +69,7 @@ def add_ros2_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-commands",
         action="store_true",
-        help="let programs of ROS 2 on this computer fly, by /dh_drone/cmd_vel",
+        help="let ROS 2 programs on this computer fly, by /dh_drone/cmd_vel",
     )
     parser.add_argument(
         "--interface",

@@ -226,7 +226,7 @@ class Commanding:
     async def look(self) -> None:
         """Notice that control was lost."""
         if self._control is not None and self._control.lost:
-            self._say(f"control was lost: {self._control.lost}; to go on, begin with zero")
+            self._say(f"control was lost: {self._control.lost}; to continue, begin with zero")
             await self.release()
 
     async def release(self) -> None:
@@ -249,7 +249,7 @@ class Commanding:
         if isinstance(order, Operation) or order.publisher == self._holder:
             return True
         if self._holder is not None:
-            self._say("another program of ROS 2 flies already: one at a time")
+            self._say("another ROS 2 program flies already: one at a time")
         elif not order.neutral:
             self._say("nobody takes over in full flight: begin with a velocity of zero")
         else:
@@ -271,13 +271,13 @@ class Commanding:
             self._refused = asyncio.get_running_loop().time()
             raise
         self._control = control
-        self._say("control was granted: a program of ROS 2 flies")
+        self._say("control was granted: a ROS 2 program flies")
         return control
 
     async def _carry_out(self, order: Velocity | Operation, control: AsyncControl) -> None:
         if isinstance(order, Velocity):
             if control.scaled:  # from the order before, as a rejection takes time
-                self._say(f"flown slower than asked: {control.scaled}")
+                self._say(f"flown slower than commanded: {control.scaled}")
             control.velocity(*order.in_world(self._yaw()), order.yaw_rate)
             return
         match order.what:
@@ -289,7 +289,7 @@ class Commanding:
                 await control.land()
             case "stop":
                 await control.stop()
-        self._say(f"{order.what} was begun")
+        self._say(f"{order.what} has started")
 
     def _yaw(self) -> float:
         """Return the heading [rad]."""

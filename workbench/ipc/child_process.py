@@ -115,7 +115,7 @@ class ChildProcess:
         self.end(DYING)
         code = self._process.returncode
         if code == -signal.SIGKILL:
-            return f"the {self.name}'s process was killed: by somebody, or as memory ran out"
+            return f"the {self.name}'s process was killed: by somebody, or because memory ran out"
         if code < 0:
             said = f"the {self.name}'s process crashed ({signal.strsignal(-code) or -code})"
         else:

@@ -116,8 +116,8 @@ class WorkerProcess(ChildProcess):
                     raise WorkbenchError(self.ended or f"the {self.name} is closed")
                 if len(self._unanswered) >= self._most_unanswered:
                     raise WorkbenchError(
-                        f"the {self.name} has {self._most_unanswered} orders to answer still: "
-                        "wait a bit"
+                        f"the {self.name} has {self._most_unanswered} orders still to answer: wait "
+                        "a moment"
                     )
                 self.send(Request(self._requests + 1, what))
                 self._requests += 1
@@ -148,7 +148,7 @@ class WorkerProcess(ChildProcess):
                     self._take(self.connection.recv())
             reason = f"the {self.name} is closed" if self._closed else self.cause()
         except Exception as error:  # an unreadable message: the stream can no longer be trusted
-            reason = f"the {self.name}'s process said what cannot be read: {error!r:.100}"
+            reason = f"the {self.name}'s process sent an unreadable answer: {error!r:.100}"
             self.end(0.0)
         reason = self._on_end(reason)
         with self._lock:
@@ -168,7 +168,7 @@ class WorkerProcess(ChildProcess):
                 self.answered = True
                 self._pop(number).set_exception(WorkbenchError(said))
             case Superseded(number):
-                error = SupersededError("a newer request of this kind took its place")
+                error = SupersededError("a newer request of this kind replaced it")
                 self._pop(number).set_exception(error)
             case _:
                 self._hear(message)

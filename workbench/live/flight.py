@@ -143,7 +143,7 @@ class LiveFlight:
                 said, news = present, time.monotonic()
             if time.monotonic() - news > limit:
                 raise WorkbenchError(
-                    f"the flight has not begun, without news for {limit:g} s: {said}"
+                    f"the flight has not begun, and sent no message for {limit:g} s: {said}"
                 )
             if progress and said != told and time.monotonic() - began > QUIET:
                 told = said

@@ -615,7 +615,7 @@ class Flying:
 
     def _fly_on(self, duration: float) -> None:
         if not self._clock.paused:
-            raise WorkbenchError("the flight goes on by itself: pause it first")
+            raise WorkbenchError("the flight runs: pause it first")
         if not 0.0 <= duration <= LONGEST_FLY_ON:
             raise WorkbenchError(
                 f"cannot fly on for {duration:g} s at once: give it 0 to {LONGEST_FLY_ON:g} s"

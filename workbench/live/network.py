@@ -144,7 +144,7 @@ class ClientRequests:
         """
         if self._session.scenario.figure_eight:
             raise DeniedError(
-                "not_now", "the scenario flies its figure of eight, and nobody else can"
+                "not_now", "the scenario flies its figure of eight, and nobody else can fly"
             )
 
     def _listens(self, what: str, action: Action) -> None:
@@ -165,7 +165,7 @@ class ClientRequests:
         waiting = self._session.waiting_request
         if waiting is not Request.HOLD and urgency(waiting) > urgency(wanted):  # see `requested`
             first = waiting.name.lower()
-            raise DeniedError("not_now", f"{first} was asked for just now: ask for {what} again")
+            raise DeniedError("not_now", f"{first} was requested just now: request {what} again")
         if not hears(mode, wanted):
             raise DeniedError(
                 "not_now", f"the drone is {mode.label}: {what} has no effect until it is off"
@@ -523,7 +523,7 @@ class ServerSupervisor:
             return
         self._again_due = self._now() + PAUSES[self._restarts]
         self._restarts += 1
-        self.said = f"{cause}; it is started again"
+        self.said = f"{cause}; the server is started again"
 
     def _start_again(self) -> None:
         self._again_due = None
@@ -725,7 +725,7 @@ class FlightNetwork:
         self._show_log()
         self._broadcast_due = 0.0
         self._requests.broken = self._requests.ended = ""
-        self.event("the flight began anew")
+        self.event("the flight started again")
         known = {row.name for row in parameter_table(self._session.controller)}
         for name in sorted(changed & known):
             value = self._session.get(name)

@@ -65,8 +65,8 @@ def _lowpass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     even, rate, resampled = even_samples(time, values, "a low-pass")
     if not 0.0 < cutoff < (0.5 - 1e-9) * rate:
         raise WorkbenchError(
-            f"lowpass at {cutoff:g} Hz: with {rate:.4g} samples a second it lies above 0 and below "
-            f"{0.5 * rate:.4g} Hz"
+            f"lowpass at {cutoff:g} Hz: with {rate:.4g} samples a second the cut-off is above 0 "
+            f"and below {0.5 * rate:.4g} Hz"
         )
     sections = scipy.signal.butter(2, cutoff, fs=rate, output="sos")
     settled = scipy.signal.sosfilt_zi(sections) * even[0]
@@ -316,11 +316,11 @@ def _check(node: ast.expr, text: str, named: dict[str, str], signals: list[str])
                 raise _wrong(text, node.col_offset, str(unknown_name("function", name, FUNCTIONS)))
             function = FUNCTIONS[name]
             if len(args) != function.arguments:
-                wanted = f"{name} takes {function.arguments} arguments, {len(args)} are here"
+                wanted = f"{name} takes {function.arguments} arguments, not {len(args)}"
                 raise _wrong(text, node.col_offset, wanted)
             numbers = [_number(each, text, name) for each in args[1:]] if name == "lowpass" else []
             return below(*args) + function.before(*numbers)
-    raise _wrong(text, node.col_offset, "this cannot stand in an expression")
+    raise _wrong(text, node.col_offset, "this is not allowed in an expression")
 
 
 def _number(node: ast.expr, text: str, name: str) -> float:

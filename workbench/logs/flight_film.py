@@ -43,7 +43,7 @@ def film_flight(
     topic = "attitude" if "attitude.q_w" in flight else "estimate"
     turn = parts(f"{topic}.", QUATERNION)
     if not flight.has(turn):
-        raise WorkbenchError(f"{flight.source}: has no attitude: there is nothing to see in 3-D")
+        raise WorkbenchError(f"{flight.source}: has no attitude: there is nothing to draw in 3-D")
     where = "position_data" if "position_data.x" in flight else "estimate"
     place = parts(f"{where}.")
     still = not flight.has(place)

@@ -282,7 +282,7 @@ class FlightLog:
     def _tell(self, reason: str) -> None:
         self.said = (
             f"{self.path}: the log ends at {self._last_ns / NS:.3f} s: {reason}; "
-            "the flight goes on without it"
+            "the flight continues without it"
         )
         logging.getLogger("workbench").warning("%s", self.said)
 

@@ -86,7 +86,8 @@ def read_flight(
         return states_csv.read_states(path)
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".tsv")):
         raise WorkbenchError(
-            f"{path}: is a CSV file of somebody's own: name its columns in a file, --mapping FILE"
+            f"{path}: is a CSV file of an unknown kind: describe its columns in a file, --mapping "
+            "FILE"
         )
     raise WorkbenchError(f"{path}: is not a known kind of log: name {KNOWN}")
 

@@ -274,13 +274,13 @@ class FlightRecord:
         signals = [self[name] for name in names]
         if any(len(signal.time) == 0 for signal in signals):
             empty = next(signal.name for signal in signals if len(signal.time) == 0)
-            raise WorkbenchError(f"{self.source}: {empty} has no sample that was measured")
+            raise WorkbenchError(f"{self.source}: {empty} has no measured sample")
         begin, end = span or (
             max(signal.time[0] for signal in signals),
             min(signal.time[-1] for signal in signals),
         )
         if period <= 0.0 or end < begin:
-            raise WorkbenchError(f"{self.source}: {', '.join(names)} share no time")
+            raise WorkbenchError(f"{self.source}: {', '.join(names)} have no time in common")
         if (end - begin) / period * len(names) > MOST_POINTS:
             raise WorkbenchError(
                 f"{self.source}: {end - begin:.4g} s every {period:.2g} s are too many samples"

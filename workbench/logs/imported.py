@@ -91,7 +91,7 @@ def flight_of(record: LogRecord) -> FlightRecord:
         return FlightRecord.from_description(json.loads(record.imported), record.path, samples)
     except (KeyError, TypeError, ValueError) as error:
         raise WorkbenchError(
-            f"{record.path}: what it says of its signals is damaged: {error}"
+            f"{record.path}: its description of the signals is damaged: {error}"
         ) from error
 
 

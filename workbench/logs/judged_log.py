@@ -68,7 +68,7 @@ def judged_log(record: FlightRecord, vehicle: Vehicle, case: Case, config: LogCo
     begin, end = config.span or (0.0, record.end)
     if not 0.0 <= begin < end or record.end - begin < LEAST_KNOWN * (end - begin):
         raise WorkbenchError(
-            f"{record.source}: lasts from 0 to {record.end:.4g} s, and the span is {begin:g} .. "
+            f"{record.source}: lasts from 0 to {record.end:.4g} s, but the span is {begin:g} .. "
             f"{end:g} s: name a part of it"
         )
     end = min(end, record.end)
@@ -126,7 +126,7 @@ def _measured(
         return {}
     if not found.trusted:
         doubts = "; ".join(found.doubts)
-        missing |= dict.fromkeys(MEASURED, f"the step response is not to be trusted: {doubts}")
+        missing |= dict.fromkeys(MEASURED, f"the step response is not reliable: {doubts}")
     values = (found.rise, 100.0 * found.overshoot, found.final)
     return dict(zip(MEASURED, values, strict=True))
 
@@ -216,7 +216,7 @@ def _motors(
         missing |= {"rotor_speeds": why, "thrusts": why}
         if "commanded_speeds" in found:
             found["rotor_speeds"] = found["commanded_speeds"]
-    missing["charge"] = "a log has no charge: take battery.voltage"
+    missing["charge"] = "a log has no charge: use battery.voltage"
     return found
 
 

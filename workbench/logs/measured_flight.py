@@ -157,7 +157,7 @@ def _commands(record: FlightRecord, rotors: int, order: Sequence[int]) -> tuple[
         if "rotors.speed.0" in record
         else ": log the motors' outputs"
     )
-    raise WorkbenchError(f"{record.source}: says nothing of what the motors were told{hint}")
+    raise WorkbenchError(f"{record.source}: has no motor commands{hint}")
 
 
 def _refuse_grounded(record: FlightRecord, names: Sequence[str]) -> None:

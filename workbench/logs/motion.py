@@ -186,7 +186,7 @@ def _check(
     told, rotors = len(commands), len(vehicle.rotors)
     if told not in (0, rotors):
         raise WorkbenchError(
-            f"{flight.source}: tells of {told} motors, and {vehicle.name} has {rotors}: name the "
+            f"{flight.source}: has {told} motors, but {vehicle.name} has {rotors}: name the "
             "drone that flew"
         )
     needed = {

@@ -117,7 +117,7 @@ def _imported_overview(record: LogRecord) -> Figure:
             panels.append((title, shown, _known(known, wanted), least))
     if not panels:
         raise WorkbenchError(
-            f"{record.path}: has nothing that an overview shows: name fields; "
+            f"{record.path}: has no field that an overview shows: name fields; "
             f"`workbench plot {record.path} --list` lists them"
         )
     name = f"{record.vehicle}: {record.path.name}"
@@ -239,7 +239,7 @@ def _numbers(record: LogRecord, name: str) -> list[Signal]:
     found = record.several(name)
     numbers = [series for series in found if series.values.dtype.kind in "biuf"]
     if not numbers:
-        raise WorkbenchError(f"{name} is a text, and cannot be drawn: name a number")
+        raise WorkbenchError(f"{name} is a text, which cannot be drawn: name a number")
     return numbers
 
 

@@ -276,7 +276,9 @@ class LogRecord:
                 for step, by, text in zip(*columns, strict=True)
             )
         except (KeyError, ValueError, TypeError, AttributeError) as error:
-            raise WorkbenchError(f"{self.path}: what was done cannot be read: {error}") from error
+            raise WorkbenchError(
+                f"{self.path}: its record of commands cannot be read: {error}"
+            ) from error
 
     def scenario(self) -> Scenario:
         """Return the scenario.
@@ -286,7 +288,7 @@ class LogRecord:
         """
         if self.imported:
             raise WorkbenchError(
-                f"{self.path}: was flown elsewhere and imported: it has no scenario to fly again"
+                f"{self.path}: comes from another program: it has no scenario to fly again"
             )
         try:
             return read_scenario(self.scenario_text)
@@ -384,7 +386,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
         )
     except (KeyError, ValueError, TypeError, yaml.YAMLError) as error:
         why = (
-            "is an MCAP file, but no log of the workbench"
+            "is an MCAP file, but not a log of the workbench"
             if found.closed and not found.damaged
             else "ends or is damaged before the flight begins: nothing can be read"
         )

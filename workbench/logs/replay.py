@@ -146,8 +146,8 @@ def again(record: LogRecord, controller: str, folder: Path, estimator: str = "")
         named = action.controller
         if named is not None and named not in record.laws and not is_shipped(named):
             raise WorkbenchError(
-                f"{record.path}: lets {named} take over, whose text it does not hold: "
-                "the log is damaged, or was made by hand"
+                f"{record.path}: {named} takes over, but the log does not have its text: it is "
+                "damaged, or was made by hand"
             )
     others = [name for name, text in record.laws.items() if text != record.law]
     given, _ = split_label(controller)
@@ -156,7 +156,7 @@ def again(record: LogRecord, controller: str, folder: Path, estimator: str = "")
         controller, files = _written(record, folder)
     elif others:
         raise WorkbenchError(
-            f"{record.path}: Python that the log alone holds took over in flight: if you trust "
+            f"{record.path}: Python code that only the log has took over in flight: if you trust "
             f"it, name the log itself, as --controller {record.path}"
         )
     elif controller and controller == given:  # scheduled as before
@@ -169,8 +169,8 @@ def again(record: LogRecord, controller: str, folder: Path, estimator: str = "")
     ]
     if not controller and not is_shipped(scenario.controller):
         raise WorkbenchError(
-            f"{record.path}: was flown by {scenario.controller}, Python that would run here: if "
-            f"you trust it, name it yourself, as --controller {scenario.controller}"
+            f"{record.path}: was flown by {scenario.controller}, Python code that would run here: "
+            f"if you trust it, name it yourself, as --controller {scenario.controller}"
         )
     scenario.controller = controller or scenario.controller
     scenario.estimator = estimator or logged_estimator(record)
@@ -189,8 +189,8 @@ def logged_estimator(record: LogRecord) -> str:
     if name in ESTIMATORS:
         return name
     raise WorkbenchError(
-        f"{record.path}: was flown on {name}, Python that would run here: if you trust it, name "
-        f"it yourself, as --estimator {name}"
+        f"{record.path}: was flown on {name}, Python code that would run here: if you trust it, "
+        f"name it yourself, as --estimator {name}"
     )
 
 

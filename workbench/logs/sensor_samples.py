@@ -60,7 +60,7 @@ def logged_sensors(record: LogRecord) -> LoggedSensors:
     """
     if "imu" not in record.topics:
         raise WorkbenchError(
-            f"{record.path}: has no samples of an IMU, and no estimator does without: fly it with "
+            f"{record.path}: has no samples of an IMU, which every estimator needs: fly it with "
             "`--estimator ekf --log FILE`, or with `--sensors imu,gps,magnetometer --log FILE`"
         )
     if not len(record.states):
@@ -73,15 +73,15 @@ def logged_sensors(record: LogRecord) -> LoggedSensors:
     if vehicle.name != record.vehicle:
         raise WorkbenchError(
             f"{record.path}: was flown by {record.vehicle}, and {scenario.vehicle.model} is "
-            f"{vehicle.name} now: where its sensors were mounted is not known any more"
+            f"{vehicle.name} now: where its sensors were mounted is no longer known"
         )
     choices = choose_sensors(vehicle, scenario)
     home = read_configured_world(scenario).home or DEFAULT_HOME
     imu = next((each.sensor for each in choices if isinstance(each.sensor, Imu)), None)
     if imu is None:
         raise WorkbenchError(
-            f"{record.path}: has samples of an IMU, and {vehicle.source} has none by now: where it "
-            "was mounted is not known any more"
+            f"{record.path}: has samples of an IMU, but {vehicle.source} has none now: where it "
+            "was mounted is no longer known"
         )
     samples = _imu(record, np.array(imu.R_BS))
     state_time = np.array(record.state_ns, dtype=np.int64) * 1e-9

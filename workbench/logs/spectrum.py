@@ -101,16 +101,16 @@ def even_samples(time: np.ndarray, values: np.ndarray, what: str) -> tuple[np.nd
     time, values = time[whole], np.asarray(values, dtype=float)[whole]
     if len(time) < LEAST:
         raise WorkbenchError(
-            f"{what} needs {LEAST} samples, and here are {len(time)}: show more time"
+            f"{what} needs {LEAST} samples, but there are only {len(time)}: show more time"
         )
     steps = np.diff(time)
     period = float(np.median(steps))
     if period <= 0.0:
-        raise WorkbenchError(f"{what} needs times that rise, and these do not")
+        raise WorkbenchError(f"{what} needs rising times, but these do not rise")
     widest = int(steps.argmax())
     if steps[widest] > GAP * period:
         raise WorkbenchError(
-            f"{what} needs even samples, and there are none from {time[widest]:.2f} to "
+            f"{what} needs evenly spaced samples, but there are none from {time[widest]:.2f} to "
             f"{time[widest + 1]:.2f} s: show a part without the gap"
         )
     span = float(time[-1] - time[0])
@@ -120,7 +120,7 @@ def even_samples(time: np.ndarray, values: np.ndarray, what: str) -> tuple[np.nd
     count = 1 + round(span / period)
     if np.mean(np.abs(steps - period) > LATE * period) > UNEVEN:
         raise WorkbenchError(
-            f"{what} needs even samples, and these come every {steps.min():.3g} to "
+            f"{what} needs evenly spaced samples, but these come every {steps.min():.3g} to "
             f"{steps.max():.3g} s"
         )
     grid = np.linspace(time[0], time[-1], count)

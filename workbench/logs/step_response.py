@@ -437,14 +437,14 @@ def _doubts(
     found = [
         (
             windows < LEAST_WINDOWS,
-            f"{windows} windows of {span:g} s are whole: take a longer flight",
+            f"{windows} windows of {span:g} s are complete: take a longer flight",
         ),
         (
             coherence < LEAST_COHERENCE,
             f"the coherence is {coherence:.2f}: the response hardly follows the setpoint, or much "
             "else moves it",
         ),
-        (final < LEAST_GAIN, f"it settles at {final:.2f}, where a loop comes to 1"),
+        (final < LEAST_GAIN, f"it settles at {final:.2f}, but a closed loop settles at 1"),
         (
             width > WIDEST * scale,
             f"the settled part is known to {100.0 * width / scale:.0f} % only: the setpoint moves "
@@ -452,8 +452,8 @@ def _doubts(
         ),
         (
             sooner > SOONER,
-            "the response comes before the setpoint: clocks are off, or the setpoint follows the "
-            "response",
+            "the response comes before the setpoint: the clocks differ, or the setpoint follows "
+            "the response",
         ),
         (
             not rise_samples >= LEAST_RISE,

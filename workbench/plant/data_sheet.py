@@ -228,7 +228,7 @@ class DataSheet:
             and None in (self.motor_kv, self.voltage)
         ):
             raise WorkbenchError(
-                "nothing says how strong the motors are: give the largest thrust of one "
+                "nothing says how strong the motors are: give the largest thrust of one motor "
                 "(--max-thrust 850g), a thrust curve (--thrust-curve FILE), or KV and battery "
                 "(--motor-kv 920KV --battery 4S)"
             )

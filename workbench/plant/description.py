@@ -308,7 +308,7 @@ def read_rotors(
     blocks = [plugin for plugin in model.plugins if is_velocity_plugin(plugin)]
     rotors = read_motor_plugins(model, base_link, remarks)
     if len(blocks) > 1:
-        text = "there are several; only the first counts"
+        text = "there are several; only the first is used"
         remarks.add("ignored", blocks[1].file, "velocity plugin", text)
     if rotors:
         _note_others(model, rotors, blocks[:1], remarks)
@@ -335,10 +335,10 @@ def _note_others(
     for block in blocks:
         named = velocity_plugin_joints(block)
         if not all(any(same_name(name, rotor.joint) for rotor in rotors) for name in named):
-            text = "it names joints that no motor-model plugin turns; these plugins count"
+            text = "it names joints that no motor-model plugin turns; the plugins are used"
             remarks.add("ignored", block.file, "velocity plugin", text)
     if is_pybullet(model):
-        text = "they tell of rotors, and so do motor-model plugins; these count"
+        text = "they describe rotors, and so do motor-model plugins, which are used instead"
         remarks.add("ignored", model.source, "properties", text)
 
 
@@ -377,7 +377,7 @@ def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks
     xx, yy, zz, xy, xz, yz = rows.inertia
     moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if moments[0] <= 0.0:
-        raise refuse("inertia", "is of no body: its moments have to be positive")
+        raise refuse("inertia", "does not fit any body: its moments have to be positive")
     whole = Inertial(
         mass=rows.mass,
         X_LI=RigidTransform(rows.center_of_mass),
@@ -422,7 +422,7 @@ def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> Batter
             return _checked_battery(rows.capacity, rows.resistance, points, where)
     plugins = [plugin for plugin in model.plugins if is_battery_plugin(plugin)]
     for plugin in plugins[1:]:
-        text = "there are several; only the first counts"
+        text = "there are several; only the first is used"
         remarks.add("ignored", plugin.file, _BATTERY_KIND, text)
     return _battery_of_plugin(plugins[0], remarks) if plugins else None
 

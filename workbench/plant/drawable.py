@@ -251,7 +251,10 @@ def with_drawable_meshes(
         for link in with_converted_meshes(model, remarks, "something simple is drawn")
     )
     if not any(link.collisions for link in links):
-        text = "no link has a collision shape; a box as wide as the rotors are apart stands in"
+        text = (
+            "no link has a collision shape; a box as wide as the distance of the rotors is used "
+            "instead"
+        )
         remarks.add("assumed", model.source, f"collision of link '{shortened(base_link)}'", text)
         links = tuple(
             with_bumper(link, rotors) if link.name == base_link else link for link in links

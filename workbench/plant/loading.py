@@ -112,7 +112,7 @@ def _check_lift(vehicle: Vehicle) -> None:
     for rotor, speed in zip(vehicle.rotors, vehicle.hover_speeds, strict=True):
         if speed >= rotor.max_rot_velocity:
             raise WorkbenchError(
-                f"{vehicle.source}: {vehicle.mass:.4g} kg are too heavy: to hover, "
+                f"{vehicle.source}: {vehicle.mass:.4g} kg is too heavy: to hover, "
                 f"'{shortened(rotor.name)}' would turn at {speed:.0f} rad/s, and its largest "
                 f"speed is {rotor.max_rot_velocity:g}: check the mass (kg), the motor constant "
                 "(N s², not per RPM²) and that speed (rad/s)"

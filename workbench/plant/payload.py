@@ -103,7 +103,7 @@ def believed(vehicle: Vehicle, payload: Payload) -> Vehicle:
     except WorkbenchError as error:
         place = ", ".join(f"{p:g}" for p in known.place)
         raise WorkbenchError(
-            f"the law cannot fly with a payload that it knows to have {known.payload_mass:g} kg "
+            f"the law cannot fly with a known payload of {known.payload_mass:g} kg "
             f"at ({place}) m: {error}"
         ) from None
     return whole

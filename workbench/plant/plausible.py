@@ -92,13 +92,13 @@ def _of_the_thrust(vehicle: Vehicle) -> Iterator[str]:
     if ratio < _WEAKEST:
         yield (
             f"a thrust-to-weight of {ratio:.3g} leaves next to nothing to climb and to steer with, "
-            "and drones have about 2: are mass, motor constant and largest speed as they should be?"
+            "and drones have about 2: are mass, motor constant and largest speed correct?"
         )
     speeds = [speed for speed in vehicle.hover_speeds if speed > 0.0]
     if max(speeds) > _UNEVEN * min(speeds):
         yield (
             f"to hover its rotors turn at {min(speeds):.3g} to {max(speeds):.3g} rad/s: are their "
-            "places and the centre of mass as they should be?"
+            "positions and the centre of mass correct?"
         )
 
 
@@ -118,8 +118,8 @@ def _of_speed(vehicle: Vehicle, rotor: Rotor) -> str:
         return ""
     return (
         f"with its motor constant it is some {_diameter(rotor):.2g} m across, and at its largest "
-        f"speed, {rotor.max_rot_velocity:.4g} rad/s, its tips would move at {tip:.0f} m/s, and "
-        "sound does at 340: are speeds in rad/s (not RPM)?"
+        f"speed, {rotor.max_rot_velocity:.4g} rad/s, its tips would move at {tip:.0f} m/s, but "
+        "sound at 340: are speeds in rad/s (not RPM)?"
     )
 
 

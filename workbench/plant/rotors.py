@@ -148,8 +148,8 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
     allocation[~lifting] = 0.0  # exactly: the inverse leaves rounding errors
     if allocation[lifting, 0].min() <= 0.0:
         raise WorkbenchError(
-            "some rotors would have to push downwards to hover: check the rotors' axes and turning "
-            "directions, and that the centre of mass lies between them"
+            "to hover, some rotors would have to push downwards: check the rotors' axes and "
+            "turning directions, and that the centre of mass lies between them"
         )
     return allocation
 

@@ -81,7 +81,7 @@ def _noise(typed: Block, figures: Block, remarks: Remarks) -> Noise:
     element = typed.what
     kind = (typed.attribute("type") or typed.text("type")).lower()
     if typed.there and not kind:
-        remarks.add("assumed", typed.file, element, "noise of no type is taken as gaussian")
+        remarks.add("assumed", typed.file, element, "noise without a type is taken as gaussian")
     kind = kind or "gaussian"
     if kind == "none":
         return QUIET
@@ -140,7 +140,7 @@ def _magnetometer(common: Sensor, sensor: Block, remarks: Remarks) -> Magnetomet
     block = sensor.block("magnetometer")
     x, y, z = (read_noise(block.block(axis), remarks) for axis in "xyz")
     if max(noise.stddev for noise in (x, y, z)) >= _AS_STRONG_AS_THE_EARTH:
-        text = "noise as strong as the earth's field; taken to be in gauss, not in tesla"
+        text = "noise as strong as the earth's field; it is probably in gauss, and read as gauss"
         remarks.add("repaired", sensor.file, sensor.what, text)
         x, y, z = (noise.in_unit(_TESLA_IN_GAUSS) for noise in (x, y, z))
     return Magnetometer(**vars(common), magnetic_field=(x, y, z))
@@ -167,7 +167,7 @@ def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | RangeFind
     """Return a lidar, or for a single ray a range finder along its x axis."""
     lidar = sensor.first("lidar", "ray", "gpu_lidar", "gpu_ray")
     if not lidar.there:
-        text = f"of type {common.type} without a block of its scan and range; not used"
+        text = f"of type {common.type} without a block for its scan and range; not used"
         remarks.add("ignored", sensor.file, sensor.what, text)
         return None
     scan, limits = lidar.block("scan"), lidar.block("range")

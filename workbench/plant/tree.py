@@ -26,17 +26,17 @@ def find_base_link(model: Model) -> str:
     if not roots:
         raise WorkbenchError(
             f"{model.source}: a drone has one link that no joint has as its child, but here there "
-            "is none: take out the joint above its body"
+            "is none: remove the joint above its body"
         )
     base = max(roots, key=lambda name: len(links_below(model, name)))
     if any(link.name == "world" for link in model.links if link.name != base):
         raise WorkbenchError(
-            f"{model.source}: a link is named 'world', which is the ground's name: rename it"
+            f"{model.source}: a link is named 'world', the name of the ground: rename it"
         )
     nails = [joint for joint in model.joints if joint.parent == "world" and joint.child == base]
     if base == "world" or nails:
         raise WorkbenchError(
-            f"{model.source}: the base link '{shortened(base)}' is fixed to the world, and a drone "
+            f"{model.source}: the base link '{shortened(base)}' is fixed to the world, but a drone "
             "flies freely: leave out a link named 'world' and its joint"
         )
     return base
@@ -60,7 +60,7 @@ def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Rema
                 "ignored",
                 model.source,
                 f"link '{shortened(link.name)}'",
-                f"it does not hang on '{shortened(base_link)}'; left out, with its mass",
+                f"no joint connects it to '{shortened(base_link)}'; left out, with its mass",
             )
     joints: list[Joint] = []
     for joint in model.joints:
@@ -68,12 +68,13 @@ def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Rema
             continue
         if any(other.child == joint.child for other in joints):
             text = (
-                f"'{shortened(joint.child)}' hangs on another joint already; this one is left out"
+                f"'{shortened(joint.child)}' is already the child of another joint; this one is "
+                "left out"
             )
             remarks.add("ignored", model.source, f"joint '{shortened(joint.name)}'", text)
             continue
         if joint.kind != "fixed" and joint.name not in rotor_joints:
-            text = f"its motion ({shortened(joint.kind)}) turns no rotor; held at zero"
+            text = f"its motion ({shortened(joint.kind)}) does not turn a rotor; held at zero"
             remarks.add("ignored", model.source, f"joint '{shortened(joint.name)}'", text)
         joints.append(joint)
     return dataclasses.replace(

@@ -75,7 +75,7 @@ class Excitation:
                 )
         if not 0.0 < abs(self.amplitude) <= limit:
             raise WorkbenchError(
-                f"the amplitude is {self.amplitude:g} {self.unit}: give it one other than 0, "
+                f"the amplitude is {self.amplitude:g} {self.unit}: give a value other than 0, "
                 f"within ±{limit:g} {self.unit}"
             )
         if isinstance(self.row, GustLoad) and self.shape is not Shape.PULSE:

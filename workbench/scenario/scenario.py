@@ -290,7 +290,7 @@ def _chosen(
     if trusted and beside.resolve().is_relative_to(trusted.resolve()):
         return str(beside)
     raise WorkbenchError(
-        f"{file.where(key)}{named} is Python that would run here: if you trust it, name it "
+        f"{file.where(key)}{named} is Python code that would run here: if you trust it, name it "
         f"yourself, as --{key} {path}"
     )
 
@@ -439,7 +439,7 @@ def _check_takers_over(scenario: Scenario, file: YamlFile) -> None:
             continue
         if (file.path.parent / named).resolve() != Path(scenario.controller).resolve():
             raise WorkbenchError(
-                f"{file.where('script', index, 'controller')}{named} is Python that would run "
+                f"{file.where('script', index, 'controller')}{named} is Python code that would run "
                 f"here: a script may name the flight's own controller, and {', '.join(SHIPPED)}"
             )
         action.controller = scenario.controller

@@ -235,7 +235,7 @@ class LiveContext:
             first = self._places.get(row.system)
             if not first:
                 raise WorkbenchError(
-                    f"{row.name} cannot be set: nothing in this flight has it: "
+                    f"{row.name} cannot be set: nothing in this flight uses it: "
                     f"{_remedy(row.system)}"
                 )
             index = self._table.of(row.system).index(row)

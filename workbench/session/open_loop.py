@@ -214,7 +214,7 @@ def fly_open_loop(
     simulator = Simulator(bench.diagram)
     _place_at_start(simulator.get_mutable_context(), bench, scenario, vehicle, commands.speeds[0])
     slices = math.ceil(4.0 * scenario.duration)
-    with sentences("the flight could not go on"):
+    with sentences("the flight could not continue"):
         simulator.Initialize()
         for index in range(slices):
             simulator.AdvanceTo(scenario.duration * (index + 1) / slices)

@@ -682,7 +682,7 @@ class Session:
             return None
         if reason:
             raise WorkbenchError(
-                f"compiled code does not fly {reason}: leave it out, or let the diagram fly, as "
+                f"compiled code does not support {reason}: leave it out, or fly the diagram, as "
                 'Session(engine="diagram")'
             )
         return CompiledFlight(built.bench, built.scenario.rates)

@@ -216,7 +216,9 @@ def test_what_never_answers_is_given_up_within_five_seconds():
         silent.bind(("127.0.0.1", 0))
         silent.listen()
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        with pytest.raises(WorkbenchError, match="what listens there does not answer as one"):
+        with pytest.raises(
+            WorkbenchError, match="the program at that address does not answer like one"
+        ):
             check_scheduler(address, within=0.2)
 
 
@@ -260,9 +262,9 @@ def test_workers_without_the_package_are_named(tmp_path):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("workbench", "has another state of the workbench's source"),
-        ("drake", "has drake 1.0, and here it is"),
-        ("processor", "has a processor of kind 1.0, and here"),
+        ("workbench", "has another version of the workbench's source"),
+        ("drake", "has drake 1.0, but here it is"),
+        ("processor", "has a processor of kind 1.0, but here"),
     ],
 )
 def test_a_worker_with_another_version_is_named(name, said):

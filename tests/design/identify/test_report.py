@@ -55,7 +55,7 @@ def test_a_body_that_cannot_be_is_refused_with_its_line(tmp_path: Path) -> None:
         (mass, "mass: -1.0", "positive number of kg"),
         (mass, f"{mass}\n  weight: 3", "weight"),
         ("center_of_mass: [", "center_of_mass: [1.0, ", "three numbers"),
-        ("inertia: [", "inertia: [-", "of no body"),
+        ("inertia: [", "inertia: [-", "does not fit any body"),
     ):
         assert good in text
         file = tmp_path / "bad.rotors.yaml"

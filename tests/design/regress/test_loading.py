@@ -120,7 +120,7 @@ def test_vehicle_and_gains_are_found_beside_the_spec(spec, tmp_path):
         ("command: 1", ":5: command belongs to a script"),
         ("signal: p_x", ":5: signal belongs to a script"),
         ("speed: 1", ":5: unknown key 'speed'"),
-        ("", ":2: 'up' demands nothing: give it limits or a baseline"),
+        ("", ":2: 'up' checks nothing: give it limits or a baseline"),
     ],
 )
 def test_a_wrong_step_is_named_with_its_line(spec, text, said):

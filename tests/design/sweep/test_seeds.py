@@ -57,4 +57,4 @@ def test_compiled_flights_have_the_same_chance():
 def test_luck_is_no_best_candidate(make_table):
     table = make_table([[1.0] * 9, [2.0] * 9], [np.nan, np.nan], "seed=0..1:2")
     assert prove_best(table, "rise_time") is None
-    assert "a seed is luck" in why_no_best(table, "rise_time")
+    assert "the seed is random" in why_no_best(table, "rise_time")

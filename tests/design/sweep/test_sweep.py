@@ -101,7 +101,9 @@ def test_on_an_estimate_filters_delays_noise_and_the_filter_itself_act(caplog):
 
 def test_what_is_not_compiled_of_a_flight_on_an_estimate_flies_on_the_full_diagram(caplog):
     scenario = Scenario(estimator="ekf")
-    with pytest.raises(WorkbenchError, match=r"nothing goes by it, as .* truth: add --estimator"):
+    with pytest.raises(
+        WorkbenchError, match=r"is swept without effect, because .* truth: add --estimator"
+    ):
         sweep(["ekf_gate=2..4:2"], duration=0.2)
     iron = {"magnetometer_disturbance_x": 1e-5}
     sweep(

@@ -279,7 +279,7 @@ def test_equal_runs_find_equal_gains(found):
 
 
 def test_nothing_wished_is_refused():
-    with pytest.raises(WorkbenchError, match="nothing is wished for"):
+    with pytest.raises(WorkbenchError, match="there are no wishes"):
         tuned()
 
 

@@ -211,7 +211,7 @@ def test_what_must_not_fly_is_named(tmp_path, case):
         ("nan", "is not a number"),
         ("inf", "is infinite"),
         ("1e39", "is out of range"),
-        ("-0.15", "is negative: the sign would turn"),
+        ("-0.15", "is negative: this would reverse"),
         ("20", "is out of range: keep it within 0 .. 10 s/rad"),
         ("zero", "is not a number"),
     ):
@@ -283,7 +283,7 @@ def test_numbers_of_ardupilot_may_be_hexadecimal(tmp_path):
 def test_px4s_velocity_gains_of_before_1_11_are_scaled(tmp_path):
     found = import_gains(put(tmp_path / "x.params", "1\t1\tMPC_XY_VEL_P\t0.09\t9\n"))
     assert found.values == {"MPC_XY_VEL_P_ACC": pytest.approx(1.8)}
-    assert "of before 1.11" in " ".join(found.remarks)
+    assert "from before 1.11" in " ".join(found.remarks)
 
 
 def test_betaflights_d_of_before_4_6_is_the_peak(tmp_path, case):
@@ -329,8 +329,10 @@ def test_what_is_beyond_the_firmwares_own_ranges_is_named_and_taken(tmp_path, ca
             made = export_gains(everything(found), found.law, found.firmware)
             assert len(found.values) == text.count("\n")
             for remarks in (found.remarks, made.remarks):
-                told = [each for each in remarks if "states itself" in each]
-                assert [each.rpartition("advice: ")[2] for each in told] == ([said] if said else [])
+                told = [each for each in remarks if "recommends" in each]
+                assert [each.rpartition("recommends: ")[2] for each in told] == (
+                    [said] if said else []
+                )
 
 
 def test_advised_ranges_are_within_the_laws_rows():

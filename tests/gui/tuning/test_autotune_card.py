@@ -163,8 +163,8 @@ def test_discarded_gains_change_nothing(card, offline, gains, qtbot):
 def test_a_refused_wish_is_blamed_where_it_stands(card, offline, qtbot):
     press(qtbot, card.start)
     question = offline.analysis.of(Tune)[-1]
-    offline.analysis.refused.emit(question, f"'{DEFAULT[1]}': nothing is both")
-    assert card.wishes.lines[1].fault.text() == f"✕ '{DEFAULT[1]}': nothing is both"
+    offline.analysis.refused.emit(question, f"'{DEFAULT[1]}': both cannot be met")
+    assert card.wishes.lines[1].fault.text() == f"✕ '{DEFAULT[1]}': both cannot be met"
     assert not card.is_running
 
 

@@ -97,7 +97,7 @@ def test_a_signal_without_a_spectrum_says_why(page, qtbot):
     (chart,) = show(page, ChartSpec("Charge", ("drone_state.charge",)).of_kind(SPECTRUM))
     page.board.set_marks({"A": 1.0, "B": 1.2})
     qtbot.waitUntil(
-        lambda: "charge: a spectrum needs 16 samples, and here are" in chart.said.text()
+        lambda: "charge: a spectrum needs 16 samples, but there are only" in chart.said.text()
     )
     assert not chart.curves
 

@@ -207,7 +207,7 @@ def test_a_scene_includes_its_drone(drone, write):
     description = read_description(scene)
     assert make_vehicle(description).mass == pytest.approx(0.6)
     said = {remark.element: remark.text for remark in description.remarks}
-    assert said["what stands in the world"] == "'hull' is the one that flies; left out are 1 geoms"
+    assert said["objects of the world"] == "'hull' flies; left out are 1 geoms"
 
 
 def test_what_is_not_used_is_said(drone):
@@ -242,12 +242,12 @@ def test_what_is_not_used_is_said(drone):
         ({"hull": "<inertial/>"}, "<inertial> without mass"),
         ({"hull": "<inertial mass='1' fullinertia='1'/>"}, "give it six numbers"),
         ({"hull": HULL + "<body name='hull'/>"}, "two bodies named 'hull'"),
-        ({"motors": "<motor site='gone'/>"}, "the site 'gone', which the drone has not"),
+        ({"motors": "<motor site='gone'/>"}, "the site 'gone', which the drone does not have"),
         ({"motors": MOTORS.replace("class=", "ctrlrange='1 0' class=")}, "the smaller first"),
         ({"motors": MOTORS.replace("class=", "ctrlrange='-1 0' class=")}, "positive end"),
         ({"compiler": "eulerseq='abc'"}, "eulerseq='abc'"),
         ({"more": "<include file='gone.xml'/>"}, "<include file='gone.xml'>: no such file"),
-        ({"more": "<include file='sparrow.xml'/>"}, "goes in a circle"),
+        ({"more": "<include file='sparrow.xml'/>"}, "includes itself"),
         ({"motors": MOTORS.replace("-0.02", "0.02")}, "thrust and yaw go together"),
         ({"motors": SAME_SIDE}, "roll and yaw go together"),
     ],

@@ -46,8 +46,8 @@ def test_without_a_config_the_plain_choice_is_taken(tmp_path, names, chosen):
     [
         ({}, "no model.config"),
         ({"a__urdf": "", "b__urdf": ""}, "name one of a.urdf, b.urdf"),
-        ({"model__config": config(("1.6", "gone.sdf"))}, "gone.sdf is not there"),
-        ({"model__config": config()}, "names no <sdf> file"),
+        ({"model__config": config(("1.6", "gone.sdf"))}, "gone.sdf does not exist"),
+        ({"model__config": config()}, "does not name an <sdf> file"),
         ({"model__config": "<model>"}, "not XML"),
     ],
 )

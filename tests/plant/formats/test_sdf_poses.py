@@ -85,7 +85,7 @@ def test_in_an_old_file_a_joint_may_be_called_as_a_link_is(tmp_path):
     assert model.joints[0].name == "b"
     agree(model.joints[0].X_MJ, RigidTransform([1.0, 1.0, 0.0]))
     said = fault(write(tmp_path, content, "1.7"))
-    assert "top.sdf:4: there are two of the name 'b'" in said
+    assert "top.sdf:4: two have the name 'b'" in said
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_in_an_old_file_a_joint_may_be_called_as_a_link_is(tmp_path):
 )
 def test_two_of_one_name_are_refused(tmp_path, content):
     said = fault(write(tmp_path, content))
-    assert "there are two of the name " in said
+    assert "two have the name " in said
     assert said.startswith(f"{tmp_path / 'top.sdf'}:")
     assert "rename one" in said
 

@@ -55,7 +55,7 @@ def test_the_one_with_motors_flies_and_the_others_are_noted(tmp_path, motor):
     assert name == "x3"
     (remark,) = remarks
     assert remark.kind == "ignored"
-    assert remark.text == "'x3' is the one that flies; left out are 'crate', 'floor'"
+    assert remark.text == "'x3' flies; left out are 'crate', 'floor'"
 
 
 def test_where_none_has_motors_the_one_that_can_move_flies(tmp_path):

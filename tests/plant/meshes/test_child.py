@@ -442,7 +442,7 @@ def test_all_requests_are_answered_and_the_good_ones_written(written, tmp_path):
 @pytest.mark.parametrize(
     ("error", "said"),
     [
-        (MemoryError(), "it takes more memory than it may"),
+        (MemoryError(), "it needs too much memory"),
         (RecursionError(), "it is nested too deeply"),
         (KeyError("primitives"), "it cannot be read: 'primitives'"),
     ],

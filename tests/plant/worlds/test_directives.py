@@ -129,8 +129,9 @@ def test_what_is_wrong_is_said_with_file_and_line(fault, box, text, said):
 def test_an_endless_plane_is_refused(fault, write):
     plane = '<collision name="c"><geometry><plane/></geometry></collision>'
     write(BOX_SDF.format(plane), "box.sdf")
-    assert ":2: the body 'crate::base_link' touches as an endless plane: take a box" in fault(
-        f"directives:\n{ADD}{WELD}"
+    assert (
+        ":2: the body 'crate::base_link' has an endless plane as collision shape: use a box"
+        in fault(f"directives:\n{ADD}{WELD}")
     )
 
 
@@ -166,11 +167,11 @@ def test_no_more_than_a_thousand_directives(fault, box):
 @pytest.mark.parametrize(
     ("place", "said"),
     [
-        ("translation: [.nan, 0, 0]", "'crate::base_link' stands nowhere"),
-        ("translation: [0, .inf, 0]", "'crate::base_link' stands nowhere"),
+        ("translation: [.nan, 0, 0]", "'crate::base_link' has no finite position"),
+        ("translation: [0, .inf, 0]", "'crate::base_link' has no finite position"),
         (
             "translation: [0, 0, -1.1e6]",
-            "'crate::base_link' stands nowhere, or more than 1e+06 m away",
+            "'crate::base_link' has no finite position, or is more than 1e+06 m away",
         ),
     ],
 )

@@ -143,8 +143,8 @@ def test_what_is_missing_is_a_remark(town):
     )
     assert said[1].startswith("missing model 'oak': <include> of 'https://x.org")
     assert said[2:] == [
-        "missing model 'near': it stands relative to 'nohouse', which is left out; left out",
-        "missing model 'nearer': it stands relative to 'near', which is left out; left out",
+        "missing model 'near': its pose is relative to 'nohouse', which is left out; left out",
+        "missing model 'nearer': its pose is relative to 'near', which is left out; left out",
     ]
 
 
@@ -160,7 +160,7 @@ def test_what_could_move_stands_still_and_is_named(town):
     (remark,) = found.remarks
     assert (remark.kind, remark.text) == (
         "assumed",
-        "'cart', 'cup' could move, and stand still here",
+        "'cart', 'cup' could move, but stand still here",
     )
 
 
@@ -204,7 +204,7 @@ def test_meshes_are_drawn_and_touch_as_hulls(town, write, tmp_path, monkeypatch)
     assert pebble.visuals[0].shape().radius() == 0.5  # what it touches by stands for its mesh
     texts = [str(remark) for remark in found.remarks]
     assert sum("the mesh stone.obj is not found; left out" in text for text in texts) == 3
-    assert any("1 of them touch as their convex hulls" in text for text in texts)
+    assert any("1 of them use their convex hulls" in text for text in texts)
 
 
 def test_home_is_where_gazebo_has_it(town):
@@ -234,8 +234,8 @@ def test_a_magnetic_field_is_the_homes(town):
 def test_what_is_not_built_is_said(town):
     found = town('<actor name="walker"/><actor name="runner"/><state world_name="town"/>')
     assert [(remark.element, remark.text) for remark in found.remarks] == [
-        ("<actor> of the world", "2 of them; not built"),
-        ("<state> of the world", "1 of them; not built"),
+        ("<actor> of the world", "2 of them; left out"),
+        ("<state> of the world", "1 of them; left out"),
     ]
 
 

@@ -42,7 +42,7 @@ def fault(check):
 def test_a_model_that_includes_itself_is_refused(fault, write, tmp_path, start):
     start = start.removesuffix("/") + f"{tmp_path}/" if start in ("/", FILE_URI) else start
     path = write(model(f"{start}box.sdf"), "box.sdf")
-    assert fault(path) == f"{path}: includes itself: take the include out of it"
+    assert fault(path) == f"{path}: includes itself: remove this include"
 
 
 def test_a_circle_of_two_through_the_folder_of_a_model_is_refused(fault, write):
@@ -74,8 +74,8 @@ def test_a_model_that_directives_add_is_walked(fault, write):
 @pytest.mark.parametrize("name", ["a.xml", "a.XML"])
 def test_a_model_of_mujocos_is_refused(fault, write, name):
     path = write("<mujoco/>", name)
-    assert fault(path) == f"{path}: is a model of MuJoCo's: give it as SDF or URDF"
-    assert fault(write(model(name), "box.sdf")).startswith(f"{path}: is a model of")
+    assert fault(path) == f"{path}: is a MuJoCo model: give it as SDF or URDF"
+    assert fault(write(model(name), "box.sdf")).startswith(f"{path}: is a MuJoCo model")
 
 
 def test_a_chain_is_no_deeper_than_twenty(check, fault, write):
@@ -89,7 +89,7 @@ def test_what_is_included_twice_is_counted_twice(check, fault, write):
     paths = [write(model(*[f"{index + 1}.sdf"] * 2), f"{index}.sdf") for index in range(10)]
     write(model(), "10.sdf")
     check(paths[2])  # 511 files
-    assert "with this more than 1000 files are included" in fault(paths[0])
+    assert "with this one, more than 1000 files are included" in fault(paths[0])
 
 
 @pytest.mark.parametrize("uri", ["gone.sdf", "model://gone", "https://example.org/a", ""])

@@ -100,7 +100,7 @@ def test_ground_can_be_left_out(read):
         ("\nground: 1", ":2: ground is 1, and should be true or false"),
         ("obstacles: {}", ":1: obstacles is {}, and should be a list"),
         (f"obstacles:\n- {POST}}}\n- {{shape: {{sphere: 1}}}}", ":3: obstacles.1 has no name"),
-        (f"obstacles: [{POST}}}, {POST}}}]", ": two obstacles are called 'post': rename one"),
+        (f"obstacles: [{POST}}}, {POST}}}]", ": two obstacles have the name 'post': rename one"),
         ("obstacles: [{name: ground, shape: {sphere: 1}}]", "not an obstacle's: rename it"),
         ("obstacles: [{name: a}]", ":1: obstacles.0.shape is missing: give one of box, sphere"),
         (
@@ -125,7 +125,10 @@ def test_ground_can_be_left_out(read):
         (f"moving: [{BALL}[[0, 0, 0, .nan], [1, 1, 0, 0]]}}]", "give it 4 or 5 numbers within"),
         (f"moving: [{BALL}{PATH}, repeat: true}}]", "repeats, but does not end where it begins"),
         (f"moving: [{BALL}{PATH}, repeat: 3}}]", "repeat is 3, and should be true or false"),
-        (f"obstacles: [{POST}}}]\nmoving: [{BALL}{PATH}}}, {BALL}{PATH}}}]", "called 'ball'"),
+        (
+            f"obstacles: [{POST}}}]\nmoving: [{BALL}{PATH}}}, {BALL}{PATH}}}]",
+            "have the name 'ball'",
+        ),
         ("home: {latitude_deg: 91}", ":1: home.latitude_deg is 91: give it one within ±90"),
         ("home: {latitude_deg: .nan}", "give it one within ±90"),
         ("home: {magnetic_field: [1, 2]}", "home.magnetic_field is [1, 2]: give it 3 numbers"),

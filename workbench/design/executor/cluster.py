@@ -65,13 +65,13 @@ def check_versions(worker: str, there: Mapping[str, str], here: Mapping[str, str
         other = there[name]
         if other != own and name == "workbench":
             raise WorkbenchError(
-                f"the worker {worker} has another state of the workbench's source than there is "
-                f"here: {INSTALL}"
+                f"the worker {worker} has another version of the workbench's source than this "
+                f"machine: {INSTALL}"
             )
         if other != own:
             what = "a processor of kind" if name == "processor" else name
             raise WorkbenchError(
-                f"the worker {worker} has {what} {other}, and here it is {own}: {INSTALL}"
+                f"the worker {worker} has {what} {other}, but here it is {own}: {INSTALL}"
             )
 
 
@@ -149,13 +149,17 @@ def check_scheduler(address: str, within: float = ANSWER_WITHIN) -> None:
         try:
             who = pool.submit(asyncio.run, _identity(address, within)).result()
         except TimeoutError as error:
-            raise _unreachable(address, "what listens there does not answer as one") from error
+            raise _unreachable(
+                address, "the program at that address does not answer like one"
+            ) from error
         except Exception as error:  # another protocol's answer is read as Dask's: anything follows
-            reason = "the program at that address is not a Dask scheduler, or uses TLS "
-            f"differently ({error})"
+            reason = (
+                "the program at that address is not a Dask scheduler, or uses TLS "
+                f"differently ({error})"
+            )
             raise _unreachable(address, reason) from error
     if who.get("type") != "Scheduler":
-        raise _unreachable(address, f"what answers there is a Dask {who.get('type', '?')}")
+        raise _unreachable(address, f"the program at that address is a Dask {who.get('type', '?')}")
 
 
 async def _identity(address: str, within: float) -> dict[str, Any]:
@@ -209,8 +213,7 @@ class DaskCluster:
             self._close()
             if isinstance(error, OSError):  # as Dask has what is lost
                 raise WorkbenchError(
-                    f"the scheduler at {address} or a worker was lost while it was asked what it "
-                    "has: run this again"
+                    f"the scheduler at {address} or a worker was lost at the start: run this again"
                 ) from error
             raise
 
@@ -298,17 +301,15 @@ class DaskCluster:
         except KilledWorker as error:
             raise WorkbenchError(
                 f"{error.allowed_failures + 1} workers were lost one after the other while they "
-                "did the same task, perhaps for want of memory: see what they logged last"
+                "did the same task, perhaps because memory ran out: see their logs"
             ) from error
         except (CancelledError, CommClosedError) as error:
             raise WorkbenchError(
-                f"the scheduler at {self._address} was lost, and what it had to do with it: start "
-                "it again, and fly again"
+                f"the scheduler at {self._address} was lost with its tasks: start it again, and "
+                "fly again"
             ) from error
         except (ImportError, pickle.UnpicklingError) as error:
-            raise WorkbenchError(
-                f"a worker cannot do what is done here ({error}): {INSTALL}"
-            ) from error
+            raise WorkbenchError(f"a worker cannot do this task ({error}): {INSTALL}") from error
         finally:
             future.release()
 
@@ -328,7 +329,9 @@ class DaskCluster:
         own = _python(info["client"])
         for who, python in ({"the scheduler": _python(info["scheduler"])} | pythons).items():
             if python != own:
-                raise WorkbenchError(f"{who} runs Python {python}, and here runs {own}: {INSTALL}")
+                raise WorkbenchError(
+                    f"{who} runs Python {python}, but this machine runs {own}: {INSTALL}"
+                )
         tell = _versions_there()
         if self._client.run_on_scheduler(tell) is None:
             raise WorkbenchError(f"the scheduler lacks drake-drone-workbench: {INSTALL}")

@@ -128,7 +128,7 @@ class LocalProcesses:
                 broken = error
         raise WorkbenchError(
             f"processes that flew were ended from outside, {1 + MOST_LOST} times: let fewer fly at "
-            "a time if it was for want of memory; a script needs `if __name__ == '__main__':`"
+            "a time if memory ran out; a script needs `if __name__ == '__main__':`"
         ) from broken
 
 

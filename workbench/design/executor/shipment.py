@@ -93,7 +93,7 @@ def shipment(scenario: Scenario) -> dict[str, bytes] | None:
         )
     except LimitedError as error:
         raise WorkbenchError(
-            f"{scenario.vehicle.model}: what it is read from cannot be found out: {error}"
+            f"{scenario.vehicle.model}: its files cannot be found: {error}"
         ) from error
     size = sum(Path(name).stat().st_size for name in names)
     if size > MOST_BYTES:

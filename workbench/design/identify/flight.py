@@ -128,7 +128,7 @@ def free_flight(flight: Flight) -> Flight:
     mean = flight.commands.mean(axis=1)
     running = mean[mean > 0.05 * max(mean.max(), 1e-12)]
     if not len(running):
-        raise WorkbenchError(f"{flight.name}: the motors never run: there is no flight in it")
+        raise WorkbenchError(f"{flight.name}: the motors never run, so it has no flight")
     many = max(1, round(STEADY * flight.rate))
     flies = uniform_filter1d(mean, many) > FLYING * np.median(running)
     flies = binary_erosion(flies, np.ones(2 * round(AWAY * flight.rate) + 1))
@@ -212,7 +212,7 @@ def excitation(
     limits.check()
     if not LEAST <= duration <= MOST:
         raise WorkbenchError(
-            f"the plan is to last {duration:g} s: give {LEAST:g} .. {MOST:g} s; a minute is usual"
+            f"the plan lasts {duration:g} s: give {LEAST:g} .. {MOST:g} s; a minute is usual"
         )
     amplitudes = (limits.speed, limits.speed, limits.climb, limits.yaw_rate)
     end = duration - REST

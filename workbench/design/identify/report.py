@@ -208,7 +208,7 @@ def hover_command(found: Found) -> tuple[float, float, float]:
 def told_apart(found: Found) -> str:
     """Return whether lag and delay are separable, and whether the lag is one number."""
     if not found.fast:
-        return "nothing is said of lag and delay"
+        return "lag and delay are not judged"
     lag, low, high = _factor(found, "lag", found.vehicle.rotor_lag)
     alone = 0.5 * (high - low)
     _, first, last = _together(found, found.vehicle.rotor_lag)
@@ -217,12 +217,12 @@ def told_apart(found: Found) -> str:
         known = found.vehicle.rotor_lag
         return (
             f"thrust shows a lag of {1e3 * known * math.exp(one):.1f} ms and turning one of "
-            f"{1e3 * known * math.exp(other):.1f} ms: more apart than chance has it, so the model "
-            "is not exact; the interval holds both"
+            f"{1e3 * known * math.exp(other):.1f} ms: this difference is larger than chance "
+            "explains, so the model is not exact; the interval includes both"
         )
     if alone > TOLD_APART * lag or 0.5 * (last - first) < 0.5 * alone:
-        return "lag and delay cannot be told apart: take lag_with_delay"
-    return "lag and delay are told apart"
+        return "lag and delay cannot be separated: use lag_with_delay"
+    return "lag and delay are separated"
 
 
 def whiteness(fit: Fit, period: float) -> np.ndarray:
@@ -427,13 +427,13 @@ class Report:
         said += [f"no {what}: {why}" for what, why in self.found.refused.items()]
         if any(row.name.startswith("inertia") for row in self.rows):
             said.append(
-                f"inertias hold for a mass of {self.vehicle.mass:.4g} kg and the described arms: "
-                "they go with both, and that about z with the described moment constant"
+                f"inertias are for a mass of {self.vehicle.mass:.4g} kg and the described arms: "
+                "they scale with both, and that about z with the described moment constant"
             )
             if (scale := yaw_scale(identified_vehicle(self.found))) < 1.0:
                 said.append(
-                    "no body has more about z than about x and y together: the sidecar has "
-                    f"{scale:.3g} times the moment constant, and all that turns about z"
+                    "no body has a larger moment about z than about x and y together: the sidecar "
+                    f"has {scale:.3g} times the moment constant, and all that turns about z"
                 )
         said.append(
             f"noise: gyro {self.noise[0]:.2g} rad/s/√Hz, accelerometer {self.noise[1]:.2g} m/s²/√Hz"
@@ -445,7 +445,7 @@ class Report:
         if self.held_back:
             of = self.held_back
             said.append(
-                f"held back by itself: thrust within {of.force:.2g} m/s² RMS (unchanged "
+                f"validation: thrust within {of.force:.2g} m/s² RMS (unchanged "
                 f"{of.constant_force:.2g})"
                 + (
                     f", angular velocity {of.ahead:g} s ahead within {of.turn:.2g} rad/s "
@@ -455,7 +455,7 @@ class Report:
                 )
             )
         if not self.found.fit.complete:
-            said.append("the search did not come to its end: take the numbers for a first guess")
+            said.append("the search did not finish: use the numbers as a first guess")
         return said
 
     def as_dictionary(self) -> dict[str, Any]:

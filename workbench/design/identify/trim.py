@@ -137,7 +137,7 @@ def opposites(vehicle: Vehicle) -> Sequence[int]:
     found = [int(each) for each in gaps.argmin(axis=1)]
     near = all(gaps[i, j] < 0.2 * vehicle.span for i, j in enumerate(found))
     if not near or any(found[j] != i for i, j in enumerate(found)):
-        raise WorkbenchError(f"{vehicle.name}: its rotors do not stand across each other in pairs")
+        raise WorkbenchError(f"{vehicle.name}: its rotors are not in opposite pairs")
     return found
 
 

@@ -155,7 +155,7 @@ class LoopShaper:
         linked: Mapping[str, str] | None = None,
     ) -> None:
         if not loop.gains:
-            raise WorkbenchError(f"loop {loop.name} names no gains: nothing can shape it")
+            raise WorkbenchError(f"loop {loop.name} names no gains, so it cannot be shaped")
         self._model_of, self._point, self._gains = model_of, loop.point("actuator"), dict(gains)
         self._linked = dict(linked or {})
         names = [loop.gains] if len(loop.gains) == 1 else [loop.gains[:-1], loop.gains[-1:]]

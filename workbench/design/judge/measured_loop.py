@@ -56,9 +56,7 @@ def measured_loop(injected: "Injected") -> MeasuredLoop:
     """
     periods = len(injected.came)
     if periods < 2:
-        raise WorkbenchError(
-            f"{periods} whole periods were measured: let the injection fly for three or more"
-        )
+        raise WorkbenchError(f"{periods} whole periods were measured: inject for three or more")
     lines = injected.multisine.lines
     sent = np.fft.rfft(injected.sent)[lines]
     came = np.fft.rfft(injected.came, axis=1)[:, lines]

@@ -93,7 +93,7 @@ class PolePlacer:
         linked: Mapping[str, str] | None = None,
     ) -> None:
         if not names:
-            raise WorkbenchError("this loop names no gains: nothing can move its poles")
+            raise WorkbenchError("this loop names no gains, so its poles cannot be moved")
         self._model_of, self._gains, self._linked = model_of, dict(gains), dict(linked or {})
         rows = [table.find(name) for name in names]
         self._names = names

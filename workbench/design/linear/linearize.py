@@ -95,7 +95,9 @@ def linear_matrices(
         if loop == CLOSED:
             system = found(point, gains).matrices(inputs or ASKED, outputs or SHOWN)
         elif inputs or outputs:
-            raise WorkbenchError("an open loop goes from its cut to its cut: leave the names out")
+            raise WorkbenchError(
+                "an open loop has the input and output of its cut: leave the names out"
+            )
         else:
             wanted = study.controller.loop(loop)
             if wanted.hold and not point.hold:
@@ -113,9 +115,7 @@ def _check_cut(controller: Controller, loop: str, cut: str, point: OperatingPoin
         raise unknown_name("place to cut a loop", cut, CUTS)
     if loop in (CLOSED, VEHICLE):
         if cut != "actuator":
-            raise WorkbenchError(
-                f"there is nothing to cut in '{loop}': name a loop, or leave the cut out"
-            )
+            raise WorkbenchError(f"'{loop}' has no loop to cut: name a loop, or leave the cut out")
     elif controller.loop(loop).hold and point not in (OperatingPoint(), OperatingPoint(hold=True)):
         raise WorkbenchError(
             f"the position is held in hover only: the loop {loop} is not closed at {point.label}"

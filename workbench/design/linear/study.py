@@ -541,8 +541,8 @@ class FlightDerivatives(VehicleDerivatives):
         moment = self._controller.wanted_yaw_moment(self._in_controller).value()
         if math.isnan(moment):
             raise WorkbenchError(
-                f"{self._law.name} looks at the wrench that was commanded before, so it has no "
-                "model without sampling: leave --time continuous out"
+                f"{self._law.name} uses the previously commanded wrench, so it has no continuous "
+                "model: leave --time continuous out"
             )
         self._set_state([*known, np.full(moments, moment), trim.memory], trim, at_states)
         slopes = self._slopes(trim, states + inputs)
@@ -708,12 +708,12 @@ class LinearStudy:
         trim, values = self.trim(point, gains), self._values(gains)
         if self.scenario.estimator != TRUTH:
             raise WorkbenchError(
-                f"the estimator {self.scenario.estimator} is sampled, so there is no model of it "
-                "without sampling: leave --time continuous out, or take `--estimator truth`"
+                f"the estimator {self.scenario.estimator} is sampled, so it has no continuous "
+                "model: leave --time continuous out, or use `--estimator truth`"
             )
         if any(values[name] for name in FILTERS):
             raise WorkbenchError(
-                "filters are sampled, so there is no model of them without sampling: leave --time "
+                "filters are sampled, so they have no continuous model: leave --time "
                 "continuous out, or switch off " + ", ".join(n for n in FILTERS if values[n])
             )
         core = self._continuous(np.array(payload_of(values)))
@@ -752,8 +752,8 @@ class LinearStudy:
             return None
         if trim.point.yaw_rate:
             raise WorkbenchError(
-                f"a turn cannot be linearised with the estimator {estimator.name}: ask for a yaw "
-                "rate of 0, or judge on the truth"
+                f"a turn cannot be linearised with the estimator {estimator.name}: set the yaw "
+                "rate to 0, or use the true state"
             )
         settings = np.array([values[name] for name in estimator.settings._fields])
         return self._estimators(settings, trim.state, trim.vdot_WB)

@@ -54,14 +54,14 @@ def find_trim(
     n = len(vehicle.rotors)
     if point.yaw_rate and derivatives.controller.memory:
         raise WorkbenchError(
-            f"a turn cannot be linearised with {derivatives.controller.name}, which remembers "
-            "vectors that turn as well: ask for a yaw rate of 0"
+            f"a turn cannot be linearised with {derivatives.controller.name}, whose memory has "
+            "vectors that turn as well: set the yaw rate to 0"
         )
     lagging = [name for name in ("setpoint_lowpass", "derivative_lowpass") if gains[name]]
     if point.yaw_rate and lagging:
         raise WorkbenchError(
             f"a turn cannot be linearised with {' and '.join(lagging)}, whose vectors turn late: "
-            "ask for a yaw rate of 0, or switch them off"
+            "set the yaw rate to 0, or switch them off"
         )
     trim = _first_guess(derivatives, vehicle, gains, point)
     best = np.inf
@@ -83,7 +83,7 @@ def find_trim(
         trim = _moved(derivatives, trim, share * change, n)
     raise WorkbenchError(
         f"there is no flight as '{point.label}' for {vehicle.name} with these gains: "
-        f"{best:.2g} m/s², rad/s² or shares of a rotor's speed are left; it may be beyond "
+        f"{best:.2g} m/s², rad/s² or shares of a rotor's speed remain; it may be beyond "
         "max_speed, max_climb_rate, max_yaw_rate, max_tilt or what the rotors can give"
     )
 

@@ -193,7 +193,7 @@ def _check_case(case: Case, index: int, file: YamlFile, controller: str) -> None
         )
     if not case.limits and not case.baseline:
         where = file.where(*keys)
-        raise WorkbenchError(f"{where}'{case.name}' demands nothing: give it limits or a baseline")
+        raise WorkbenchError(f"{where}'{case.name}' checks nothing: give it limits or a baseline")
     for name, limit in case.limits.items():
         _check_metric(case, file, (*keys, "limits", name), name)
         _check_limit(limit, file, (*keys, "limits", name))
@@ -303,7 +303,7 @@ def _check_metric(case: Case, file: YamlFile, keys: Keys, name: str) -> None:
         Need.HOVER: not (step or case.log) and case.edge < HOVER,
     }
     if missing.get(measure.need):
-        raise _refuse(file, keys, f"needs {measure.need.value}, which '{case.name}' has not")
+        raise _refuse(file, keys, f"needs {measure.need.value}, which '{case.name}' does not have")
 
 
 def _check_signal(name: str, file: YamlFile, keys: Keys) -> None:

@@ -37,9 +37,7 @@ TWICE = NOISE_FROM / 0.45
 """Smallest sampling rate to measure noise [Hz]."""
 MEASURED = ("measured_rise_time", "measured_overshoot", "measured_final")
 """Metrics from the step response of a loop over a whole log."""
-_WHY_NAN = (
-    "the setpoint does not move, or the response follows it later than is looked for, or not at all"
-)
+_WHY_NAN = "the setpoint does not move, or the response follows it too late or not at all"
 
 
 class Need(Enum):
@@ -196,7 +194,7 @@ def _hover(flight: Flight) -> Recording:
     hover = flight.before.between(flight.edge - HOVER, flight.edge)
     if not len(hover.time) or hover.time[-1] - hover.time[0] < 0.9 * HOVER:
         raise UnknownError(
-            f"the log does not tell of the {HOVER:g} s before {flight.edge:.4g} s: name a span that"
+            f"the log does not include the {HOVER:g} s before {flight.edge:.4g} s: name a span that"
             " begins later"
         )
     return hover

@@ -102,8 +102,8 @@ class Job:
             return self
         if asked := self.changes.of_flights:
             raise WorkbenchError(
-                f"{self.spec.path}: {case.name}: has a log, which has flown already, so {asked[0]} "
-                "cannot change it: leave it out, or name other specs"
+                f"{self.spec.path}: {case.name}: is judged from a log, which {asked[0]} cannot "
+                "change: leave it out, or name other specs"
             )
         try:
             return dataclasses.replace(self, logged=read(self.spec, case))
@@ -310,8 +310,8 @@ def _checks(name: str, limit: Limit, flight: Flight) -> list[Check]:
             found.append(Check(said, measure.unit_of(part), value, limit, doubt))
         if not found:
             raise UnknownError(
-                f"the setpoint has no step that stands for {SHORTEST:g} s before and after its "
-                f"edge: {' and '.join(MEASURED[:2])} take any flying"
+                f"the setpoint has no step that is constant for {SHORTEST:g} s before and after "
+                f"its edge: {' and '.join(MEASURED[:2])} work with any flight"
             )
     except UnknownError as reason:
         skipped = isinstance(flight, JudgedLog) and flight.skip

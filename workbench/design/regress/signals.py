@@ -78,7 +78,7 @@ def sensor_signal(name: str, samples: Iterable[Samples]) -> Signal:
         if len(last) and last[0] < 0:
             when = f"first at {delivered[0]:.3g} s" if len(delivered) else "not at all"
             raise WorkbenchError(
-                f"'{sensor}' delivers {when}, and is judged from {recording.time[0]:.3g} s on: "
+                f"'{sensor}' delivers {when}, but is judged from {recording.time[0]:.3g} s on: "
                 "give the case a later edge"
             )
         return channel.values[last]

@@ -55,7 +55,10 @@ def why_no_best(table: SweepTable, metric: str) -> str:
     tied = table.tied(metric)
     drones = [each.name for each in table.ranges if each.name.startswith(_OF_THE_DRONE)]
     if SEED in (each.name for each in table.ranges):
-        return "no best is chosen: a seed is luck: sweep gains with one seed, or look at the spread"
+        return (
+            "no best is chosen: the seed is random: sweep gains with one seed, or look at the "
+            "spread"
+        )
     if drones:
         verb = "is" if len(drones) == 1 else "are"
         option = "--vary" if drones[0].startswith(VARY) else "--set"

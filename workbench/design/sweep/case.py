@@ -133,7 +133,7 @@ class SweepCase:
             system, flown = table.find(name).system, self.scenario.estimator
             if system in (COMPLEMENTARY, EKF) and system != flown:
                 raise WorkbenchError(
-                    f"{name} is swept, and nothing goes by it, as the controller knows "
+                    f"{name} is swept without effect, because the controller gets "
                     f"{'the truth' if flown == TRUTH else flown}: add --estimator {system}"
                 )
         axis = find_axis(self.axis)
@@ -190,7 +190,7 @@ def axis_loop(axis: str, controller: Controller | None = None) -> str:
         if loop.axis == axis and not loop.hold:
             return loop.name
     raise WorkbenchError(
-        f"{law.name} states no loop that steers {axis}: give a loop in its file axis={axis!r}"
+        f"{law.name} has no loop for {axis}: give a loop in its file axis={axis!r}"
     )
 
 

@@ -81,7 +81,7 @@ class SweepRange:
             )
         if self.log and self.low <= 0.0:
             raise WorkbenchError(
-                f"{self.name} is swept from {self.low:g} over its logarithm: begin above 0"
+                f"{self.name} is swept from {self.low:g} logarithmically: begin above 0"
             )
 
     @property

@@ -119,7 +119,7 @@ def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]
     row = parameter_table(law).find(name)
     other = max(row.minimum, 0.5 * values[name])
     if other == values[name]:
-        raise WorkbenchError(f"{name} is {other:g}, its least: no gain of the climb is to be had")
+        raise WorkbenchError(f"{name} is {other:g}, its least: no vertical gain can be computed")
     less = study.wrench_by(points[3:], {**plain, name: other})
     climb = float(wrench[0, 3] - less[0, 0]) / study.vehicle.mass
     return {**found, "z": climb / ((values[name] - other) * unit)}
@@ -198,7 +198,7 @@ def numbers(
         said = EXACT
         if max(each) - min(each) > ALIKE * max(abs(value), NONE):
             wishes = " and ".join(f"{v:.4g} for {axis}" for axis, v in of_axes)
-            said = f"the mean of {wishes}, which share it here"
+            said = f"the mean of {wishes}, which share one gain here"
             lost += [Lost(axis, f"shares {name} with another axis") for axis, _ in of_axes]
         limited = min(parameter.maximum, max(parameter.minimum, value))
         if limited != value:
@@ -243,8 +243,8 @@ def translate(
         for name in form.off:
             if each[name]:
                 raise WorkbenchError(
-                    f"{study.controller.name} flies with {name}, in which its gains mean something "
-                    f"else: set it to 0"
+                    f"{study.controller.name} flies with {name}, which changes the meaning of its "
+                    "gains: set it to 0"
                 )
     hover = forms[1].hover
     if hover:
@@ -266,11 +266,11 @@ def translate(
     if gone:
         remarks.append(
             f"{', '.join(gone)} are 0: wind, and a centre of mass that is off, leave an error; "
-            f"`workbench tune --controller {new.controller.name}` goes on from a gain file"
+            f"`workbench tune --controller {new.controller.name}` continues from a gain file"
         )
     heading = [row.name for row in forms[1].rows if row.axis == "yaw" and row.part == "angle"]
     if any(gain.name in heading and not gain.value for gain in gains):
-        remarks.append(f"{heading[0]} is 0: nothing brings a heading back")
+        remarks.append(f"{heading[0]} is 0: nothing corrects the heading")
     remarks += [
         f"{study.controller.name}: {said}"
         for study, form in zip((old, new), forms, strict=True)

@@ -171,7 +171,7 @@ class _Search:
 
         def heard(best: Candidate) -> None:
             self._tell(
-                f"finding which wishes stand against each other: search {number}, candidate "
+                f"finding which wishes contradict each other: search {number}, candidate "
                 f"{part.spent}",
                 1.0 - HALFWAY / (HALFWAY + number - 1.0 + part.share),
             )

@@ -177,7 +177,7 @@ class Evaluation:
     def best(self) -> Candidate:
         """The candidate with the largest value of its smallest reserve."""
         if self._best is None:
-            raise ValueError("nothing was looked at yet")
+            raise ValueError("nothing was evaluated yet")
         return self._best
 
     @property

@@ -121,7 +121,7 @@ def make_plan(
         for name, value in rule_gains(instruments.vehicle, law).items()
         if any(name in loop.gains for loop in law.loops)
     }
-    tell("flying the rule's gains, compiled: up to a minute if this machine never did", 0.1)
+    tell("flying the rule's gains, compiled: up to a minute the first time on this machine", 0.1)
     instruments.steps = _steps(instruments, wishes, rule)
     tied = not separate and symmetric(law, rule, wishes.wishes)
     asked = mirrored(law, wishes.wishes) if tied else list(wishes.wishes)
@@ -132,7 +132,7 @@ def make_plan(
         asked = completed(asked, default_wishes(quantities, reached.tolist()))
     asked = merged(asked)
     if not asked:
-        raise WorkbenchError("nothing is wished for: give a --wish, or leave --no-defaults out")
+        raise WorkbenchError("there are no wishes: give a --wish, or leave --no-defaults out")
     variables = variables_for(
         law, [wish.subject for wish in asked], tied=tied, flown_set=instruments.flown_set
     )
@@ -144,7 +144,7 @@ def make_plan(
     )
     tell(f"flying the rule's gains with {len(cases) + 1} vehicles", 0.6)
     problem = problem.demanding(softened(problem.requirements, problem.measured([rule])[0]))
-    tell("flying what the requirements came to", 0.9)
+    tell("flying the result", 0.9)
     return Plan(
         scenario=scenario,
         settings=dict(settings),

@@ -127,7 +127,7 @@ def merged(wishes: Sequence[Wish]) -> list[Wish]:
     for (name, at_least), wish in found.items():
         other = found.get((name, not at_least))
         if at_least and other and wish.bound > other.bound:
-            raise WorkbenchError(f"{wish} contradicts {other}: nothing is both, so drop one")
+            raise WorkbenchError(f"{wish} contradicts {other}: both cannot be met, so drop one")
     return list(found.values())
 
 
@@ -169,7 +169,7 @@ def members(name: str, metric: Metric, law: Controller) -> tuple[str, ...]:
     if _NO_LOOPS.get(name) in loops:
         loop = _NO_LOOPS[name]
         raise WorkbenchError(
-            f"{law.name} has no loop {name}: it damps the rate in the loop {loop}, so wish for "
+            f"{law.name} has no loop {name}: it damps the rate in the loop {loop}: use "
             f"{loop}.{metric.name}"
         )
     kind = {STEP: "axis", LOOP: "loop", ROTORS: "subject"}[metric.kind]

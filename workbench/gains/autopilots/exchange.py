@@ -183,8 +183,8 @@ def export_gains(
     if told:
         remarks = (
             *remarks,
-            f"{file.path} does not have {joined(told)}, whose values are not the firmware's "
-            "defaults: export them to a file of their own, and load both",
+            f"{file.path} does not have {joined(told)}, and its values for them are not the "
+            "firmware's defaults: export them to a separate file, and load both",
         )
     return Exported(file.replaced(texts), changed, absent, remarks)
 
@@ -213,9 +213,9 @@ def _renamed(firmware: Firmware, values: Mapping[str, float], version: str) -> t
     said = []
     if renamed:
         since = ".".join(map(str, next(iter(renamed.values())).since))
-        said.append(f"{len(renamed)} names are those of before {since}: {joined(list(renamed))}")
+        said.append(f"{len(renamed)} names are from before {since}: {joined(list(renamed))}")
     if scaled:
-        said.append(f"of them are scaled: {joined(scaled)}")
+        said.append(f"some of them are scaled: {joined(scaled)}")
     if any(f"d_min_{axis}" in values for axis in versions.AXES):
         said.append("d and d_min of before 4.6 are read as d_max and d")
     return tuple(said)
@@ -224,7 +224,7 @@ def _renamed(firmware: Firmware, values: Mapping[str, float], version: str) -> t
 def _beyond(firmware: Firmware, law: Controller, gains: Mapping[str, float]) -> tuple[str, ...]:
     """Return remarks on gains beyond the ranges stated by a firmware."""
     found = beyond(firmware.advised, firmware.rows(law), gains)
-    said = f"beyond the range that {firmware.name} states itself, which is advice: {joined(found)}"
+    said = f"beyond the range that {firmware.name} recommends: {joined(found)}"
     return (said,) if found else ()
 
 
@@ -237,7 +237,9 @@ def _rounded(firmware: Firmware, gains: Mapping[str, float]) -> tuple[str, ...]:
         for name, value in gains.items()
         if not value.is_integer()
     ]
-    return (f"rounded, as {firmware.name} keeps whole numbers: {joined(lost)}",) if lost else ()
+    return (
+        (f"rounded, because {firmware.name} keeps whole numbers: {joined(lost)}",) if lost else ()
+    )
 
 
 def _equal(firmware: Firmware, a: float, b: float) -> bool:

@@ -221,7 +221,7 @@ def unsafe(row: Parameter, value: float | None) -> str:
     if math.isinf(value):
         return "is infinite"
     if value < 0.0 <= row.minimum:
-        return "is negative: the sign would turn its part of the loop round"
+        return "is negative: this would reverse the sign of its part of the loop"
     if not row.minimum <= value <= row.maximum:
         unit = "" if row.unit == "1" else f" {row.unit}"
         return f"is out of range: keep it within {row.minimum:g} .. {row.maximum:g}{unit}"

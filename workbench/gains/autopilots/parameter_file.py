@@ -308,7 +308,7 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
     names = {each.name for each in entries}
     new, old = not names.isdisjoint(_SI), not names.isdisjoint(_OLD)
     if new and old:
-        remarks.append("has names of 4.6 and of 4.7: each is read as its own version has it")
+        remarks.append("has names of 4.6 and of 4.7: each is read as in its own version")
     version = "4.7" if new else "4.6" if old else ""
     return ParameterFile(path, text, tuple(entries), version, remarks=tuple(remarks))
 
@@ -354,7 +354,7 @@ def read_betaflight_cli(path: Path, text: str, profile: int | None = None) -> Pa
     if len(profiles) > 1:
         remarks.append(f"has {', '.join(profiles)}: {counted} counts, --profile takes another")
     if counted and profiles and counted not in profiles:
-        remarks.append(f"sets nothing in {counted}; it does in {', '.join(profiles)}")
+        remarks.append(f"sets nothing in {counted}, but does in {', '.join(profiles)}")
     if resets:
         remarks.append("begins at the defaults of its version: what it does not set has those")
     sliders = [each for each in entries if each.name == _SLIDERS and each.text != "OFF"]
@@ -390,7 +390,7 @@ def read_crazyflie_parameters(path: Path, text: str) -> ParameterFile:
     except (yaml.YAMLError, ValueError, UnicodeError) as error:
         mark = getattr(error, "problem_mark", None)
         where = f":{mark.line + 1}" if mark else ""
-        said = getattr(error, "problem", None) or "it has characters that cannot be"
+        said = getattr(error, "problem", None) or "it has characters that are not allowed"
         raise WorkbenchError(f"{path}{where}: is neither YAML nor JSON: {said}") from error
     if not isinstance(root, yaml.MappingNode):
         raise WorkbenchError(f"{path}: expected lines as 'pid_rate.roll_kp: 250'")

@@ -27,7 +27,8 @@ HELP = (
     "up down  climb and sink                         left right  turn",
     "+ -    faster, slower      space  hold          T      take off     L  land",
     "X      stop the rotors at once, wherever the drone is",
-    "A terminal does not tell when a key is let go: it counts for 0.3 s, then fades in 0.3 s.",
+    "A terminal does not report that a key is released: a key counts for 0.3 s, then fades in 0.3 "
+    "s.",
 )
 SHORT_WATCHING = "C take control   ? help   Q quit"
 SHORT_FLYING = (

@@ -73,7 +73,7 @@ def write_package(folder: Path) -> list[Path]:
     manifest = package / "package.xml"
     if package.exists() and not (manifest.is_file() and PACKAGE in manifest.read_text()):
         raise WorkbenchError(
-            f"{package}: something else than the package {PACKAGE} stands there: name another "
+            f"{package}: the folder has something other than the package {PACKAGE}: name another "
             "folder"
         )
     files = {manifest: _manifest(), package / "CMakeLists.txt": _build()}

@@ -355,7 +355,7 @@ def compare_gain_file(
     compared = diff_gains({each: present[each] for each in values}, values, present, controller)
     said = [file.origin] if file.origin else []
     if file.vehicle and vehicle and file.vehicle != vehicle:
-        said.append(f"these are gains of '{file.vehicle}', and '{vehicle}' flies")
+        said.append(f"these are gains of '{file.vehicle}', but '{vehicle}' flies")
     if missing := [each for each in file.gains if each not in present]:
         said.append(f"this flight has no {', '.join(missing)}")
     changes = tuple(each for each in compared if each.a != each.b)

@@ -150,7 +150,7 @@ class Hub:
                 session.count_fragment()
         except Exception as error:  # a bug of ours must not affect other clients
             self.failed(f"client {session.number}", error)
-            session.end(ErrorCode.INTERNAL, "the server has failed at this: tell who runs it")
+            session.end(ErrorCode.INTERNAL, "the server has failed: tell its operator")
         if session.role is not role:
             self._tell_control(session)
         if session.role is not role or session.name != name:

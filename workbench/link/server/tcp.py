@@ -167,12 +167,13 @@ def listen(host: str, port: int) -> socket.socket:
 def _reason(error: Exception, host: str, port: int) -> str:
     match getattr(error, "errno", None):
         case errno.EADDRINUSE:
-            return f"port {port} at {host} is in use: end the program that has it, or take another"
+            return f"port {port} at {host} is in use: end the program that uses it, or use another "
+            "port"
         case errno.EADDRNOTAVAIL:
             return f"{host} is not an address of this machine: listen at one that is, or at 0.0.0.0"
         case errno.EACCES:
             return f"port {port} at {host} is reserved: take one above 1023"
-    return f"it is not possible to listen at {host}:{port}: {error}"
+    return f"cannot listen at {host}:{port}: {error}"
 
 
 LINGER = 1.0

@@ -53,7 +53,7 @@ def read_blackbox(path: Path) -> FlightRecord:
         damage = f"the file is damaged, and was read up to there: {error}"
     fields = _columns(names, frames)
     if len(fields.get("time", ())) < 2:
-        raise WorkbenchError(f"{path}: has no two frames: it is empty or damaged")
+        raise WorkbenchError(f"{path}: has fewer than two frames: it is empty or damaged")
     microseconds = fields.pop("time")
     fields.pop("loopIteration", None)
     time = (microseconds - microseconds[0]) * 1e-6

@@ -91,7 +91,7 @@ def read_usd(path: Path) -> FlightRecord:
     }
     times = {number: tick * table["t"].astype(float) for number, table in found.items()}
     if not any(len(time) > 1 for time in times.values()):
-        raise WorkbenchError(f"{path}: has no two samples: it is empty or damaged")
+        raise WorkbenchError(f"{path}: has fewer than two samples: it is empty or damaged")
     remarks = [*filter(None, (cut, _checked(data, rest)))]
     begin = min(float(time.min()) for time in times.values())
     jumped = sum(int((np.diff(time) <= 0.0).sum()) for time in times.values())
@@ -108,7 +108,7 @@ def read_usd(path: Path) -> FlightRecord:
         remarks.append(
             "the motors' commands are shares of the voltage, after the battery compensation"
             if "pwm.m1_pwm" in columns
-            else "the motors' commands are motor.m*: whether the battery compensation is in them "
+            else "the motors' commands are motor.m*: whether they include the battery compensation "
             "depends on the firmware"
         )
     return FlightRecord(
@@ -145,7 +145,7 @@ def _events(path: Path, data: bytes) -> tuple[dict[int, _Event], int, int]:
                 variables.append(text)
             events[number] = _event(version, name, variables)
     except (struct.error, ValueError, IndexError) as error:
-        raise WorkbenchError(f"{path}: the head of the usd log is damaged: {error}") from error
+        raise WorkbenchError(f"{path}: the header of the usd log is damaged: {error}") from error
     return events, at, version
 
 
@@ -194,7 +194,7 @@ def _checked(data: bytes, rest: int) -> str:
         (said,) = struct.unpack_from("<I", data, rest)
         if said == zlib.crc32(data[:rest]):
             return ""
-        return "the log's checksum is not that of its content: it is damaged somewhere"
+        return "the log's checksum does not match its content: it is damaged"
     if left == 0:
         return "the log has no checksum at its end: it was cut, or the Crazyflie lost power"
     return f"the last {left} bytes of the log are not samples and were left out: the log is damaged"

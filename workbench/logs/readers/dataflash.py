@@ -64,7 +64,7 @@ def read_dataflash(path: Path) -> FlightRecord:
                 topic = _topic(message)
                 fields = list(message.fmt.columns)
                 if columns.setdefault(topic, fields) != fields:
-                    raise ValueError(f"message {topic} is defined anew")
+                    raise ValueError(f"message {topic} is defined twice")
                 # If a damaged definition names fields that do not exist, nothing is kept.
                 row = tuple(getattr(message, each) for each in fields)
                 rows[topic].append(row)
@@ -172,7 +172,7 @@ def _motors(
     if not channels and "Copter" in firmware:
         channels = {motor: motor for motor in (1, 2, 3, 4)}
     if "RCOU" not in tables or not channels:
-        return [], "the log names no motors: what the outputs are is not known"
+        return [], "the log names no motors: the purpose of the outputs is not known"
     low = float(parameters.get("MOT_PWM_MIN", 0.0)) or 1000.0
     full = float(parameters.get("MOT_PWM_MAX", 0.0)) or 2000.0
     if not full > low:

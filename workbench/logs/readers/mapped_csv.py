@@ -133,7 +133,7 @@ def _mapping(path: Path) -> tuple[str, str, _Column, dict[str, _Column]]:
             ):
                 raise WorkbenchError(
                     f"{path}: {other} and {each} become {signal} and {column.signal}: "
-                    "give each a name of its own"
+                    "give each a different name"
                 )
         taken[each] = column.signal
     return (

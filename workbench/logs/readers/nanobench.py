@@ -92,7 +92,8 @@ def read_nanobench(path: Path) -> FlightRecord:
         *filter(None, (cut, damage, said)),
         *remarks,
         "the motors' commands are shares of the voltage: the firmware has compensated the battery",
-        "velocity_data was made of positions by a smoother: it knows up to 0.1 s of the future",
+        "velocity_data was computed from positions by a smoother: it depends on up to 0.1 s of "
+        "the future",
     ]
     if controller == "Mellinger":
         remarks.append("wanted attitudes are constant: the Mellinger controller flew, not the PID")
@@ -132,7 +133,7 @@ def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
     table = table[np.isfinite(table).all(axis=1)]
     table = table[rising_rows(table[:, 0])]
     if len(table) < 3:
-        raise WorkbenchError(f"{path}: has no three whole rows: it is empty or damaged")
+        raise WorkbenchError(f"{path}: has fewer than three complete rows: it is empty or damaged")
     table[:, 0] -= table[0, 0]
     lost = len(rows) - len(table)
     remark = f"{lost} damaged rows were left out" if lost else ""
@@ -195,7 +196,7 @@ def _measured(
     if last < len(time) - 1:
         remarks.append(
             f"the on-board columns end at {time[last]:.2f} s and were extrapolated for "
-            f"{time[-1] - time[last]:.2f} s: that was cut off"
+            f"{time[-1] - time[last]:.2f} s: the extrapolated part was cut off"
         )
     if shares:
         remarks.append(f"rows that were interpolated across gaps are left out: {', '.join(shares)}")

@@ -31,7 +31,7 @@ def read_packed(path: Path) -> tuple[bytes, str]:
             size += len(part)
             parts.append(part)
             if size > LARGEST:
-                raise WorkbenchError(f"{path}: unpacked it is larger than {LARGEST // 10**6} MB")
+                raise WorkbenchError(f"{path}: it is larger than {LARGEST // 10**6} MB")
             if not unpack.eof:
                 remark = "the packed file ends before its content does: it was cut"
             rest = unpack.unused_data

@@ -40,7 +40,7 @@ def read_states(path: Path) -> FlightRecord:
     head = next(csv.reader(lines[:1]))
     table = _table(lines[1:], len(head))
     if len(table) < 3:
-        raise WorkbenchError(f"{path}: has no three whole rows: it is empty or damaged")
+        raise WorkbenchError(f"{path}: has fewer than three complete rows: it is empty or damaged")
     lost = len(lines) - 1 - len(table)
     damage = f"{lost} damaged rows were left out" if lost else ""
     try:

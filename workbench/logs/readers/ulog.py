@@ -60,7 +60,8 @@ class _Forward(io.BufferedReader):
     def seek(self, offset: int, whence: int = io.SEEK_SET, /) -> int:
         if whence == io.SEEK_CUR and -offset > self._last + HEADER:
             raise WorkbenchError(
-                f"{self._path}: is damaged: at byte {self.tell()} a message ends behind the file"
+                f"{self._path}: is damaged: at byte {self.tell()} a message ends beyond the end of "
+                "the file"
             )
         return super().seek(offset, whence)
 
@@ -243,5 +244,5 @@ def _motors(
             rows.append(Row("actuator_outputs", (field,), (name,), "1", share(low, full)))
     return rows, [
         f"the motors' commands are outputs of {low:g} to {full:g} us; outputs that never move "
-        "were left out, and one that moves may be no motor"
+        "were left out, and one that moves may not be a motor"
     ]

@@ -56,15 +56,15 @@ _WORDS = {
 """Attributes that are read or irrelevant for flight, by element."""
 _WORDS["general"] = _WORDS["motor"]
 _WHY = {
-    "option": "gravity and air are the workbench's own, and so is the integrator",
+    "option": "gravity, air and integrator are those of the workbench",
     "sensor": "sensors are added as docs/sensors.md says",
     "keyframe": "a scenario says how a flight begins",
-    "contact": "friction and stiffness of the ground are the workbench's own",
+    "contact": "friction and stiffness of the ground are those of the workbench",
     "camera": "cameras are not drawn",
     "light": "lights are not drawn",
-    "visual": "pictures are the workbench's own",
-    "statistic": "pictures are the workbench's own",
-    "texture": "colours alone are drawn",
+    "visual": "pictures are those of the workbench",
+    "statistic": "pictures are those of the workbench",
+    "texture": "only colours are drawn",
 }
 _MOST = 50
 """Largest number of remarks on unused parts."""
@@ -157,7 +157,7 @@ def _included(include: Element, files: tuple[Path, ...]) -> Path:
     if not name or not file.is_file():
         raise WorkbenchError(f"{what}: no such file")
     if file.resolve() in [each.resolve() for each in files] or len(files) > DEEPEST:
-        raise WorkbenchError(f"{what} goes in a circle")
+        raise WorkbenchError(f"{what} includes itself")
     return file
 
 
@@ -206,7 +206,7 @@ class Defaults:
         if name not in self._classes:
             raise WorkbenchError(
                 f"{place(element)}: <{element.tag}> has the class "
-                f"'{shortened(name)}', which no <default> is of: add it"
+                f"'{shortened(name)}', which no <default> defines: add it"
             )
         known = self._classes[name]
         words = known.get(element.tag, {})
@@ -385,15 +385,15 @@ def _free_body(path: Path, root: Element, remarks: Remarks) -> Element:
     if len(free) > 1:
         raise WorkbenchError(
             f"{path}: several bodies move freely: {listed([b.get('name', '') for b in free])}: "
-            "give the drone's own file"
+            "give a file with the drone alone"
         )
     geoms = len(root.findall("worldbody/geom"))
     others = [shortened(body.get("name", "")) for body in tops if body is not free[0]]
     if others or geoms:
         parts = [f"bodies {listed(others)}"] if others else []
         parts += [f"{geoms} geoms"] if geoms else []
-        text = f"'{shortened(free[0].get('name', ''))}' is the one that flies; left out are "
-        remarks.add("ignored", path, "what stands in the world", text + " and ".join(parts))
+        text = f"'{shortened(free[0].get('name', ''))}' flies; left out are "
+        remarks.add("ignored", path, "objects of the world", text + " and ".join(parts))
     return free[0]
 
 
@@ -544,13 +544,15 @@ class _Reader:
             what = f"actuator '{shortened(name)}'"
             site = element.get("site", "")
             if child.tag not in _ACTUATORS or not site or "refsite" in element.attrib:
-                text = f"a <{shortened(child.tag)}> that pushes no site of the drone; not used"
+                text = (
+                    f"a <{shortened(child.tag)}> that does not push a site of the drone; not used"
+                )
                 self._remarks.add("ignored", self._path, what, text)
                 continue
             if site not in self._sites:
                 raise WorkbenchError(
-                    f"{place(element)}: {what} is at the site '{shortened(site)}', which the "
-                    f"drone has not: sites are {listed(list(self._sites))}"
+                    f"{place(element)}: {what} is at the site '{shortened(site)}', which the drone "
+                    f"does not have: sites are {listed(list(self._sites))}"
                 )
             gear = [*numbers(element, "gear", "1 0 0 0 0 0"), *[0.0] * 6][:6]
             gain = numbers(element, "gainprm", "1")[0] if element.tag == "general" else 1.0

@@ -42,11 +42,11 @@ def _newest(config: Path) -> Path:
         if isinstance(element, Element) and (element.text or "").strip()
     ]
     if not elements:
-        raise WorkbenchError(f"{config}: it names no <sdf> file: add one")
+        raise WorkbenchError(f"{config}: it does not name an <sdf> file: add one")
     newest = max(elements, key=_version)
     file = config.parent / (newest.text or "").strip()
     if not file.is_file():
-        raise WorkbenchError(f"{config}:{newest.line}: its <sdf> file {file.name} is not there")
+        raise WorkbenchError(f"{config}:{newest.line}: its <sdf> file {file.name} does not exist")
     return file
 
 

@@ -84,7 +84,7 @@ _UNUSED: dict[str, dict[str, str]] = {
         "projector": "projectors are not drawn",
     },
     "inertial": {"fluid_added_mass": "no flight has added mass"},
-    "collision": {"surface": "friction and stiffness of the ground are the workbench's own"},
+    "collision": {"surface": "friction and stiffness of the ground are those of the workbench"},
     "joint": {"physics": "no joint moves but rotors"},
     "axis": {"dynamics": "a rotor's lag is that of its motor, and no other joint moves"},
 }
@@ -231,7 +231,7 @@ def _strange(parent: Node, child: Node) -> _Strange | None:
     elif tag == "pose" and over == "inertial" and child.attribute("relative_to"):
         what = "attribute relative_to of <pose> of <inertial>"
     elif tag == "experimental:params":
-        text = "it would change what is included; not applied"
+        text = "it would change the included model; not applied"
     elif tag in _UNUSED.get(over, {}) and _says_something(child):
         text = f"{_UNUSED[over][tag]}; not used"
     elif tag in _KNOWN[over] or ":" in tag:  # the specification allows custom elements
@@ -303,8 +303,8 @@ def _without_missing(tree: SdfTree, remarks: Remarks) -> SdfTree:
         raise tree.missing[0][1]
     for include, _ in tree.missing:
         text = (
-            "its file is not found; it carries no rotor, so that the drone flies without it and "
-            "without its mass, which is not known here"
+            "its file is not found; as it has no rotor, the drone flies without it and its "
+            "unknown mass"
         )
         remarks.add(
             "missing", include.file, f"<include> of '{shortened(include.text_of('uri'))}'", text
@@ -316,7 +316,7 @@ def _without_missing(tree: SdfTree, remarks: Remarks) -> SdfTree:
             for end in ("parent", "child"):
                 poses.find(joint, joint_end(joint, end))
         except WorkbenchError:
-            remarks.add("ignored", joint.file, joint.title, "it joins what is missing; left out")
+            remarks.add("ignored", joint.file, joint.title, "it joins a missing part; left out")
         else:
             joints.append(joint)
     return dataclasses.replace(tree, joints=tuple(joints))

@@ -85,7 +85,7 @@ class SdfFiles:
         if found:
             return found
         problem = (
-            "is on the internet, where nothing is fetched from: download the model and"
+            "is on the internet, and nothing is downloaded: download the model and"
             if online
             else "is not found:"
         )
@@ -128,7 +128,8 @@ def sdf_file(path: Path, root: Element) -> SdfFile:
     """
     if root.tag == "robot":
         raise WorkbenchError(
-            f"{place(root)}: this is URDF (<robot>) where SDF is included: convert it to SDF"
+            f"{place(root)}: this is URDF (<robot>), but an SDF file is included here: convert it "
+            "to SDF"
         )
     if root.tag != "sdf":
         raise WorkbenchError(

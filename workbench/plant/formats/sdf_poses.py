@@ -56,7 +56,7 @@ class Poses:
         if twin:
             line = f" (the other is in {twin.owner.file}:{twin.owner.element.line})"
             raise frame.owner.fault(
-                f"there are two of the name '{shortened(plain)}' in one model{line}: rename one"
+                f"two have the name '{shortened(plain)}' in one model{line}: rename one"
             )
         self._frames[name] = frame
 
@@ -126,7 +126,7 @@ class Poses:
             if step in way:
                 raise self._frames[step].owner.fault(
                     f"the pose of {self._frames[step].owner.title} is relative to itself, through "
-                    "relative_to, attached_to or joints: break the circle"
+                    "relative_to, attached_to or joints: break the loop"
                 )
             way[step] = self._base(step)
             step = way[step]
@@ -154,8 +154,8 @@ class Poses:
                 "repaired",
                 part.file,
                 f"{part.title} of link '{link}'",
-                f"its pose is relative to '{shortened(base)}', which is not there; taken relative "
-                "to the link",
+                f"its pose is relative to '{shortened(base)}', which does not exist; taken "
+                "relative to the link",
             )
             return sdf_node.pose(pose)
         return self.X_MF(link).inverse() @ self.X_MF(full) @ sdf_node.pose(pose)
@@ -176,7 +176,7 @@ class Poses:
             if name in way:
                 raise frame.inside.fault(
                     f"{frame.owner.title} is attached to itself, through attached_to or joints: "
-                    "break the circle"
+                    "break the loop"
                 )
             if not frame.carrier:
                 raise frame.inside.fault(f"{frame.owner.title} has no link: add one")
@@ -199,7 +199,7 @@ class Poses:
             return X_BP
         if name in self._placing or len(self._placing) > DEEPEST:
             raise frame.inside.fault(
-                f"the placement frames of {frame.owner.title} and models near it hang on one "
+                f"the placement frames of {frame.owner.title} and models near it depend on one "
                 "another: place one of them by its own frame"
             )
         self._placing.append(name)
@@ -215,8 +215,8 @@ class Poses:
             if name in way or name in (ROOT, WORLD):
                 frame = self._frames[model]
                 raise frame.inside.fault(
-                    f"the placement frame of {frame.owner.title} has no pose in it: "
-                    "take one that is relative to the model or a link of it"
+                    f"the placement frame of {frame.owner.title} has no pose in it: use one that "
+                    "is relative to the model or one of its links"
                 )
             way.add(name)
             X_FP = self._X_BF(name) @ X_FP

@@ -184,7 +184,8 @@ class _Grower:
             top = only_model(file)
             if top is None:
                 raise include.fault(
-                    f"it includes {file.path}, which has not just one <model>: take one that has"
+                    f"it includes {file.path}, which does not have exactly one <model>: include a "
+                    "file that has"
                 )
             model = replace(include, element=top, file=file.path, version=file.version)
             self.sources.append(model)
@@ -251,8 +252,8 @@ class _Grower:
         self._parts += 1 + (len(child.element) if tag in ("link", "joint") else 0)
         if self._parts > MOST_PARTS:
             raise child.fault(
-                f"with this there are more than {MOST_PARTS} links, joints, frames and elements of "
-                "them: leave some out"
+                f"with this element there are more than {MOST_PARTS} links, joints, frames and "
+                "elements of them: leave some out"
             )
         match tag:
             case "link":

@@ -35,13 +35,14 @@ def choose_model(file: SdfFile, files: SdfFiles, remarks: Remarks) -> SdfTree:
         raise WorkbenchError(f"{file.path}: there is no <model> in it, nor an <include> of one")
     if len(tops) > MOST_MODELS:
         raise WorkbenchError(
-            f"{file.path}: there are more than {MOST_MODELS} models: give the drone's own file"
+            f"{file.path}: there are more than {MOST_MODELS} models: give a file with the drone "
+            "alone"
         )
     if len(tops) == 1:
         return grow_tree(file, tops[0], files)
     top, tree = _flying(file, [top for top in tops if not is_scenery(top)], files)
     others = list_of_names([top_name(other) for other in tops if other is not top])
-    text = f"'{shortened(tree.name)}' is the one that flies; left out are {others}"
+    text = f"'{shortened(tree.name)}' flies; left out are {others}"
     remarks.add("ignored", file.path, "models of the world", text)
     return tree
 
@@ -88,11 +89,13 @@ def _flying(file: SdfFile, tops: list[Node], files: SdfFiles) -> tuple[Node, Sdf
         raise WorkbenchError(f"{faults[0]}{others}")
     flying = flying or [(top, tree) for top, tree in grown if not tree.static]
     if not flying:
-        raise WorkbenchError(f"{file.path}: all its models are static: give the drone's own file")
+        raise WorkbenchError(
+            f"{file.path}: all its models are static: give a file with the drone alone"
+        )
     if len(flying) > 1:
         raise WorkbenchError(
             f"{file.path}: several of its models could be the drone: "
-            f"{list_of_names([tree.name for _, tree in flying])}: give that model's own file"
+            f"{list_of_names([tree.name for _, tree in flying])}: give a file with that model alone"
         )
     return flying[0]
 

@@ -329,8 +329,8 @@ def _end(joint: Element, end: str, links: list[str]) -> str:
     link = "" if element is None else element.get("link", "")
     if link not in links:
         raise WorkbenchError(
-            f"{place(joint)}: joint '{_short(joint)}' has the {end} link "
-            f"'{shortened(link)}', which is not there: links are {listed(links)}"
+            f"{place(joint)}: joint '{_short(joint)}' has the {end} link '{shortened(link)}', "
+            f"which does not exist: links are {listed(links)}"
         )
     return link
 
@@ -426,8 +426,8 @@ def link_poses(
             way.append(above[way[-1]][0])
             if len(way) > len(links):
                 raise WorkbenchError(
-                    f"{path}: the joints above link '{shortened(name)}' go round in a circle: "
-                    "one link must be no joint's child"
+                    f"{path}: the joints above link '{shortened(name)}' form a loop: one link must "
+                    "not be the child of a joint"
                 )
         for child in reversed(way[:-1]):
             parent, X_PC = above[child]

@@ -149,7 +149,7 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
     if args.missing:
         return {"needed": _arguments(given, args, reading)}
     if len(text.encode(errors="replace")) > MOST_BYTES:
-        raise WorkbenchError(f"{path}: comes to more than {MOST_BYTES // 1_000_000} MB of URDF")
+        raise WorkbenchError(f"{path}: becomes more than {MOST_BYTES // 1_000_000} MB of URDF")
     return {"text": text, "read": [] if reading.looked_around else list(reading.read)}
 
 
@@ -158,7 +158,7 @@ def _check_args(path: Path, given: dict[str, str], args: _Args, reading: _Readin
     known = reading.declared.keys() | reading.used.keys() | args.asked
     for name in given:
         if not known:
-            raise WorkbenchError(f"{path}: takes no arguments, and '{name}' was given")
+            raise WorkbenchError(f"{path}: takes no arguments, but '{name}' was given")
         if name not in known:
             raise unknown_name(f"argument of {path.name}", name, known)
 
@@ -185,7 +185,7 @@ def _forbid_effects(event: str, args: tuple[Any, ...]) -> None:
     """Reject writing files, processes and networks; expressions can escape xacro's sandbox."""
     opened_to_write = event == "open" and bool(args[2] & _WRITES)
     if opened_to_write or (event.partition(".")[0] in _EFFECTS and event not in _READS):
-        raise PermissionError(f"a description may read files, and nothing else ({event})")
+        raise PermissionError(f"a description may only read files ({event})")
 
 
 def _being_read(path: Path) -> str:
@@ -203,7 +203,7 @@ def _reason(error: BaseException) -> str:
         case MemoryError():
             text = "there is not enough memory"
         case RecursionError():
-            text = "it is nested too deeply: let no macro or property need itself"
+            text = "it is nested too deeply: no macro or property may depend on itself"
         case OSError(strerror=str(said), filename=str(name)):
             text = f"{said}: {name[:300]}"
         case KeyError():

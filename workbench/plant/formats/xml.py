@@ -129,7 +129,7 @@ class _Reader:
         self._builder.end(tag)
 
     def _entity(self, *_: object) -> None:
-        raise self._fault("it declares entities of its own: write out what they stand for")
+        raise self._fault("it declares its own entities: write them out")
 
     def _fault(self, what: str) -> WorkbenchError:
         where = f"{self._path}:{self._line}" if self._lines else self._path

@@ -161,7 +161,7 @@ def _reason(job: MeshJob, target: Path) -> str:
     except WorkbenchError as error:
         return str(error)
     except MemoryError:
-        return "it takes more memory than it may"
+        return "it needs too much memory"
     except RecursionError:
         return "it is nested too deeply"
     except Exception as error:  # trimesh and pycollada raise any exception on broken files
@@ -247,7 +247,7 @@ def _refuse_entities(data: bytes) -> None:
     """Reject a document that declares entities, which are before the root element."""
 
     def refuse(*_: object) -> None:
-        raise WorkbenchError("it declares entities of its own: write out what they stand for")
+        raise WorkbenchError("it declares its own entities: write them out")
 
     def stop(*_: object) -> None:
         raise StopIteration

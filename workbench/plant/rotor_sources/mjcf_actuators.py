@@ -41,8 +41,8 @@ def read_mjcf_actuators(model: Model, base_link: str, remarks: Remarks) -> tuple
     whole = [each for each in model.actuators if not np.linalg.norm(each.force_S) > 0.0]
     if whole:
         text = (
-            f"'{shortened(whole[0].name)}' turns its site and does not push it: thrust and moments "
-            "are those of the whole drone, which tells of no rotors; not used"
+            f"'{shortened(whole[0].name)}' turns its site and does not push it: thrust and "
+            "moments are of the whole drone, not of rotors; not used"
         )
         remarks.add("ignored", model.source, "actuators", text)
         return ()

@@ -47,13 +47,13 @@ def _find(kind: str, known: Sequence[str], name: str, where: str) -> int:
         return found[0]
     if found:
         raise WorkbenchError(
-            f"{where}: the {kind} '{shortened(name)}' may be any of "
+            f"{where}: the {kind} '{shortened(name)}' could be any of "
             f"{listed([known[index] for index in found])}: give the whole name"
         )
     inner = [index for index, other in enumerate(known) if _within(other, name)]
     if inner:
         return max(inner, key=lambda index: len(known[index]))
     raise WorkbenchError(
-        f"{where}: the {kind} '{shortened(name)}' is not there: "
+        f"{where}: the {kind} '{shortened(name)}' does not exist: "
         + (f"{kind}s are {listed(known)}" if known else f"there are no {kind}s")
     )

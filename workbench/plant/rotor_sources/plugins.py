@@ -279,9 +279,7 @@ def _joint(tags: Block, model: Model, link: Link, remarks: Remarks) -> Joint:
         above = model.joint_of(link.name)
         if above is None:
             raise
-    text = (
-        f"there is no joint '{shortened(name)}'; taken as '{above.name}', which its link hangs on"
-    )
+    text = f"there is no joint '{shortened(name)}'; taken as '{above.name}', which turns its link"
     remarks.add("repaired", tags.file, f"motor model of '{shortened(link.name)}'", text)
     return above
 

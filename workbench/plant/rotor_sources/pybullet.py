@@ -20,7 +20,7 @@ _PROPELLER = re.compile(r"(?:.*(?:::|/))?prop([0-9]{1,4})_link", re.DOTALL)
 _USED = ("kf", "km", "thrust2weight", "gnd_eff_coeff", "prop_radius", "drag_coeff_z")
 _EFFECTS = {
     "arm": "the places of the propellers' links count",
-    "max_speed_kmh": "no flight is held to it",
+    "max_speed_kmh": "the workbench does not enforce it",
     "drag_coeff_xy": "rotors have the drag that a sidecar gives them",
     "dw_coeff_1": "no flight has downwash",
     "dw_coeff_2": "no flight has downwash",
@@ -54,7 +54,7 @@ def read_pybullet(model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor
     """
     links = _propellers(model)
     if not links:
-        text = "they tell of rotors, and there is no prop0_link; not used"
+        text = "they describe rotors, but there is no prop0_link; not used"
         remarks.add("ignored", model.source, "properties", text)
         return ()
     refuse_crowd(model.source, len(links))

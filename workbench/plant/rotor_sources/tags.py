@@ -59,4 +59,6 @@ def refuse_crowd(file: Path, number: int) -> None:
         WorkbenchError: for more than `MOST_ROTORS`.
     """
     if number > MOST_ROTORS:
-        raise WorkbenchError(f"{file}: it declares {number} rotors: up to {MOST_ROTORS} are read")
+        raise WorkbenchError(
+            f"{file}: it declares {number} rotors: only up to {MOST_ROTORS} are read"
+        )

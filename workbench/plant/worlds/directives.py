@@ -97,14 +97,15 @@ class Includes:
     def _walk(self, file: _File, above: tuple[_File, ...]) -> None:
         self._count += 1
         if file in above:
-            raise WorkbenchError(f"{file.path}: includes itself: take the include out of it")
+            raise WorkbenchError(f"{file.path}: includes itself: remove this include")
         if len(above) > DEEPEST:
             raise WorkbenchError(
                 f"{file.path}: is included more than {DEEPEST} deep: put it into what includes it"
             )
         if self._count > MOST_FILES:
             raise WorkbenchError(
-                f"{file.path}: with this more than {MOST_FILES} files are included: leave some out"
+                f"{file.path}: with this one, more than {MOST_FILES} files are included: leave "
+                "some out"
             )
         if file not in self._inner:
             self._inner[file] = tuple(self._named(file))
@@ -116,7 +117,7 @@ class Includes:
         if file.has_directives:
             yield from self._in_directives(file.path)
         elif file.path.suffix.lower() == ".xml":
-            raise WorkbenchError(f"{file.path}: is a model of MuJoCo's: give it as SDF or URDF")
+            raise WorkbenchError(f"{file.path}: is a MuJoCo model: give it as SDF or URDF")
         elif file.path.suffix.lower() not in (".urdf", ".obj"):  # these include nothing
             for element in read_xml(file.path).iter("include"):
                 yield from self._of_uri(element.findtext("uri", ""), file.path)
@@ -308,8 +309,8 @@ def _obstacle(
         )
     if any(isinstance(each.shape(), HalfSpace) for each in collisions):
         raise WorkbenchError(
-            f"{_where(file, name)}the body '{name}' touches as an endless plane: take a box for "
-            "it; there is ground at z = 0 anyway"
+            f"{_where(file, name)}the body '{name}' has an endless plane as collision shape: use a "
+            "box; there is ground at z = 0 anyway"
         )
     X_WO = plant.EvalBodyPoseInWorld(context, body)
     for geometry in (*collisions, *visuals):
@@ -350,8 +351,8 @@ def refuse_endless(where: str, name: str, X_WO: RigidTransform, geometry: Geomet
     parts = (X_WO, geometry.pose())
     if not all(_is_place(each) for each in parts):
         raise WorkbenchError(
-            f"{where}'{name}' stands nowhere, or more than {FARTHEST:g} m away: give it a "
-            "pose of finite numbers"
+            f"{where}'{name}' has no finite position, or is more than {FARTHEST:g} m away: give it "
+            "a pose of finite numbers"
         )
     sides = np.array(_sides(geometry.shape()))
     if not (np.isfinite(sides) & (sides > 0.0) & (sides <= FARTHEST)).all():

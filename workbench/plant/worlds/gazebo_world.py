@@ -80,7 +80,7 @@ def _world(file: SdfFile, remarks: Remarks) -> Node:
     for tag in _NOT_BUILT:
         count = len(world.children(tag))
         if count:
-            text = f"{count} of them; not built"
+            text = f"{count} of them; left out"
             remarks.add("ignored", file.path, f"<{tag}> of the world", text)
     return world
 
@@ -104,7 +104,7 @@ def _models(file: SdfFile, files: SdfFiles, remarks: Remarks) -> list[SdfTree]:
             left_out.add(top_name(top))
             continue
         if has_motors(tree):
-            text = "it has motors: a drone that would fly on its own; left out"
+            text = "it has motors, so it is another drone; left out"
             remarks.add("ignored", file.path, f"model '{tree.name}'", text)
             left_out.add(tree.name)
             continue
@@ -121,13 +121,13 @@ def _placed(
     """Return the models without those that are, even indirectly, relative to one left out."""
     while lost := [tree for tree in trees if _base(tree) in left_out]:
         for tree in lost:
-            text = f"it stands relative to '{_base(tree)}', which is left out; left out"
+            text = f"its pose is relative to '{_base(tree)}', which is left out; left out"
             remarks.add("missing", file.path, f"model '{tree.name}'", text)
             left_out.add(tree.name)
         trees = [tree for tree in trees if tree not in lost]
     loose = [tree.name for tree in trees if not tree.static]
     if loose:
-        text = f"{list_of_names(loose)} could move, and stand still here"
+        text = f"{list_of_names(loose)} could move, but stand still here"
         remarks.add("assumed", file.path, "models that are not static", text)
     return trees
 
@@ -233,7 +233,7 @@ def obstacles_of(source: Path, links: Sequence[Link], remarks: Remarks) -> tuple
     converted = with_converted_meshes(model, remarks, "left out")
     hulls = sum(isinstance(each.shape, Mesh) for link in converted for each in link.collisions)
     if hulls:
-        text = f"{hulls} of them touch as their convex hulls"
+        text = f"{hulls} of them use their convex hulls"
         remarks.add("assumed", source, "meshes of collisions", text)
     obstacles = [_obstacle(link) for link in converted]
     return tuple(obstacle for obstacle in obstacles if obstacle.visuals)

@@ -230,7 +230,7 @@ def read_world_yaml(path: Path, packages: Mapping[str, Path | str]) -> World:
     )
     twice = first_twice(world.names)
     if twice:
-        raise WorkbenchError(f"{path}: two obstacles are called '{twice}': rename one")
+        raise WorkbenchError(f"{path}: two obstacles have the name '{twice}': rename one")
     return world
 
 
@@ -292,14 +292,14 @@ def read_moving(file: YamlFile, keys: Keys, words: MovingWords) -> MovingObstacl
     if len(rows) < 2:
         raise _fault(file, keys, "has fewer than two rows: give it rows [t, x, y, z], or with yaw")
     if rows[0][0] != 0.0:
-        raise _fault(file, (*keys, 0), "does not begin at time 0: let it")
+        raise _fault(file, (*keys, 0), "does not begin at time 0: add a row at 0")
     for index, (before, row) in enumerate(zip(rows, rows[1:], strict=False), start=1):
         if row[0] - before[0] < SHORTEST:
             reason = f"is at {row[0]:g} s, not {SHORTEST:g} s or more after the row before"
             raise _fault(file, (*keys, index), reason)
     corners = tuple((x, y, z, yaw) for x, y, z, yaw in ((*row[1:], 0.0)[:4] for row in rows))
     if words.repeat and not _alike(corners[0], corners[-1]):
-        raise _fault(file, keys, "repeats, but does not end where it begins: let it")
+        raise _fault(file, keys, "repeats, but does not end where it begins: end it there")
     return MovingObstacle(
         name=name,
         geometry=solid(f"{name}::shape", shape, colour),
