@@ -319,7 +319,7 @@ def _without_missing(tree: SdfTree, remarks: Remarks) -> SdfTree:
             remarks.add("ignored", joint.file, joint.title, "it joins a missing part; left out")
         else:
             joints.append(joint)
-    return dataclasses.replace(tree, joints=tuple(joints))
+    return dataclasses.replace(tree, joints=joints)
 
 
 def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -> Model:

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Container
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
 
@@ -42,7 +42,7 @@ class Frame:
     placement: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass
 class SdfTree:
     """A model with all its parts, in the order of the files.
 
@@ -58,15 +58,15 @@ class SdfTree:
         missing: `<include>`s with a missing file, each with its error.
     """
 
-    name: str
-    static: bool
-    sources: tuple[Node, ...]
-    models: tuple[Frame, ...]
-    links: tuple[Node, ...]
-    joints: tuple[Node, ...]
-    frames: tuple[Node, ...]
-    plugins: tuple[Node, ...]
-    missing: tuple[tuple[Node, MissingIncludeError], ...] = ()
+    name: str = ""
+    static: bool = False
+    sources: list[Node] = field(default_factory=list)
+    models: list[Frame] = field(default_factory=list)
+    links: list[Node] = field(default_factory=list)
+    joints: list[Node] = field(default_factory=list)
+    frames: list[Node] = field(default_factory=list)
+    plugins: list[Node] = field(default_factory=list)
+    missing: list[tuple[Node, MissingIncludeError]] = field(default_factory=list)
 
 
 def grow_tree(file: SdfFile, top: Node, files: SdfFiles) -> SdfTree:
@@ -83,8 +83,7 @@ def grow_tree(file: SdfFile, top: Node, files: SdfFiles) -> SdfTree:
     """
     grower = _Grower(files, file, top)
     found = grower.follow(_Found(top, (), (file.path,)))
-    grower.add(found, found.model, 1)
-    return _tree(grower, found, found.name)
+    return grower.grown(found, found.model, found.name)
 
 
 def grow_in_world(file: SdfFile, top: Node, files: SdfFiles, taken: Container[str]) -> SdfTree:
@@ -103,26 +102,10 @@ def grow_in_world(file: SdfFile, top: Node, files: SdfFiles, taken: Container[st
     found = grower.follow(_Found(top, (), (file.path,)))
     names = (f"{found.name}_{number}" if number else found.name for number in count())
     name = next(name for name in names if name not in taken)
-    grower.add(found, _nested(found, name), 1)
-    for _, fault in grower.missing:
+    tree = grower.grown(found, _nested(found, name), name)
+    for _, fault in tree.missing:
         raise fault
-    return _tree(grower, found, name)
-
-
-def _tree(grower: "_Grower", found: "_Found", name: str) -> SdfTree:
-    """Return the collected parts of a model."""
-    static = found.first("static")
-    return SdfTree(
-        name=name,
-        static=static is not None and flag(static, static.text),
-        sources=tuple(grower.sources),
-        models=tuple(grower.models),
-        links=tuple(grower.links),
-        joints=tuple(grower.joints),
-        frames=tuple(grower.frames),
-        plugins=tuple(grower.plugins),
-        missing=tuple(grower.missing),
-    )
+    return tree
 
 
 @dataclass(frozen=True)
@@ -168,13 +151,21 @@ class _Grower:
         self._size = file.size
         self._includes = 0
         self._parts = 0
-        self.sources = [top]
-        self.models: list[Frame] = []
-        self.links: list[Node] = []
-        self.joints: list[Node] = []
-        self.frames: list[Node] = []
-        self.plugins: list[Node] = []
-        self.missing: list[tuple[Node, MissingIncludeError]] = []
+        self._tree = SdfTree(sources=[top])
+
+    def grown(self, found: _Found, inside: Node, name: str) -> SdfTree:
+        """Return a model with its parts.
+
+        Args:
+            found: the model.
+            inside: see `_add`.
+            name: of the model.
+        """
+        self._add(found, inside, 1)
+        static = found.first("static")
+        self._tree.name = name
+        self._tree.static = static is not None and flag(static, static.text)
+        return self._tree
 
     def follow(self, found: _Found) -> _Found:
         """Return the model that an include leads to; a model is returned unchanged."""
@@ -188,7 +179,7 @@ class _Grower:
                     "file that has"
                 )
             model = replace(include, element=top, file=file.path, version=file.version)
-            self.sources.append(model)
+            self._tree.sources.append(model)
             found = _Found(model, (*found.includes, include), (*found.files, file.path))
         return found
 
@@ -210,7 +201,7 @@ class _Grower:
             )
         return file
 
-    def add(self, found: _Found, inside: Node, depth: int) -> None:
+    def _add(self, found: _Found, inside: Node, depth: int) -> None:
         """Add a model and its contents.
 
         Args:
@@ -220,21 +211,21 @@ class _Grower:
         """
         if depth > DEEPEST:
             raise inside.fault(f"models are more than {DEEPEST} levels deep: leave some out")
-        links, models = len(self.links), len(self.models)
+        links, models = len(self._tree.links), len(self._tree.models)
         for child in inside.children():
             self._add_child(child, found.files, depth)
         for include in found.includes:
-            self.plugins += [
+            self._tree.plugins += [
                 replace(inside, element=plugin.element, file=plugin.file, version=plugin.version)
                 for plugin in include.children("plugin")
             ]
-        own = [link.name for link in self.links[links:] if link.scope == inside.scope]
+        own = [link.name for link in self._tree.links[links:] if link.scope == inside.scope]
         nested = [
             model.name.removeprefix(inside.scope)
-            for model in self.models[models:]
+            for model in self._tree.models[models:]
             if model.owner.scope == inside.scope
         ]
-        self.models.append(
+        self._tree.models.append(
             Frame(
                 name=inside.model,
                 owner=found.model,
@@ -257,21 +248,21 @@ class _Grower:
             )
         match tag:
             case "link":
-                self.links.append(child)
+                self._tree.links.append(child)
             case "joint":
-                self.joints.append(child)
+                self._tree.joints.append(child)
             case "frame":
-                self.frames.append(child)
+                self._tree.frames.append(child)
             case "plugin":
-                self.plugins.append(child)
+                self._tree.plugins.append(child)
             case "model" | "include":
                 try:
                     found = self.follow(_Found(child, (), files))
                 except MissingIncludeError as fault:
-                    self.missing.append((child, fault))
+                    self._tree.missing.append((child, fault))
                     return
                 merged = tag == "include" and flag(child, child.attribute("merge"))
-                self.add(
+                self._add(
                     found, self._merged(found) if merged else _nested(found, found.name), depth + 1
                 )
 

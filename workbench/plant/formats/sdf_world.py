@@ -1,7 +1,5 @@
 """Select the flying model among those in a file, or read all of them as one world."""
 
-from collections.abc import Iterable
-
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.sdf_include import SdfFile, SdfFiles, model_name
 from workbench.plant.formats.sdf_node import Node, flag
@@ -47,7 +45,7 @@ def choose_model(file: SdfFile, files: SdfFiles, remarks: Remarks) -> SdfTree:
     return tree
 
 
-def world_of(file: SdfFile, world: Node, trees: Iterable[SdfTree]) -> SdfTree:
+def world_of(file: SdfFile, world: Node, trees: list[SdfTree]) -> SdfTree:
     """Return models as parts of one tree with the frame of their world.
 
     Args:
@@ -55,17 +53,16 @@ def world_of(file: SdfFile, world: Node, trees: Iterable[SdfTree]) -> SdfTree:
         world: its `<world>`, or the element that contains the models.
         trees: of the models, see `grow_in_world`.
     """
-    trees = tuple(trees)
     root = Frame(world.model, owner=world, pose=None, base=ROOT, inside=world, carrier="")
     return SdfTree(
         name=world.attribute("name") or file.path.stem,
         static=True,
-        sources=tuple(source for tree in trees for source in tree.sources),
-        models=(root, *(model for tree in trees for model in tree.models)),
-        links=tuple(link for tree in trees for link in tree.links),
-        joints=tuple(joint for tree in trees for joint in tree.joints),
-        frames=(*world.children("frame"), *(frame for tree in trees for frame in tree.frames)),
-        plugins=tuple(plugin for tree in trees for plugin in tree.plugins),
+        sources=[source for tree in trees for source in tree.sources],
+        models=[root, *(model for tree in trees for model in tree.models)],
+        links=[link for tree in trees for link in tree.links],
+        joints=[joint for tree in trees for joint in tree.joints],
+        frames=[*world.children("frame"), *(frame for tree in trees for frame in tree.frames)],
+        plugins=[plugin for tree in trees for plugin in tree.plugins],
     )
 
 
