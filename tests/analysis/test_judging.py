@@ -12,6 +12,7 @@ from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.linear.linearize import linearize
+from workbench.design.linear.operating_point import HOLDING
 from workbench.plant.variation import Variation
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
@@ -53,10 +54,10 @@ def test_margins_are_python_controls(answer, loop):
 
 def test_margins_are_those_of_the_model_that_is_linearised_each_time(subject, answer):
     judged = {each.name: each for each in answer(Judge(GAINS)).loops}
-    for each in live_margins(subject.study, GAINS):
+    for loop, margins in live_margins(subject.study.sampled(HOLDING, GAINS)).items():
         for name in ("gain_margin", "phase_margin", "delay_margin", "disk_margin", "crossover"):
-            expected = getattr(each.margins, name)
-            assert getattr(judged[each.loop], name) == pytest.approx(expected, rel=1e-6), name
+            expected = getattr(margins, name)
+            assert getattr(judged[loop], name) == pytest.approx(expected, rel=1e-6), name
 
 
 def test_poles_are_those_of_the_sampled_closed_loop_in_continuous_terms(answer):

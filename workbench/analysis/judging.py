@@ -6,7 +6,6 @@ sentence about what limits them.
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -33,11 +32,11 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.control.controller import Controller, Loop
 from workbench.design.judge.gang_of_four import gang_of_four
-from workbench.design.judge.loop_judgement import growing_loops
+from workbench.design.judge.loop_judgement import growing_loops, live_margins, opened_to_steer
 from workbench.design.judge.loop_measurement import loop_injection
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
 from workbench.design.judge.loop_shaping import LoopShaper, Shaped
-from workbench.design.judge.margins import LoopMargins, Robustness, all_margins
+from workbench.design.judge.margins import LoopMargins, Robustness
 from workbench.design.judge.modes import natural_poles
 from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.judge.noise import noise_effects
@@ -162,14 +161,14 @@ def _place(row: Parameter, value: float) -> float:
 
 
 def judge(subject: Subject, question: Judge, _: Work) -> Working:
-    """Compute the stability with given gains, as `live_margins` does.
+    """Compute the stability with given gains.
 
     Poles are those of the sampled loop that flies, in continuous terms, s = ln(z) / period, while
     the place is held: then every gain affects some of them.
     """
     holding = subject.model(subject.gains(question.gains))
     steering = opened_to_steer(holding)
-    margins = _margins(steering, hold=False) | _margins(holding, hold=True)
+    margins = live_margins(holding)
     stable = all(each.stable for each in margins.values())
     steered = () if stable else growing_loops(steering)
     held = () if stable or steered else growing_loops(holding)
@@ -222,12 +221,6 @@ def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Wo
     yield MeasurementPlanned(question, injection, loop.hold)
 
 
-def opened_to_steer(holding: LinearModel) -> LinearModel:
-    """Return a closed loop with its position loops opened, as while a pilot steers."""
-    steering = holding.opened([loop.error for loop in holding.loops if loop.hold])
-    return replace(steering, trim=replace(steering.trim, point=HOVER))
-
-
 def shown_poles(model: LinearModel) -> np.ndarray:
     """Return a closed loop's poles in continuous terms [1/s], except those that decay at once.
 
@@ -235,13 +228,6 @@ def shown_poles(model: LinearModel) -> np.ndarray:
     """
     poles = closed_poles(model)
     return natural_poles(poles[np.abs(poles) > FORGOTTEN], model.period)
-
-
-def _margins(model: LinearModel, *, hold: bool) -> dict[str, LoopMargins]:
-    """Return the margins of the loops that close only while the position is held, or the rest."""
-    loops = [loop for loop in model.loops if loop.hold is hold]
-    found = all_margins(model, [loop.point("actuator") for loop in loops])
-    return {loop.name: margins for loop, margins in zip(loops, found, strict=True)}
 
 
 def _turned(

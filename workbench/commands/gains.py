@@ -23,7 +23,7 @@ from workbench.scenario.parameters import parameter_table
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
-    from workbench.design.judge.loop_judgement import LiveMargins
+    from workbench.design.judge.margins import LoopMargins
     from workbench.design.translate.translation import Difference, Translation
     from workbench.gains.autopilots.exchange import Imported
     from workbench.gains.gains import GainChange, GainFile, Save
@@ -641,29 +641,30 @@ def _margins(
     scenario: "Scenario",
     before: Mapping[str, float],
     after: Mapping[str, float],
-) -> "tuple[tuple[LiveMargins, ...], tuple[LiveMargins, ...]] | None":
-    """Return margins of all loops with two sets of gains."""
+) -> "list[dict[str, LoopMargins]]":
+    """Return margins of all loops by name, with two sets of gains; nothing if there are none."""
     if args.no_margins:
-        return None
+        return []
     from workbench.commands.progress import progress_bar
     from workbench.design.judge.loop_judgement import live_margins
+    from workbench.design.linear.operating_point import HOLDING
     from workbench.design.linear.study import LinearStudy
 
     with progress_bar("judging the loops before and after") as progress:
         study = LinearStudy(scenario)
         progress(0.5)
         try:
-            return live_margins(study, before), live_margins(study, after)
+            return [live_margins(study.sampled(HOLDING, gains)) for gains in (before, after)]
         except WorkbenchError as error:
             say(f"no margins: {error}")
-            return None
+            return []
 
 
 def _print_exchange(
     args: argparse.Namespace,
     about: Mapping[str, Any],
     changes: "Sequence[GainChange]",
-    margins: "tuple[tuple[LiveMargins, ...], tuple[LiveMargins, ...]] | None",
+    margins: "Sequence[dict[str, LoopMargins]]",
     remarks: Sequence[str],
     found: "Imported | None",
     written: list[Path] | None,
@@ -678,7 +679,7 @@ def _print_exchange(
     table = parameter_table(load_controller(args.controller))
     not_flown = found.not_flown if found else ()
     wrong = found.unsafe if found else {}
-    before, after = margins or ((), ())
+    before, after = margins or ({}, {})
     result = {
         **about,
         "gains": [
@@ -689,8 +690,8 @@ def _print_exchange(
         "unsafe": wrong,
         "not_flown": not_flown,
         "margins": [
-            {"loop": a.loop, "before": a.margins, "after": b.margins}
-            for a, b in zip(before, after, strict=True)
+            {"loop": loop, "before": margins, "after": after[loop]}
+            for loop, margins in before.items()
         ],
         "remarks": remarks,
     }
@@ -729,26 +730,22 @@ def _print_exchange(
     print_result(args, result, show, files=written or [])
 
 
-def print_margins(before: "Sequence[LiveMargins]", after: "Sequence[LiveMargins]") -> None:
-    """Print margins of loops, before and after."""
+def print_margins(before: "dict[str, LoopMargins]", after: "dict[str, LoopMargins]") -> None:
+    """Print margins of loops by name, before and after."""
     rows: list[tuple[str, ...]] = [
         ("loop", "phase margin [deg]", "", "gain margin", "", "crossover [rad/s]", ""),
         ("", "before", "after", "before", "after", "before", "after"),
     ]
-    for a, b in zip(before, after, strict=True):
-        pairs = (
-            (math.degrees(a.margins.phase_margin), math.degrees(b.margins.phase_margin)),
-            (a.margins.gain_margin, b.margins.gain_margin),
-            (a.margins.crossover, b.margins.crossover),
-        )
-        cells = (
-            "unstable" if not each.margins.stable else _cell(value)
-            for pair in pairs
-            for each, value in zip((a, b), pair, strict=True)
-        )
-        rows.append((a.loop, *cells))
+    for loop in before:
+        sides = before[loop], after[loop]
+        phases = [_cell(each, math.degrees(each.phase_margin)) for each in sides]
+        factors = [_cell(each, each.gain_margin) for each in sides]
+        crossovers = [_cell(each, each.crossover) for each in sides]
+        rows.append((loop, *phases, *factors, *crossovers))
     print_table(rows)
 
 
-def _cell(value: float) -> str:
+def _cell(margins: "LoopMargins", value: float) -> str:
+    if not margins.stable:
+        return "unstable"
     return "none" if not math.isfinite(value) else f"{value:.3g}"

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.optimize import differential_evolution
 
-from workbench.analysis.judging import opened_to_steer
 from workbench.analysis.subject import Subject
+from workbench.design.judge.loop_judgement import opened_to_steer
 from workbench.design.judge.loop_shaping import LoopShaper
 from workbench.design.judge.margins import Robustness
 from workbench.scenario.scenario import Scenario, VehicleConfig

@@ -1,17 +1,12 @@
 """The margins of every loop, cut at its actuator and at its error."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import growth_rate, growth_rates, loop_responses
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import HOLDING
-
-if TYPE_CHECKING:
-    from workbench.design.linear.study import LinearStudy
+from workbench.design.linear.operating_point import HOVER
 
 UNSTATED = "the law, which states no loops"
 
@@ -76,33 +71,22 @@ def growing_loops(model: LinearModel) -> tuple[str, ...]:
     return found or tuple(loop.name for loop in loops) or (UNSTATED,)
 
 
-@dataclass(frozen=True)
-class LiveMargins:
-    """The margins of one loop at hover, cut at its actuator."""
-
-    loop: str
-    margins: LoopMargins
+def opened_to_steer(holding: LinearModel) -> LinearModel:
+    """Return a closed loop with its position loops opened, as while a pilot steers."""
+    steering = holding.opened([loop.error for loop in holding.loops if loop.hold])
+    return replace(steering, trim=replace(steering.trim, point=HOVER))
 
 
-def live_margins(
-    study: "LinearStudy", gains: Mapping[str, float] | None = None
-) -> tuple[LiveMargins, ...]:
-    """Return the margins of every loop at hover.
-
-    It linearises once, with the position held, and opens the position loops for the case that the
-    pilot steers.
+def live_margins(holding: LinearModel) -> dict[str, LoopMargins]:
+    """Return the margins of every loop at hover by its name, cut at its actuator.
 
     Args:
-        study: of the vehicle; reuse it.
-        gains: parameter values by name that differ from the scenario's.
+        holding: the closed loop while a position is held; the other loops are judged with its
+            position loops opened.
     """
-    loops = study.controller.loops
-    holding = study.sampled(HOLDING, gains)
-    steering = holding.opened([loop.error for loop in loops if loop.hold])
-    points = {loop.name: loop.point("actuator") for loop in loops}
     found: dict[str, LoopMargins] = {}
-    for model, held in ((steering, False), (holding, True)):
-        names = [loop.name for loop in loops if loop.hold is held]
-        margins = all_margins(model, [points[name] for name in names])
-        found |= dict(zip(names, margins, strict=True))
-    return tuple(LiveMargins(name, margins) for name, margins in found.items())
+    for model, held in ((opened_to_steer(holding), False), (holding, True)):
+        loops = [loop for loop in model.loops if loop.hold is held]
+        margins = all_margins(model, [loop.point("actuator") for loop in loops])
+        found |= {loop.name: each for loop, each in zip(loops, margins, strict=True)}
+    return found
