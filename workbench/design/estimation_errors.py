@@ -26,31 +26,22 @@ _AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
-class EstimateOverTruth:
+class EstimateOverTruth(EstimateHistory):
     """An estimate computed from a past flight, with the true motion.
 
     Attributes:
-        time: (N) [s].
         q_WB: (N, 4) true orientation.
         p_WB: (N, 3) true position [m].
         w_WB: (N, 3) true angular velocity in W [rad/s].
         v_WB: (N, 3) true velocity in W [m/s].
-        estimate: (N, 13) estimates of these four; this and the next two are as in a `Recording`.
-        biases: (N, 6) of gyro [rad/s] and accelerometer [m/s²] in B, estimated.
         p_BI: place of the IMU in B (3) [m].
         charge: (0), as a log has no estimate of the charge; the same holds for the next one.
     """
 
-    time: np.ndarray
     q_WB: np.ndarray
     p_WB: np.ndarray
     w_WB: np.ndarray
     v_WB: np.ndarray
-    estimate: np.ndarray
-    deviations: np.ndarray
-    covariance: np.ndarray
-    innovations: np.ndarray
-    biases: np.ndarray
     p_BI: np.ndarray
     estimated: bool = True
     charge: np.ndarray = field(default_factory=lambda: np.empty(0))
@@ -79,16 +70,11 @@ def over_truth(
         q_WB = Slerp(state_time, _turn(states[:, 0:4]))(time).as_quat()[:, [3, 0, 1, 2]]
     motion = np.column_stack([np.interp(time, state_time, each) for each in states[:, 4:].T])
     return EstimateOverTruth(
-        time=time,
+        **{name: values[known] for name, values in vars(history).items()},
         q_WB=q_WB,
         p_WB=motion[:, 0:3],
         w_WB=motion[:, 3:6],
         v_WB=motion[:, 6:9],
-        estimate=history.estimate[known],
-        deviations=history.deviations[known],
-        covariance=history.covariance[known],
-        innovations=history.innovations[known],
-        biases=history.biases[known],
         p_BI=np.array(p_BI),
     )
 
@@ -251,7 +237,7 @@ def _judged_nees(recording: Estimated) -> Nees | None:
     if values is None:
         return None
     values = values[np.isfinite(values)]
-    lower, upper = (float(chi2.ppf(share, STATES)) for share in _sides())
+    lower, upper = map(float, chi2.interval(SHARE, STATES))
     within = (lower <= values) & (values <= upper)
     return Nees(STATES, float(values.mean()), lower, upper, float(within.mean()))
 
@@ -267,10 +253,6 @@ def _told(recording: Estimated) -> tuple[Innovations, ...]:
             within = float((squared <= chi2.ppf(SHARE, 1)).mean())
             found.append(Innovations(name, int(new.sum()), within))
     return tuple(found)
-
-
-def _sides() -> tuple[float, float]:
-    return 0.5 * (1.0 - SHARE), 0.5 * (1.0 + SHARE)
 
 
 def _turn(q: np.ndarray) -> Rotation:
