@@ -9,12 +9,15 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
+
+if TYPE_CHECKING:
+    from workbench.plant.vehicle import Vehicle
 
 IDLE_SPEED_SHARE = 0.1
 """Armed rotors turn at this share of their largest speed, and never slower while flying."""
@@ -24,26 +27,6 @@ _UPRIGHT = 1e-9
 """A smaller tilt counts as a rounding error [rad]."""
 _ROUNDS = 60
 """Number of iterations for the direction of lift; each gains a digit or more."""
-
-
-class RotorBody(Protocol):
-    """The attributes of a vehicle that determine the lift of its rotors, see `Vehicle`."""
-
-    @property
-    def mass(self) -> float:
-        """All-up [kg]."""
-
-    @property
-    def rotors(self) -> tuple[Rotor, ...]:
-        """In the order of the description."""
-
-    @property
-    def p_BoBcm_B(self) -> tuple[float, float, float]:
-        """The centre of mass [m]."""
-
-    @property
-    def inertia(self) -> np.ndarray:
-        """About the centre of mass (3, 3) [kg·m²]."""
 
 
 @dataclass(frozen=True)
@@ -128,37 +111,16 @@ class ThrustFrame:
         return [float(angle) for angle in RollPitchYaw(R_WB).vector()]
 
 
-def thrust_frame(vehicle: RotorBody) -> ThrustFrame:
-    """Return the thrust frame of a vehicle."""
-    inertia = tuple(_triple(row) for row in vehicle.inertia)
-    body = _Body(vehicle.mass, tuple(vehicle.rotors), _triple(vehicle.p_BoBcm_B), inertia)
-    return _frame_of(body)
-
-
-@dataclass(frozen=True)
-class _Body:
-    """The numbers of a `RotorBody`, which can be a key."""
-
-    mass: float
-    rotors: tuple[Rotor, ...]
-    p_BoBcm_B: tuple[float, float, float]
-    I_BBcm_B: tuple[tuple[float, float, float], ...]
-
-    @property
-    def inertia(self) -> np.ndarray:
-        return np.array(self.I_BBcm_B)
-
-
 @lru_cache(maxsize=64)
-def _frame_of(body: _Body) -> ThrustFrame:
-    """Return the thrust frame; gains, trims and limits of one vehicle ask for it many times."""
-    R_BT = _rotation_of_z_to(lift_direction(body))
+def thrust_frame(vehicle: "Vehicle") -> ThrustFrame:
+    """Return the thrust frame of a vehicle; gains, trims and limits ask for it many times."""
+    R_BT = _rotation_of_z_to(lift_direction(vehicle))
     return ThrustFrame(
         R_BT=_fixed(R_BT),
-        rotors=tuple(_seen_from(rotor, R_BT) for rotor in body.rotors),
-        p_ToTcm_T=_triple(R_BT.T @ body.p_BoBcm_B),
-        inertia_T=_fixed(R_BT.T @ body.inertia @ R_BT),
-        mass=body.mass,
+        rotors=tuple(_seen_from(rotor, R_BT) for rotor in vehicle.rotors),
+        p_ToTcm_T=_triple(R_BT.T @ vehicle.p_BoBcm_B),
+        inertia_T=_fixed(R_BT.T @ vehicle.inertia @ R_BT),
+        mass=vehicle.mass,
     )
 
 
@@ -168,7 +130,7 @@ def _fixed(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def lift_direction(vehicle: RotorBody) -> np.ndarray:
+def lift_direction(vehicle: "Vehicle") -> np.ndarray:
     """Return the unit vector of the lift of the rotors in B.
 
     Along it a force without moment needs the smallest thrusts. Let F and M be the rows of the
