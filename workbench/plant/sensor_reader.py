@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections import Counter
 from collections.abc import Callable
 
 from pydrake.math import RigidTransform
@@ -26,6 +25,7 @@ from workbench.plant.sensors import (
     RangeFinder,
     ScanAxis,
     Sensor,
+    free_name,
     sensor_frames,
 )
 
@@ -284,7 +284,7 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
             f"{model.source}: it declares {len(model.sensors)} sensors: up to {_MOST} are read"
         )
     X_BM = body_pose(model, base_link)
-    names = _Names()
+    taken: set[str] = set()
     sensors: list[Sensor] = []
     for declared in model.sensors:
         kind = declared.element.get("type", "").strip()
@@ -301,8 +301,10 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
         block = Block(element, declared.element)
         X_BS = X_BM @ link.X_ML @ declared.X_LS
         x, y, z = (triple(row) for row in X_BS.rotation().matrix())
+        name = free_name(taken, name, f"{link.name}/{name}")
+        taken.add(name)
         common = Sensor(
-            name=names.unique(name, link.name),
+            name=name,
             type=kind,
             frame=_asked_frame(block, declared),
             link=link.name,
@@ -319,24 +321,6 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
         sensor if sensor.frame else dataclasses.replace(sensor, frame=names.own)
         for sensor, names in zip(sensors, sensor_frames(sensors, others), strict=True)
     )
-
-
-class _Names:
-    """Names given so far; a second sensor with the same name is distinguished by its link."""
-
-    def __init__(self) -> None:
-        self._given: set[str] = set()
-        self._asked: Counter[str] = Counter()
-
-    def unique(self, name: str, link: str) -> str:
-        if name in self._given:
-            name = f"{link}/{name}"
-        stem = name
-        while name in self._given:
-            self._asked[stem] += 1
-            name = f"{stem}_{self._asked[stem] + 1}"
-        self._given.add(name)
-        return name
 
 
 def _asked_frame(block: Block, declared: DeclaredSensor) -> str:
