@@ -8,8 +8,7 @@ from workbench.design.predict.past import lagged, thrusts
 from workbench.logs.flight_reader import read_flight
 from workbench.logs.flight_record import ASKED, FlightRecord, make_signal
 from workbench.logs.motion import KNOWN, TRUE, flown_law, law_name, motion_of
-from workbench.plant.loading import make_vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
 from workbench.session.session import Session
 
@@ -21,7 +20,7 @@ RATES = tuple(f"estimate.w_{axis}" for axis in "xyz")
 @pytest.fixture(scope="module")
 def vehicle():
     """The shipped drone, of four rotors."""
-    return make_vehicle(read_configured(VehicleConfig(model="dh_drone")))
+    return configured_vehicle(VehicleConfig(model="dh_drone"))
 
 
 @pytest.fixture

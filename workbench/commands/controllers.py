@@ -11,7 +11,7 @@ from workbench.commands.options import (
     add_command,
     add_json_option,
     add_vehicle_options,
-    with_vehicle,
+    chosen_scenario,
 )
 from workbench.commands.printing import pick, print_result, print_table
 
@@ -160,14 +160,13 @@ def add_params(commands: Any) -> None:
 def run_params(args: argparse.Namespace) -> int:
     """Print the table."""
     from workbench.gains.gains import flight_gains
-    from workbench.plant.loading import make_vehicle
-    from workbench.scenario.configured import read_configured
+    from workbench.scenario.configured import configured_vehicle
     from workbench.scenario.parameters import parameter_table, vehicle_parameters
-    from workbench.scenario.scenario import Scenario, flown_controller
+    from workbench.scenario.scenario import flown_controller
 
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     config, law = scenario.vehicle, flown_controller(scenario)
-    vehicle = make_vehicle(read_configured(config))
+    vehicle = configured_vehicle(config)
     values = flight_gains(vehicle, config.gains, dict(args.set), law)
     rows = [
         (row.name, values[row.name], row.unit, row.minimum, row.maximum, row.default, row.help)

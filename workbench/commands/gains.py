@@ -14,8 +14,8 @@ from workbench.commands.options import (
     add_json_option,
     add_model_options,
     add_vehicle_options,
+    chosen_scenario,
     flown_with,
-    with_vehicle,
 )
 from workbench.commands.printing import pick, print_result, print_table, say, say_written
 from workbench.common.errors import WorkbenchError
@@ -218,11 +218,9 @@ def _law(args: argparse.Namespace, *files: Path | None) -> "Controller":
 
 def _read_vehicle(args: argparse.Namespace) -> "Vehicle":
     """Return the vehicle that the command line names."""
-    from workbench.plant.loading import make_vehicle
-    from workbench.scenario.configured import read_configured
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.configured import configured_vehicle
 
-    return make_vehicle(read_configured(with_vehicle(Scenario(), args).vehicle))
+    return configured_vehicle(chosen_scenario(args).vehicle)
 
 
 def _read_vehicle_of_sides(args: argparse.Namespace, law: "Controller") -> "Vehicle":
@@ -398,7 +396,6 @@ def _translate(args: argparse.Namespace) -> int:
     from workbench.design.translate.forms import form_of
     from workbench.design.translate.translation import differences, gains_alone, translate
     from workbench.gains.gains import flight_gains, make_profile, owner_of, save_gains
-    from workbench.scenario.scenario import Scenario
 
     if args.save and args.save.suffix not in (".yaml", ".yml"):
         raise WorkbenchError(f"{args.save}: a gain file's name ends in .yaml")
@@ -414,7 +411,7 @@ def _translate(args: argparse.Namespace) -> int:
     if laws[0].name == laws[1].name:
         raise WorkbenchError(f"the gains are already those of {laws[0].name}: name another law")
     args.controller = laws[0].reference
-    old = LinearStudy(with_vehicle(Scenario(), args))
+    old = LinearStudy(chosen_scenario(args))
     scenario = dataclasses.replace(old.scenario, controller=laws[1].reference)
     bare = dataclasses.replace(scenario.vehicle, gains="")
     new = old.like(dataclasses.replace(scenario, vehicle=bare))
@@ -609,13 +606,11 @@ def _flown(
 ) -> tuple["Scenario", "Vehicle", dict[str, float]]:
     """Return scenario, vehicle and all values that the command line names, with a law."""
     from workbench.gains.gains import flight_gains
-    from workbench.plant.loading import make_vehicle
-    from workbench.scenario.configured import read_configured
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.configured import configured_vehicle
 
     args.controller = law.reference
-    scenario = with_vehicle(Scenario(), args)
-    vehicle = make_vehicle(read_configured(scenario.vehicle))
+    scenario = chosen_scenario(args)
+    vehicle = configured_vehicle(scenario.vehicle)
     return scenario, vehicle, flight_gains(vehicle, args.gains or "", dict(args.set), law)
 
 

@@ -10,7 +10,7 @@ from workbench.commands.options import (
     add_command,
     add_json_option,
     add_vehicle_options,
-    with_vehicle,
+    chosen_scenario,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_result, print_table, say
@@ -73,10 +73,10 @@ def _diagram(args: argparse.Namespace) -> "Diagram":
     from workbench.gains.gains import flight_gains
     from workbench.plant.loading import make_vehicle
     from workbench.scenario.configured import read_configured
-    from workbench.scenario.scenario import Scenario, flown_controller
+    from workbench.scenario.scenario import flown_controller
     from workbench.session.session import Session
 
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     if not args.core:
         return Session(scenario, dict(args.set)).diagram
     description = read_configured(scenario.vehicle)

@@ -7,11 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import (
-    add_command,
-    add_flight_options,
-    chosen_scenario,
-)
+from workbench.commands.options import add_command, add_flight_options, chosen_scenario
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.progress import progress_bar

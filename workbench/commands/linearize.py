@@ -11,8 +11,8 @@ from workbench.commands.options import (
     add_flight_options,
     add_json_option,
     add_vehicle_options,
+    chosen_scenario,
     flown_with,
-    with_vehicle,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table, say
@@ -72,9 +72,9 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Linearise and print."""
     from workbench.design.linear.linearize import linear_matrices
-    from workbench.scenario.scenario import Scenario, flown_controller
+    from workbench.scenario.scenario import flown_controller
 
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     law = flown_controller(scenario)
     if law.derivatives != "AutoDiff":
         say(f"{law.name} does not convert to AutoDiffXd: its derivatives are {law.derivatives}")
@@ -184,9 +184,8 @@ def add_frequency_response(commands: Any) -> None:
 def run_frequency_response(args: argparse.Namespace) -> int:
     """Measure, print, write table and picture."""
     from workbench.design.judge.loop_measurement import fly_measurement
-    from workbench.scenario.scenario import Scenario
 
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     with Outputs() as outputs:
         table = outputs.add(args.output / f"frequency-response-{args.loop}.csv")
         plot = outputs.picture(args, f"frequency-response-{args.loop}.png")

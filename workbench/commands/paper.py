@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands.options import (
     add_command,
     add_flight_options,
+    chosen_scenario,
     with_vehicle,
 )
 from workbench.commands.outputs import Outputs
@@ -49,9 +50,8 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fly, print the table, write figures and logs; 1 if the demands are not met."""
     from workbench.design.reproduce import reproduce, violations
-    from workbench.scenario.scenario import Scenario
 
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     with Outputs() as outputs:
         summary = outputs.add(args.output / "reproduce.json")
         logs = [outputs.add(args.output / f"figure{number}.csv") for number in _FIGURES]

@@ -18,9 +18,9 @@ from workbench.commands.options import (
     add_scheduler_option,
     add_vehicle_options,
     chosen_executor,
+    chosen_scenario,
     parse_argument,
     parse_variation,
-    with_vehicle,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result
@@ -260,9 +260,8 @@ def run_pin(args: argparse.Namespace) -> int:
     if args.log:
         return _pin_log(args)
     from workbench.design.pin import pin_step
-    from workbench.scenario.scenario import Scenario
 
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     axis = args.axis or AXIS
     with progress_bar("flying and proving a step") as progress:
         pinned = pin_step(
@@ -306,9 +305,8 @@ def _pin_log(args: argparse.Namespace) -> int:
         from workbench.design.regress.running import regress
         from workbench.design.regress.spec import LogConfig
         from workbench.logs.judged_log import read_case
-        from workbench.scenario.scenario import Scenario
 
-        vehicle = with_vehicle(Scenario(), args).vehicle
+        vehicle = chosen_scenario(args).vehicle
         log = LogConfig(
             file=str(args.log),
             mapping=str(args.mapping or ""),

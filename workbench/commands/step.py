@@ -7,13 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import (
-    add_command,
-    add_flight_options,
-    chosen_scenario,
-    flown_with,
-    with_vehicle,
-)
+from workbench.commands.options import add_command, add_flight_options, chosen_scenario, flown_with
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import (
     lost_replies,
@@ -263,9 +257,9 @@ def run_hover(args: argparse.Namespace) -> int:
     from workbench.design.hover_check import check_hover
     from workbench.gains.gains import choose_gains
     from workbench.plant.plausible import doubts
-    from workbench.scenario.scenario import Scenario, flown_controller
+    from workbench.scenario.scenario import flown_controller
 
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     with Outputs() as outputs:
         log = outputs.add(args.output / "hover-check.csv")
         plot = outputs.picture(args, "hover-check.png")

@@ -13,8 +13,8 @@ from workbench.commands.options import (
     add_flight_options,
     add_scheduler_option,
     chosen_executor,
+    chosen_scenario,
     flown_with,
-    with_vehicle,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table, say
@@ -170,11 +170,11 @@ def _sweep(
     from workbench.design.sweep.compiled_flights import fly_fastest
     from workbench.design.sweep.full_flights import fly_full
     from workbench.design.sweep.sweep import sweep
-    from workbench.scenario.scenario import Scenario, flown_controller
+    from workbench.scenario.scenario import flown_controller
 
     if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
         raise WorkbenchError(f"{args.metric} is not measured: add --margins")
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     law = flown_controller(scenario)
     return sweep(
         args.ranges,

@@ -12,7 +12,7 @@ from workbench.commands.options import (
     add_command,
     add_flight_options,
     add_repeated,
-    with_vehicle,
+    chosen_scenario,
 )
 from workbench.commands.outputs import Outputs, check_writable, make_folder_of
 from workbench.commands.printing import pick, print_result, print_table, say
@@ -99,9 +99,9 @@ def run(args: argparse.Namespace) -> int:
     """Tune, print the table, write gains, report and figure; return 1 if wishes cannot be met."""
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.tune.tuner import Tuner
-    from workbench.scenario.scenario import Scenario, flown_controller
+    from workbench.scenario.scenario import flown_controller
 
-    scenario = with_vehicle(Scenario(), args)
+    scenario = chosen_scenario(args)
     law = flown_controller(scenario)
     tuner = Tuner(
         scenario,

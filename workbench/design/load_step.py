@@ -94,12 +94,11 @@ def fly_load_step(
     Raises:
         WorkbenchError: if load, amplitude or duration are invalid, or the step cannot be flown.
     """
-    from workbench.plant.loading import make_vehicle
-    from workbench.scenario.configured import read_configured
+    from workbench.scenario.configured import configured_vehicle
     from workbench.session.session import Session
 
     row, common = find_load(load), scenario or Scenario()
-    vehicle = make_vehicle(read_configured(common.vehicle))
+    vehicle = configured_vehicle(common.vehicle)
     size = usual_load(row, vehicle) if amplitude is None else amplitude
     check_load(load, size)
     check_duration(duration)

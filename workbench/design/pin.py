@@ -30,8 +30,7 @@ from workbench.design.regress.verdict import CaseResult
 from workbench.design.step_response import check_duration, check_step
 from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.gains.gains import flight_gains, make_profile, save_gains
-from workbench.plant.loading import make_vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.loads import LOADS, find_excited, find_load
 from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 from workbench.scenario.scenario import (
@@ -328,7 +327,7 @@ def pin_step(
         raise WorkbenchError(
             f"a spec flies on a shipped estimator, not on {scenario.estimator}: pin without it"
         )
-    vehicle = make_vehicle(read_configured(scenario.vehicle))
+    vehicle = configured_vehicle(scenario.vehicle)
     law = flown_controller(scenario)
     settings = parameter_table(law).checked(gains)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, law)

@@ -20,9 +20,8 @@ from workbench.logs.flight_record import GYRO, FlightRecord, make_signal, parts
 from workbench.logs.measured_flight import SHARE, motor_commands
 from workbench.logs.readers.rotations import ANGLES, QUATERNION, in_world, quaternion
 from workbench.logs.step_response import find_loop, step_response
-from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.session.recording import Recording
 
 FINEST = 1e-3
@@ -45,7 +44,7 @@ def read_case(spec: Spec, case: Case) -> JudgedLog:
     """
     config = case.log
     assert config is not None
-    vehicle = make_vehicle(read_configured(spec.content.vehicle))
+    vehicle = configured_vehicle(spec.content.vehicle)
     place = Path(config.file)
     if config.missing == SKIP and not place.is_file():
         return _absent(vehicle, f"there is no log {place.name}")

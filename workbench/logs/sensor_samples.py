@@ -21,9 +21,8 @@ from workbench.estimation.samples import Mounting
 from workbench.logs.record import LogRecord
 from workbench.plant.geodesy import in_world
 from workbench.plant.home import DEFAULT_HOME, Home
-from workbench.plant.loading import make_vehicle
 from workbench.plant.sensors import Imu
-from workbench.scenario.configured import read_configured, read_configured_world
+from workbench.scenario.configured import configured_vehicle, read_configured_world
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,7 @@ def logged_sensors(record: LogRecord) -> LoggedSensors:
             "compared with them"
         )
     scenario = record.scenario()
-    vehicle = make_vehicle(read_configured(scenario.vehicle))
+    vehicle = configured_vehicle(scenario.vehicle)
     if vehicle.name != record.vehicle:
         raise WorkbenchError(
             f"{record.path}: was flown by {record.vehicle}, and {scenario.vehicle.model} is "

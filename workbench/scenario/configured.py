@@ -4,6 +4,7 @@ import logging
 
 from workbench.common.resources import find_file, find_model, find_world, worlds_dir
 from workbench.plant.description import Description, read_description
+from workbench.plant.loading import make_vehicle
 from workbench.plant.plausible import doubts
 from workbench.plant.remarks import summed_up
 from workbench.plant.vehicle import Vehicle
@@ -23,6 +24,15 @@ def read_configured(config: VehicleConfig) -> Description:
     """
     rotors = find_file(config.rotors) if config.rotors else ""
     return read_description(find_model(config.model), config.args, config.packages, rotors)
+
+
+def configured_vehicle(config: VehicleConfig) -> Vehicle:
+    """Return the vehicle of a scenario, as known to its controller.
+
+    Raises:
+        WorkbenchError: as `read_configured`, and if it cannot fly.
+    """
+    return make_vehicle(read_configured(config))
 
 
 def read_configured_world(scenario: Scenario) -> World:

@@ -13,8 +13,7 @@ from workbench.common.resources import controllers_dir, models_dir
 from workbench.design.executor import shipment as shipment_module
 from workbench.design.executor.shipment import moved_below, shipment, unpacked, with_absolute_paths
 from workbench.gains.gains import flight_gains
-from workbench.plant.loading import make_vehicle
-from workbench.scenario.configured import read_configured, read_configured_world
+from workbench.scenario.configured import configured_vehicle, read_configured_world
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 CUBE = "\n".join(
@@ -58,7 +57,7 @@ def workspace(tmp_path, monkeypatch):
 
 def read(scenario):
     """Return what a flight is built from, as far as it can be compared."""
-    vehicle = make_vehicle(read_configured(scenario.vehicle))
+    vehicle = configured_vehicle(scenario.vehicle)
     world = read_configured_world(scenario)
     gains = flight_gains(vehicle, scenario.vehicle.gains)
     return dataclasses.replace(vehicle, source=Path()), world.names, gains

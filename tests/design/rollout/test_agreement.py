@@ -12,9 +12,8 @@ from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import make_senses
 from workbench.gains.gains import flight_gains
-from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import Scenario, Start, VehicleConfig, flown_controller
 
 TESTS = Path(__file__).resolve().parents[2]
@@ -33,7 +32,7 @@ TILTED = str(DRONES / "tilted_quad.urdf.xacro")
 
 
 def compare(config: VehicleConfig, count: int, seed: int):
-    vehicle = make_vehicle(read_configured(config))
+    vehicle = configured_vehicle(config)
     trials = random_trials(vehicle, flight_gains(vehicle), count, seed)
     return agreement(Scenario(vehicle=config), trials)
 
@@ -78,7 +77,7 @@ def test_so_do_drones_of_other_layouts(name, args):
 def test_so_do_drones_with_filters(around):
     """Late sensing, too, which sees what the filters gave then."""
     config = VehicleConfig(variation=Variation(sensing_delay=0.003))
-    vehicle = make_vehicle(read_configured(config))
+    vehicle = configured_vehicle(config)
     plain = random_trials(vehicle, flight_gains(vehicle), 6, 5)
     trials = [replace(trial, gains={**trial.gains, **around}) for trial in plain]
     found = agreement(Scenario(vehicle=config), trials, duration=3.0)
@@ -118,7 +117,7 @@ def assert_flies_on(estimator, count, duration, alone) -> None:
     """
     config = VehicleConfig(variation=Variation(sensing_delay=0.003, mass=1.1))
     scenario = Scenario(vehicle=config, estimator=estimator)
-    vehicle = make_vehicle(read_configured(config))
+    vehicle = configured_vehicle(config)
     around = {"gyro_lowpass": 60.0, "gyro_rate": 300.0, "accel_lowpass": 40.0}
     around["accel_lowpass_order"] = 1.0
     if estimator == "ekf":
@@ -172,7 +171,7 @@ def test_so_do_drones_with_a_payload(name, known):
         "known_payload_mass": known,
     }
     config = VehicleConfig(name)
-    vehicle = make_vehicle(read_configured(config))
+    vehicle = configured_vehicle(config)
     trials = [
         replace(trial, gains={**trial.gains, **carried})
         for trial in random_trials(vehicle, flight_gains(vehicle), 6, 4)
@@ -222,7 +221,7 @@ def test_a_difference_would_be_seen(monkeypatch):
 
 
 def test_trials_follow_from_their_seed_and_half_of_them_are_thrown():
-    vehicle = make_vehicle(read_configured(VehicleConfig()))
+    vehicle = configured_vehicle(VehicleConfig())
     own = flight_gains(vehicle)
     trials = random_trials(vehicle, own, 6, 1)
     assert trials == random_trials(vehicle, own, 6, 1)

@@ -8,9 +8,8 @@ import pytest
 from workbench.control.controller import load_controller
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import EDGE, START_HEIGHT, fly_step
-from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, Scenario, Start, VehicleConfig
 from workbench.session.recording import Recording
@@ -49,7 +48,7 @@ def compare(config: VehicleConfig, axis: str, amplitude: float, rates: Rates | N
     rates = rates or Rates()
     scenario = Scenario(vehicle=config, rates=rates)
     step = fly_step(axis, amplitude, duration=DURATION, scenario=scenario)
-    vehicle = make_vehicle(read_configured(config))
+    vehicle = configured_vehicle(config)
     engine = RolloutEngine(vehicle, rates, config.variation)
     rollouts = engine.fly([{}], axis, amplitude, duration=DURATION)
     assert rollouts.response[0] == pytest.approx(step.response, abs=CLOSE)

@@ -7,8 +7,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.sweep.ranges import parse_range
 from workbench.design.sweep.sweep import gain_map
-from workbench.plant.loading import make_vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import VehicleConfig
 
 X, Y = parse_range("kp_pitch=100..400:3"), parse_range("kd_pitch=0..30:2")
@@ -16,7 +15,7 @@ X, Y = parse_range("kp_pitch=100..400:3"), parse_range("kd_pitch=0..30:2")
 
 @pytest.fixture(scope="module")
 def engine():
-    return RolloutEngine(make_vehicle(read_configured(VehicleConfig())))
+    return RolloutEngine(configured_vehicle(VehicleConfig()))
 
 
 def test_every_place_is_the_flight_with_its_gains(engine):

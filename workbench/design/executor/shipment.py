@@ -40,11 +40,10 @@ from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.xacro import is_xacro
 from workbench.plant.formats.xacro_child import expand
 from workbench.plant.formats.xml import read_xml
-from workbench.plant.loading import make_vehicle
 from workbench.plant.meshes.side_files import side_files
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.world import World
-from workbench.scenario.configured import read_configured, read_configured_world
+from workbench.scenario.configured import configured_vehicle, read_configured_world
 from workbench.scenario.scenario import Scenario, VehicleConfig, flown_controller
 
 MOST_BYTES = 200_000_000
@@ -202,7 +201,7 @@ def read_files(request: dict[str, str]) -> list[str]:
                 opened[str(Path(path).absolute())] = None
 
     sys.addaudithook(note)
-    vehicle = make_vehicle(read_configured(scenario.vehicle))
+    vehicle = configured_vehicle(scenario.vehicle)
     flight_gains(vehicle, scenario.vehicle.gains, controller=flown_controller(scenario))
     world = read_configured_world(scenario)
     _expand(scenario.vehicle)

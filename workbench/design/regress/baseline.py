@@ -13,8 +13,7 @@ from workbench.control.controller import load_controller
 from workbench.design.regress.spec_names import slug, spec_name
 from workbench.design.regress.verdict import Comparison, Curve, Difference
 from workbench.gains.gains import flight_gains
-from workbench.plant.loading import make_vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.parameters import parameter_table, vehicle_parameters
 from workbench.scenario.scenario import Scenario
 
@@ -119,7 +118,7 @@ def conditions(scenario: Scenario, settings: Mapping[str, float]) -> dict[str, f
         scenario: with vehicle, gain file, rates and variation of the plant.
         settings: parameter values that replace those of the vehicle.
     """
-    vehicle = make_vehicle(read_configured(scenario.vehicle))
+    vehicle = configured_vehicle(scenario.vehicle)
     controller = load_controller(scenario.controller)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
     rows = vehicle_parameters(vehicle, parameter_table(controller))

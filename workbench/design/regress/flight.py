@@ -41,8 +41,7 @@ from workbench.design.step_response import (
     step_scenario,
 )
 from workbench.design.step_responses import step_responses
-from workbench.plant.loading import make_vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.loads import find_load
 from workbench.scenario.scenario import Scenario, Start, at_own_period, check_scenario
 from workbench.session.recording import Recording
@@ -273,7 +272,7 @@ def case_scenario(case: Case, common: Scenario) -> Scenario:
         return step_scenario(case.axis, case.amplitude, case.duration, common)
     if case.load:
         assert case.amplitude is not None
-        vehicle = make_vehicle(read_configured(common.vehicle))
+        vehicle = configured_vehicle(common.vehicle)
         load = find_load(case.load)
         return load_scenario(load, case.amplitude, case.duration, common, vehicle, case.acts)
     scenario = copy.deepcopy(common)

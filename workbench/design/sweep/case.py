@@ -85,10 +85,9 @@ class SweepCase:
         Raises:
             WorkbenchError: if its description cannot be read.
         """
-        from workbench.plant.loading import make_vehicle  # loads Drake; a figure does not need it
-        from workbench.scenario.configured import read_configured
+        from workbench.scenario.configured import configured_vehicle
 
-        return make_vehicle(read_configured(self.scenario.vehicle))
+        return configured_vehicle(self.scenario.vehicle)
 
     def values(self, vehicle: Vehicle) -> dict[str, float]:
         """Return all parameter values without a sweep, by name.

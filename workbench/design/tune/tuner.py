@@ -49,10 +49,9 @@ from workbench.design.tune.variables import (
 )
 from workbench.design.tune.wish import GUARD, Wish, Wishes, members, merged
 from workbench.gains.gains import make_profile, rule_gains
-from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.scenario.axes import find_axis
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
 
 ROUNDS = 6
@@ -432,7 +431,7 @@ class Tuner:
         Raises:
             WorkbenchError: if it cannot be read.
         """
-        return make_vehicle(read_configured(self._scenario.vehicle)).name
+        return configured_vehicle(self._scenario.vehicle).name
 
     def stop(self) -> None:
         """End the search soon; the best candidate so far is kept, checked and flown."""
