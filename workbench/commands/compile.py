@@ -72,9 +72,8 @@ def _fly_batch(scenario: "Scenario") -> None:
 
 def _fly_many(scenario: "Scenario") -> None:
     """Fly a step with one set of gains, as sweeps and searches do with thousands."""
-    from workbench.common.resources import find_model
     from workbench.design.rollout.engine import RolloutEngine
-    from workbench.plant.loading import load_vehicle
+    from workbench.scenario.configured import configured_vehicle
 
-    engine = RolloutEngine(load_vehicle(find_model(scenario.vehicle.model)), scenario.rates)
+    engine = RolloutEngine(configured_vehicle(scenario.vehicle), scenario.rates)
     engine.measure([engine.gains], "x", 1.0, duration=0.1)

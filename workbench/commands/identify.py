@@ -14,6 +14,7 @@ from workbench.commands.options import (
     add_mapping_option,
     add_model_options,
     add_order_option,
+    chosen_model,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.predict import found_logs
@@ -107,13 +108,11 @@ def _vehicle(args: argparse.Namespace) -> "Vehicle":
     import dataclasses
     import math
 
-    from workbench.common.resources import find_file, find_model
-    from workbench.plant.loading import load_vehicle
+    from workbench.scenario.configured import configured_vehicle
 
     if args.mass is not None and not 0.0 < args.mass < math.inf:
         raise WorkbenchError(f"the mass is {args.mass:g} kg: give a positive number")
-    rotors = find_file(args.rotors) if args.rotors else ""
-    vehicle = load_vehicle(find_model(args.model), dict(args.arg), dict(args.package), rotors)
+    vehicle = configured_vehicle(chosen_model(args))
     return dataclasses.replace(vehicle, mass=args.mass) if args.mass else vehicle
 
 
@@ -247,13 +246,12 @@ def add_excite(commands: Any) -> None:
 
 def run_excite(args: argparse.Namespace) -> int:
     """Plan and write."""
-    from workbench.common.resources import find_file, find_model
     from workbench.design.identify.flight import Limits, excitation, usual_limits
-    from workbench.plant.loading import load_vehicle
+    from workbench.scenario.configured import configured_vehicle
     from workbench.scenario.scenario import save_scenario
 
-    rotors = find_file(args.rotors) if args.rotors else ""
-    vehicle = load_vehicle(find_model(args.model), dict(args.arg), dict(args.package), rotors)
+    config = chosen_model(args)
+    vehicle = configured_vehicle(config)
     usual = usual_limits(vehicle)
     limits = Limits(
         usual.speed if args.speed is None else args.speed,
@@ -261,9 +259,7 @@ def run_excite(args: argparse.Namespace) -> int:
         usual.yaw_rate if args.yaw_rate is None else args.yaw_rate,
     )
     scenario = excitation(vehicle, args.model, limits, args.duration, args.controller)
-    scenario.vehicle.args = dict(args.arg)
-    scenario.vehicle.packages = dict(args.package)
-    scenario.vehicle.rotors = args.rotors
+    scenario.vehicle = config
     with Outputs() as outputs:
         save_scenario(scenario, outputs.add(args.output))
     text = (

@@ -12,6 +12,7 @@ from workbench.commands.options import (
     add_description_options,
     add_json_option,
     add_rotors_option,
+    chosen_model,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table
@@ -237,10 +238,8 @@ def run(args: argparse.Namespace) -> int:
     from workbench.plant.loading import make_vehicle
     from workbench.plant.plausible import doubts
     from workbench.scenario.configured import read_configured
-    from workbench.scenario.scenario import VehicleConfig
 
-    config = VehicleConfig(args.model, dict(args.arg), dict(args.package), args.rotors)
-    description = read_configured(config)
+    description = read_configured(chosen_model(args))
     try:
         vehicle = make_vehicle(description)
     except WorkbenchError:

@@ -15,7 +15,7 @@ from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
     from workbench.design.executor.executor import Executor
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Scenario, VehicleConfig
 
 
 MODEL_HELP = (
@@ -315,6 +315,13 @@ def with_model(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     if scenario.vehicle.rotors:
         find_file(scenario.vehicle.rotors)
     return scenario
+
+
+def chosen_model(args: argparse.Namespace) -> "VehicleConfig":
+    """Return the model that the command line names, and how to read it."""
+    from workbench.scenario.scenario import VehicleConfig
+
+    return VehicleConfig(args.model, dict(args.arg), dict(args.package), args.rotors)
 
 
 def chosen_scenario(args: argparse.Namespace) -> "Scenario":

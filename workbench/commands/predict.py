@@ -16,6 +16,7 @@ from workbench.commands.options import (
     add_model_options,
     add_output_options,
     add_repeated,
+    chosen_model,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table, say
@@ -149,12 +150,8 @@ def read_vehicle(args: argparse.Namespace) -> "Vehicle":
     """Return the vehicle from the command line."""
     from workbench.plant.loading import make_vehicle
     from workbench.scenario.configured import read_configured, tell_remarks
-    from workbench.scenario.scenario import VehicleConfig
 
-    config = VehicleConfig(
-        model=args.model, args=dict(args.arg), packages=dict(args.package), rotors=args.rotors
-    )
-    description = read_configured(config)
+    description = read_configured(chosen_model(args))
     vehicle = make_vehicle(description)
     tell_remarks(description, vehicle)
     return vehicle
