@@ -155,8 +155,7 @@ def _save(args: argparse.Namespace) -> int:
     """Write the gains that a model flies with."""
     from workbench.gains.gains import flight_gains, make_profile, save_gains
 
-    if args.file.suffix not in _SUFFIXES:
-        raise WorkbenchError(f"{args.file}: a gain file's name ends in .yaml")
+    _check_suffix(args.file)
     law = _law(args)
     vehicle = _read_vehicle(args)
     values = flight_gains(vehicle, args.gains or "", dict(args.set), law)
@@ -214,6 +213,12 @@ def _law(args: argparse.Namespace, *files: Path | None) -> "Controller":
 
     named = [load_gains(file).controller for file in files if file and not args.controller]
     return load_controller(args.controller or (named[0] if named else DEFAULT))
+
+
+def _check_suffix(file: Path | None) -> None:
+    """Check the name of a gain file to write, if any."""
+    if file and file.suffix not in _SUFFIXES:
+        raise WorkbenchError(f"{file}: a gain file's name ends in .yaml")
 
 
 def _read_vehicle(args: argparse.Namespace) -> "Vehicle":
@@ -397,11 +402,10 @@ def _translate(args: argparse.Namespace) -> int:
     from workbench.design.translate.translation import differences, gains_alone, translate
     from workbench.gains.gains import flight_gains, make_profile, owner_of, save_gains
 
-    if args.save and args.save.suffix not in (".yaml", ".yml"):
-        raise WorkbenchError(f"{args.save}: a gain file's name ends in .yaml")
+    _check_suffix(args.save)
     if args.controller:
         raise WorkbenchError("the laws are FROM and --to: leave --controller out")
-    if Path(args.source).suffix in (".yaml", ".yml"):
+    if _is_file(args.source):
         if args.gains:
             raise WorkbenchError(f"the gains are those in {args.source}: leave --gains out")
         args.gains, args.source = args.source, owner_of(Path(args.source))
@@ -531,8 +535,7 @@ def _import(args: argparse.Namespace) -> int:
     from workbench.gains.autopilots.parameter_file import joined
     from workbench.gains.gains import diff_gains, make_profile, save_gains
 
-    if args.save and args.save.suffix not in (".yaml", ".yml"):
-        raise WorkbenchError(f"{args.save}: a gain file's name ends in .yaml")
+    _check_suffix(args.save)
     law = load_controller(args.controller) if args.controller else None
     found = import_gains(args.file, args.firmware, args.version, args.profile, law)
     scenario, vehicle, present = _flown(args, found.law)
