@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_json_option
+from workbench.commands.options import add_command, add_json_option, add_option
 from workbench.commands.printing import print_json_line, say, say_written
 from workbench.common.errors import WorkbenchError
 
@@ -51,12 +51,7 @@ def add_parser(commands: Any) -> None:
         _run_foxglove,
     )
     _add_common(foxglove)
-    foxglove.add_argument(
-        "--listen",
-        default=FOR_FOXGLOVE,
-        metavar="HOST:PORT",
-        help=f"where Foxglove connects to (default: {FOR_FOXGLOVE})",
-    )
+    add_option(foxglove, "--listen", "HOST:PORT", "where Foxglove connects to", FOR_FOXGLOVE)
     foxglove.add_argument(
         "--anybody",
         action="store_true",
@@ -72,12 +67,7 @@ def add_parser(commands: Any) -> None:
         _run_plotjuggler,
     )
     _add_common(plotjuggler)
-    plotjuggler.add_argument(
-        "--to",
-        default=TO_PLOTJUGGLER,
-        metavar="HOST:PORT",
-        help=f"of PlotJuggler's UDP server (default: {TO_PLOTJUGGLER})",
-    )
+    add_option(plotjuggler, "--to", "HOST:PORT", "of PlotJuggler's UDP server", TO_PLOTJUGGLER)
 
     ros2 = add_command(
         kinds,
@@ -100,11 +90,8 @@ def add_parser(commands: Any) -> None:
     )
     add_link_options(mavlink)
     _add_rate(mavlink)
-    mavlink.add_argument(
-        "--to",
-        default=FOR_STATION,
-        metavar="HOST:PORT",
-        help=f"where the ground station listens, by UDP (default: {FOR_STATION})",
+    add_option(
+        mavlink, "--to", "HOST:PORT", "where the ground station listens, by UDP", FOR_STATION
     )
     mavlink.add_argument(
         "--allow-commands",

@@ -13,6 +13,7 @@ from workbench.commands.options import (
     add_json_option,
     add_mapping_option,
     add_model_options,
+    add_option,
     add_order_option,
     chosen_model,
 )
@@ -63,13 +64,7 @@ def add_parser(commands: Any) -> None:
         metavar="FILE",
         help="where to write the sidecar, for --rotors (default: DIR/MODEL.rotors.yaml)",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("out"),
-        metavar="DIR",
-        help="folder for sidecar and picture (default: out)",
-    )
+    add_option(parser, "--output", "DIR", "folder for sidecar and picture", Path("out"))
     parser.add_argument("--no-plots", action="store_true", help="write the sidecar only")
     add_mapping_option(parser)
     add_json_option(parser)
@@ -224,23 +219,11 @@ def add_excite(commands: Any) -> None:
     )
     add_model_options(parser, default="dh_drone")
     add_controller_option(parser)
-    parser.add_argument(
-        "--duration",
-        type=float,
-        default=60.0,
-        metavar="T",
-        help="of the flight, in s (default: 60)",
-    )
+    add_option(parser, "--duration", "T", "of the flight, in s", 60.0)
     parser.add_argument("--speed", type=float, metavar="V", help="largest level speed, in m/s")
     parser.add_argument("--climb", type=float, metavar="V", help="largest climb rate, in m/s")
     parser.add_argument("--yaw-rate", type=float, metavar="W", help="largest yaw rate, in rad/s")
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("excite.yaml"),
-        metavar="FILE",
-        help="scenario to write (default: excite.yaml)",
-    )
+    add_option(parser, "--output", "FILE", "scenario to write", Path("excite.yaml"))
     add_json_option(parser)
 
 

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_flight_options, chosen_scenario
+from workbench.commands.options import add_command, add_flight_options, add_option, chosen_scenario
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.progress import progress_bar
@@ -65,11 +65,12 @@ def add_parser(commands: Any) -> None:
         help="draw all plots of one loop, as velocity_x, roll, yaw_rate: Bode, Nyquist, gang of "
         "four, root locus, poles and step",
     )
-    parser.add_argument(
+    add_option(
+        parser,
         "--at",
-        default="hover",
-        metavar="POINT",
-        help="operating point: hover, or as vx=5,vz=-1,yaw_rate=0.2,ax=3 (default: hover)",
+        "POINT",
+        "operating point: hover, or as vx=5,vz=-1,yaw_rate=0.2,ax=3",
+        "hover",
     )
     parser.add_argument(
         "--cut",

@@ -10,6 +10,7 @@ from workbench.commands.options import (
     add_command,
     add_flight_options,
     add_json_option,
+    add_option,
     add_vehicle_options,
     chosen_scenario,
     flown_with,
@@ -34,28 +35,31 @@ def add_parser(commands: Any) -> None:
         run,
     )
     add_vehicle_options(parser)
-    parser.add_argument(
+    add_option(
+        parser,
         "--at",
-        default="hover",
-        metavar="POINT",
-        help="hover, or as vx=5,vz=-1,yaw_rate=0.2, in m/s and rad/s; ax, ay, az [m/s²] for an "
-        "instant of an accelerated flight; hold=1 while the position is held (default: hover)",
+        "POINT",
+        "hover, or as vx=5,vz=-1,yaw_rate=0.2, in m/s and rad/s; ax, ay, az [m/s²] for an "
+        "instant of an accelerated flight; hold=1 while the position is held",
+        "hover",
     )
-    parser.add_argument(
+    add_option(
+        parser,
         "--loop",
-        default="closed",
-        metavar="NAME",
-        help="closed, vehicle, or the loop to open: velocity_x, velocity_y, velocity_z, roll, "
-        "pitch, yaw_rate, position_x, position_y, position_z (default: closed)",
+        "NAME",
+        "closed, vehicle, or the loop to open: velocity_x, velocity_y, velocity_z, roll, "
+        "pitch, yaw_rate, position_x, position_y, position_z",
+        "closed",
     )
     parser.add_argument(
         "--cut", default="actuator", metavar="PLACE", help="open it at its actuator or its error"
     )
-    parser.add_argument(
+    add_option(
+        parser,
         "--time",
-        default="sampled",
-        metavar="KIND",
-        help="sampled, with hold and delay as they fly, or continuous (default: sampled)",
+        "KIND",
+        "sampled, with hold and delay as they fly, or continuous",
+        "sampled",
     )
     parser.add_argument(
         "--inputs", metavar="NAME[,NAME]", help="inputs wanted (default: what the pilot commands)"
@@ -151,26 +155,14 @@ def add_frequency_response(commands: Any) -> None:
         default="actuator",
         help="where the loop is opened (default: actuator)",
     )
-    parser.add_argument(
-        "--lowest",
-        type=float,
-        default=0.5,
-        metavar="W",
-        help="frequency in rad/s; a period is as long as its wave (default: 0.5)",
-    )
+    add_option(parser, "--lowest", "W", "frequency in rad/s; a period is as long as its wave", 0.5)
     parser.add_argument(
         "--highest",
         type=float,
         metavar="W",
         help="frequency in rad/s (default: 4 times the loop's bandwidth or crossover)",
     )
-    parser.add_argument(
-        "--periods",
-        type=int,
-        default=8,
-        metavar="N",
-        help="flown, the first of which is not measured (default: 8)",
-    )
+    add_option(parser, "--periods", "N", "flown, the first of which is not measured", 8)
     parser.add_argument(
         "--size",
         type=float,

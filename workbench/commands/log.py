@@ -15,6 +15,7 @@ from workbench.commands.options import (
     add_estimator_option,
     add_json_option,
     add_mapping_option,
+    add_option,
     add_repeated,
 )
 from workbench.commands.outputs import Outputs
@@ -53,11 +54,8 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.html",
         help="write the flown path and attitude in 3-D, as a page that plays in any browser",
     )
-    parser.add_argument(
-        "--model",
-        default="dh_drone",
-        metavar="NAME|PATH",
-        help=f"drone that the page shows: {MODEL_HELP} (default: dh_drone)",
+    add_option(
+        parser, "--model", "NAME|PATH", f"drone that the page shows: {MODEL_HELP}", "dh_drone"
     )
     add_mapping_option(parser)
     add_json_option(parser)
@@ -319,12 +317,12 @@ def add_plot(commands: Any) -> None:
         action="store_true",
         help="draw power spectral densities (Welch: Hann windows, the mean removed)",
     )
-    parser.add_argument(
+    add_option(
+        parser,
         "--averages",
-        type=int,
-        default=8,
-        metavar="N",
-        help="segments, overlapping by half, that a spectrum is averaged over (default: 8)",
+        "N",
+        "segments, overlapping by half, that a spectrum is averaged over",
+        8,
     )
     parser.add_argument(
         "--span",

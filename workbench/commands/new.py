@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_json_option
+from workbench.commands.options import add_command, add_json_option, add_option
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_result, print_table, say
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
@@ -201,7 +201,7 @@ def add_parser(commands: Any) -> None:
         metavar="SIZE",
         help='cells or voltage, and capacity: 4S, "4S 5000mAh", "14.8V 5Ah"',
     )
-    sheet.add_argument("--rotors", type=int, default=4, metavar="N", help="how many (default: 4)")
+    add_option(sheet, "--rotors", "N", "how many", 4)
     sheet.add_argument(
         "--layout",
         choices=_LAYOUTS,

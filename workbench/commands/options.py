@@ -44,6 +44,20 @@ def add_command(
     return parser
 
 
+def add_option(
+    parser: "argparse._ActionsContainer", option: str, metavar: str, help: str, default: Any
+) -> None:
+    """Add an option with a value of its default's type; its help ends with the default."""
+    shown = f"{default:g}" if isinstance(default, float) else default
+    parser.add_argument(
+        option,
+        type=type(default),
+        default=default,
+        metavar=metavar,
+        help=f"{help} (default: {shown})",
+    )
+
+
 def add_repeated(
     parser: "argparse._ActionsContainer",
     option: str,
@@ -224,13 +238,7 @@ def add_scheduler_option(parser: argparse.ArgumentParser) -> None:
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
     """Add --output for a folder, and --no-plots."""
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("out"),
-        metavar="DIR",
-        help="folder for plots and logs (default: out)",
-    )
+    add_option(parser, "--output", "DIR", "folder for plots and logs", Path("out"))
     parser.add_argument("--no-plots", action="store_true", help="write the logs only")
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands.options import (
     add_command,
     add_flight_options,
+    add_option,
     chosen_scenario,
     with_vehicle,
 )
@@ -331,12 +332,7 @@ def add_trial(commands: "Any") -> None:
         "workbench lidar-trial --output out",
         run_trial,
     )
-    parser.add_argument(
-        "--scenario",
-        metavar="NAME|PATH",
-        default=SCENARIO,
-        help=f"fly this one, shipped or a .yaml file (default: {SCENARIO})",
-    )
+    add_option(parser, "--scenario", "NAME|PATH", "fly this one, shipped or a .yaml file", SCENARIO)
     parser.add_argument("--seed", type=int, metavar="N", help="of the sensors' noise")
     parser.add_argument(
         "--html",

@@ -14,6 +14,7 @@ from workbench.commands.options import (
     add_json_option,
     add_mapping_option,
     add_model_options,
+    add_option,
     add_output_options,
     add_repeated,
     chosen_model,
@@ -331,13 +332,7 @@ def add_what_if(commands: Any) -> None:
     add_repeated(
         parser, "--set", "NAME=VALUE", split_setting, "gain that is flown instead; may be repeated"
     )
-    parser.add_argument(
-        "--draws",
-        type=int,
-        default=40,
-        metavar="N",
-        help="vehicles that are sampled for the band (default: 40)",
-    )
+    add_option(parser, "--draws", "N", "vehicles that are sampled for the band", 40)
     parser.add_argument("--seed", type=int, default=0, help="of the sample (default: 0)")
     add_mapping_option(parser)
     add_output_options(parser)

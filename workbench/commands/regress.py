@@ -13,6 +13,7 @@ from workbench.commands.options import (
     add_controller_option,
     add_json_option,
     add_mapping_option,
+    add_option,
     add_order_option,
     add_repeated,
     add_scheduler_option,
@@ -214,20 +215,14 @@ def add_pin(commands: Any) -> None:
         "--load", choices=LOADS, help="of a step of a load in hover, see `workbench step --help`"
     )
     what.add_argument("--log", type=Path, metavar="LOG", help=f"take a flight: {LOG_HELP}")
-    parser.add_argument(
+    add_option(
+        parser,
         "--amplitude",
-        type=float,
-        default=1.0,
-        metavar="A",
-        help="of the step [m/s], for yaw [rad/s], of a load [N], [N·m] or [m/s] (default: 1)",
+        "A",
+        "of the step [m/s], for yaw [rad/s], of a load [N], [N·m] or [m/s]",
+        1.0,
     )
-    parser.add_argument(
-        "--duration",
-        type=float,
-        default=3.0,
-        metavar="T",
-        help="flown after the command's edge [s] (default: 3)",
-    )
+    add_option(parser, "--duration", "T", "flown after the command's edge [s]", 3.0)
     parser.add_argument(
         "--acts",
         type=float,

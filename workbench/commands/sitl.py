@@ -12,6 +12,7 @@ from workbench.commands.options import (
     add_command,
     add_description_options,
     add_json_option,
+    add_option,
     add_rotors_option,
     with_model,
 )
@@ -78,15 +79,13 @@ def _add_common(parser: argparse.ArgumentParser, port: int, what: str, rate: flo
     )
     parser.add_argument("--csv", type=Path, metavar="FILE", help="log of the states")
     parser.add_argument("--host", default=HOST, help=f"where to listen (default: {HOST})")
-    parser.add_argument(
-        "--port", type=int, default=port, metavar="N", help=f"{what} (default: {port})"
-    )
-    parser.add_argument(
+    add_option(parser, "--port", "N", what, port)
+    add_option(
+        parser,
         "--rate",
-        type=float,
-        default=rate,
-        metavar="HZ",
-        help=f"of steps in lockstep; whole physics steps, so 1024/n by default (default: {rate:g})",
+        "HZ",
+        "of steps in lockstep; whole physics steps, so 1024/n by default",
+        rate,
     )
     parser.add_argument(
         "--order",
@@ -96,13 +95,7 @@ def _add_common(parser: argparse.ArgumentParser, port: int, what: str, rate: flo
         help="the drone's rotor of each output, counted from 1 (default: front right, rear left, "
         "front left, rear right)",
     )
-    parser.add_argument(
-        "--patience",
-        type=float,
-        default=5.0,
-        metavar="T",
-        help="end after this long without an answer, in s (default: 5)",
-    )
+    add_option(parser, "--patience", "T", "end after this long without an answer, in s", 5.0)
     parser.add_argument(
         "--fast", action="store_true", help="as fast as the autopilot answers, not in real time"
     )

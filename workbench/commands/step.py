@@ -7,7 +7,13 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_flight_options, chosen_scenario, flown_with
+from workbench.commands.options import (
+    add_command,
+    add_flight_options,
+    add_option,
+    chosen_scenario,
+    flown_with,
+)
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import (
     lost_replies,
@@ -71,25 +77,14 @@ def add_parser(commands: Any) -> None:
         help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2); of the "
         "load in N or N·m (default: a tenth of the weight), of a gust in m/s (default: 5)",
     )
-    parser.add_argument(
-        "--duration",
-        type=float,
-        default=5.0,
-        metavar="T",
-        help="flown after the command's edge, in s (default: 5)",
-    )
+    add_option(parser, "--duration", "T", "flown after the command's edge, in s", 5.0)
     parser.add_argument(
         "--acts",
         type=float,
         metavar="T",
         help="for how long the load acts, in s (default: to the end, a gust for 1)",
     )
-    parser.add_argument(
-        "--at",
-        default="hover",
-        metavar="POINT",
-        help="steady flight before it, hover or as vx=5,vz=-1 (default: hover)",
-    )
+    add_option(parser, "--at", "POINT", "steady flight before it, hover or as vx=5,vz=-1", "hover")
     add_flight_options(parser)
 
 

@@ -11,6 +11,7 @@ from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
     add_flight_options,
+    add_option,
     add_scheduler_option,
     chosen_executor,
     chosen_scenario,
@@ -67,33 +68,17 @@ def add_parser(commands: Any) -> None:
         metavar="A",
         help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2)",
     )
-    parser.add_argument(
-        "--duration",
-        type=float,
-        default=3.0,
-        metavar="T",
-        help="flown after the command's edge, in s (default: 3)",
-    )
-    parser.add_argument(
+    add_option(parser, "--duration", "T", "flown after the command's edge, in s", 3.0)
+    add_option(
+        parser,
         "--metric",
-        default="settling_time",
-        metavar="NAME",
-        help="that is drawn, and by which the best is chosen (default: settling_time)",
+        "NAME",
+        "that is drawn, and by which the best is chosen",
+        "settling_time",
     )
-    parser.add_argument(
-        "--method",
-        default="grid",
-        metavar="NAME",
-        help="grid, random, or sobol, which spreads evenly (default: grid)",
-    )
-    parser.add_argument(
-        "--samples",
-        type=int,
-        default=256,
-        metavar="N",
-        help="of random and sobol (default: 256)",
-    )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of both (default: 0)")
+    add_option(parser, "--method", "NAME", "grid, random, or sobol, which spreads evenly", "grid")
+    add_option(parser, "--samples", "N", "of random and sobol", 256)
+    add_option(parser, "--seed", "N", "of both", 0)
     parser.add_argument(
         "--margins",
         nargs="?",

@@ -11,6 +11,7 @@ from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
     add_flight_options,
+    add_option,
     add_repeated,
     chosen_scenario,
 )
@@ -57,13 +58,13 @@ def add_parser(commands: Any) -> None:
     group.add_argument(
         "--no-defaults", action="store_true", help="add no wishes that follow from the vehicle"
     )
-    group.add_argument(
+    add_option(
+        group,
         "--at",
-        default="hover",
-        metavar="POINT",
-        help="steady flight to tune for, hover or as vx=5,vz=-1: loops are judged there and steps "
-        "begin from it; of scheduled gains those of the set that flies there change (default: "
-        "hover)",
+        "POINT",
+        "steady flight to tune for, hover or as vx=5,vz=-1: loops are judged there and steps "
+        "begin from it; of scheduled gains those of the set that flies there change",
+        "hover",
     )
     group = parser.add_argument_group("search")
     group.add_argument(
