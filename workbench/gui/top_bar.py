@@ -14,10 +14,9 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.control.mode import FlightMode
 from workbench.gui.actions import SPEEDS, find_row
 from workbench.gui.flight_control import FlightControl
-from workbench.gui.icons import icon, picture
+from workbench.gui.icons import MODES, icon, picture
 from workbench.gui.layout import NO_MARGINS, buddy, fill, hbox, vbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.recorder import Recorder
@@ -78,16 +77,6 @@ _PHASES = {
     Phase.BROKEN: Said("broken", "failure", BAD),
     Phase.ENDED: Said("ended", "failure", BAD),
 }
-_MODES = {
-    FlightMode.OFF: "ground",
-    FlightMode.ARMED: "arm",
-    FlightMode.TAKING_OFF: "take_off",
-    FlightMode.HOVERING: "hold",
-    FlightMode.ASCENDING: "take_off",
-    FlightMode.DESCENDING: "land",
-    FlightMode.CRUISING: "resume",
-    FlightMode.LANDING: "land",
-}
 
 
 def mode_said(view: LiveView) -> Said:
@@ -100,7 +89,7 @@ def mode_said(view: LiveView) -> Said:
         return Said(f"{mode.label}, held", "failure", BAD, view.autopilot.ended)
     if view.phase is Phase.PAUSED:
         return Said(f"paused, {mode.label}", "pause", WARNING, f"paused while {mode.label}")
-    return Said(mode.label, _MODES[mode], PLAIN, f"flight mode: {mode.label}")
+    return Said(mode.label, MODES[mode], PLAIN, f"flight mode: {mode.label}")
 
 
 def time_said(view: LiveView) -> Said:

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any
 
 from PyQt6.QtCore import QPointF, QRectF, Qt
-from PyQt6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPen, QPolygonF, QResizeEvent
+from PyQt6.QtGui import QBrush, QFontMetricsF, QPainter, QPen, QResizeEvent
 from PyQt6.QtWidgets import QWidget
 
 from workbench.control.mode import FlightMode, Reason
@@ -16,8 +16,9 @@ from workbench.gui.help import explain
 from workbench.gui.home.sensor_state import Health, SensorState
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
+from workbench.gui.icons import MODES, paint_picture
 from workbench.gui.instruments.heading import direction_of, point_of
-from workbench.gui.instruments.instrument import LEFT, RIGHT, Hint, Instrument, Sign, paint_sign
+from workbench.gui.instruments.instrument import LEFT, RIGHT, Hint, Instrument, Sign
 from workbench.gui.instruments.readout import WIDEST, Line, Readout
 from workbench.gui.theme import Look
 from workbench.live.announcer import LOW_CHARGE
@@ -187,8 +188,7 @@ class Card(Instrument):
             width = painter.fontMetrics().horizontalAdvance(self.note)
             place = QRectF(line.right() - width - 1.4 * side, 0.0, side, side)
             place.moveTop(line.center().y() - side / 2)
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            paint_sign(painter, place, self.sign, self.colour(self.sign.value), self.colour("card"))
+            self.sign.paint(painter, place, self.colour(self.sign.value))
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Place the parts again."""
@@ -306,12 +306,6 @@ class BatteryCard(Card):
         )
 
 
-UP = ((0.5, 0.08), (0.95, 0.62), (0.05, 0.62))
-DOWN = ((0.5, 0.92), (0.95, 0.38), (0.05, 0.38))
-ALONG = ((0.92, 0.5), (0.38, 0.95), (0.38, 0.05))
-DIAMOND = ((0.5, 0.05), (0.95, 0.5), (0.5, 0.95), (0.05, 0.5))
-"""Corners in a square of side 1, relative to its top left."""
-
 PHASES: Mapping[Phase, tuple[str, Sign]] = {
     Phase.PAUSED: ("paused", Sign.WARNING),
     Phase.BROKEN: ("broken: reset to fly again", Sign.BAD),
@@ -322,58 +316,6 @@ HELD = ("held: reset to fly again", Sign.BAD)
 """Text for a flight whose autopilot has ended."""
 CALM = 0.05
 """A slower wind counts as calm [m/s]."""
-
-
-def paint_mode(painter: QPainter, place: QRectF, mode: FlightMode, colour: QColor) -> None:
-    """Paint the symbol of a mode.
-
-    Off is an empty circle, armed one with a dot; hovering is a diamond; climbing is a triangle
-    pointing up, with the ground below it for a take-off, and descending likewise down; cruising is
-    a triangle pointing right.
-
-    Args:
-        painter: painter with antialiasing.
-        place: a square area.
-        mode: the mode.
-        colour: its colour.
-    """
-    thick = QPen(colour, max(1.5, place.width() / 11.0))
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(colour)
-    match mode:
-        case FlightMode.OFF | FlightMode.ARMED:
-            inset = 0.14 * place.width()
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.setPen(thick)
-            painter.drawEllipse(place.adjusted(inset, inset, -inset, -inset))
-            if mode is FlightMode.ARMED:
-                painter.setBrush(colour)
-                painter.drawEllipse(place.center(), inset, inset)
-        case FlightMode.HOVERING:
-            _paint_corners(painter, place, DIAMOND)
-        case FlightMode.CRUISING:
-            _paint_corners(painter, place, ALONG)
-        case FlightMode.TAKING_OFF | FlightMode.ASCENDING:
-            _paint_corners(painter, place, UP)
-        case FlightMode.LANDING | FlightMode.DESCENDING:
-            _paint_corners(painter, place.translated(0.0, -0.1 * place.height()), DOWN)
-    if mode in (FlightMode.TAKING_OFF, FlightMode.LANDING):
-        painter.setPen(thick)
-        y = place.top() + 0.93 * place.height()
-        painter.drawLine(QPointF(place.left(), y), QPointF(place.right(), y))
-
-
-def _paint_corners(
-    painter: QPainter, place: QRectF, corners: tuple[tuple[float, float], ...]
-) -> None:
-    painter.drawPolygon(
-        QPolygonF(
-            [
-                QPointF(place.left() + x * place.width(), place.top() + y * place.height())
-                for x, y in corners
-            ]
-        )
-    )
 
 
 def wind_text(wind: tuple[float, float, float], units: ShownUnits) -> str:
@@ -436,9 +378,8 @@ class ConditionCard(Card):
         high = min(body.height(), 3.8 * size)
         top = body.top() + (body.height() - high) / 2
         side = 1.7 * size
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         shape = QRectF(body.left() + 0.1 * size, top + 0.2 * size, side, side)
-        paint_mode(painter, shape, self.mode, self.colour("accent"))
+        paint_picture(painter, shape, MODES[self.mode], self.colour("accent"))
         painter.setFont(self.face(1.6, bold=True))
         painter.setPen(self.colour("ink"))
         word = QRectF(body.left() + 2.4 * size, top, body.width(), 2.1 * size)
@@ -553,8 +494,7 @@ class ClockCard(Card):
         painter.setFont(self.face())
         sign = QRectF(line.left(), line.center().y() - side / 2, side, side)
         colour = self.state_sign.value
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        paint_sign(painter, sign, self.state_sign, self.colour(colour), self.colour("card"))
+        self.state_sign.paint(painter, sign, self.colour(colour))
         calm = self.state_sign in (Sign.GOOD, Sign.OFF)
         painter.setPen(self.colour("muted" if calm else colour))
         text = painter.fontMetrics().elidedText(
@@ -728,9 +668,7 @@ class RotorBars(Instrument):
             side = min(inner.width(), inner.height(), 1.3 * self.text_size)
             cross = QRectF(0.0, 0.0, side, side)
             cross.moveCenter(inner.center())
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            paint_sign(painter, cross, Sign.BAD, self.colour("bad"), self.colour("card"))
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+            Sign.BAD.paint(painter, cross, self.colour("bad"))
         elif reading.state is RotorState.FINE:
             painter.fillRect(bar, self.colour("accent"))
         else:

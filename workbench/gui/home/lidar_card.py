@@ -13,7 +13,7 @@ from workbench.gui.home.cards import Card, beside, put
 from workbench.gui.home.sensor_state import SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
-from workbench.gui.instruments.instrument import Instrument, Sign, paint_sign
+from workbench.gui.instruments.instrument import Instrument, Sign
 from workbench.gui.instruments.map_frame import SteadyScale
 from workbench.gui.instruments.readout import Line
 from workbench.gui.instruments.ring_scan import (
@@ -198,7 +198,7 @@ class LidarRing(Instrument):
         if self.warning:
             place = QRectF(0.0, 0.0, 3.0 * size, 3.0 * size)
             place.moveCenter(end)
-            paint_sign(painter, place, Sign.WARNING, self.colour("bad"), self.colour("card"))
+            Sign.WARNING.paint(painter, place, self.colour("bad"))
             return
         mark = QPainterPath()
         mark.addEllipse(end, size, size)

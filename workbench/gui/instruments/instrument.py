@@ -6,10 +6,11 @@ The hint replaces an instrument that has nothing to show.
 from abc import abstractmethod
 from enum import Enum
 
-from PyQt6.QtCore import QPointF, QRectF, Qt
-from PyQt6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen, QPixmap, QPolygonF, QResizeEvent
+from PyQt6.QtCore import QRectF, Qt
+from PyQt6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPixmap, QResizeEvent
 from PyQt6.QtWidgets import QWidget
 
+from workbench.gui.icons import paint_picture
 from workbench.gui.theme import Look
 
 
@@ -25,45 +26,9 @@ class Sign(Enum):
     OFF = "muted"
     """An empty circle."""
 
-
-def paint_sign(painter: QPainter, place: QRectF, sign: Sign, colour: QColor, on: QColor) -> None:
-    """Paint a symbol.
-
-    Args:
-        painter: painter with antialiasing.
-        place: a square area.
-        sign: the symbol.
-        colour: its colour.
-        on: colour of marks on it.
-    """
-    thickness = max(1.2, place.width() / 9.0)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(colour)
-    match sign:
-        case Sign.GOOD:
-            inset = 0.12 * place.width()
-            painter.drawEllipse(place.adjusted(inset, inset, -inset, -inset))
-        case Sign.OFF:
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.setPen(QPen(colour, thickness))
-            inset = 0.2 * place.width()
-            painter.drawEllipse(place.adjusted(inset, inset, -inset, -inset))
-        case Sign.WARNING:
-            top = QPointF(place.center().x(), place.top())
-            painter.drawPolygon(QPolygonF([top, place.bottomRight(), place.bottomLeft()]))
-            painter.setPen(QPen(on, thickness))
-            x, height = place.center().x(), place.height()
-            painter.drawLine(
-                QPointF(x, place.top() + 0.4 * height), QPointF(x, place.top() + 0.66 * height)
-            )
-            painter.drawPoint(QPointF(x, place.top() + 0.86 * height))
-        case Sign.BAD:
-            painter.drawRoundedRect(place, 0.15 * place.width(), 0.15 * place.width())
-            painter.setPen(QPen(on, thickness))
-            inset = 0.27 * place.width()
-            inner = place.adjusted(inset, inset, -inset, -inset)
-            painter.drawLine(inner.topLeft(), inner.bottomRight())
-            painter.drawLine(inner.topRight(), inner.bottomLeft())
+    def paint(self, painter: QPainter, place: QRectF, colour: QColor) -> None:
+        """Paint it into a square area."""
+        paint_picture(painter, place, f"sign_{self.name.lower()}", colour)
 
 
 LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -216,7 +181,7 @@ class Hint(Instrument):
         width = 1.3 * size + metrics.horizontalAdvance(self.word)
         left = area.center().x() - width / 2
         sign = QRectF(left, top + 0.32 * size, 0.95 * size, 0.95 * size)
-        paint_sign(painter, sign, Sign.OFF, self.colour("muted"), self.colour("card"))
+        Sign.OFF.paint(painter, sign, self.colour("muted"))
         painter.setPen(self.colour("muted"))
         line = QRectF(left + 1.3 * size, top, area.width(), 1.6 * size)
         painter.drawText(line, LEFT, self.word)

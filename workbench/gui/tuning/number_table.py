@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
+from PyQt6.QtCore import QEvent, QRectF, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import (
     QColor,
     QFont,
@@ -15,13 +15,12 @@ from PyQt6.QtGui import (
     QMouseEvent,
     QPainter,
     QPaintEvent,
-    QPen,
-    QPolygonF,
     QRegion,
     QResizeEvent,
 )
 from PyQt6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
+from workbench.gui.icons import paint_picture
 from workbench.gui.theme import Look
 
 BEST = "best"
@@ -118,41 +117,14 @@ TONES = {
     State.WAITING: "muted",
     State.NONE: "muted",
 }
-
-
-def draw_mark(painter: QPainter, box: QRectF, state: State, colour: QColor) -> None:
-    """Draw a tick for good, a triangle for over or low, and a cross for unstable."""
-    painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    pen = QPen(colour, 1.8, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
-    x, y, size = box.center().x(), box.center().y(), min(box.width(), box.height()) / 2.0
-    if state is State.GOOD:
-        painter.drawPolyline(
-            QPolygonF(
-                [
-                    QPointF(x - size, y),
-                    QPointF(x - 0.3 * size, y + 0.7 * size),
-                    QPointF(x + size, y - 0.7 * size),
-                ]
-            )
-        )
-    elif state in (State.OVER, State.LOW):
-        way = -1.0 if state is State.OVER else 1.0
-        painter.setBrush(colour)
-        painter.drawPolygon(
-            QPolygonF(
-                [
-                    QPointF(x, y + 0.8 * way * size),
-                    QPointF(x - 0.9 * size, y - 0.7 * way * size),
-                    QPointF(x + 0.9 * size, y - 0.7 * way * size),
-                ]
-            )
-        )
-    elif state in (State.BROKEN, State.MISSED):
-        painter.drawLine(QPointF(x - size, y - size), QPointF(x + size, y + size))
-        painter.drawLine(QPointF(x - size, y + size), QPointF(x + size, y - size))
-    painter.restore()
+MARKS = {
+    State.GOOD: "tick",
+    State.OVER: "over",
+    State.LOW: "low",
+    State.MISSED: "cross",
+    State.BROKEN: "cross",
+}
+"""Picture beside the word of a state."""
 
 
 class NumberTable(QWidget):
@@ -406,7 +378,8 @@ class NumberTable(QWidget):
         left = min(left, box.right() - word + GAP)
         size = 8.0
         mark = QRectF(left, box.center().y() - size / 2.0, size, size)
-        draw_mark(painter, mark, state, colour)
+        if state in MARKS:
+            paint_picture(painter, mark, MARKS[state], colour)
         painter.setPen(colour)
         text = QRectF(left + MARK, box.top(), box.right() - left, box.height())
         painter.drawText(

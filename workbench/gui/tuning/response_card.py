@@ -18,6 +18,7 @@ from workbench.analysis.replies import Predicted, StepNumbers, step_numbers
 from workbench.design.response_metrics import load_metrics, response_metrics, why_withheld
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.icons import paint_picture
 from workbench.gui.layout import fill
 from workbench.gui.signals import Signals
 from workbench.gui.theme import Look
@@ -32,7 +33,7 @@ from workbench.gui.tuning.limits import (
     Limits,
     LimitsForm,
 )
-from workbench.gui.tuning.number_table import TONES, Cell, NumberTable, Row, State, draw_mark
+from workbench.gui.tuning.number_table import MARKS, TONES, Cell, NumberTable, Row, State
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
@@ -464,7 +465,7 @@ class LimitStrip(QWidget):
                 STRIP_MARK,
                 STRIP_MARK,
             )
-            draw_mark(painter, mark, use.state, colour(TONES[use.state]))
+            paint_picture(painter, mark, MARKS[use.state], colour(TONES[use.state]))
         chart = box.adjusted(0.0, 2.0 * line + 2.0, 0.0, -1.0)
         painter.fillRect(chart, colour("ground"))
         top = chart.bottom() - chart.height() / STRIP_ROOM
