@@ -172,9 +172,9 @@ class Photographer:
         self.workspace.log.what_if_wanted.emit()
         tuning = self.window.stack.screen_of("tuning")
         answers = []
-        self.workspace.analysis.answers[FlyAgain].connect(answers.append)
+        self.workspace.analysis.answered.connect(lambda question, _: answers.append(question))
         tuning.gains.propose("kp_velocity_x", 0.4 * tuning.gains.flown["kp_velocity_x"])
-        self.until(lambda: bool(answers) and answers[-1].asked.draws == max(DRAWS))
+        self.until(lambda: FlyAgain in map(type, answers) and answers[-1].draws == max(DRAWS))
 
     def close(self) -> None:
         """End the app."""

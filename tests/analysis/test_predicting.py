@@ -52,7 +52,7 @@ def test_the_map_and_the_sensitivity_are_of_the_heading_too(answer):
     cases = ((0.0, "kp_pitch", "kp_roll"), (0.5 * np.pi, "kp_roll", "kp_pitch"))
     for heading, gain, others in cases:
         step = Step("x", 1.0, 2.0, heading)
-        slopes = answer(Weigh(gains, step)).slopes["rise_time"]
+        slopes = answer(Weigh(gains, step))["rise_time"]
         assert abs(slopes[gain]) > 100.0 * abs(slopes.get(others, 0.0))
         map_ = answer(DrawMap(gains, gain, others, "rise_time", step))
         settled = map_.values[:, np.isfinite(map_.values).all(axis=0)]  # others have no rise time
@@ -108,7 +108,7 @@ def about():
 
 def test_a_branch_of_its_own_gains_is_what_the_flight_does_to_the_bit(flight, about, answer):
     session, checkpoint = flight
-    own, firm = answer(Fork(checkpoint, (OWN, FIRM), 1.0), about).branches
+    (own, _), (firm, _) = answer(Fork(checkpoint, (OWN, FIRM), 1.0), about)
     session.tick(1.0)
     flown = session.recording()
     assert (own.name, firm.name) == ("own", "firm")
@@ -123,7 +123,7 @@ def test_a_branch_of_its_own_gains_is_what_the_flight_does_to_the_bit(flight, ab
 
 def test_a_step_comes_on_top_of_what_is_asked_for(flight, about, answer):
     _, checkpoint = flight
-    (own,) = answer(Fork(checkpoint, (OWN,), 3.0, Step("y", 0.5, 3.0)), about).branches
+    ((own, _),) = answer(Fork(checkpoint, (OWN,), 3.0, Step("y", 0.5, 3.0)), about)
     assert own.velocity[-1] == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
 
 
@@ -133,13 +133,14 @@ def test_each_controller_has_the_numbers_of_its_step(subject, answer):
     session.tick(0.5)
     branches, step = (OWN, Branch("lqi", {}, "lqi")), Step("y", 0.5, 5.0)
     found = answer(Fork(session.checkpoint(), branches, 5.0, step), subject)
-    for branch, numbers in zip(found.branches, found.numbers, strict=True):
+    for branch, numbers in found:
         wanted = step_metrics(branch.time - 0.5, branch.velocity[:, 1], 0.5)
         assert numbers.rise_time == wanted.rise_time > 0.1
         assert numbers.peak_rotor_use == branch.rotor_use.max()
-    own, lqi = found.numbers
+    (_, own), (_, lqi) = found
     assert own.rise_time != lqi.rise_time
-    assert answer(Fork(session.checkpoint(), branches, 0.5), subject).numbers == (None, None)
+    found = answer(Fork(session.checkpoint(), branches, 0.5), subject)
+    assert [numbers for _, numbers in found] == [None, None]
 
 
 def test_bad_gains_and_a_stop_are_sentences(flight, about, answer, caller):

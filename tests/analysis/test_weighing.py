@@ -27,17 +27,17 @@ def test_a_percent_more_does_what_it_says(subject, weighed):
         factor: fly_step("x", 2.0, duration=1.5, settings={"kp_velocity_x": factor * own})
         for factor in (1.0, 1.2)
     }
-    slope = weighed.slopes["peak"]["kp_velocity_x"]
+    slope = weighed["peak"]["kp_velocity_x"]
     change = rise[1.2].metrics.peak - rise[1.0].metrics.peak
     assert 20.0 * slope == pytest.approx(change, rel=0.35)
 
 
 def test_the_strongest_come_first_and_what_does_nothing_is_left_out(weighed):
-    for slopes in weighed.slopes.values():
+    for slopes in weighed.values():
         sizes = [abs(slope) for slope in slopes.values()]
         assert sizes == sorted(sizes, reverse=True)
         assert 0.0 not in sizes
-    strongest, *others = weighed.slopes["rise_time"].items()
+    strongest, *others = weighed["rise_time"].items()
     assert strongest[0] == "kp_velocity_x"
     assert strongest[1] < 0.0
     assert "kp_yaw_rate" not in dict(others)

@@ -44,10 +44,10 @@ def test_the_apps_margin_at_the_plants_input_is_that_of_the_command(run, tmp_pat
     said = run("judge", *options, "--output", tmp_path).json
     subject = Subject(Scenario(controller=law), {})
     *_, found = judge_plant_input(subject, JudgePlantInput({name: value}), None)
-    assert found.steering == pytest.approx(said["plant_input"]["disk_margin"], rel=1e-12)
-    assert found.holding == pytest.approx(said["plant_input_holding"]["disk_margin"], rel=1e-12)
+    assert found[0] == pytest.approx(said["plant_input"]["disk_margin"], rel=1e-12)
+    assert found[1] == pytest.approx(said["plant_input_holding"]["disk_margin"], rel=1e-12)
     *_, other = judge_plant_input(subject, JudgePlantInput({}), None)
-    assert other.steering != pytest.approx(found.steering, rel=1e-3)
+    assert other[0] != pytest.approx(found[0], rel=1e-3)
 
 
 def test_json_has_modes_steps_and_the_slowest_rate(judged):

@@ -95,9 +95,9 @@ def canned() -> Canned:
 
 @pytest.fixture(scope="session")
 def fly_again():
-    """Returns an answer to a question about a logged flight: 0.1 m to the side of it."""
+    """Returns a question about a logged flight, and an answer: 0.1 m to the side of it."""
 
-    def make(question: FlyAgain, **other) -> FlownAgain:
+    def make(question: FlyAgain, **other) -> tuple[FlyAgain, FlownAgain]:
         time = np.linspace(4.0, 24.0, 400)
         logged = np.column_stack([np.sin(time + phase) for phase in range(6)])
         values = {
@@ -117,7 +117,7 @@ def fly_again():
             "lost": 0,
             "drawn": 1 + question.draws,
         }
-        return FlownAgain(asked=question, time=time, logged=logged, **{**values, **other})
+        return question, FlownAgain(time=time, logged=logged, **{**values, **other})
 
     return make
 

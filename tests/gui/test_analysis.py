@@ -27,22 +27,19 @@ class Heard:
     def __init__(self, analysis):
         self.refused = []
         self.threads = set()
-        self.judged = self.listen(analysis.answers[Judge])
-        self.ranges_found = self.listen(analysis.answers[FindRanges])
-        self.predicted = self.listen(analysis.answers[Predict])
-        self.mapped = self.listen(analysis.answers[DrawMap])
-        self.tuned = self.listen(analysis.answers[Tune])
-        self.searched = self.listen(analysis.searched)
+        self.searched = []
+        self.answers = []
+        analysis.answered.connect(self.keep)
+        analysis.searched.connect(self.searched.append)
         analysis.refused.connect(self.refuse)
 
-    def listen(self, signal):
-        said = []
-        signal.connect(lambda reply: self.keep(said, reply))
-        return said
+    def of(self, kind):
+        """Return the answered questions of a kind, in order."""
+        return [question for question, _ in self.answers if isinstance(question, kind)]
 
-    def keep(self, said, reply):
+    def keep(self, question, reply):
         self.threads.add(QThread.currentThread())
-        said.append(reply)
+        self.answers.append((question, reply))
 
     def refuse(self, question, said):
         self.threads.add(QThread.currentThread())
@@ -72,9 +69,9 @@ def test_answers_come_by_the_signal_of_their_kind_in_the_thread_of_the_screens(
     analysis.ask(DrawMap({}, "kp_pitch", "kd_pitch", "overshoot", STEP))
     analysis.ask(Predict({}, STEP))
     analysis.ask(Judge({"kd_roll": 20.0}))
-    qtbot.waitUntil(lambda: bool(heard.ranges_found and heard.mapped), timeout=ENOUGH)
-    assert heard.judged[0].asked.gains == {"kd_roll": 20.0}
-    assert heard.predicted[0].asked.step == STEP
+    qtbot.waitUntil(lambda: bool(heard.of(FindRanges) and heard.of(DrawMap)), timeout=ENOUGH)
+    assert heard.of(Judge)[0].gains == {"kd_roll": 20.0}
+    assert heard.of(Predict)[0].step == STEP
     assert heard.threads == {QThread.currentThread()}
     assert not heard.refused
     assert not analysis.banner
@@ -88,9 +85,9 @@ def test_of_many_questions_the_last_is_answered_last_and_no_word_is_said_of_the_
         analysis.ask(Judge({"kp_roll": 100.0 + number}))
     last = {"kp_roll": 199.0}
     qtbot.waitUntil(
-        lambda: bool(heard.judged) and heard.judged[-1].asked.gains == last, timeout=ENOUGH
+        lambda: bool(heard.of(Judge)) and heard.of(Judge)[-1].gains == last, timeout=ENOUGH
     )
-    assert len(heard.judged) < 50
+    assert len(heard.of(Judge)) < 50
     assert not heard.refused
     assert not analysis.banner
 
@@ -124,11 +121,11 @@ def test_nothing_starts_before_it_is_needed_and_the_same_flight_keeps_it(qtbot, 
     analysis.begin(scenario, settings)
     assert analysis.pids == (None, None, None)
     analysis.ask(Judge({}))
-    qtbot.waitUntil(lambda: len(heard.judged) == 1, timeout=ENOUGH)
+    qtbot.waitUntil(lambda: len(heard.of(Judge)) == 1, timeout=ENOUGH)
     before = analysis.pids
     analysis.begin(Scenario(), dict(settings))  # as after a reset
     analysis.ask(Judge({}))
-    qtbot.waitUntil(lambda: len(heard.judged) == 2, timeout=ENOUGH)
+    qtbot.waitUntil(lambda: len(heard.of(Judge)) == 2, timeout=ENOUGH)
     assert analysis.pids == before
     assert before[1] is None
 
@@ -136,14 +133,14 @@ def test_nothing_starts_before_it_is_needed_and_the_same_flight_keeps_it(qtbot, 
 def test_another_flight_forgets_what_was_asked_and_judges_anew(qtbot, analysis, heard):
     analysis.begin(Scenario(), {})
     analysis.ask(Judge({}))
-    qtbot.waitUntil(lambda: len(heard.judged) == 1, timeout=ENOUGH)
+    qtbot.waitUntil(lambda: len(heard.of(Judge)) == 1, timeout=ENOUGH)
     before = analysis.pids[0]
     analysis.ask(Judge({"kp_yaw_rate": 5.0}))
     analysis.ask(Tune({}, ()))
     analysis.begin(Scenario(vehicle=VehicleConfig(args={"mass": "2.0"})), {})
     analysis.ask(Judge({"kd_roll": 22.0}))
-    qtbot.waitUntil(lambda: heard.judged[-1].asked.gains == {"kd_roll": 22.0}, timeout=ENOUGH)
-    assert len(heard.judged) == 2
+    qtbot.waitUntil(lambda: heard.of(Judge)[-1].gains == {"kd_roll": 22.0}, timeout=ENOUGH)
+    assert len(heard.of(Judge)) == 2
     assert analysis.pids[0] != before
     qtbot.waitUntil(lambda: not Path(f"/proc/{before}").exists(), timeout=ENOUGH)
     assert not heard.refused
@@ -158,8 +155,8 @@ def test_an_answer_on_its_way_when_another_flight_begins_is_not_shown(qtbot, ana
     analysis._analyst.ask(Predict({}, STEP)).result(ENOUGH / 1000)
     analysis.begin(Scenario(), {"kp_roll": 200.0})
     analysis.ask(Judge({"kd_roll": 22.0}))
-    qtbot.waitUntil(lambda: bool(heard.judged), timeout=ENOUGH)
-    assert [each.asked.gains for each in heard.judged] == [{"kd_roll": 22.0}]
+    qtbot.waitUntil(lambda: bool(heard.of(Judge)), timeout=ENOUGH)
+    assert [each.gains for each in heard.of(Judge)] == [{"kd_roll": 22.0}]
 
 
 @pytest.mark.slow
@@ -168,8 +165,8 @@ def test_a_search_tells_how_it_goes_and_can_be_stopped(qtbot, analysis, heard):
     analysis.ask(Tune({}, ("x.rise_time <= 0.1", "pitch.phase_margin >= 70deg")))
     qtbot.waitUntil(lambda: bool(heard.searched), timeout=ENOUGH)
     analysis.stop()
-    qtbot.waitUntil(lambda: bool(heard.tuned), timeout=ENOUGH)
-    assert heard.tuned[0].stopped
+    qtbot.waitUntil(lambda: bool(heard.of(Tune)), timeout=ENOUGH)
+    assert heard.answers[-1][1].stopped
     assert heard.threads == {QThread.currentThread()}
 
 
@@ -179,10 +176,10 @@ def test_a_killed_analyst_is_told_and_asked_again(qtbot, analysis, heard):
     qtbot.waitUntil(lambda: analysis.pids[0] is not None, timeout=ENOUGH)
     analysis.ask(Judge({}))
     os.kill(analysis.pids[0], signal.SIGKILL)
-    qtbot.waitUntil(lambda: bool(heard.refused or heard.judged), timeout=ENOUGH)
+    qtbot.waitUntil(lambda: bool(heard.refused or heard.of(Judge)), timeout=ENOUGH)
     analysis.ask(Judge({"kd_roll": 22.0}))
     qtbot.waitUntil(
-        lambda: bool(heard.judged) and heard.judged[-1].asked.gains == {"kd_roll": 22.0},
+        lambda: bool(heard.of(Judge)) and heard.of(Judge)[-1].gains == {"kd_roll": 22.0},
         timeout=ENOUGH,
     )
 
@@ -202,7 +199,7 @@ def test_an_analyst_that_has_given_up_is_another_one_once_the_scenario_is_opened
         qtbot.waitUntil(lambda said=said: len(heard.refused) > said, timeout=ENOUGH)
     analysis.begin(Scenario(), {})
     analysis.ask(Judge({}))
-    qtbot.waitUntil(lambda: bool(heard.judged), timeout=ENOUGH)
+    qtbot.waitUntil(lambda: bool(heard.of(Judge)), timeout=ENOUGH)
 
 
 def test_it_loads_nothing_heavy():

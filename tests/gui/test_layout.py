@@ -33,7 +33,7 @@ from PyQt6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from workbench.analysis.questions import FlyAgain, Judge, Predict, Tune
-from workbench.analysis.replies import Tuned, TunedStep, Wished
+from workbench.analysis.replies import Tuned
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work
 from workbench.analysis.worker import find_answerer
@@ -67,10 +67,10 @@ TUNED = Tuned(
     met=False,
     stopped=False,
     wishes=(
-        Wished("level.rise_time <= 0.433 s", "0.5123 s", "0.3812 s", True),
-        Wished("tilt.phase_margin >= 45 deg", "38.91 deg", "44.03 deg", False),
+        ("level.rise_time <= 0.433 s", "0.5123 s", "0.3812 s", True),
+        ("tilt.phase_margin >= 45 deg", "38.91 deg", "44.03 deg", False),
     ),
-    steps=(TunedStep("x", TIME, TIME, 0.5 * TIME),),
+    steps={"x": (TIME, TIME, 0.5 * TIME)},
     said=("The overshoot is at odds with the rise time.",),
 )
 
@@ -211,15 +211,15 @@ def window(request, windows, shared_window, workspace, canned, fly_again):
     of the web engine's 3-D view there is Qt's own.
     """
     analysis, subject = workspace.analysis, Subject(canned.views[0].scenario, {})
-    answers, answered = {kind: analysis.answers[kind] for kind in (Judge, Predict)}, set()
+    answered = set()
 
     def answer(question):
         kind = type(question)
         if kind is FlyAgain:
-            QTimer.singleShot(0, lambda: analysis.answers[FlyAgain].emit(fly_again(question)))
-        if kind in answers:
+            QTimer.singleShot(0, lambda: analysis.tell(*fly_again(question)))
+        if kind in (Judge, Predict):
             *_, reply = find_answerer(kind)(subject, question, Work(1, None, None))
-            QTimer.singleShot(0, lambda: answers[kind].emit(reply))
+            QTimer.singleShot(0, lambda: analysis.tell(question, reply))
             answered.add(kind)
 
     with pytest.MonkeyPatch.context() as patch:
@@ -235,9 +235,9 @@ def window(request, windows, shared_window, workspace, canned, fly_again):
             workspace.flight.viewed.emit(view)
         shared_window.show_screen("tuning")
         shared_window.stack.current.autotune.search()
-        analysis.answers[Tune].emit(TUNED)
+        analysis.tell(Tune({}, ()), TUNED)
         workspace.log.open(Path("flight.csv"))
-        QtBot(request).waitUntil(lambda: answered == set(answers), timeout=120_000)
+        QtBot(request).waitUntil(lambda: answered == {Judge, Predict}, timeout=120_000)
         yield shared_window
 
 

@@ -18,16 +18,7 @@ from workbench.analysis.questions import (
     PlanMeasurement,
     ShapeLoop,
 )
-from workbench.analysis.replies import (
-    FrequencyCurves,
-    Judged,
-    JudgedLoop,
-    JudgedPlantInput,
-    LoopShaped,
-    MeasurementPlanned,
-    PoleMoved,
-    Ranges,
-)
+from workbench.analysis.replies import Judged, JudgedLoop, LoopShaped, PoleMoved
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.control.controller import Controller, Loop
@@ -100,7 +91,7 @@ def find_ranges(subject: Subject, question: FindRanges, work: Work) -> Working:
             if span is not None:
                 found[names.get(name, name)] = span
             yield None
-    yield Ranges(question, found)
+    yield found
 
 
 def is_stable(holding: LinearModel) -> bool:
@@ -175,7 +166,6 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
     growing = steered + held
     turned = _turned(subject, (steering, holding), margins, question.gains) if stable else {}
     yield Judged(
-        asked=question,
         loops=tuple(
             JudgedLoop(
                 **vars(margins[each.name]),
@@ -198,7 +188,7 @@ def judge_plant_input(subject: Subject, question: JudgePlantInput, _: Work) -> W
     for point in (HOVER, HOLDING):
         found.append(multiloop_margin(subject.study.plant_input(point, gains)).disk_margin)
         yield None
-    yield JudgedPlantInput(question, *found)
+    yield tuple(found)
 
 
 def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Working:
@@ -208,8 +198,7 @@ def draw_frequency(subject: Subject, question: DrawFrequency, _: Work) -> Workin
     """
     loop = subject.table.controller.loop(question.loop)
     holding = subject.model(subject.gains(question.gains))
-    found = gang_of_four(holding if loop.hold else opened_to_steer(holding), loop, question.cut)
-    yield FrequencyCurves(**vars(found), asked=question)
+    yield gang_of_four(holding if loop.hold else opened_to_steer(holding), loop, question.cut)
 
 
 def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Working:
@@ -217,8 +206,7 @@ def plan_measurement(subject: Subject, question: PlanMeasurement, _: Work) -> Wo
     loop = subject.table.controller.loop(question.loop)
     gains, point = subject.linear_gains(question.gains), HOLDING if loop.hold else HOVER
     model = subject.study.sampled(point, gains)
-    injection = loop_injection(model, loop, subject.study.vehicle, question.cut)
-    yield MeasurementPlanned(question, injection, loop.hold)
+    yield loop_injection(model, loop, subject.study.vehicle, question.cut), loop.hold
 
 
 def shown_poles(model: LinearModel) -> np.ndarray:
@@ -278,7 +266,6 @@ def shape_loop(subject: Subject, question: ShapeLoop, _: Work) -> Working:
         yield None
         said += _rotors_said(subject, question, found)
     yield LoopShaped(
-        asked=question,
         gains={names.get(name, name): value for name, value in found.gains.items()},
         bandwidth=found.margins.bandwidth,
         phase_margin=found.margins.phase_margin,
@@ -369,7 +356,6 @@ def move_pole(subject: Subject, question: MovePole, _: Work) -> Working:
     found = placer.place(question.place)
     names = subject.asked_names(question.gains)
     yield PoleMoved(
-        asked=question,
         gains={names.get(name, name): value for name, value in found.gains.items()},
         pole=found.pole,
         reached=found.reached,

@@ -10,15 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.analysis.questions import DrawMap, FlyAgain, Fork, Predict, Step, Weigh
-from workbench.analysis.replies import (
-    FlownAgain,
-    Forked,
-    Mapped,
-    Predicted,
-    StepNumbers,
-    Weighed,
-    step_numbers,
-)
+from workbench.analysis.replies import FlownAgain, Mapped, Predicted, StepNumbers, step_numbers
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.common.cache import PROGRESS_LOGGER
@@ -74,7 +66,7 @@ def fork(subject: Subject, question: Fork, work: Work) -> Working:
         lambda: work.stopped,
     )
     work.check()
-    yield Forked(flown, tuple(_numbers(question, branch) for branch in flown))
+    yield tuple((branch, _numbers(question, branch)) for branch in flown)
 
 
 def _numbers(question: Fork, branch: FlownBranch) -> StepNumbers | None:
@@ -108,7 +100,7 @@ def predict(subject: Subject, question: Predict, _: Work) -> Working:
             heading=step.heading,
         )
         numbers = step_numbers(load_metrics(time, response), use)
-        yield Predicted(question, time, response, numbers, not np.isfinite(response).all())
+        yield Predicted(time, response, numbers, not np.isfinite(response).all())
         return
     flown = engine.fly(
         [gains], step.axis, step.amplitude, duration=step.duration, heading=step.heading
@@ -116,7 +108,7 @@ def predict(subject: Subject, question: Predict, _: Work) -> Working:
     response, use = flown.response[0], float(flown.peak_rotor_use[0])
     metrics = step_metrics(flown.time, response, step.amplitude)
     numbers, lost = step_numbers(metrics, use), not math.isnan(flown.diverged_at[0])
-    yield Predicted(question, flown.time, response, numbers, lost)
+    yield Predicted(flown.time, response, numbers, lost)
 
 
 def ready_engine(subject: Subject) -> "Generator[None, None, RolloutEngine]":
@@ -174,7 +166,7 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
         values[start : start + BAND] = band.values
         yield None
     unit = find_metric(question.metric).unit_for(find_axis(step.axis).unit)
-    yield Mapped(question, x.grid, y.grid, values, unit)
+    yield Mapped(x.grid, y.grid, values, unit)
 
 
 def _around(subject: Subject, name: str, gains: dict[str, float]) -> SweepRange:
@@ -204,11 +196,10 @@ def weigh(subject: Subject, question: Weigh, work: Work) -> Working:
         progress=work.check,
     )
     gains, names = subject.gains(question.gains), subject.asked_names(question.gains)
-    slopes = {
+    yield {
         each.metric: {names.get(name, name): slope for name, slope in _slopes(each, gains).items()}
         for each in found
     }
-    yield Weighed(question, slopes)
 
 
 def _slopes(sensitivity: "Sensitivity", gains: dict[str, float]) -> dict[str, float]:
@@ -236,7 +227,7 @@ def fly_again(subject: Subject, question: FlyAgain, _: Work) -> Working:
     for states in islice(explained.flights(_other_law(subject, question)), 1 + question.draws):
         flights.append(states)
         yield None
-    yield _flown_again(question, flight, explained, explained.compare(flights))
+    yield _flown_again(flight, explained, explained.compare(flights))
 
 
 def _read_log(subject: Subject, question: FlyAgain) -> "tuple[FlightRecord, Explained]":
@@ -280,15 +271,12 @@ def _other_law(subject: Subject, question: FlyAgain) -> "Law":
     return Law(subject.flown, subject.flown_gains(question.gains))
 
 
-def _flown_again(
-    question: FlyAgain, flight: "FlightRecord", explained: "Explained", found: "WhatIf"
-) -> FlownAgain:
+def _flown_again(flight: "FlightRecord", explained: "Explained", found: "WhatIf") -> FlownAgain:
     law, other = explained.flown, found.other[:, PLACES]
     other[found.stays :] = np.nan
     period = float(found.time[1] - found.time[0])
     kept = slice(None, None, max(1, round(SHOWN / period)))
     return FlownAgain(
-        asked=question,
         vehicle=explained.vehicle.name,
         logged_vehicle=str(flight.parameters.get("vehicle", "")),
         doubt=explained.doubt,

@@ -59,14 +59,17 @@ class Judge(Question):
 
 @dataclass(frozen=True)
 class JudgePlantInput(Question):
-    """What is the disk margin of simultaneous force and moments? Answered by `JudgedPlantInput`."""
+    """What is the multi-loop disk margin at the plant's input, see `design.judge.multiloop`?
+
+    Answered by α while the pilot steers, and while the place is held; 0 if unstable.
+    """
 
     gains: Gains
 
 
 @dataclass(frozen=True)
 class DrawFrequency(Question):
-    """What is a loop's frequency response? Answered by `FrequencyCurves`.
+    """What is a loop's frequency response? Answered by a `GangOfFour`.
 
     Attributes:
         gains: gains of the controller.
@@ -81,7 +84,9 @@ class DrawFrequency(Question):
 
 @dataclass(frozen=True)
 class PlanMeasurement(Question):
-    """Which injection measures a loop in flight? Answered by `MeasurementPlanned`.
+    """Which injection measures a loop in flight?
+
+    Answered by the `Injection`, and whether a place is held during it.
 
     Attributes:
         gains: gains of the controller.
@@ -138,7 +143,10 @@ class MovePole(Question):
 
 @dataclass(frozen=True)
 class FindRanges(Question):
-    """In which range of each gain, the others fixed, is the loop stable? Answered by `Ranges`."""
+    """In which range of each gain, the others fixed, is the loop stable?
+
+    Answered by the smallest and largest value of each gain, by its name.
+    """
 
     gains: Gains
 
@@ -164,7 +172,11 @@ class DrawMap(Question):
 
 @dataclass(frozen=True)
 class Weigh(Question):
-    """Which gains affect the metrics of a step most? Answered by `Weighed`."""
+    """Which gains affect the metrics of a step most?
+
+    Answered, for each metric by name, by its change for one percent more of each gain by name, in
+    the metric's unit, the strongest first.
+    """
 
     gains: Gains
     step: Step
@@ -187,7 +199,10 @@ class Tune(Question):
 
 @dataclass(frozen=True)
 class Fork(Question):
-    """How does the flight continue from a checkpoint with each branch? Answered by `Forked`.
+    """How does the flight continue from a checkpoint with each branch?
+
+    Answered by the `FlownBranch`es in this order, each with the metrics of its step: `StepNumbers`,
+    or None without a step, or if the flight was lost.
 
     Attributes:
         checkpoint: common start of the branches.
@@ -204,7 +219,9 @@ class Fork(Question):
 
 @dataclass(frozen=True)
 class Pin(Question):
-    """Write a spec and its baseline for a step with these gains. Answered by `Pinned`.
+    """Write a spec and its baseline for a step with these gains.
+
+    Answered by the paths of both, and a sentence about their content.
 
     Attributes:
         path: path of the spec, NAME.spec.yaml.
@@ -243,7 +260,7 @@ class FlyAgain(Question):
 
 @dataclass(frozen=True)
 class AskOther(Question):
-    """What is the answer with another controller? Answered by `OtherAnswered`.
+    """What is the answer with another controller? Answered as the question itself.
 
     Attributes:
         controller: name of a shipped one, or path of a file.

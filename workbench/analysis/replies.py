@@ -1,4 +1,4 @@
-"""Replies of an analyst: frozen records of plain numbers and arrays.
+"""Replies of an analyst that no record of `design` can be: frozen, of plain numbers and arrays.
 
 None contains an object of Drake's, so a screen need not load Drake.
 """
@@ -6,30 +6,12 @@ None contains an object of Drake's, so a screen need not load Drake.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from workbench.analysis.questions import (
-    AskOther,
-    DrawFrequency,
-    DrawMap,
-    FindRanges,
-    FlyAgain,
-    Gains,
-    Judge,
-    JudgePlantInput,
-    MovePole,
-    PlanMeasurement,
-    Predict,
-    ShapeLoop,
-    Weigh,
-)
-from workbench.design.branches import FlownBranch
-from workbench.design.judge.gang_of_four import GangOfFour
+from workbench.analysis.questions import Gains
 from workbench.design.judge.margins import LoopMargins
 from workbench.design.response_metrics import LoadMetrics, StepMetrics
-from workbench.scenario.scenario import Injection
 
 
 @dataclass(frozen=True)
@@ -53,14 +35,12 @@ class Judged:
     """Stability with given gains.
 
     Attributes:
-        asked: the question.
         loops: loops in the order of the cascade.
         poles: poles of the closed loop in continuous terms, complex (k) [1/s].
         stable: whether everything is stable.
         said: what is unstable, as a sentence; "" if everything is stable.
     """
 
-    asked: Judge
     loops: tuple[JudgedLoop, ...]
     poles: np.ndarray
     stable: bool
@@ -68,38 +48,10 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class JudgedPlantInput:
-    """The multi-loop disk margin at the plant's input, see `design.judge.multiloop`.
-
-    Attributes:
-        asked: the question.
-        steering: α while the pilot steers, 0 if unstable.
-        holding: α while the position is held, 0 if unstable.
-    """
-
-    asked: JudgePlantInput
-    steering: float
-    holding: float
-
-    @property
-    def disk_margin(self) -> float:
-        """The smaller of both."""
-        return min(self.steering, self.holding)
-
-
-@dataclass(frozen=True)
-class FrequencyCurves(GangOfFour):
-    """Frequency response of a loop, and the question."""
-
-    asked: DrawFrequency
-
-
-@dataclass(frozen=True)
 class LoopShaped:
     """Gains of a loop for a bandwidth and a margin, see `design.judge.loop_shaping`.
 
     Attributes:
-        asked: the question.
         gains: gains of the loop, and gains linked with them.
         bandwidth: bandwidth with these gains [rad/s], NaN if unstable; see `LoopMargins`.
         phase_margin: phase margin with these gains [rad].
@@ -111,7 +63,6 @@ class LoopShaped:
         said: what limits them, as a sentence.
     """
 
-    asked: ShapeLoop
     gains: Gains
     bandwidth: float
     phase_margin: float
@@ -127,35 +78,16 @@ class PoleMoved:
     """Gains of a loop that move a pole, see `design.judge.pole_placing`.
 
     Attributes:
-        asked: the question.
         gains: gains of the loop, and gains linked with them.
         pole: the pole with these gains [1/s].
         reached: whether it is at the requested place.
         said: what prevents it, as a sentence, "" if it is reached.
     """
 
-    asked: MovePole
     gains: Gains
     pole: complex
     reached: bool
     said: str
-
-
-@dataclass(frozen=True)
-class MeasurementPlanned:
-    """An injection that measures a loop, and whether a place is held during it."""
-
-    asked: PlanMeasurement
-    injection: Injection
-    hold: bool
-
-
-@dataclass(frozen=True)
-class Ranges:
-    """The stable range of each gain by name, smallest and largest, with the others fixed."""
-
-    asked: FindRanges
-    stable: Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -193,14 +125,12 @@ class Predicted:
     """Response to a step of a command or a load.
 
     Attributes:
-        asked: the question.
         time: time from the edge on (N) [s].
         response: response (N) [m/s] or [rad/s]; for a load the deviation, in its unit.
         numbers: metrics of the response.
         lost: whether the drone was lost.
     """
 
-    asked: Predict
     time: np.ndarray
     response: np.ndarray
     numbers: StepNumbers
@@ -212,32 +142,16 @@ class Mapped:
     """A metric over two gains.
 
     Attributes:
-        asked: the question.
         x: values along the columns.
         y: values along the rows.
         values: (N_y, N_x), NaN if a flight was lost or has no such metric.
         unit: unit of the values.
     """
 
-    asked: DrawMap
     x: np.ndarray
     y: np.ndarray
     values: np.ndarray
     unit: str
-
-
-@dataclass(frozen=True)
-class Weighed:
-    """Effects of the gains on each metric of a step.
-
-    Attributes:
-        asked: the question.
-        slopes: for each metric by name, its change for one percent more of each gain by name, in
-            the metric's unit, the strongest first.
-    """
-
-    asked: Weigh
-    slopes: Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)
@@ -258,26 +172,6 @@ class Searched:
 
 
 @dataclass(frozen=True)
-class Wished:
-    """One wish: its text, its values before and after as text, and whether it is met."""
-
-    wish: str
-    before: str
-    after: str
-    met: bool
-
-
-@dataclass(frozen=True)
-class TunedStep:
-    """A step before and after a search (N), for the plot."""
-
-    axis: str
-    time: np.ndarray
-    before: np.ndarray
-    after: np.ndarray
-
-
-@dataclass(frozen=True)
 class Tuned:
     """Result of a search.
 
@@ -286,8 +180,9 @@ class Tuned:
         gains: their values now.
         met: whether all wishes are met, for the corners and the full diagram, too.
         stopped: whether the user ended the search.
-        wishes: each wish.
-        steps: steps before and after.
+        wishes: text of each wish, its values before and after as text, and whether it is met.
+        steps: times (N) [s] of a step along each axis by name, and its response before and after
+            (N).
         said: further remarks, as why wishes are not met.
         widened: number of default limits that were relaxed to what the rule's gains reach; `said`
             names them.
@@ -297,32 +192,10 @@ class Tuned:
     gains: Gains
     met: bool
     stopped: bool
-    wishes: tuple[Wished, ...]
-    steps: tuple[TunedStep, ...]
+    wishes: tuple[tuple[str, str, str, bool], ...]
+    steps: Mapping[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
     said: tuple[str, ...]
     widened: int = 0
-
-
-@dataclass(frozen=True)
-class Forked:
-    """All branches of a fork.
-
-    Attributes:
-        branches: branches in the order of the question.
-        numbers: metrics of each step; None without a step, or if the flight was lost.
-    """
-
-    branches: tuple[FlownBranch, ...]
-    numbers: tuple[StepNumbers | None, ...] = ()
-
-
-@dataclass(frozen=True)
-class Pinned:
-    """A regression was written: its spec, its baseline, and a sentence about its content."""
-
-    spec: Path
-    baseline: Path
-    said: str
 
 
 @dataclass(frozen=True)
@@ -332,7 +205,6 @@ class FlownAgain:
     Columns of six are x, y, z, v_x, v_y, v_z [m, m/s].
 
     Attributes:
-        asked: the question.
         vehicle: vehicle whose model flew it again.
         logged_vehicle: vehicle that the log names; "" without one.
         doubt: why the result may be wrong, as a sentence; else "".
@@ -352,7 +224,6 @@ class FlownAgain:
         drawn: number of flown vehicles: the nominal one, and uncertain ones.
     """
 
-    asked: FlyAgain
     vehicle: str
     logged_vehicle: str
     doubt: str
@@ -370,11 +241,3 @@ class FlownAgain:
     stays: bool
     lost: int
     drawn: int
-
-
-@dataclass(frozen=True)
-class OtherAnswered:
-    """An answer with a controller other than the one that flies."""
-
-    asked: AskOther
-    answer: Judged | Predicted | FrequencyCurves

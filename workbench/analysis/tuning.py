@@ -1,7 +1,7 @@
 """Finds gains for wishes, reports the search's progress, and pins the result as a regression."""
 
 from workbench.analysis.questions import Pin, Tune
-from workbench.analysis.replies import Pinned, Searched, Tuned, TunedStep, Wished
+from workbench.analysis.replies import Searched, Tuned
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.design.metrics import shown
@@ -33,7 +33,7 @@ def pin(subject: Subject, question: Pin, work: Work) -> Working:
         f"{found.limits} numbers and {found.curves} curves of a step {what}{loops} are "
         "held to what they are now"
     )
-    yield Pinned(found.spec, found.baseline, said)
+    yield found.spec, found.baseline, said
 
 
 def tune(subject: Subject, question: Tune, work: Work) -> Working:
@@ -51,8 +51,20 @@ def tune(subject: Subject, question: Tune, work: Work) -> Working:
         gains=found.gains,
         met=found.met,
         stopped=found.stopped,
-        wishes=_wished(found),
-        steps=_steps(found),
+        wishes=tuple(
+            (
+                str(result.required),
+                shown(result.required.wish.metric, result.before),
+                shown(result.required.wish.metric, result.after),
+                result.met,
+            )
+            for result in found.as_described
+        ),
+        steps={
+            axis: (each.time, each.response[0], each.response[1])
+            for (axis, case), each in found.responses.items()
+            if case == NOMINAL
+        },
         said=_said(found),
         widened=len(found.shortfalls),
     )
@@ -66,28 +78,6 @@ def _searched(progress: Progress) -> Searched:
     spare = f"{reserve:.0f} % to spare" if reserve >= 0.0 else f"{-reserve:.0f} % short"
     said = f"{progress.worst.wish.name} {shown(metric, progress.value)}, {spare}"
     return Searched(progress.phase, progress.share, dict(progress.gains), said)
-
-
-def _wished(found: Tuning) -> tuple[Wished, ...]:
-    """Return each wish on the nominal vehicle."""
-    return tuple(
-        Wished(
-            wish=str(result.required),
-            before=shown(result.required.wish.metric, result.before),
-            after=shown(result.required.wish.metric, result.after),
-            met=result.met,
-        )
-        for result in found.as_described
-    )
-
-
-def _steps(found: Tuning) -> tuple[TunedStep, ...]:
-    """Return the flown steps of the nominal vehicle."""
-    return tuple(
-        TunedStep(axis, each.time, each.response[0], each.response[1])
-        for (axis, case), each in found.responses.items()
-        if case == NOMINAL
-    )
 
 
 def _said(found: Tuning) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from workbench.analysis.questions import ANSWERED_BY, AskOther
-from workbench.analysis.replies import OtherAnswered
 from workbench.analysis.subject import Subject
 from workbench.analysis.work import RequestQueue, Work, Working
 from workbench.common.cache import PROGRESS_LOGGER
@@ -132,8 +131,7 @@ def ask_other(subject: Subject, question: AskOther, work: Work) -> Working:
     The first question builds its models and the machine code of its flights.
     """
     other = subject.other(question.controller)
-    for reply in find_answerer(type(question.question))(other, question.question, work):
-        yield None if reply is None else OtherAnswered(question, reply)
+    yield from find_answerer(type(question.question))(other, question.question, work)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """The analyst for screens: they ask questions, and answers arrive as signals."""
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Mapping
 from concurrent.futures import Future
 from typing import Any
 
@@ -8,9 +8,14 @@ from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
 from workbench.analysis.analyst import Analyst
 from workbench.analysis.questions import (
+    AskOther,
+    DrawFrequency,
     Fork,
+    Judge,
+    JudgePlantInput,
     Pin,
     PlanMeasurement,
+    Predict,
     Question,
     Tune,
     Weigh,
@@ -25,15 +30,11 @@ from workbench.scenario.scenario import Scenario
 ASKED_ONCE = (PlanMeasurement, Fork, Weigh, Tune, Pin)
 """Questions that are asked one by one: a notice says why one has no answer. The others are asked in
 a stream while a slider moves, and their card shows the reason."""
-MOST_ANSWERS = 128
-"""Number of remembered answers to questions of a kind."""
+REMEMBERED = (Judge, JudgePlantInput, DrawFrequency, Predict, AskOther)
+"""Questions whose answers are remembered, because several cards ask them again and again."""
+MOST_ANSWERS = 512
+"""Number of remembered answers."""
 NOBODY = "there is nothing to judge yet: open a scenario first"
-
-
-class Answered(QObject):
-    """Passes on the answers to one kind of question."""
-
-    signal = pyqtSignal(object)
 
 
 class Analysis(QObject):
@@ -42,11 +43,10 @@ class Analysis(QObject):
     Args:
         notices: takes refusals, except those of questions in streams.
         parent: the Qt parent; this object is deleted with it.
-
-    Attributes:
-        answers: signal for the answers to each kind of question.
     """
 
+    answered = pyqtSignal(object, object)
+    """A question, and its reply."""
     searched = pyqtSignal(object)
     """A `Searched`: the progress of tuning."""
     preparing = pyqtSignal(str)
@@ -64,7 +64,7 @@ class Analysis(QObject):
         self._controller: Controller | None = None
         self._token = object()
         self._errands = Errands()
-        self.answers = {kind: Answered(self).signal for kind in Question.__subclasses__()}
+        self._known: dict[Hashable, Any] = {}
         queued = Qt.ConnectionType.QueuedConnection  # called in a thread of the analyst
         self._progressed.connect(self._show_progress, queued)  # pyrefly: ignore[bad-argument-count]
 
@@ -97,6 +97,7 @@ class Analysis(QObject):
                 return
             self._errands.do(present.close)
         self._controller = controller
+        self.forget()
         token = self._token = object()
         self._analyst = Analyst(
             scenario, settings, lambda progress: self._progressed.emit(token, progress)
@@ -108,16 +109,35 @@ class Analysis(QObject):
             self._analyst.warm_up()
 
     def ask(self, question: Question) -> None:
-        """Ask a question; the answer arrives by the signal of its kind, or by `refused`.
+        """Ask a question; the answer arrives by `answered`, or by `refused`.
 
         Of each kind the newest question counts: an older one that still waits is dropped silently.
-        One in progress is answered; a reply contains its question.
+        One in progress is answered.
         """
         analyst = self._analyst
         if analyst is None:
             self._refuse(question, NOBODY)
             return
         analyst.ask(question).add_done_callback(lambda done: self._hear(analyst, question, done))
+
+    def known(self, question: Question) -> Any:
+        """Return the remembered answer to a question, None while unknown."""
+        answer = self._known.pop(key_of(question), None)
+        if answer is not None:  # what is used last is forgotten last
+            self._known[key_of(question)] = answer
+        return answer
+
+    def forget(self) -> None:
+        """Forget all answers: another vehicle flies."""
+        self._known.clear()
+
+    def tell(self, question: Question, reply: object) -> None:
+        """Remember an answer, and tell everybody."""
+        if isinstance(question, REMEMBERED):
+            self._known[key_of(question)] = reply
+            if len(self._known) > MOST_ANSWERS:
+                del self._known[next(iter(self._known))]
+        self.answered.emit(question, reply)
 
     def stop(self) -> None:
         """End a search soon, and keep its best result."""
@@ -143,7 +163,7 @@ class Analysis(QObject):
 
     def _show(self, analyst: Analyst, question: Question, reply: object) -> None:
         if analyst is self._analyst:
-            self.answers[type(question)].emit(reply)
+            self.tell(question, reply)
 
     def _show_refusal(self, analyst: Analyst, question: Question, said: str) -> None:
         if analyst is self._analyst:
@@ -165,7 +185,7 @@ class Analysis(QObject):
 
 
 class Follower(QObject):
-    """Asks questions of one kind that change often, one at a time: the newest is next.
+    """Asks questions of one kind that change often, one at a time, while its card is visible.
 
     Args:
         analysis: takes the questions.
@@ -173,8 +193,8 @@ class Follower(QObject):
         parent: the Qt parent; this object is deleted with it.
     """
 
-    answered = pyqtSignal(object)
-    """The reply to the last question."""
+    answered = pyqtSignal(object, object)
+    """The last question, and its reply."""
     refused = pyqtSignal(str)
     """Why there is no reply."""
     preparing = pyqtSignal(str)
@@ -187,9 +207,8 @@ class Follower(QObject):
         self._analysis = analysis
         self._kind = kind
         self._seen = False
-        self._wanted: Question | None = None
         self.forget()
-        analysis.answers[kind].connect(self._hear)
+        analysis.answered.connect(self._hear)
         analysis.refused.connect(self._hear_refusal)
         analysis.preparing.connect(self._hear_preparing)
 
@@ -198,9 +217,9 @@ class Follower(QObject):
         """Whether an answer is expected."""
         return self._asked is not None
 
-    def ask(self, question: Question) -> None:
-        """Ask a question; it replaces one that still waits."""
-        self._wanted = question
+    def ask(self, *questions: Question) -> None:
+        """Ask questions in turn, unless their answers are known; they replace those that wait."""
+        self._wanted = [*questions]
         self._send()
 
     def set_seen(self, seen: bool) -> None:
@@ -209,28 +228,27 @@ class Follower(QObject):
         self._send()
 
     def forget(self) -> None:
-        """Drop questions and answers: another flight begins."""
-        self._wanted = None
+        """Drop questions: another flight begins."""
+        self._wanted: list[Question] = []
         self._asked: Question | None = None
         self._last: Question | None = None
 
     def _send(self) -> None:
-        question = self._wanted
-        if not self._seen or question is None or self._asked is not None:
-            return
-        self._wanted = None
-        if question == self._last:
-            return
-        self._asked = question
-        self._analysis.ask(question)
+        while self._seen and self._wanted and self._asked is None:
+            question = self._wanted.pop(0)
+            if question != self._last and self._analysis.known(question) is None:
+                self._asked = question
+                self._analysis.ask(question)
 
-    def _hear(self, reply: Any) -> None:
+    def _hear(self, question: Question, reply: object) -> None:
+        if not isinstance(question, self._kind):
+            return
         asked, self._asked = self._asked, None
-        if asked is not None and reply.asked == asked:
+        if asked is not None and question == asked:
             self._last = asked
-            self.answered.emit(reply)
-        elif asked is not None and self._wanted is None:
-            self._wanted = asked  # another asker's question may have replaced ours
+            self.answered.emit(question, reply)
+        elif asked is not None and not self._wanted:
+            self._wanted = [asked]  # another asker's question may have replaced ours
         self._send()
 
     def _hear_refusal(self, question: Question, said: str) -> None:
@@ -239,41 +257,13 @@ class Follower(QObject):
         asked, self._asked = self._asked, None
         if question == asked:
             self.refused.emit(said)
-        elif self._wanted is None:
-            self._wanted = asked
+        elif not self._wanted:
+            self._wanted = [asked]
         self._send()
 
     def _hear_preparing(self, said: str) -> None:
         if self.is_waiting:
             self.preparing.emit(said)
-
-
-class Memory(Follower):
-    """A follower that remembers the answers to questions of its kind, whoever asked them."""
-
-    def forget(self) -> None:
-        """Drop questions and answers: another flight begins."""
-        super().forget()
-        self._answers: dict[Hashable, Any] = {}
-
-    def known(self, question: Question) -> Any:
-        """Return the answer to a question, None while unknown."""
-        answer = self._answers.pop(key_of(question), None)
-        if answer is not None:  # what is used last is forgotten last
-            self._answers[key_of(question)] = answer
-        return answer
-
-    def ask_first(self, questions: Iterable[Question]) -> None:
-        """Ask the first of these questions whose answer is unknown."""
-        question = next((each for each in questions if self.known(each) is None), None)
-        if question is not None:
-            self.ask(question)
-
-    def _hear(self, reply: Any) -> None:
-        self._answers[key_of(reply.asked)] = reply
-        if len(self._answers) > MOST_ANSWERS:
-            del self._answers[next(iter(self._answers))]
-        super()._hear(reply)
 
 
 def key_of(part: object) -> Hashable:

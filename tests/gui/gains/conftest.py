@@ -8,9 +8,8 @@ from types import SimpleNamespace
 import pytest
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import FindRanges, Judge
-from workbench.analysis.replies import Judged, Ranges
-from workbench.gui.analysis import Answered
+from workbench.analysis.questions import FindRanges
+from workbench.analysis.replies import Judged
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_files import GainFiles
 from workbench.link.backplane import Published
@@ -77,19 +76,20 @@ class FakeFlight(QObject):
 class FakeAnalysis(QObject):
     """Hears questions; a test answers them."""
 
+    answered = pyqtSignal(object, object)
     refused = pyqtSignal(object, str)
 
     def __init__(self) -> None:
         super().__init__()
         self.asked: list = []
-        self.answers = {kind: Answered(self).signal for kind in (Judge, FindRanges)}
+        self.tell = self.answered.emit
 
     def ask(self, question) -> None:
         self.asked.append(question)
 
     def judge(self, stable: bool, said: str = "a swing would grow") -> None:
         """Answer the last question."""
-        self.answers[Judge].emit(Judged(self.asked[-1], (), None, stable, "" if stable else said))
+        self.tell(self.asked[-1], Judged((), None, stable, "" if stable else said))
 
 
 @dataclass
@@ -111,7 +111,7 @@ class Rig:
             if row.system == "controller"
         }
         gains = {name: self.editor.flown[name] for name in every}
-        self.analysis.answers[FindRanges].emit(Ranges(FindRanges(gains), every | stable))
+        self.analysis.tell(FindRanges(gains), every | stable)
 
 
 def start_values() -> dict[str, float]:

@@ -64,7 +64,7 @@ def test_back_proposes_what_flies_again(rig):
     rig.editor.discard()
     assert rig.editor.proposed["kp_roll"] == 150.0
     assert rig.editor.warning == ""
-    rig.analysis.answers[Judge].emit(Judged(Judge({"kp_roll": 900.0}), (), None, True, ""))
+    rig.analysis.tell(Judge({"kp_roll": 900.0}), Judged((), None, True, ""))
     assert rig.flight.given == []
 
 
@@ -80,7 +80,7 @@ def test_an_analyst_that_refuses_leaves_a_doubt_that_can_be_confirmed(rig):
     assert "could not be judged" in rig.editor.warning
     assert "its process has died" in rig.editor.warning
     count = len(rig.analysis.asked)
-    rig.analysis.answers[Judge].emit(Judged(Judge({NAME: 11.0}), (), None, True, ""))
+    rig.analysis.tell(Judge({NAME: 11.0}), Judged((), None, True, ""))
     assert len(rig.analysis.asked) == count  # nothing is waited for any more
     rig.editor.confirm()
     assert rig.flight.given == [(NAME, 4.0)]
@@ -99,14 +99,14 @@ def test_an_answer_about_earlier_gains_flies_nothing(rig):
     rig.editor.propose(NAME, 4.0)
     first = rig.analysis.asked[-1]
     rig.editor.propose(NAME, 29.0)
-    rig.analysis.answers[Judge].emit(Judged(first, (), None, True, ""))
+    rig.analysis.tell(first, Judged((), None, True, ""))
     assert rig.flight.given == []
 
 
 def test_an_answer_to_somebody_else_lets_the_question_be_asked_again(rig):
     rig.editor.propose(NAME, 4.0)
     count = len(rig.analysis.asked)
-    rig.analysis.answers[Judge].emit(Judged(Judge({NAME: 11.0}), (), None, True, ""))
+    rig.analysis.tell(Judge({NAME: 11.0}), Judged((), None, True, ""))
     assert len(rig.analysis.asked) == count + 1
     assert rig.analysis.asked[-1].gains[NAME] == 4.0
 
@@ -156,7 +156,7 @@ def test_an_answer_flies_nothing_that_was_proposed_after_it_was_entered(rig, wor
     rig.editor.apply()
     entered = rig.analysis.asked[-1]
     rig.editor.propose(NAME, 30.0)
-    rig.analysis.answers[Judge].emit(Judged(entered, (), None, True, ""))
+    rig.analysis.tell(entered, Judged((), None, True, ""))
     assert rig.flight.given == []
     assert rig.editor.unflown == (NAME,)
 

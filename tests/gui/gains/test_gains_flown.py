@@ -5,7 +5,6 @@ from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
 
 from workbench.analysis.questions import FindRanges
-from workbench.analysis.replies import Ranges
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
 from workbench.live.choice import Choice
@@ -29,7 +28,7 @@ def flown(workspace, qtbot):
     qtbot.waitUntil(lambda: NAME in panel.rows, timeout=SECONDS)
     panel.show()
     every = {row.name: (row.minimum, row.maximum) for row in editor.rows}
-    workspace.analysis.answers[FindRanges].emit(Ranges(FindRanges(dict(editor.flown)), every))
+    workspace.analysis.tell(FindRanges(dict(editor.flown)), every)
     return editor, panel
 
 

@@ -135,14 +135,14 @@ def loop(name: str, **other) -> JudgedLoop:
 
 @pytest.fixture
 def judge():
-    """Returns a judgement of gains, with other loops where wanted."""
+    """Returns a question about gains, and a judgement with other loops where wanted."""
 
     def make(gains, *others: JudgedLoop, poles=(-1.0, -2.0 + 3.0j, -2.0 - 3.0j), said=""):
         named = {each.name: each for each in others}
         loops = tuple(named.get(name, loop(name)) for name in LOOPS)
         stable = all(each.stable for each in loops)
         asked = Judge(controller_gains(gains))
-        return Judged(asked, loops, np.array(poles, dtype=complex), stable, said)
+        return asked, Judged(loops, np.array(poles, dtype=complex), stable, said)
 
     return make
 
@@ -155,14 +155,14 @@ def make_loop():
 
 @pytest.fixture
 def predict():
-    """Returns a prediction of a first-order step."""
+    """Returns a question about a step, and a first-order prediction."""
 
     def make(gains, step, lost=False):
         time = np.arange(0.0, step.duration, 1 / 128)
         numbers = StepNumbers(0.3, 0.6, 12.0, 0.5, 0.8)
         response = step.amplitude * (1.0 - np.exp(-5.0 * time))
         asked = Predict(controller_gains(gains), step)
-        return Predicted(asked, time, response, numbers, lost)
+        return asked, Predicted(time, response, numbers, lost)
 
     return make
 
@@ -197,8 +197,8 @@ def settle(offline, qtbot):
         done[0] = len(offline.analysis.asked)
         for question in waiting:
             if type(question) in by_kind:
-                work, signal = by_kind[type(question)], offline.analysis.answers[type(question)]
-                signal.emit(next(each for each in work(subject, question, None) if each))
+                work = by_kind[type(question)](subject, question, None)
+                offline.analysis.tell(question, next(each for each in work if each))
         return bool(waiting)
 
     def until(so):

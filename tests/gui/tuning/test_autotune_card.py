@@ -5,7 +5,7 @@ import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.analysis.questions import Tune
-from workbench.analysis.replies import Searched, Tuned, TunedStep, Wished
+from workbench.analysis.replies import Searched, Tuned
 from workbench.control.controller import load_controller
 from workbench.design.tune.wish import parse_wish
 from workbench.gui.tuning.autotune_card import (
@@ -65,10 +65,10 @@ def tuned(met=True, stopped=False) -> Tuned:
         met=met,
         stopped=stopped,
         wishes=(
-            Wished("x.rise_time <= 0.4 s", "0.5 s", "0.38 s", True),
-            Wished("x.overshoot <= 1 %", "3 %", "2 %", False),
+            ("x.rise_time <= 0.4 s", "0.5 s", "0.38 s", True),
+            ("x.overshoot <= 1 %", "3 %", "2 %", False),
         ),
-        steps=(TunedStep("x", TIME, TIME, 0.5 * TIME), TunedStep("yaw", TIME, TIME, TIME)),
+        steps={"x": (TIME, TIME, 0.5 * TIME), "yaw": (TIME, TIME, TIME)},
         said=("The overshoot is at odds with the rise time.",),
     )
 
@@ -127,13 +127,13 @@ def test_stop_keeps_the_best(card, offline, qtbot):
     press(qtbot, card.start)
     press(qtbot, card.stop)
     assert offline.analysis.stopped == 1
-    offline.analysis.answers[Tune].emit(tuned(met=False, stopped=True))
+    offline.analysis.tell(offline.analysis.of(Tune)[-1], tuned(met=False, stopped=True))
     assert card.said.text() == "Stopped: the best so far."
 
 
 def test_before_and_after_stand_side_by_side(card, offline, qtbot):
     press(qtbot, card.start)
-    offline.analysis.answers[Tune].emit(tuned(met=False))
+    offline.analysis.tell(offline.analysis.of(Tune)[-1], tuned(met=False))
     assert [row.state for row in card.table.rows] == [State.GOOD, State.MISSED]
     assert [cell.text for cell in card.table.rows[0].cells] == ["0.5 s", "0.38 s"]
     assert card.plot.names == ("before", "after")
@@ -144,7 +144,7 @@ def test_before_and_after_stand_side_by_side(card, offline, qtbot):
 def test_accepted_gains_fly_as_one_step_of_undo(card, offline, gains, qtbot):
     before = dict(gains.proposed)
     press(qtbot, card.start)
-    offline.analysis.answers[Tune].emit(tuned())
+    offline.analysis.tell(offline.analysis.of(Tune)[-1], tuned())
     press(qtbot, card.accept)
     assert {name: gains.proposed[name] for name in FOUND} == FOUND
     gains.undo()
@@ -154,7 +154,7 @@ def test_accepted_gains_fly_as_one_step_of_undo(card, offline, gains, qtbot):
 def test_discarded_gains_change_nothing(card, offline, gains, qtbot):
     before = dict(gains.proposed)
     press(qtbot, card.start)
-    offline.analysis.answers[Tune].emit(tuned())
+    offline.analysis.tell(offline.analysis.of(Tune)[-1], tuned())
     press(qtbot, card.discard)
     assert dict(gains.proposed) == before
     assert card.start.isEnabled()
@@ -171,19 +171,21 @@ def test_a_refused_wish_is_blamed_where_it_stands(card, offline, qtbot):
 def test_an_answer_that_comes_after_another_flight_began_is_not_shown(card, offline, qtbot):
     press(qtbot, card.start)
     card.begin()
-    offline.analysis.answers[Tune].emit(tuned())
+    offline.analysis.tell(offline.analysis.of(Tune)[-1], tuned())
     assert card.pages.currentIndex() == 0
 
 
 def test_the_numbers_before_and_after_have_their_own_columns(card, offline, trial, qtbot):
     """A long wish gives way; what is cut of it stands in its tool tip."""
-    long = Wished("tilt.phase_margin >= 45 deg, of all", "38.9123 deg", "44.0312 deg", False)
+    long = ("tilt.phase_margin >= 45 deg, of all", "38.9123 deg", "44.0312 deg", False)
     press(qtbot, card.start)
-    offline.analysis.answers[Tune].emit(dataclasses.replace(tuned(), wishes=(long,)))
+    offline.analysis.tell(
+        offline.analysis.of(Tune)[-1], dataclasses.replace(tuned(), wishes=(long,))
+    )
     for width in (330, 420, 900):
         card.resize(width, 420)
         label, cell, word = card.table._columns()
         widest = card.table.fontMetrics().horizontalAdvance("44.0312 deg")
         assert cell >= widest
         assert label + 2 * cell + word <= card.table.width() + 1
-        assert card.table.help_at(label / 2, 1.5 * card.table._row_height()) == long.wish
+        assert card.table.help_at(label / 2, 1.5 * card.table._row_height()) == long[0]

@@ -7,7 +7,7 @@ import math
 import pytest
 from PyQt6.QtGui import QGuiApplication
 
-from workbench.analysis.questions import AskOther, DrawFrequency, Judge, Predict, Step
+from workbench.analysis.questions import AskOther, DrawFrequency, Judge, Predict
 from workbench.analysis.replies import JudgedLoop, Predicted, StepNumbers
 from workbench.analysis.subject import Subject
 from workbench.analysis.worker import find_answerer
@@ -55,7 +55,7 @@ class Answerer:
         for question in asked:
             if isinstance(question, Judge | Predict | DrawFrequency | AskOther):
                 *_, reply = find_answerer(type(question))(self.subject, question, None)
-                self.analysis.answers[type(question)].emit(reply)
+                self.analysis.tell(question, reply)
 
 
 @pytest.fixture
@@ -89,9 +89,7 @@ def known(name, rise, margin, **numbers):
     margins = (math.inf, 0.0, math.radians(margin), 0.03, 1.0, 1.5, math.nan, 10.0)
     loop = JudgedLoop(*margins, name="roll")
     judged = type("Judgement", (), {"loops": (loop,), "stable": True, "said": ""})()
-    predicted = Predicted(
-        Predict({}, Step("x", 1.0, 2.0)), None, None, StepNumbers(**values), lost=False
-    )
+    predicted = Predicted(None, None, StepNumbers(**values), lost=False)
     return Known(name, predicted, judged)
 
 

@@ -201,7 +201,7 @@ def test_push_now_is_flown_measured_and_as_predicted(qtbot, tmp_path):
         until(card.button.isEnabled)
         qtbot.mouseClick(card.button, LEFT)
         until(lambda: response.history.numbers is not None and response._predicted is not None)
-        until(lambda: response._predicted.asked.step == response.step)
+        until(lambda: response._predicted_step == response.step)
         flown, predicted = response.history.numbers, response._predicted.numbers
         assert math.isnan(flown.rise_time)  # the numbers are those of a load
         assert flown.peak == pytest.approx(predicted.peak, rel=0.05)

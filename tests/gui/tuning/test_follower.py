@@ -10,7 +10,7 @@ def follower(offline):
     made = Follower(analysis, Judge)
     made.set_seen(True)
     made.heard = []
-    made.answered.connect(made.heard.append)
+    made.answered.connect(lambda question, _: made.heard.append(question))
     return made
 
 
@@ -18,9 +18,9 @@ def test_one_question_is_in_flight_and_the_newest_is_next(follower, offline, jud
     for value in range(10):
         follower.ask(Judge({"kp_pitch": float(value)}))
     assert offline.analysis.asked == [Judge({"kp_pitch": 0.0})]
-    offline.analysis.answers[Judge].emit(judge({"kp_pitch": 0.0}))
+    offline.analysis.tell(*judge({"kp_pitch": 0.0}))
     assert offline.analysis.asked[1:] == [Judge({"kp_pitch": 9.0})]
-    assert [dict(each.asked.gains) for each in follower.heard] == [{"kp_pitch": 0.0}]
+    assert [dict(each.gains) for each in follower.heard] == [{"kp_pitch": 0.0}]
 
 
 def test_nothing_is_asked_while_nobody_looks(follower, offline):
@@ -33,14 +33,14 @@ def test_nothing_is_asked_while_nobody_looks(follower, offline):
 
 def test_what_is_known_is_not_asked_again(follower, offline, judge):
     follower.ask(Judge({"kp_pitch": 1.0}))
-    offline.analysis.answers[Judge].emit(judge({"kp_pitch": 1.0}))
+    offline.analysis.tell(*judge({"kp_pitch": 1.0}))
     follower.ask(Judge({"kp_pitch": 1.0}))
     assert len(offline.analysis.asked) == 1
 
 
 def test_an_answer_to_somebody_else_lets_it_ask_again(follower, offline, judge):
     follower.ask(Judge({"kp_pitch": 1.0}))
-    offline.analysis.answers[Judge].emit(judge({"kp_pitch": 7.0}))
+    offline.analysis.tell(*judge({"kp_pitch": 7.0}))
     assert follower.heard == []
     assert offline.analysis.asked == [Judge({"kp_pitch": 1.0})] * 2
 

@@ -5,7 +5,7 @@ import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.analysis.questions import Fork, Step
-from workbench.analysis.replies import Forked, StepNumbers
+from workbench.analysis.replies import StepNumbers
 from workbench.control.controller import SHIPPED
 from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.tuning.fork_card import ForkCard
@@ -51,6 +51,12 @@ def ghost(offline, trial):
     return made
 
 
+def answer_fork(offline, *branches, numbers=(None, None)):
+    """Answer the last question with flown branches."""
+    question = offline.analysis.of(Fork)[-1]
+    offline.analysis.tell(question, tuple(zip(branches, numbers, strict=False)))
+
+
 def press(qtbot, button):
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
@@ -75,7 +81,7 @@ def test_without_a_step_it_just_flies_on(card, offline, qtbot):
 
 def test_branches_are_laid_over_each_other(card, offline, qtbot):
     press(qtbot, card.button)
-    offline.analysis.answers[Fork].emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    answer_fork(offline, branch("now", 1.0), branch("proposed", 1.1))
     assert card.plot.names == ("now", "proposed")
     card.quantity.setCurrentIndex(2)
     assert card.plot.names == ("now", "proposed")
@@ -86,7 +92,7 @@ def test_one_can_be_kept(card, offline, gains, qtbot):
     gains.propose("kp_pitch", 300.0)
     press(qtbot, card.button)
     gains.propose("kp_pitch", 111.0)
-    offline.analysis.answers[Fork].emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    answer_fork(offline, branch("now", 1.0), branch("proposed", 1.1))
     press(qtbot, card.keep_other)
     assert gains.proposed["kp_pitch"] == 300.0
 
@@ -105,7 +111,7 @@ def test_a_slot_can_be_the_other_branch(card, offline, gains, qtbot):
 def test_a_lost_branch_says_why(card, offline, qtbot):
     press(qtbot, card.button)
     lost = branch("proposed", 9.0, lost="it tumbled")
-    offline.analysis.answers[Fork].emit(Forked((branch("now", 1.0), lost)))
+    answer_fork(offline, branch("now", 1.0), lost)
     assert card.said.text() == "proposed: it tumbled"
 
 
@@ -140,7 +146,7 @@ def test_two_controllers_are_forked_from_one_instant_and_one_can_be_kept(
     assert card.said.text() == "Flying both … compiling the control law lqi: 40 %"
     numbers = StepNumbers(0.31, 0.6, 12.0, 0.5, 0.8)
     both = branch("now", 1.0), branch("lqi", 1.1)
-    offline.analysis.answers[Fork].emit(Forked(both, (numbers, replace(numbers, rise_time=0.42))))
+    answer_fork(offline, *both, numbers=(numbers, replace(numbers, rise_time=0.42)))
     assert card.plot.names == ("now", "lqi")
     assert [row.label for row in card.table.rows] == ["now", "lqi"]
     assert [row.cells[0].text for row in card.table.rows] == ["0.310", "0.420"]
@@ -173,7 +179,7 @@ def test_a_slider_that_is_dragged_sees_the_next_five_seconds(ghost, offline, gai
     gains.propose("kp_pitch", 300.0)
     fork = offline.analysis.of(Fork)[-1]
     assert (fork.branches[0].name, fork.duration, fork.step) == (FUTURE_NAME, 5.0, None)
-    offline.analysis.answers[Fork].emit(Forked((branch(FUTURE_NAME, 1.2),)))
+    answer_fork(offline, branch(FUTURE_NAME, 1.2))
     time, values = ghost.heard[-1]
     assert time is TIME
     assert values[0] == 1.2
@@ -186,7 +192,7 @@ def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost
     for value in (300.0, 310.0, 320.0):
         gains.propose("kp_pitch", value)
     assert len(offline.analysis.of(Fork)) == 1
-    offline.analysis.answers[Fork].emit(Forked((branch(FUTURE_NAME, 1.2),)))
+    answer_fork(offline, branch(FUTURE_NAME, 1.2))
     asked = offline.analysis.of(Fork)
     assert len(asked) == 2
     assert asked[-1].branches[0].gains["kp_pitch"] == 320.0
@@ -194,7 +200,7 @@ def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost
 
 def test_the_future_goes_once_the_proposal_is_taken_back(ghost, offline, gains):
     gains.propose("kp_pitch", 300.0)
-    offline.analysis.answers[Fork].emit(Forked((branch(FUTURE_NAME, 1.2),)))
+    answer_fork(offline, branch(FUTURE_NAME, 1.2))
     gains.discard()
     assert len(ghost.heard[-1][0]) == 0
     assert len(ghost.foreseen_ways[-1][1]) == 0
@@ -211,7 +217,7 @@ def test_the_branch_that_was_flown_is_kept_whatever_is_chosen_next(card, offline
     gains.store("B")
     gains.propose("kp_pitch", 300.0)
     press(qtbot, card.button)
-    offline.analysis.answers[Fork].emit(Forked((branch("now", 1.0), branch("proposed", 1.1))))
+    answer_fork(offline, branch("now", 1.0), branch("proposed", 1.1))
     card.other.setCurrentIndex(card.other.findData("B"))
     card.refresh()
     assert card.keep_other.text() == "&Keep proposed"

@@ -13,8 +13,8 @@ from PyQt6.QtTest import QTest
 from workbench.analysis.judging import draw_frequency
 from workbench.analysis.judging import judge as judge_loops
 from workbench.analysis.questions import DrawFrequency, Judge
-from workbench.analysis.replies import FrequencyCurves
 from workbench.analysis.subject import Subject
+from workbench.design.judge.gang_of_four import GangOfFour
 from workbench.design.judge.margins import LoopMargins
 from workbench.design.linear.linearize import linearize
 from workbench.gui.charts.curve import CurveStyle
@@ -47,10 +47,10 @@ class Answerer:
         for question in waiting:
             if isinstance(question, Judge):
                 (reply,) = judge_loops(self._subject, question, None)
-                self._analysis.answers[Judge].emit(reply)
+                self._analysis.tell(question, reply)
             elif isinstance(question, DrawFrequency):
                 (reply,) = draw_frequency(self._subject, question, None)
-                self._analysis.answers[DrawFrequency].emit(reply)
+                self._analysis.tell(question, reply)
         return bool(waiting)
 
 
@@ -85,7 +85,9 @@ def curve(plot, name):
     return found.samples(-math.inf)
 
 
-def test_the_weakest_loop_is_drawn_and_follows_the_slider_with_the_tables_numbers(screen, settle):
+def test_the_weakest_loop_is_drawn_and_follows_the_slider_with_the_tables_numbers(
+    screen, settle, offline
+):
     card = screen.frequency
     settle(lambda: shows(card, "flown"))
     weakest = next(each.label for each in screen.margins.table.rows if each.strong)
@@ -97,7 +99,7 @@ def test_the_weakest_loop_is_drawn_and_follows_the_slider_with_the_tables_number
         moved = {"kp_pitch": kp * flown["kp_pitch"], "kd_pitch": 0.9 * flown["kd_pitch"]}
         for name, value in moved.items():
             screen.gains.propose(name, value)
-        settle(lambda value=moved["kp_pitch"]: _is_of(card, "proposed", value))
+        settle(lambda value=moved["kp_pitch"]: _is_of(offline, card, "proposed", value))
         gains = {name: screen.gains.proposed[name] for name in moved}
         magnitude, phase = card.bode.plots
         frequency, size = curve(magnitude, "proposed")
@@ -123,9 +125,15 @@ def test_the_weakest_loop_is_drawn_and_follows_the_slider_with_the_tables_number
     assert [each.style for each in magnitude.curves] == [CurveStyle.SOLID, CurveStyle.DASHED]
 
 
-def _is_of(card, name, kp):
-    known = card.curves.shown.get(name)
-    return known is not None and known.asked.gains["kp_pitch"] == kp
+def asked_about(offline, card, name):
+    """Return the question that the shown curves of a set answer."""
+    curves, analysis = card.curves.shown[name], offline.analysis
+    return next(each for each in analysis.of(DrawFrequency) if analysis.known(each) is curves)
+
+
+def _is_of(offline, card, name, kp):
+    shown = name in card.curves.shown
+    return shown and asked_about(offline, card, name).gains["kp_pitch"] == kp
 
 
 def test_what_was_kept_stands_beside_what_flies_and_what_is_proposed(screen, settle, offline):
@@ -139,14 +147,14 @@ def test_what_was_kept_stands_beside_what_flies_and_what_is_proposed(screen, set
     settle(lambda: gains.flown[name] != own)
     gains.propose(name, 1.4 * own)
     settle(lambda: shows(card, "flown", "proposed", "kept"))
-    found = {each: curves.asked.gains[name] / own for each, curves in card.curves.shown.items()}
+    found = {each: asked_about(offline, card, each).gains[name] / own for each in card.curves.shown}
     assert found == pytest.approx({"flown": 1.2, "proposed": 1.4, "kept": 1.0})
     assert [each.label for each in card.legend.entries] == ["flown", "proposed", "kept"]
     magnitude, _ = card.bode.plots
     assert magnitude.names == ("flown", "proposed", "kept")
 
 
-def test_a_row_of_the_table_of_margins_chooses_its_loop(screen, settle):
+def test_a_row_of_the_table_of_margins_chooses_its_loop(screen, settle, offline):
     card, table = screen.frequency, screen.margins.table
     settle(lambda: shows(card, "flown"))
     names = [each.label for each in table.rows]
@@ -155,7 +163,7 @@ def test_a_row_of_the_table_of_margins_chooses_its_loop(screen, settle):
     QTest.mouseClick(table, Qt.MouseButton.LeftButton, pos=at)
     assert card.curves.loop == "yaw_rate"
     settle(lambda: shows(card, "flown"))
-    assert card.curves.shown["flown"].asked.loop == "yaw_rate"
+    assert asked_about(offline, card, "flown").loop == "yaw_rate"
     below = QPoint(20, round((len(names) + 0.5) * height))  # the plant's input is no loop
     QTest.mouseClick(table, Qt.MouseButton.LeftButton, pos=below)
     assert card.curves.loop == "yaw_rate"
@@ -203,20 +211,20 @@ def test_nothing_is_asked_while_nobody_looks(screen, settle, offline):
         hide()
         screen.gains.propose("kp_roll", 1.01 * screen.gains.proposed["kp_roll"])
         wanted = screen.gains.proposed["kp_roll"]
-        settle(lambda value=wanted: screen.judgement.proposed.asked.gains["kp_roll"] == value)
+        settle(lambda value=wanted: screen.judgement.gains["kp_roll"] == value)
         assert len(offline.analysis.of(DrawFrequency)) == asked
     screen.tabs.setCurrentWidget(card)
     card.show_view("Bode")
     settle(lambda: shows(card, "flown", "proposed"))
 
 
-def test_an_unstable_loop_is_drawn_without_margins(screen, settle):
+def test_an_unstable_loop_is_drawn_without_margins(screen, settle, offline):
     card = screen.frequency
     settle(lambda: shows(card, "flown"))
     card.choose_loop("pitch")
     screen.gains.propose("kd_pitch", 1.0)
     screen.gains.propose("kp_pitch", 900.0)
-    settle(lambda: _is_of(card, "proposed", 900.0))
+    settle(lambda: _is_of(offline, card, "proposed", 900.0))
     assert card.said.text() == "The closed loop is unstable with these gains."
     assert caption(card.bode.plots[0]) == ""
     assert len(curve(card.bode.plots[0], "proposed")[0]) > 200
@@ -318,11 +326,10 @@ def test_the_disk_touches_the_curve_whose_margin_it_is():
 
 
 def test_curves_are_taken_as_they_were_answered():
-    asked = DrawFrequency({}, "pitch")
     frequency, response = np.array([1.0, 2.0]), np.array([1.0j, 2.0])
     margins = synthetic(control.tf([1], [1, 1]) * 5.0, frequency).margins
     points = ("u", "error", "u", "1", "1")
-    curves = FrequencyCurves(*points, frequency, response, response, response, margins, asked)
+    curves = GangOfFour(*points, frequency, response, response, response, margins)
     loop = drawn_curves("kept", curves)
     assert loop.at(1.0, loop.open_loop) == pytest.approx(1.0j)
     assert np.isnan(loop.at(3.0, loop.open_loop))

@@ -45,11 +45,11 @@ def test_a_map_of_nothing_has_no_range():
     assert value_range(np.full((3, 3), np.nan)) == (0.0, 0.0)
 
 
-def mapped(asked: DrawMap) -> Mapped:
+def mapped(asked: DrawMap) -> tuple[DrawMap, Mapped]:
     x, y = np.linspace(2.0, 10.0, 9), np.linspace(100.0, 400.0, 7)
     values = np.add.outer(y / 100.0, x)
     values[-1, -1] = np.nan
-    return Mapped(asked, x, y, values, "%")
+    return asked, Mapped(x, y, values, "%")
 
 
 def pixel(view, x: float, y: float) -> QPoint:
@@ -88,12 +88,12 @@ def test_it_follows_the_proposed_gains_with_one_map_at_a_time(card, offline, tri
     qtbot.wait(300)
     maps = offline.analysis.of(DrawMap)
     assert len(maps) == 1
-    offline.analysis.answers[DrawMap].emit(mapped(maps[0]))
+    offline.analysis.tell(*mapped(maps[0]))
     assert offline.analysis.of(DrawMap)[-1].gains["kp_velocity_x"] == 5.0
 
 
 def test_a_click_proposes_the_gains_there_as_one_step_of_undo(card, offline, gains, qtbot):
-    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
     before = dict(gains.proposed)
     qtbot.mouseClick(
         card.view.viewport(), Qt.MouseButton.LeftButton, pos=pixel(card.view, 7.0, 200.0)
@@ -105,7 +105,7 @@ def test_a_click_proposes_the_gains_there_as_one_step_of_undo(card, offline, gai
 
 
 def test_places_and_gains_map_onto_each_other(card, offline):
-    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
     for x, y in ((2.0, 100.0), (6.5, 275.0), (10.0, 400.0)):
         found = card.view.point_at(QPointF(pixel(card.view, x, y)))
         assert found == (pytest.approx(x, abs=0.03), pytest.approx(y, abs=1.5))
@@ -113,7 +113,7 @@ def test_places_and_gains_map_onto_each_other(card, offline):
 
 
 def test_arrows_and_enter_propose_too(card, offline, gains, qtbot):
-    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
     card.view.setFocus()
     qtbot.keyClick(card.view, Qt.Key.Key_Right)
     qtbot.keyClick(card.view, Qt.Key.Key_Up)
@@ -123,7 +123,7 @@ def test_arrows_and_enter_propose_too(card, offline, gains, qtbot):
 
 
 def test_a_lost_flight_is_hatched_and_called_lost(card, offline, qtbot):
-    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
     qtbot.mouseMove(card.view.viewport(), pixel(card.view, 10.0, 400.0))
     assert card.reading.text().endswith(": lost")
 
@@ -148,5 +148,5 @@ def test_a_map_that_is_not_seen_is_not_asked_for(offline, trial, qtbot):
 def test_a_wait_for_the_compiler_says_so(card, offline):
     offline.analysis.preparing.emit("compiling flights: 40 %")
     assert card.said.text() == "Drawing … compiling flights: 40 %"
-    offline.analysis.answers[DrawMap].emit(mapped(offline.analysis.of(DrawMap)[-1]))
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
     assert card.said.text() == ""

@@ -3,7 +3,6 @@ import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.analysis.questions import Judge, JudgePlantInput
-from workbench.analysis.replies import JudgedPlantInput
 from workbench.gui.tuning.judgement import Judgement
 from workbench.gui.tuning.limits import MARGIN_LIMITS, Limits
 from workbench.gui.tuning.margins_card import PLANT_INPUT, MarginsCard
@@ -41,7 +40,7 @@ def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
         delay_margin=0.025,
         disk_margin=0.7,
     )
-    offline.analysis.answers[Judge].emit(judge(FLOWN, pitch))
+    offline.analysis.tell(*judge(FLOWN, pitch))
     assert [cell.text for cell in row(card, "pitch").cells] == [
         "20.0",
         "20.0",
@@ -57,7 +56,7 @@ def test_every_loop_is_a_row_with_its_margins_in_the_units_of_engineers(
 def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
     low = make_loop("pitch", phase_margin=np.radians(30.0))
-    offline.analysis.answers[Judge].emit(judge(FLOWN, low))
+    offline.analysis.tell(*judge(FLOWN, low))
     assert row(card, "pitch").state is State.LOW
     assert [cell.over for cell in row(card, "pitch").cells] == [False, False, True, False, False]
     assert card.said.text() == "Weakest: pitch, phase margin 30.0° (≥ 45°)"
@@ -67,7 +66,7 @@ def test_a_margin_below_its_limit_is_low_in_a_word_and_named_above(card, offline
 def test_another_limit_judges_anew_and_is_kept(card, offline, judge, make_loop, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
     low = make_loop("pitch", phase_margin=np.radians(30.0))
-    offline.analysis.answers[Judge].emit(judge(FLOWN, low))
+    offline.analysis.tell(*judge(FLOWN, low))
     qtbot.mouseClick(card.form.button, Qt.MouseButton.LeftButton)
     field = card.form.fields["phase_margin"]
     assert field.isVisible()
@@ -85,7 +84,7 @@ def test_an_unstable_loop_is_named_in_a_sentence_and_has_no_numbers(
     broken = make_loop("roll", stable=False, growing=True)
     along = make_loop("pitch", stable=False)
     said = "the roll loop is unstable."
-    offline.analysis.answers[Judge].emit(judge(FLOWN, broken, along, said=said))
+    offline.analysis.tell(*judge(FLOWN, broken, along, said=said))
     assert card.said.text() == "The roll loop is unstable."
     assert row(card, "roll").state is State.BROKEN
     assert row(card, "pitch").state is State.NONE
@@ -97,10 +96,10 @@ def test_proposed_margins_stand_beside_those_that_fly_where_they_differ(
     card, offline, judge, make_loop
 ):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(FLOWN))
+    offline.analysis.tell(*judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     less = make_loop("pitch", phase_margin=np.radians(50.0))
-    offline.analysis.answers[Judge].emit(judge(PROPOSED, less))
+    offline.analysis.tell(*judge(PROPOSED, less))
     phase = row(card, "pitch").cells[2]
     assert (phase.text, phase.was) == ("50.0", "60.0")
     assert row(card, "pitch").cells[0].was == ""
@@ -125,29 +124,29 @@ def test_a_row_without_room_for_two_numbers_shows_the_new_one(offline, qtbot):
 def test_a_slider_that_moves_is_followed_by_one_question_at_a_time(card, offline, judge):
     analysis = offline.analysis
     card.judgement.follow(FLOWN, FLOWN)
-    analysis.answers[Judge].emit(judge(FLOWN))
+    analysis.tell(*judge(FLOWN))
     asked = len(analysis.asked)
     for value in range(226, 246):
         card.judgement.follow({**FLOWN, "kp_pitch": float(value)}, FLOWN)
     assert len(analysis.asked) == asked + 1
-    analysis.answers[Judge].emit(judge({**FLOWN, "kp_pitch": 226.0}))
+    analysis.tell(*judge({**FLOWN, "kp_pitch": 226.0}))
     assert analysis.asked[-1] == Judge({**FLOWN, "kp_pitch": 245.0})
 
 
 def test_gains_that_are_known_are_not_asked_about_again(card, offline, judge):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(FLOWN))
+    offline.analysis.tell(*judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(PROPOSED))
+    offline.analysis.tell(*judge(PROPOSED))
     asked = len(offline.analysis.asked)
     card.judgement.follow(FLOWN, FLOWN)
     assert len(offline.analysis.asked) == asked
-    assert card.judgement.proposed.asked.gains == FLOWN
+    assert card.judgement.gains == FLOWN
 
 
 def test_arrows_read_row_after_row(card, offline, judge, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(FLOWN))
+    offline.analysis.tell(*judge(FLOWN))
     card.table.setFocus()
     for _ in range(2):
         qtbot.keyClick(card.table, Qt.Key.Key_Down)
@@ -156,7 +155,7 @@ def test_arrows_read_row_after_row(card, offline, judge, qtbot):
 
 def test_margins_of_earlier_gains_say_so_once_the_analyst_refuses(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(FLOWN))
+    offline.analysis.tell(*judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     offline.analysis.refused.emit(offline.analysis.of(Judge)[-1], "its process has died")
     assert card.said.text() == "Of earlier gains: its process has died"
@@ -166,11 +165,11 @@ def test_margins_of_earlier_gains_say_so_once_the_analyst_refuses(card, offline,
 
 def test_margins_of_earlier_gains_say_so_when_the_analyst_is_slow(card, offline, judge, qtbot):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(FLOWN))
+    offline.analysis.tell(*judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
     assert card.said.text().startswith("Weakest")
     qtbot.waitUntil(lambda: card.said.text().startswith("Of earlier gains"), timeout=10000)
-    offline.analysis.answers[Judge].emit(judge(PROPOSED))
+    offline.analysis.tell(*judge(PROPOSED))
     assert card.said.text().startswith("Weakest")
 
 
@@ -178,17 +177,17 @@ def test_the_plants_input_is_asked_about_once_a_slider_rests(card, offline, judg
     """One row: its disk margin beside that of the gains that fly, low below the limit of disks."""
     asked = offline.analysis
     card.judgement.follow(FLOWN, FLOWN)
-    asked.answers[Judge].emit(judge(FLOWN))
+    asked.tell(*judge(FLOWN))
     assert row(card, PLANT_INPUT).state is State.WAITING
     for value in range(226, 246):
         card.judgement.follow({**FLOWN, "kp_pitch": float(value)}, FLOWN)
     card.judgement.follow(PROPOSED, FLOWN)
-    asked.answers[Judge].emit(judge(PROPOSED))
+    asked.tell(*judge(PROPOSED))
     assert asked.of(JudgePlantInput) == []
     for gains, margin in ((PROPOSED, 0.55), (FLOWN, 0.71)):
         qtbot.waitUntil(lambda: bool(asked.of(JudgePlantInput)), timeout=20000)
         assert asked.asked.pop() == JudgePlantInput(gains)
-        asked.answers[JudgePlantInput].emit(JudgedPlantInput(JudgePlantInput(gains), 0.8, margin))
+        asked.tell(JudgePlantInput(gains), (0.8, margin))
     found = row(card, PLANT_INPUT)
     assert [cell.text for cell in found.cells] == ["", "", "", "", "0.55"]
     assert found.cells[-1].was == "0.71"
@@ -208,9 +207,9 @@ def test_the_plants_input_is_asked_about_once_a_slider_rests(card, offline, judg
 
 def test_what_is_broken_is_compared_with_nothing(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(FLOWN))
+    offline.analysis.tell(*judge(FLOWN))
     card.judgement.follow(PROPOSED, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(PROPOSED, make_loop("pitch", stable=False)))
+    offline.analysis.tell(*judge(PROPOSED, make_loop("pitch", stable=False)))
     assert {cell.was for cell in row(card, "pitch").cells} == {""}
 
 
@@ -223,11 +222,11 @@ def test_a_margin_that_is_no_number_keeps_no_limit():
 def test_only_the_rows_that_have_changed_are_painted(card, offline, judge, make_loop, monkeypatch):
     card.judgement.follow(FLOWN, FLOWN)
     less = make_loop("pitch", phase_margin=1.0)
-    offline.analysis.answers[Judge].emit(judge(FLOWN, less))
+    offline.analysis.tell(*judge(FLOWN, less))
     card.judgement.follow(PROPOSED, FLOWN)
     painted = []
     monkeypatch.setattr(card.table, "update", lambda *parts: painted.append(parts))
-    offline.analysis.answers[Judge].emit(judge(PROPOSED, make_loop("pitch", phase_margin=0.9)))
+    offline.analysis.tell(*judge(PROPOSED, make_loop("pitch", phase_margin=0.9)))
     assert len(painted) == 1
     (box,) = painted[0]
     assert box.height() < 2 * card.table.fontMetrics().height() + 10

@@ -75,8 +75,8 @@ def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, q
         asked = len(analysis.of(Judge))
         screen.gains.propose("gyro_lowpass", cutoff)
         for _ in range(2):  # what was asked before, then the cut-off
-            (judged,) = answer(subject, analysis.of(Judge)[-1], None)
-            analysis.answers[Judge].emit(judged)
+            question = analysis.of(Judge)[-1]
+            analysis.tell(question, next(answer(subject, question, None)))
             qtbot.waitUntil(partial(is_asked, analysis, asked + 1))
         gains = {"gyro_lowpass": cutoff}
         models = study.sampled(gains=gains), study.sampled(OperatingPoint(hold=True), gains)
@@ -107,7 +107,7 @@ def test_each_loop_shows_its_parts_what_costs_most_and_where(card, offline, judg
     assert card.headline[0] == "Not known yet: the analyst is asked."
     card.judgement.follow(FLOWN, FLOWN)
     pitch = make_loop("pitch", phase_margin=math.radians(40.0), turned=turned(rotors=-40.0))
-    offline.analysis.answers[Judge].emit(judge(FLOWN, pitch))
+    offline.analysis.tell(*judge(FLOWN, pitch))
     cells = row(card, "pitch").cells
     assert [cell.text for cell in cells] == ["−70", "−20", "−5.0", "−2.0", "−3.0", "−40", "10"]
     assert [cell.marked for cell in cells] == ["", "", "", "", "", "most", ""]
@@ -123,10 +123,10 @@ def test_each_loop_shows_its_parts_what_costs_most_and_where(card, offline, judg
 
 def test_what_is_proposed_stands_beside_what_flies(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
-    offline.analysis.answers[Judge].emit(judge(FLOWN, make_loop("pitch", turned=turned())))
+    offline.analysis.tell(*judge(FLOWN, make_loop("pitch", turned=turned())))
     card.judgement.follow(PROPOSED, FLOWN)
     slower = make_loop("pitch", turned=turned(filters=-35.0), crossover=12.0)
-    offline.analysis.answers[Judge].emit(judge(PROPOSED, slower))
+    offline.analysis.tell(*judge(PROPOSED, slower))
     law, filters, *_, at = row(card, "pitch").cells
     assert (filters.text, filters.was, filters.marked) == ("−35", "−20", "most")
     assert (at.text, at.was, law.was) == ("12", "10", "")
@@ -135,7 +135,7 @@ def test_what_is_proposed_stands_beside_what_flies(card, offline, judge, make_lo
 def test_an_unstable_loop_has_no_parts_and_says_so(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
     broken = make_loop("roll", stable=False, growing=True)
-    offline.analysis.answers[Judge].emit(judge(FLOWN, broken, said="the roll loop is unstable."))
+    offline.analysis.tell(*judge(FLOWN, broken, said="the roll loop is unstable."))
     assert row(card, "roll").state is State.BROKEN
     assert {cell.text for cell in row(card, "roll").cells} == {"–"}
     assert card.headline[0] == "The roll loop is unstable."
@@ -144,13 +144,11 @@ def test_an_unstable_loop_has_no_parts_and_says_so(card, offline, judge, make_lo
 
 def test_filters_and_estimators_that_are_not_there_are_named(card, offline, judge, make_loop):
     card.judgement.follow(FLOWN, FLOWN)
-    names = [each.name for each in judge(FLOWN).loops]
+    names = [each.name for each in judge(FLOWN)[1].loops]
     plain = [make_loop(name, turned=turned(filters=0.0, estimator=0.0)) for name in names]
-    offline.analysis.answers[Judge].emit(judge(FLOWN, *plain))
+    offline.analysis.tell(*judge(FLOWN, *plain))
     said = "No filter is on. No estimator flies: the loops have the true motion."
     assert card.missing.text() == said
     card.judgement.follow(PROPOSED, FLOWN)
-    offline.analysis.answers[Judge].emit(
-        judge(PROPOSED, *(make_loop(name, turned=turned()) for name in names))
-    )
+    offline.analysis.tell(*judge(PROPOSED, *(make_loop(name, turned=turned()) for name in names)))
     assert card.missing.text() == "" and not card.missing.isVisible()

@@ -6,7 +6,6 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 
 from workbench.analysis.questions import Pin, Step
-from workbench.analysis.replies import Pinned
 from workbench.gui.tuning.pin_card import PinCard, name_fault, regress_command, spec_path
 
 STEP = Step("x", 1.0, 2.0)
@@ -37,7 +36,8 @@ def test_what_flies_is_pinned_with_the_step(card, offline, trial, qtbot, tmp_pat
 def test_paths_and_the_command_are_shown_and_copied(card, offline, qtbot, tmp_path):
     press(qtbot, card.button)
     spec = tmp_path / "my-step.spec.yaml"
-    offline.analysis.answers[Pin].emit(Pinned(spec, tmp_path / "my-step.baseline", "Holds a step."))
+    pinned = spec, tmp_path / "my-step.baseline", "Holds a step."
+    offline.analysis.tell(offline.analysis.of(Pin)[-1], pinned)
     assert card.paths.text() == f"my-step.spec.yaml and my-step.baseline in {tmp_path}"
     assert str(spec) in card.paths.toolTip()
     assert card.command.text() == f"workbench regress {spec}"

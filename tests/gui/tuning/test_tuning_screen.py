@@ -54,8 +54,8 @@ def answer(screen, judge, predict, qtbot):
     analysis = screen.workspace.analysis
     qtbot.waitUntil(lambda: bool(analysis.of(Predict)) and bool(analysis.of(Judge)))
     asked = analysis.of(Predict)[0]
-    analysis.answers[Predict].emit(predict(asked.gains, asked.step))
-    analysis.answers[Judge].emit(judge(asked.gains))
+    analysis.tell(*predict(asked.gains, asked.step))
+    analysis.tell(*judge(asked.gains))
 
 
 def test_a_proposed_gain_is_judged_and_predicted_before_it_flies(
@@ -76,7 +76,7 @@ def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
 ):
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
     asked = offline.analysis.of(Predict)[-1]
-    offline.analysis.answers[Predict].emit(predict(asked.gains, asked.step))
+    offline.analysis.tell(*predict(asked.gains, asked.step))
     assert PREDICTED in screen.response.plot.names
     overshoot = screen.response.table.rows[1]
     assert (overshoot.cells[1].text, overshoot.cells[1].over) == ("12.0", True)
@@ -114,7 +114,7 @@ def test_what_a_prediction_waits_for_is_told(screen, offline, predict, qtbot):
     offline.analysis.preparing.emit("compiling flights: 40 %")
     assert screen.response.said.text() == "Predicting … compiling flights: 40 %"
     asked = offline.analysis.of(Predict)[-1]
-    offline.analysis.answers[Predict].emit(predict(asked.gains, asked.step))
+    offline.analysis.tell(*predict(asked.gains, asked.step))
     assert "compiling" not in screen.response.said.text()
     offline.analysis.preparing.emit("compiling something else")
     assert "compiling" not in screen.response.said.text()
@@ -123,7 +123,7 @@ def test_what_a_prediction_waits_for_is_told(screen, offline, predict, qtbot):
 def test_a_lost_prediction_is_told(screen, offline, predict, qtbot):
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
     asked = offline.analysis.of(Predict)[-1]
-    offline.analysis.answers[Predict].emit(predict(asked.gains, asked.step, lost=True))
+    offline.analysis.tell(*predict(asked.gains, asked.step, lost=True))
     assert screen.response.said.text() == "With the proposed gains the drone would be lost."
     assert PREDICTED not in screen.response.plot.names
 
@@ -193,7 +193,7 @@ def test_a_real_flight_is_excited_measured_and_judged(workspace, qtbot):
     screen.excitation.start_or_stop()
     qtbot.waitUntil(lambda: screen.response.history.numbers is not None, timeout=60000)
     qtbot.waitUntil(lambda: len(screen.margins.table.rows) == 10, timeout=60000)
-    qtbot.waitUntil(lambda: screen.judgement.proposed_input is not None, timeout=60000)
+    qtbot.waitUntil(lambda: screen.judgement.inputs[0] is not None, timeout=60000)
     qtbot.waitUntil(lambda: not screen.excitation.is_running, timeout=60000)
     numbers, begun = screen.response.history.numbers, screen.response.history.round.begun
     time, speed = workspace.signals.series("velocity_data.v_x", begun - 1e-6)

@@ -1,7 +1,6 @@
 import pytest
 
 from workbench.analysis.questions import Step, Weigh
-from workbench.analysis.replies import Weighed
 from workbench.gui.tuning.limits import find_limit
 from workbench.gui.tuning.weights_card import WeightsCard, strongest, weight_text
 
@@ -46,7 +45,7 @@ def test_the_metric_on_show_is_told_in_words(card, offline, trial, qtbot):
         "rise_time": {"kp_velocity_x": -0.003, "kp_pitch": 0.001},
         "overshoot": {"kp_pitch": 0.2},
     }
-    offline.analysis.answers[Weigh].emit(Weighed(Weigh(trial.proposed, STEP), weights))
+    offline.analysis.tell(Weigh(trial.proposed, STEP), weights)
     assert card.words.text() == "10 % more Velocity x Kp: rise time −0.0300 s."
     card.number.setCurrentIndex(1)
     assert card.words.text() == "10 % more Pitch Kp: overshoot +2.00 %."
@@ -55,6 +54,6 @@ def test_the_metric_on_show_is_told_in_words(card, offline, trial, qtbot):
 
 def test_old_bars_say_that_they_are_old(card, offline, trial, gains, qtbot):
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
-    offline.analysis.answers[Weigh].emit(Weighed(Weigh(trial.proposed, STEP), {}))
+    offline.analysis.tell(Weigh(trial.proposed, STEP), {})
     gains.propose("kp_pitch", 333.0)
     assert card.said.text() == "Of the gains before; new ones follow …"

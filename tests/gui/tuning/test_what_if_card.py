@@ -48,7 +48,7 @@ def test_the_curve_comes_first_and_the_band_while_gains_rest(card, offline, tria
     for number, draws in enumerate(DRAWS):
         assert len(asked := offline.analysis.of(FlyAgain)) == number + 1
         assert asked[-1] == FlyAgain(LOG, trial.proposed, draws=draws)
-        offline.analysis.answers[FlyAgain].emit(fly_again(asked[-1]))
+        offline.analysis.tell(*fly_again(asked[-1]))
         assert ("low" in card.plot.names) is (draws > 0)
     assert len(offline.analysis.of(FlyAgain)) == len(DRAWS)
     assert {"setpoint", "flown", "again"} < set(card.plot.names)
@@ -66,24 +66,24 @@ def test_moved_gains_are_asked_for_next_and_what_is_past_is_not(
         qtbot.wait(20)
     first, *more = offline.analysis.of(FlyAgain)
     assert not more
-    offline.analysis.answers[FlyAgain].emit(fly_again(first))
+    offline.analysis.tell(*fly_again(first))
     assert card.said.text() == "Of what was asked before; the new flight follows …"
     _, last = offline.analysis.of(FlyAgain)
     assert last.gains["kp_pitch"] == 320.0 and last.draws == 0
     flown = {"kp_pitch": first.gains["kp_pitch"]}
-    offline.analysis.answers[FlyAgain].emit(fly_again(last, flown_gains=flown))
+    offline.analysis.tell(*fly_again(last, flown_gains=flown))
     assert card.said.text() == "dh_drone flies flight.csv: kp_pitch 320"
     qtbot.mouseClick(card.own, Qt.MouseButton.LeftButton)
     assert gains.proposed["kp_pitch"] == first.gains["kp_pitch"]
 
 
 def test_another_controller_by_keyboard(card, offline, fly_again, qtbot):
-    offline.analysis.answers[FlyAgain].emit(fly_again(offline.analysis.of(FlyAgain)[-1]))
+    offline.analysis.tell(*fly_again(offline.analysis.of(FlyAgain)[-1]))
     card.law.setFocus()
     qtbot.keyClick(card.law, Qt.Key.Key_Down)
-    offline.analysis.answers[FlyAgain].emit(fly_again(offline.analysis.of(FlyAgain)[-1]))
+    offline.analysis.tell(*fly_again(offline.analysis.of(FlyAgain)[-1]))
     qtbot.waitUntil(lambda: offline.analysis.of(FlyAgain)[-1].controller == "pid")
-    offline.analysis.answers[FlyAgain].emit(fly_again(offline.analysis.of(FlyAgain)[-1]))
+    offline.analysis.tell(*fly_again(offline.analysis.of(FlyAgain)[-1]))
     assert card.said.text() == "dh_drone flies flight.csv: pid in place of pd"
     assert not card.own.isEnabled()
 
@@ -97,7 +97,7 @@ def test_it_says_why_a_log_is_not_flown_again(card, offline, case):
 
 def test_it_warns_of_another_drone_and_of_lost_ones(card, offline, fly_again, case):
     asked = offline.analysis.of(FlyAgain)[-1]
-    offline.analysis.answers[FlyAgain].emit(fly_again(asked))
+    offline.analysis.tell(*fly_again(asked))
     for said, other in (
         ("The log is of x500, the model of dh_drone.", {"logged_vehicle": "x500"}),
         ("Is it the drone that flew?", {"doubt": "is it the drone that flew?"}),
@@ -106,7 +106,7 @@ def test_it_warns_of_another_drone_and_of_lost_ones(card, offline, fly_again, ca
     ):
         with case(said):
             asked = offline.analysis.of(FlyAgain)[-1]
-            offline.analysis.answers[FlyAgain].emit(fly_again(asked, **other))
+            offline.analysis.tell(*fly_again(asked, **other))
             assert card.said.text() == said
 
 

@@ -4,12 +4,13 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
+from typing import Any
 
 from PyQt6.QtCore import QObject, pyqtSignal
 from PyQt6.QtGui import QUndoCommand, QUndoStack
 
 from workbench.analysis.questions import FindRanges, Judge, Question
-from workbench.analysis.replies import Judged, Ranges
+from workbench.analysis.replies import Judged
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
 from workbench.control.schedule import Schedule, split_label, with_label
@@ -227,8 +228,7 @@ class StabilityCheck(QObject):
         parent: the Qt parent.
 
     Attributes:
-        ranges: the stable range of each gain, and the gains for which they were found; None if
-            unknown.
+        ranges: the stable range of each gain by name; None if unknown.
     """
 
     accepted = pyqtSignal()
@@ -247,11 +247,11 @@ class StabilityCheck(QObject):
         self._asked: Values | None = None
         self._asked_before: deque[Values] = deque(maxlen=MOST_ASKED)
         self._range_gains: Values = {}
-        self.ranges: Ranges | None = None
+        self._base: Values = {}
+        self.ranges: Mapping[str, tuple[float, float]] | None = None
         self._patience = single_shot(self._tell_late, self, PATIENCE)
         self._rest = single_shot(self._ask_for_ranges, self, RANGES_AFTER)
-        analysis.answers[Judge].connect(self._hear_judged)
-        analysis.answers[FindRanges].connect(self._hear_ranges)
+        analysis.answered.connect(self._hear)
         analysis.refused.connect(self._hear_refused)
 
     @property
@@ -275,16 +275,16 @@ class StabilityCheck(QObject):
         """
         if self.ranges is None:
             return False
-        found, used = self.ranges, 0.0
+        used = 0.0
         for name, value in loop_gains(gains).items():
-            if name not in found.asked.gains:
+            if name not in self._base:
                 return False
-            used += _share(value, found.asked.gains[name], found.stable.get(name))
+            used += _share(value, self._base[name], self.ranges.get(name))
         return used <= 1.0
 
     def has_ranges_of(self, gains: Values) -> bool:
         """Return whether the ranges were found around these gains."""
-        return self.ranges is not None and _has_loops(self.ranges.asked.gains, gains)
+        return self.ranges is not None and _has_loops(self._base, gains)
 
     def ask(self, gains: Values) -> None:
         """Ask about gains; answers about earlier ones no longer count."""
@@ -308,10 +308,17 @@ class StabilityCheck(QObject):
         if self._range_gains and not self.has_ranges_of(self._range_gains):
             self._analysis.ask(FindRanges(self._range_gains))
 
-    def _hear_judged(self, judged: Judged) -> None:
+    def _hear(self, question: Question, reply: Any) -> None:
+        if isinstance(question, Judge):
+            self._hear_judged(question, reply)
+        elif isinstance(question, FindRanges):
+            self._base, self.ranges = {**self._start(), **question.gains}, reply
+            self.ranges_changed.emit()
+
+    def _hear_judged(self, question: Judge, judged: Judged) -> None:
         if self._asked is None:
             return
-        gains = {**self._start(), **judged.asked.gains}
+        gains = {**self._start(), **question.gains}
         if not _has_loops(gains, self._asked):
             if not any(_has_loops(gains, ours) for ours in self._asked_before):
                 self._analysis.ask(Judge(self._asked))  # another question has displaced ours
@@ -321,11 +328,6 @@ class StabilityCheck(QObject):
             self.accepted.emit()
         else:
             self.doubted.emit(judged.said or "the closed loop would be unstable")
-
-    def _hear_ranges(self, found: Ranges) -> None:
-        around = FindRanges({**self._start(), **found.asked.gains})
-        self.ranges = Ranges(around, found.stable)
-        self.ranges_changed.emit()
 
     def _hear_refused(self, question: Question, said: str) -> None:
         if isinstance(question, Judge) and self._asked is not None:
@@ -638,7 +640,7 @@ class GainEditor(QObject):
     def stable_range(self, name: str) -> tuple[float, float] | None:
         """Return the stable range of a gain with the others fixed; None if unknown."""
         ranges = self._stability.ranges
-        return ranges.stable.get(name) if ranges else None
+        return ranges.get(name) if ranges else None
 
     def mark(self, name: str) -> Mark:
         """Return a parameter's state: proposed, flown or kept."""

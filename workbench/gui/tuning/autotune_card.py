@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from itertools import starmap
 
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import (
@@ -16,7 +17,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.analysis.questions import Question, Tune
-from workbench.analysis.replies import Searched, Tuned, Wished
+from workbench.analysis.replies import Searched, Tuned
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller, load_controller
 from workbench.design.metrics import WISHED
@@ -217,7 +218,7 @@ class AutoTuneCard(Card):
         self.wishes.changed.connect(self._show_state)
         trial.changed.connect(self._show_state)
         self._analysis.searched.connect(self._hear_progress)
-        self._analysis.answers[Tune].connect(self._hear_result)
+        self._analysis.answered.connect(self._hear_result)
         self._analysis.refused.connect(self._hear_refusal)
         self._show_state()
 
@@ -250,14 +251,13 @@ class AutoTuneCard(Card):
         lines = (searched.phase.capitalize(), best, searched.said)
         self.best.setText("\n".join(line for line in lines if line))
 
-    def _hear_result(self, tuned: Tuned) -> None:
-        if not self.is_running:
+    def _hear_result(self, question: Question, tuned: Tuned) -> None:
+        if not isinstance(question, Tune) or not self.is_running:
             return
         self.is_running, self._tuned = False, tuned
-        self.table.set_rows(tuple(map(_row, tuned.wishes)))
+        self.table.set_rows(tuple(starmap(_row, tuned.wishes)))
         self.axis.clear()
-        for step in tuned.steps:
-            self.axis.addItem(step.axis, step.axis)
+        self.axis.addItems(tuned.steps)
         self._draw()
         self.remarks.say(" ".join(tuned.said))
         self.remarks.setVisible(bool(tuned.said))
@@ -288,11 +288,11 @@ class AutoTuneCard(Card):
         self.plot.clear()
         if self._tuned is None or self.axis.currentIndex() < 0:
             return
-        step = self._tuned.steps[self.axis.currentIndex()]
-        axis = find_axis(step.axis)
+        axis = find_axis(self.axis.currentText())
+        time, before, after = self._tuned.steps[axis.name]
         self.plot.set_axes("time after the step", axis.label, axis.unit)
-        self.plot.set_curve("before", step.time, step.before, CurveStyle.SOLID, 0)
-        self.plot.set_curve("after", step.time, step.after, CurveStyle.DASHED, 1)
+        self.plot.set_curve("before", time, before, CurveStyle.SOLID, 0)
+        self.plot.set_curve("after", time, after, CurveStyle.DASHED, 1)
 
     def _accept(self) -> None:
         if self._tuned is not None:
@@ -323,9 +323,9 @@ class AutoTuneCard(Card):
             self.pages.addWidget(column(*page, spacing=SPACING))
 
 
-def _row(wished: Wished) -> Row:
-    state = State.GOOD if wished.met else State.MISSED
-    return Row(wished.wish, (Cell(wished.before), Cell(wished.after, over=not wished.met)), state)
+def _row(wish: str, before: str, after: str, met: bool) -> Row:
+    state = State.GOOD if met else State.MISSED
+    return Row(wish, (Cell(before), Cell(after, over=not met)), state)
 
 
 def _scrolling(widget: QWidget) -> QScrollArea:

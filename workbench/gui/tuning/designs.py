@@ -14,14 +14,10 @@ from workbench.analysis.questions import (
     Question,
     Step,
 )
-from workbench.analysis.replies import (
-    FrequencyCurves,
-    Judged,
-    OtherAnswered,
-    Predicted,
-)
+from workbench.analysis.replies import Judged, Predicted
 from workbench.control.controller import COMMON, LIMITS, SHIPPED
-from workbench.gui.analysis import Analysis, Memory, key_of
+from workbench.design.judge.gang_of_four import GangOfFour
+from workbench.gui.analysis import Analysis, Follower, key_of
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
@@ -303,7 +299,7 @@ class Designs(QObject):
 
 
 class DesignAnswers(QObject):
-    """Asks about designs, one question of a kind at a time, and remembers the answers.
+    """Asks about designs, one question of a kind at a time.
 
     Questions about the flying controller are asked like those of a slider. Those about another
     controller go to the slow process, because it may have to be compiled.
@@ -318,23 +314,23 @@ class DesignAnswers(QObject):
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._analysis = analysis
         self._refused: dict[Hashable, str] = {}
         self._designs: tuple[Design, ...] = ()
         self._step: Step | None = None
         self._loop = ""
         self._seen = False
-        analysis.refused.connect(self._hear_refusal)  # first, as memories ask the next question
-        self._memories = {kind: Memory(analysis, kind, self) for kind in KINDS}
+        analysis.refused.connect(self._hear_refusal)
+        analysis.answered.connect(self._hear)
+        self._followers = {kind: Follower(analysis, kind, self) for kind in KINDS}
+        for each in self._followers.values():
+            each.answered.connect(lambda *_: self._ask())  # its loops may be known now
         self._rest = single_shot(self._ask, self, REST)
-        for kind, each in self._memories.items():
-            analysis.answers[kind].connect(lambda _: self.changed.emit())
-            each.answered.connect(lambda _: self._ask())
-            each.refused.connect(lambda _: self._ask())
 
     def clear(self) -> None:
         """Clear all: another flight begins, or another controller flies."""
         self._refused = {}
-        for each in self._memories.values():
+        for each in self._followers.values():
             each.forget()
         self._rest.start()
 
@@ -343,7 +339,7 @@ class DesignAnswers(QObject):
         if seen and not self._seen:
             self._refused = {}
         self._seen = seen
-        for each in self._memories.values():
+        for each in self._followers.values():
             each.set_seen(seen)
         self._rest.start()
 
@@ -360,18 +356,18 @@ class DesignAnswers(QObject):
 
     def judged(self, design: Design) -> Judged | None:
         """Return the stability of a design, None while unknown."""
-        known = self._known(_question(design, None))
-        return known if isinstance(known, Judged) else None
+        known: Judged | None = self._analysis.known(_question(design, None))
+        return known
 
     def predicted(self, design: Design) -> Predicted | None:
         """Return the step response of a design, None while unknown."""
-        known = self._known(_question(design, self._step))
+        known = self._analysis.known(_question(design, self._step))
         return known if isinstance(known, Predicted) else None
 
-    def curves(self, design: Design) -> FrequencyCurves | None:
+    def curves(self, design: Design) -> GangOfFour | None:
         """Return the frequency response of a design's loop, None while unknown."""
-        known = self._known(_question(design, self._loop))
-        return known if isinstance(known, FrequencyCurves) else None
+        known: GangOfFour | None = self._analysis.known(_question(design, self._loop))
+        return known
 
     def refusal(self, design: Design) -> str:
         """Return why something of a design is unknown, "" if it is known or expected."""
@@ -383,11 +379,6 @@ class DesignAnswers(QObject):
         """Designs with answers that are still expected."""
         return tuple(each for each in self._designs if self._open(each))
 
-    def _known(self, question: Question) -> object:
-        """Return the answer to a question, None while unknown."""
-        answer = self._memories[type(question)].known(question)
-        return answer.answer if isinstance(answer, OtherAnswered) else answer
-
     def _wanted(self, design: Design) -> list[Question]:
         """Return the questions about a design."""
         about: list[About] = [None] if self._step is None else [None, self._step]
@@ -398,17 +389,18 @@ class DesignAnswers(QObject):
 
     def _open(self, design: Design) -> list[Question]:
         """Return the questions that are neither answered nor refused."""
-        unknown = (each for each in self._wanted(design) if self._known(each) is None)
+        unknown = (each for each in self._wanted(design) if self._analysis.known(each) is None)
         return [each for each in unknown if key_of(each) not in self._refused]
 
     def _ask(self) -> None:
-        """Ask the next question of each kind."""
-        asked: set[type] = set()
-        for design in self._designs if self._seen else ():
-            for question in self._open(design):
-                if type(question) not in asked:
-                    asked.add(type(question))
-                    self._memories[type(question)].ask(question)
+        """Ask all open questions, one of each kind at a time."""
+        opened = [each for design in self._designs for each in self._open(design)]
+        for kind, follower in self._followers.items():
+            follower.ask(*(each for each in opened if type(each) is kind))
+
+    def _hear(self, question: Question, _: object) -> None:
+        if isinstance(question, KINDS):
+            self.changed.emit()
 
     def _hear_refusal(self, question: Question, said: str) -> None:
         if isinstance(question, KINDS):

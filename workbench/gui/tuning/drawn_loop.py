@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.replies import FrequencyCurves
+from workbench.design.judge.gang_of_four import GangOfFour
 from workbench.design.judge.margins import LoopMargins
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
@@ -87,7 +87,7 @@ def counting(loops: Sequence[DrawnLoop]) -> DrawnLoop | None:
     return named.get(PROPOSED, named.get(FLOWN))
 
 
-def drawn_curves(name: str, curves: FrequencyCurves) -> DrawnLoop:
+def drawn_curves(name: str, curves: GangOfFour) -> DrawnLoop:
     """Return the curves of a set of gains."""
     return DrawnLoop(
         name,

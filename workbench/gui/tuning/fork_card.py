@@ -9,7 +9,7 @@ from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QComboBox
 
 from workbench.analysis.questions import Fork, Question, Step
-from workbench.analysis.replies import Forked, StepNumbers
+from workbench.analysis.replies import StepNumbers
 from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
@@ -57,6 +57,8 @@ def way(flown: FlownBranch, axis: str) -> np.ndarray:
     return np.linalg.norm(moved, axis=1) if place is None else moved[:, place]
 
 
+Flown = Sequence[tuple[FlownBranch, StepNumbers | None]]
+"""Branches, each with the metrics of its step."""
 QUANTITIES = (
     Quantity("velocity", FlownBranch.response, lambda axis: find_axis(axis).unit),
     Quantity("way flown", way, lambda axis: "m"),
@@ -90,7 +92,7 @@ class ForkCard(Card):
         self.is_busy = False
         self._asked: Fork | None = None
         self._branches: tuple[Branch, ...] = ()
-        self._forked: Forked | None = None
+        self._forked: Flown = ()
         self._axis = "x"
         self.one, self.other, self.quantity = QComboBox(), QComboBox(), QComboBox()
         self.quantity.addItems([each.label for each in QUANTITIES])
@@ -125,7 +127,7 @@ class ForkCard(Card):
         self.other.currentIndexChanged.connect(self._show_state)
         trial.changed.connect(self.refresh)
         trial.gains.state_changed.connect(self.refresh)
-        self._analysis.answers[Fork].connect(self._hear)
+        self._analysis.answered.connect(self._hear)
         self._analysis.refused.connect(self._hear_refusal)
         self._analysis.preparing.connect(self._say_preparing)
         self._show_state()
@@ -133,7 +135,7 @@ class ForkCard(Card):
     def begin(self) -> None:
         """Clear the forks of another flight or controller."""
         self._others.note_flight()
-        self._forked, self._asked = None, None
+        self._forked, self._asked = (), None
         self._draw()
         self._set_busy(False)
         self.said.say("")
@@ -164,18 +166,15 @@ class ForkCard(Card):
         self._asked = Fork(checkpoint, branches, duration, step)
         self._analysis.ask(self._asked)
 
-    def _hear(self, forked: Forked) -> None:
-        asked = self._asked
-        if asked is None or [each.name for each in forked.branches] != [
-            branch.name for branch in asked.branches
-        ]:
+    def _hear(self, question: Question, forked: Flown) -> None:
+        if not isinstance(question, Fork) or question is not self._asked:
             return
-        self._asked, self._forked, self._branches = None, forked, asked.branches
+        self._asked, self._forked, self._branches = None, forked, question.branches
         self._set_busy(False)
         self._draw()
 
     def _hear_refusal(self, question: Question, said: str) -> None:
-        if self._asked is not None and question == self._asked:
+        if self._asked is not None and question is self._asked:
             self._refuse(said)
 
     def _refuse(self, said: str) -> None:
@@ -193,21 +192,19 @@ class ForkCard(Card):
 
     def _draw_branches(self) -> None:
         self.plot.clear()
-        numbers = self._forked.numbers if self._forked is not None else ()
-        self.table.setVisible(any(numbers))
-        if self._forked is None:
+        self.table.setVisible(any(numbers for _, numbers in self._forked))
+        if not self._forked:
             return
         quantity = QUANTITIES[self.quantity.currentIndex()]
         self.plot.set_axes("time ahead", quantity.label, quantity.unit_of(self._axis))
-        branches = self._forked.branches
+        branches = [branch for branch, _ in self._forked]
         for index, branch in enumerate(branches):
             style = CurveStyle.SOLID if index == 0 else CurveStyle.DASHED
             time = branch.time - branch.time[0] if len(branch.time) else branch.time
             self.plot.set_curve(
                 branch.name, time, quantity.values(branch, self._axis), style, index
             )
-        names = [each.name for each in branches]
-        self.table.set_rows(tuple(map(_row, names, numbers)))
+        self.table.set_rows(tuple(_row(branch.name, each) for branch, each in self._forked))
         lost = [f"{each.name}: {each.lost}" for each in branches if each.lost]
         if lost:
             self.said.say("; ".join(lost), "bad")
@@ -261,7 +258,7 @@ class ForkCard(Card):
         can = bool(self._trial.flown) and not self.duration.fault and not same
         self.button.setEnabled(not self.is_busy and can)
         self.button.setToolTip("Choose two that are not the same" if same else "")
-        done = self._forked is not None and not self.is_busy
+        done = bool(self._forked) and not self.is_busy
         boxes = (self.one, self.other)
         names = [each.name for each in self._branches] if done else [b.currentText() for b in boxes]
         self.keep_one.setText(f"K&eep {names[0]}")

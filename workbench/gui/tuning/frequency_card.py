@@ -1,21 +1,20 @@
 """The card of frequency: one loop as Bode, Nyquist, gang of four, and phase budget."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from PyQt6.QtCore import QObject, pyqtSignal
 from PyQt6.QtWidgets import (
-    QComboBox,
     QSizePolicy,
 )
 
 from workbench.analysis.questions import DrawFrequency, PlanMeasurement, Question
-from workbench.analysis.replies import FrequencyCurves, MeasurementPlanned
 from workbench.control.controller import CUTS
 from workbench.control.mode import FlightMode
+from workbench.design.judge.gang_of_four import GangOfFour
 from workbench.design.judge.measured_loop import measured_loop
-from workbench.gui.analysis import Analysis, Memory
+from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.layout import button, choice, column, fill, hbox, scrolled
 from workbench.gui.tuning.card import SPACING, Card, Sentence, offer
@@ -45,6 +44,7 @@ from workbench.gui.tuning.margins_card import loop_label, weakest_loop
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
+from workbench.scenario.scenario import Injection
 from workbench.session.injected import Injected
 
 MEASURE_HELP = (
@@ -89,22 +89,23 @@ class LoopCurves(QObject):
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._memory = Memory(analysis, DrawFrequency, self)
-        self._memory.answered.connect(self._hear)
-        self._memory.refused.connect(self._hear_refusal)
+        self._analysis = analysis
+        self._follower = Follower(analysis, DrawFrequency, self)
+        analysis.answered.connect(self._hear)
+        self._follower.refused.connect(self._hear_refusal)
         self.loop, self.cut = "", "actuator"
         self._sets: dict[str, Gains] = {}
         self.clear()
 
     def clear(self) -> None:
         """Clear all: another flight begins."""
-        self._newest: FrequencyCurves | None = None
+        self._newest: GangOfFour | None = None
         self.said = ""
-        self._memory.forget()
+        self._follower.forget()
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while the card is visible."""
-        self._memory.set_seen(seen)
+        self._follower.set_seen(seen)
 
     def choose(self, loop: str, cut: str) -> None:
         """Ask about another loop, or another cut."""
@@ -123,17 +124,17 @@ class LoopCurves(QObject):
             self.changed.emit()
 
     @property
-    def shown(self) -> dict[str, FrequencyCurves]:
+    def shown(self) -> dict[str, GangOfFour]:
         """Known curves of each set, by name; a set equal to another one is left out.
 
         While gains change faster than answers arrive, the newest answer represents the proposed
         ones.
         """
-        found: dict[str, FrequencyCurves] = {}
+        found: dict[str, GangOfFour] = {}
         seen: list[DrawFrequency] = []
         for name in (FLOWN, PROPOSED, KEPT):
             question = self._question(name)
-            known = self._memory.known(question)
+            known = self._analysis.known(question)
             if known is None and name == PROPOSED:
                 known = self._newest
             if known is not None and question not in seen:
@@ -143,19 +144,19 @@ class LoopCurves(QObject):
 
     def _ask(self) -> None:
         names = (PROPOSED, FLOWN, KEPT) if self.loop else ()
-        self._memory.ask_first(self._question(name) for name in names if self._sets.get(name))
+        self._follower.ask(*(self._question(name) for name in names if self._sets.get(name)))
 
     def _question(self, name: str) -> DrawFrequency:
         return DrawFrequency(self._sets.get(name, {}), self.loop, self.cut)
 
-    def _hear(self, drawn: FrequencyCurves) -> None:
-        asked = drawn.asked
+    def _hear(self, asked: Question, drawn: GangOfFour) -> None:
+        if not isinstance(asked, DrawFrequency):
+            return
         changes = asked not in (self._question(FLOWN), self._question(KEPT))  # with a slider
         if changes and (asked.loop, asked.cut) == (self.loop, self.cut):
             self._newest = drawn
         self.said = ""
         self.changed.emit()
-        self._ask()
 
     def _hear_refusal(self, said: str) -> None:
         self.said = said
@@ -185,7 +186,7 @@ class LoopMeasuring(QObject):
             "Measure", self._press, kind="compact", help=MEASURE_HELP.format(seconds=USUAL)
         )
         self.said = ""
-        self._analysis.answers[PlanMeasurement].connect(self._fly)
+        self._analysis.answered.connect(self._fly)
         self._analysis.refused.connect(self._hear_refusal)
         self._wanted: tuple[str, str, Gains] = ("", "", {})
         self.begin()
@@ -245,17 +246,15 @@ class LoopMeasuring(QObject):
         self._say("Finding what the loop bears …")
         self._analysis.ask(self._asked)
 
-    def _fly(self, planned: MeasurementPlanned) -> None:
-        if planned.asked != self._asked:
+    def _fly(self, question: Question, planned: tuple[Injection, bool]) -> None:
+        if not isinstance(question, PlanMeasurement) or question != self._asked:
             return
         self._asked = None
-        self._flown = planned.asked.loop, planned.asked.cut, planned.asked.gains
+        self._flown = question.loop, question.cut, question.gains
         self._seen = self._flight.view.measured  # of the last measurement
         self._say("")
-        self._flight.order(
-            lambda live: live.measure(planned.injection, hold=planned.hold),
-            refused=lambda said: self._refuse(said),
-        )
+        injection, hold = planned
+        self._flight.order(lambda live: live.measure(injection, hold=hold), refused=self._refuse)
 
     def _hear_refusal(self, question: Question, said: str) -> None:
         if isinstance(question, PlanMeasurement) and question == self._asked:
@@ -538,12 +537,3 @@ def _size_and_phase(value: complex) -> str:
     turn = math.degrees(math.atan2(value.imag, value.real))
     turn -= 360.0 * (turn > 90.0)
     return f"{written(20.0 * math.log10(abs(value)), 1)} dB {written(turn, 0)}°"
-
-
-def _choice(name: str, texts: Iterable[str]) -> QComboBox:
-    """Return a list of choices."""
-    box = QComboBox()
-    box.setAccessibleName(name)
-    box.setToolTip(name)
-    box.addItems([*texts])
-    return box

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import Judge, JudgePlantInput
-from workbench.analysis.replies import Judged, JudgedPlantInput
-from workbench.gui.analysis import Analysis, Memory
+from workbench.analysis.questions import Judge, JudgePlantInput, Question
+from workbench.analysis.replies import Judged
+from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_rows import controller_gains
 
@@ -15,6 +15,8 @@ LATE = 500
 REST = 300
 """Gains have settled if they have not changed for this time [ms]."""
 Gains = Mapping[str, float]
+Margins = tuple[float, float]
+"""Disk margins at the plant's input, while the pilot steers and while the place is held."""
 
 
 class Judgement(QObject):
@@ -28,6 +30,7 @@ class Judgement(QObject):
 
     Attributes:
         proposed: result for the proposed gains, or for the last known ones before them.
+        gains: the gains of that result.
         flown: result for the flown gains, likewise.
         said: why there is no result, "" without an error.
         input_said: why there is none at the plant's input, likewise.
@@ -38,12 +41,13 @@ class Judgement(QObject):
 
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._memory = Memory(analysis, Judge, self)
-        self._memory.refused.connect(self._hear_refusal)
-        analysis.answers[Judge].connect(self._hear)
-        self._input_memory = Memory(analysis, JudgePlantInput, self)
-        self._input_memory.answered.connect(self._hear_input)
-        self._input_memory.refused.connect(self._hear_input_refusal)
+        self._analysis = analysis
+        self._follower = Follower(analysis, Judge, self)
+        self._follower.refused.connect(self._hear_refusal)
+        analysis.answered.connect(self._hear)
+        self._input_follower = Follower(analysis, JudgePlantInput, self)
+        self._input_follower.answered.connect(lambda *_: self._say_input(""))
+        self._input_follower.refused.connect(self._say_input)
         self._rest = single_shot(self._ask_input, self, REST)
         self._gains: tuple[Gains, Gains] = ({}, {})
         self._wait = single_shot(self._tell_late, self, LATE)
@@ -57,42 +61,35 @@ class Judgement(QObject):
         return f"Of earlier gains: {self.said or 'the analyst is busy.'}"
 
     @property
-    def proposed_input(self) -> JudgedPlantInput | None:
-        """Margin of the proposed gains at the plant's input; None while unknown."""
-        return self._known_input(self._gains[0])
-
-    @property
-    def flown_input(self) -> JudgedPlantInput | None:
-        """Margin of the flown gains at the plant's input; None while unknown."""
-        return self._known_input(self._gains[1])
-
-    def _known_input(self, gains: Gains) -> JudgedPlantInput | None:
-        known: JudgedPlantInput | None = self._input_memory.known(JudgePlantInput(gains))
-        return known
+    def inputs(self) -> tuple[Margins | None, Margins | None]:
+        """Margins of the proposed and the flown gains at the plant's input; None while unknown."""
+        proposed, flown = (self._analysis.known(JudgePlantInput(gains)) for gains in self._gains)
+        return proposed, flown
 
     @property
     def _is_fresh(self) -> bool:
-        return self.proposed is not None and _are_of(self.proposed, self._gains[0])
+        return self.proposed is not None and self.gains == self._gains[0]
 
     def clear(self) -> None:
         """Clear all: another flight begins."""
         self.proposed: Judged | None = None
+        self.gains: Gains = {}
         self.flown: Judged | None = None
         self.said = self.input_said = ""
         self._is_late = False
         self._wait.stop()
         self._rest.stop()
-        self._memory.forget()
-        self._input_memory.forget()
+        self._follower.forget()
+        self._input_follower.forget()
         self.changed.emit()
 
     def follow(self, proposed: Gains, flown: Gains) -> None:
         """Evaluate these gains from now on."""
-        before, shown = self._gains, (self.proposed_input, self.flown_input)
+        before, shown = self._gains, self.inputs
         self._gains = controller_gains(proposed), controller_gains(flown)
-        self._ask()
+        self._follower.ask(*(Judge(gains) for gains in self._gains if gains))
         self._show()
-        if shown != (self.proposed_input, self.flown_input):
+        if shown != self.inputs:
             self.changed.emit()
         if before != self._gains or not self._rest.isActive():
             self._rest.start()
@@ -103,42 +100,35 @@ class Judgement(QObject):
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while the card is visible."""
-        self._memory.set_seen(seen)
-        self._input_memory.set_seen(seen)
-
-    def _ask(self) -> None:
-        self._memory.ask_first(Judge(gains) for gains in self._gains if gains)
+        self._follower.set_seen(seen)
+        self._input_follower.set_seen(seen)
 
     def _ask_input(self) -> None:
-        self._input_memory.ask_first(JudgePlantInput(gains) for gains in self._gains if gains)
+        self._input_follower.ask(*(JudgePlantInput(gains) for gains in self._gains if gains))
 
-    def _hear_input(self, judged: JudgedPlantInput) -> None:
-        self.input_said = ""
-        self.changed.emit()
-        if not self._rest.isActive():
-            self._ask_input()
-
-    def _hear_input_refusal(self, said: str) -> None:
+    def _say_input(self, said: str) -> None:
         self.input_said = said
         self.changed.emit()
 
-    def _hear(self, judged: Judged) -> None:
+    def _hear(self, question: Question, judged: Judged) -> None:
         """Show any result, whoever asked."""
+        if not isinstance(question, Judge):
+            return
         self.said = ""
-        if not self._show() and not _are_of(judged, self._gains[1]):
-            self.proposed = judged  # while a slider moves: the newest result so far
+        gains = controller_gains(question.gains)
+        if not self._show() and gains != self._gains[1]:
+            self.proposed, self.gains = judged, gains  # while a slider moves: the newest so far
             self.changed.emit()
         self._come_in_time()
-        self._ask()
 
     def _show(self) -> bool:
         """Show the known results; return whether they belong to the present gains."""
-        proposed, flown = (self._memory.known(Judge(gains)) for gains in self._gains)
-        if (proposed or self.proposed) is not self.proposed or (flown or self.flown) is not (
-            self.flown
-        ):
-            self.proposed = proposed or self.proposed
-            self.flown = flown or self.flown
+        before = self.proposed, self.flown
+        proposed, flown = (self._analysis.known(Judge(gains)) for gains in self._gains)
+        if proposed is not None:
+            self.proposed, self.gains = proposed, self._gains[0]
+        self.flown = flown or self.flown
+        if self.proposed is not before[0] or self.flown is not before[1]:
             self.changed.emit()
         return proposed is not None
 
@@ -159,7 +149,3 @@ class Judgement(QObject):
     def _hear_refusal(self, said: str) -> None:
         self.said = said
         self.changed.emit()
-
-
-def _are_of(judged: Judged, gains: Gains) -> bool:
-    return controller_gains(judged.asked.gains) == gains

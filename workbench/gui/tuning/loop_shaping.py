@@ -262,8 +262,7 @@ class LoopShaping(QWidget):
                 values[linked[name]] = value
         editor.propose_all(values, f"Gains of {loop_label(self._loop)}")
 
-    def _hear(self, shaped: LoopShaped) -> None:
-        asked = shaped.asked
+    def _hear(self, asked: ShapeLoop, shaped: LoopShaped) -> None:
         if asked.loop != self._loop or asked.robustness is not self._robustness:
             return
         low, high = shaped.bandwidths
@@ -348,7 +347,7 @@ class LoopShaping(QWidget):
         """Whether the evaluation belongs to the loop's proposed gains."""
         judged, proposed = self._judgement.proposed, self._trial.judged
         return judged is not None and all(
-            judged.asked.gains.get(name) == proposed[name]
+            self._judgement.gains.get(name) == proposed[name]
             for name in self._trial.gains_of(self._loop)
         )
 

@@ -112,6 +112,7 @@ class MapView(pg.PlotWidget):
 
     Attributes:
         mapped: the shown map.
+        names: names of the gains along x and y.
     """
 
     picked = pyqtSignal(float, float)
@@ -123,6 +124,7 @@ class MapView(pg.PlotWidget):
         super().__init__(enableMenu=False)
         self._look, self._words = look, words
         self.mapped: Mapped | None = None
+        self.names = ("", "")
         self._cursor: tuple[int, int] | None = None
         self._image = pg.ImageItem(axisOrder="row-major", colorMap="viridis")
         self._contours = pg.PlotCurveItem(
@@ -153,9 +155,9 @@ class MapView(pg.PlotWidget):
         """Return a comfortable size."""
         return QSize(320, 240)
 
-    def show_map(self, mapped: Mapped | None) -> None:
-        """Show a map, None for none."""
-        self.mapped = mapped
+    def show_map(self, mapped: Mapped | None, names: tuple[str, str] = ("", "")) -> None:
+        """Show a map over the gains with these names, None for none."""
+        self.mapped, self.names = mapped, names
         while self._numbers:
             self.removeItem(self._numbers.pop())
         for item in (self._image, self._contours, self._spot, self._square):
@@ -288,14 +290,14 @@ class MapView(pg.PlotWidget):
 
     def _text(self, x: float, y: float) -> str:
         assert self.mapped is not None
-        asked, values = self.mapped.asked, self.mapped.values
+        values, (across, up) = self.mapped.values, map(self._words, self.names)
         column = int(np.abs(self.mapped.x - x).argmin())
         row = int(np.abs(self.mapped.y - y).argmin())
         value = float(values[row, column])
         share = self.mapped.unit == "1"
         unit = "%" if share else self.mapped.unit
         said = f"{100.0 * value if share else value:.3g} {unit}" if math.isfinite(value) else "lost"
-        return f"{self._words(asked.x)} {x:.3g}, {self._words(asked.y)} {y:.3g}: {said}"
+        return f"{across} {x:.3g}, {up} {y:.3g}: {said}"
 
 
 _ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
@@ -381,21 +383,20 @@ class MapCard(Card):
         if self._follower.is_waiting:
             self.said.say("Drawing …")
 
-    def _show(self, mapped: Mapped) -> None:
-        self.view.show_map(mapped)
+    def _show(self, asked: DrawMap, mapped: Mapped) -> None:
+        self.view.show_map(mapped, (asked.x, asked.y))
         self.said.say("" if not self._follower.is_waiting else "Drawing …")
         self._show_spot()
 
     def _show_spot(self) -> None:
-        gains, mapped = self._trial.judged, self.view.mapped
-        if mapped is not None and mapped.asked.x in gains and mapped.asked.y in gains:
-            self.view.show_spot(gains[mapped.asked.x], gains[mapped.asked.y])
+        gains, (x, y) = self._trial.judged, self.view.names
+        if x in gains and y in gains:
+            self.view.show_spot(gains[x], gains[y])
 
     def _propose(self, x: float, y: float) -> None:
-        mapped = self.view.mapped
-        if mapped is not None:
-            values = {mapped.asked.x: _rounded(x), mapped.asked.y: _rounded(y)}
-            self._trial.gains.adopt(values, "a place on the map")
+        across, up = self.view.names
+        values = {across: _rounded(x), up: _rounded(y)}
+        self._trial.gains.adopt(values, "a place on the map")
 
     def _read(self, said: str) -> None:
         self.reading.say(said or "Click to propose; hatched: lost")

@@ -5,10 +5,10 @@ from collections.abc import Callable
 
 from PyQt6.QtCore import Qt, pyqtSignal
 
-from workbench.analysis.replies import Judged, JudgedLoop, JudgedPlantInput
+from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.gui.layout import fill, named, tool_button
 from workbench.gui.tuning.card import Card
-from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.judgement import Judgement, Margins
 from workbench.gui.tuning.limits import MARGIN_LIMITS, Limit, Limits, LimitsForm, find_limit
 from workbench.gui.tuning.number_table import Cell, NumberTable, Row, State
 from workbench.gui.workspace import Workspace
@@ -34,7 +34,7 @@ def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[
 
 
 def plant_input_row(
-    now: JudgedPlantInput | None, before: JudgedPlantInput | None, limit_of: LimitOf, said: str
+    now: Margins | None, before: Margins | None, limit_of: LimitOf, said: str
 ) -> Row:
     """Return the row of simultaneous changes of force and moments, which has only a disk margin.
 
@@ -46,22 +46,22 @@ def plant_input_row(
     """
     words = "at the plant's input, force and moments all at once"
     none = (Cell("", help=words),) * (len(MARGIN_LIMITS) - 1)
-    old = before is not None and before.disk_margin > 0.0
-    was = DISK.text(before.disk_margin) if before is not None and old else ""
+    was = DISK.text(min(before)) if before is not None and min(before) > 0.0 else ""
     if now is None:
         state = State.NONE if said else State.WAITING
         return Row(
             PLANT_INPUT, (*none, Cell("–", was, help=f"{words}: {said or 'asked for'}")), state
         )
-    if not now.disk_margin:
+    margin, (steering, holding) = min(now), now
+    if not margin:
         return Row(PLANT_INPUT, (*none, Cell("–", help=f"{words}: unstable")))
-    text = DISK.text(now.disk_margin)
-    over = not DISK.keeps(now.disk_margin, limit_of(DISK.name))
-    low = (2.0 - now.disk_margin) / (2.0 + now.disk_margin)
+    text = DISK.text(margin)
+    over = not DISK.keeps(margin, limit_of(DISK.name))
+    low = (2.0 - margin) / (2.0 + margin)
     gains = f"; gains within {low:.2f} .. {1.0 / low:.2f}" if low > 0.0 else ""
     help = (
-        f"{words}: α {DISK.text(now.steering)} while the pilot steers, "
-        f"{DISK.text(now.holding)} while the position is held{gains}"
+        f"{words}: α {DISK.text(steering)} while the pilot steers, "
+        f"{DISK.text(holding)} while the position is held{gains}"
     )
     cell = Cell(text, was if was != text else "", over, help)
     return Row(PLANT_INPUT, (*none, cell), State.LOW if over else State.GOOD)
@@ -74,7 +74,7 @@ def weakest_loop(judged: Judged, limit_of: LimitOf) -> JudgedLoop | None:
     return min(judged.loops, key=lambda loop: _spare(loop, limit_of))
 
 
-def margins_headline(judged: Judged, at_input: JudgedPlantInput | None, limit_of: LimitOf) -> str:
+def margins_headline(judged: Judged, at_input: Margins | None, limit_of: LimitOf) -> str:
     """Return a sentence about the stability with gains.
 
     It names the plant's input if only its margin is low.
@@ -84,7 +84,7 @@ def margins_headline(judged: Judged, at_input: JudgedPlantInput | None, limit_of
         said = judged.said or "the closed loop is unstable with these gains."
         return said[0].upper() + said[1:]
     low = [limit for limit in MARGIN_LIMITS if loop and not _keeps(loop, limit, limit_of)]
-    margin = at_input.disk_margin if at_input is not None else math.inf
+    margin = min(at_input) if at_input is not None else math.inf
     if not low and not DISK.keeps(margin, limit_of(DISK.name)):
         least = f"{DISK.sign} {limit_of(DISK.name):g}"
         return f"Weakest: {PLANT_INPUT}, {DISK.label.lower()} {DISK.text(margin)} ({least})"
@@ -204,7 +204,7 @@ class MarginsCard(Card):
             self.table.set_rows(())
             return
         other = before if before is not None and before is not now else None
-        at_input, input_before = self._judgement.proposed_input, self._judgement.flown_input
+        at_input, input_before = self._judgement.inputs
         if input_before is at_input:
             input_before = None
         last = plant_input_row(

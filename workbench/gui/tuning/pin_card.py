@@ -10,7 +10,6 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.analysis.questions import Pin, Question
-from workbench.analysis.replies import Pinned
 from workbench.gui.file_dialogs import choose_folder, clipboard
 from workbench.gui.layout import buddy, button, fill, grid, hbox, named, tool_button
 from workbench.gui.style import set_class
@@ -20,6 +19,8 @@ from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
 from workbench.scenario.loads import find_excited
 
+Pinned = tuple[Path, Path, str]
+"""Paths of a spec and its baseline, and a sentence about their content."""
 SUFFIX = ".spec.yaml"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]*")
 FOLDER = "tuning/pin_folder"
@@ -77,7 +78,7 @@ class PinCard(Card):
         self.name.textChanged.connect(self._show_state)
         self.folder.textChanged.connect(self._show_state)
         trial.changed.connect(self._show_state)
-        self._analysis.answers[Pin].connect(self._hear)
+        self._analysis.answered.connect(self._hear)
         self._analysis.refused.connect(self._hear_refusal)
         self._show_state()
         self._show_result(None)
@@ -111,7 +112,9 @@ class PinCard(Card):
         self._analysis.ask(self._asked)
         self._show_state()
 
-    def _hear(self, pinned: Pinned) -> None:
+    def _hear(self, question: Question, pinned: Pinned) -> None:
+        if not isinstance(question, Pin):
+            return
         self._asked = None
         self.said.say("Written.", "good")
         self._show_result(pinned)
@@ -127,10 +130,10 @@ class PinCard(Card):
         for widget in (self.paths, self.command, self.copy, self._command_label):
             widget.setVisible(pinned is not None)
         if pinned is not None:
-            written = f"{pinned.spec.name} and {pinned.baseline.name} in {pinned.spec.parent}"
-            self.paths.say(written)
-            self.paths.setToolTip(f"{pinned.said}\n{pinned.spec}\n{pinned.baseline}")
-            self.command.setText(regress_command(pinned.spec))
+            spec, baseline, said = pinned
+            self.paths.say(f"{spec.name} and {baseline.name} in {spec.parent}")
+            self.paths.setToolTip(f"{said}\n{spec}\n{baseline}")
+            self.command.setText(regress_command(spec))
             self.command.setCursorPosition(0)
 
     def _show_state(self) -> None:

@@ -510,7 +510,7 @@ class PolesCard(Card):
             self._follower.forget()
             self._end()
 
-    def _hear(self, moved: PoleMoved) -> None:
+    def _hear(self, _: MovePole, moved: PoleMoved) -> None:
         if self._base is None:
             return
         self._propose(moved.gains)

@@ -605,6 +605,7 @@ class ResponseCard(Card):
             for pulse in (False, True)
         }
         self._predicted: Predicted | None = None
+        self._predicted_step: Step | None = None
         self._refusal = self._preparing = ""
         self._ahead = np.empty(0), np.empty(0)
         self._drawn: tuple[object, ...] = ()
@@ -688,9 +689,10 @@ class ResponseCard(Card):
                 history.end(now)
         self._draw(now)
 
-    def show_predicted(self, predicted: Predicted | None) -> None:
-        """Show the response predicted with the proposed gains."""
+    def show_predicted(self, step: Step, predicted: Predicted) -> None:
+        """Show the response to a step that is predicted with the proposed gains."""
         self._predicted, self._refusal, self._preparing = predicted, "", ""
+        self._predicted_step = step
         self._show_prediction()
         self._show_numbers()
 
@@ -813,8 +815,7 @@ class ResponseCard(Card):
     @property
     def _fitting(self) -> Predicted | None:
         """The prediction, if it belongs to the shown step."""
-        found = self._predicted
-        return found if found is not None and found.asked.step == self.step else None
+        return self._predicted if self._predicted_step == self.step else None
 
     def _show_prediction(self) -> None:
         found, part = self._fitting, self.part
@@ -822,7 +823,8 @@ class ResponseCard(Card):
             self.plot.remove_curve(PREDICTED)
             return
         time = found.time + part.begin
-        before = 0.0 if found.asked.step.is_load else part.before
+        loaded = isinstance(find_excited(self._choice.axis), Load)
+        before = 0.0 if loaded else part.before
         self.plot.set_curve(PREDICTED, time, found.response + before, CurveStyle.DASHED, 1)
 
     def _show_uses(self, trace: Trace | None) -> None:

@@ -1,6 +1,6 @@
 """The tuning screen: gains, excitation, response, margins, and further aids."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import Enum
 
 import numpy as np
@@ -9,8 +9,8 @@ from PyQt6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import QLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
 
 from workbench.analysis.questions import Fork, Predict, Question
-from workbench.analysis.replies import Forked
-from workbench.design.branches import Branch
+from workbench.analysis.replies import Predicted, StepNumbers
+from workbench.design.branches import Branch, FlownBranch
 from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.flight_model import FlightModel
@@ -203,7 +203,7 @@ class Ghost(QObject):
         self._again = False
         self._asked: Fork | None = None
         trial.changed.connect(self.follow)
-        analysis.answers[Fork].connect(self._hear)
+        analysis.answered.connect(self._hear)
         analysis.refused.connect(self._hear_refusal)
 
     def set_seen(self, seen: bool) -> None:
@@ -232,10 +232,12 @@ class Ghost(QObject):
         self._asked = Fork(checkpoint, (branch,), AHEAD)
         self._analysis.ask(self._asked)
 
-    def _hear(self, forked: Forked) -> None:
-        if self._asked is None:
+    def _hear(
+        self, question: Question, forked: Sequence[tuple[FlownBranch, StepNumbers | None]]
+    ) -> None:
+        if not isinstance(question, Fork) or self._asked is None:
             return
-        branch = forked.branches[0]
+        branch, _ = forked[0]
         step = self._trial.step
         waited = self._trial.proposed != self._trial.flown
         if branch.name == FUTURE_NAME and step is not None and waited:
@@ -413,7 +415,7 @@ class TuningScreen(Screen):
         self.gains.set_changed.connect(self._judge_set)
         self.trial.changed.connect(self._soon.start)
         self.excitation.chosen.connect(self._plan)
-        self._predictor.answered.connect(self.response.show_predicted)
+        self._predictor.answered.connect(self._show_predicted)
         self._predictor.refused.connect(self.response.refuse_predicted)
         self._predictor.preparing.connect(self.response.show_preparing)
         self.ghost.seen_ahead.connect(self.response.show_ahead)
@@ -435,6 +437,18 @@ class TuningScreen(Screen):
         self.frequency.follow()
         if step is not None:
             self._predictor.ask(Predict(gains, step))
+            self._show_predicted()
+
+    def _show_predicted(
+        self, question: Predict | None = None, predicted: Predicted | None = None
+    ) -> None:
+        """Show the prediction with the present gains if it is known, else the newest one."""
+        gains, step = self.trial.judged, self.trial.excited
+        known = self.workspace.analysis.known(Predict(gains, step)) if step is not None else None
+        if known is not None and step is not None:
+            self.response.show_predicted(step, known)
+        elif question is not None and predicted is not None:
+            self.response.show_predicted(question.step, predicted)
 
     def _judge_set(self) -> None:
         """Evaluate another set of scheduled gains."""

@@ -8,7 +8,6 @@ from PyQt6.QtGui import QPainter, QPaintEvent
 from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
 
 from workbench.analysis.questions import Weigh
-from workbench.analysis.replies import Weighed
 from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.layout import buddy, fill, hbox
@@ -123,7 +122,8 @@ class WeightsCard(Card):
     def __init__(self, workspace: Workspace, trial: Trial) -> None:
         super().__init__("Sensitivity")
         self._trial = trial
-        self._weighed: Weighed | None = None
+        self._weighed: Mapping[str, Mapping[str, float]] | None = None
+        self._asked: Weigh | None = None
         self._follower = Follower(workspace.analysis, Weigh, self)
         self.number = QComboBox()
         offer(self.number, {row.name: row.label for row in STEP_LIMITS})
@@ -141,7 +141,7 @@ class WeightsCard(Card):
     def begin(self) -> None:
         """Clear another vehicle's results."""
         self._follower.forget()
-        self._weighed = None
+        self._weighed = self._asked = None
         self._show()
         self._follow()
 
@@ -151,7 +151,7 @@ class WeightsCard(Card):
         self._say_waiting()
 
     def _follow(self) -> None:
-        if self._weighed is not None and self._weighed.asked.gains != self._trial.judged:
+        if self._asked is not None and self._asked.gains != self._trial.judged:
             self.said.say("Of the gains before; new ones follow …")
         self._rest.start()
 
@@ -167,14 +167,14 @@ class WeightsCard(Card):
         if self._follower.is_waiting:
             self.said.say("Flying a few hundred steps …")
 
-    def _take(self, weighed: Weighed) -> None:
-        self._weighed = weighed
+    def _take(self, asked: Weigh, weighed: Mapping[str, Mapping[str, float]]) -> None:
+        self._asked, self._weighed = asked, weighed
         self.said.say("")
         self._show()
 
     def _show(self) -> None:
         limit = find_limit(self.number.currentData())
-        slopes = self._weighed.slopes.get(limit.name, {}) if self._weighed is not None else {}
+        slopes = self._weighed.get(limit.name, {}) if self._weighed is not None else {}
         self.bars.show_slopes(slopes, limit)
         texts = self.bars.texts
         none = "No gain moves it." if self._weighed is not None else ""

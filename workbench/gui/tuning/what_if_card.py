@@ -60,6 +60,7 @@ class WhatIfCard(Card):
         self._workspace, self._trial = workspace, trial
         self._others = OtherControllers(workspace.flight)
         self._answer: FlownAgain | None = None
+        self._asked: FlyAgain | None = None
         self._refusal = ""
         analysis = workspace.analysis
         self._follower = Follower(analysis, FlyAgain, self)
@@ -113,11 +114,11 @@ class WhatIfCard(Card):
             self._follower.ask(question)
         self._show_state()
 
-    def _take(self, answer: FlownAgain) -> None:
+    def _take(self, asked: FlyAgain, answer: FlownAgain) -> None:
         """Show an answer, and ask for more draws if nothing else is requested."""
-        self._answer, self._refusal = answer, ""
-        more = next((draws for draws in DRAWS if draws > answer.asked.draws), None)
-        wanted = replace(answer.asked, draws=more or 0)
+        self._asked, self._answer, self._refusal = asked, answer, ""
+        more = next((draws for draws in DRAWS if draws > asked.draws), None)
+        wanted = replace(asked, draws=more or 0)
         if more is not None and wanted == self._question(more):
             self._follower.ask(wanted)
         self._draw()
@@ -165,16 +166,16 @@ class WhatIfCard(Card):
         Args:
             same: whether the law that flew also flies it again, with the proposed gains.
         """
-        answer = self._answer
+        answer, asked = self._answer, self._asked
         if self._workspace.log.path is None:
             return NO_LOG, "muted"
         if not self._trial.proposed:
             return NO_MODEL, "warning"
         if self._refusal:
             return f"Not flown again: {self._refusal}", "warning"
-        if answer is None:
+        if answer is None or asked is None:
             return ("Flying it again …" if self._follower.is_waiting else ""), "muted"
-        if answer.asked != self._question(answer.asked.draws):
+        if asked != self._question(asked.draws):
             return "Of what was asked before; the new flight follows …", "muted"
         if answer.logged_vehicle not in ("", answer.vehicle):
             return (
@@ -186,11 +187,11 @@ class WhatIfCard(Card):
         if not answer.stays:
             return "With it the drone would have been lost.", "bad"
         if same:
-            what = gains_text(answer.asked.gains, answer.flown_gains, same="as it flew")
+            what = gains_text(asked.gains, answer.flown_gains, same="as it flew")
         else:
-            law = controller_label(answer.asked.controller) or self._law_name()
+            law = controller_label(asked.controller) or self._law_name()
             what = f"{law} in place of {answer.flown}"
-        said = f"{answer.vehicle} flies {answer.asked.log.name}: {what}"
+        said = f"{answer.vehicle} flies {asked.log.name}: {what}"
         if answer.lost:
             said = f"{answer.lost} of {answer.drawn} uncertain drones would be lost: {what}"
         return said, "warning" if answer.lost else "muted"
