@@ -9,15 +9,12 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
-
-if TYPE_CHECKING:
-    from workbench.plant.vehicle import Vehicle
 
 IDLE_SPEED_SHARE = 0.1
 """Armed rotors turn at this share of their largest speed, and never slower while flying."""
@@ -27,6 +24,26 @@ _UPRIGHT = 1e-9
 """A smaller tilt counts as a rounding error [rad]."""
 _ROUNDS = 60
 """Number of iterations for the direction of lift; each gains a digit or more."""
+
+
+class RotorBody(Protocol):
+    """The attributes of a vehicle that determine the lift of its rotors, see `Vehicle`."""
+
+    @property
+    def mass(self) -> float:
+        """All-up [kg]."""
+
+    @property
+    def rotors(self) -> tuple[Rotor, ...]:
+        """In the order of the description."""
+
+    @property
+    def p_BoBcm_B(self) -> tuple[float, float, float]:
+        """The centre of mass [m]."""
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """About the centre of mass (3, 3) [kg·m²]."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +129,7 @@ class ThrustFrame:
 
 
 @lru_cache(maxsize=64)
-def thrust_frame(vehicle: "Vehicle") -> ThrustFrame:
+def thrust_frame(vehicle: RotorBody) -> ThrustFrame:
     """Return the thrust frame of a vehicle; gains, trims and limits ask for it many times."""
     R_BT = _rotation_of_z_to(lift_direction(vehicle))
     return ThrustFrame(
@@ -130,7 +147,7 @@ def _fixed(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def lift_direction(vehicle: "Vehicle") -> np.ndarray:
+def lift_direction(vehicle: RotorBody) -> np.ndarray:
     """Return the unit vector of the lift of the rotors in B.
 
     Along it a force without moment needs the smallest thrusts. Let F and M be the rows of the
