@@ -139,7 +139,7 @@ def test_it_refuses_what_a_log_cannot_give() -> None:
     for name, bad, said in (
         ("bench", still, "bench log"),
         ("short", flight.cut(slice(0, 4000)), "workbench excite"),
-        ("torn", dataclasses.replace(flight, gyro=flight.gyro * np.nan), "no numbers"),
+        ("torn", dataclasses.replace(flight, gyro=flight.gyro * np.nan), "gyro is not a number"),
     ):
         with pytest.raises(WorkbenchError, match=said):
             identify(vehicle, [dataclasses.replace(bad, name=name)])

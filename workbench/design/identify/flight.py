@@ -144,12 +144,12 @@ def check_finite(flight: Flight) -> None:
     Raises:
         WorkbenchError: with the quantity and the time.
     """
-    named = (("commands", flight.commands), ("gyro", flight.gyro), ("force", flight.force))
+    named = (("command", flight.commands), ("gyro", flight.gyro), ("force", flight.force))
     for what, values in named:
         bad = flight.good & ~np.isfinite(values).all(axis=1)
         if bad.any():
             when = flight.time[np.argmax(bad)]
-            raise WorkbenchError(f"{flight.name}: {what} are not numbers at {when:.3f} s")
+            raise WorkbenchError(f"{flight.name}: {what} is not a number at {when:.3f} s")
 
 
 @dataclass(frozen=True)
