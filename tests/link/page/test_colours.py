@@ -24,7 +24,7 @@ PAIRS = [
 
 
 def themes():
-    text = web.page_files()["style.css"].body.decode()
+    text = web.page_files()["style.css"].decode()
     blocks = [dict(re.findall(r"--([\w-]+): #(\w{6})", each)) for each in text.split(":root")[1:3]]
     return {"light": blocks[0], "dark": blocks[1]}
 

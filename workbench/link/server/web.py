@@ -10,7 +10,6 @@ import hashlib
 import ipaddress
 from collections.abc import Callable, Mapping
 from importlib import resources
-from typing import NamedTuple
 
 from aiohttp import HttpVersion11, WSCloseCode, WSMsgType, web
 
@@ -216,13 +215,6 @@ def _unmasked(payload: bytes, mask: bytes) -> bytes:
     return (int.from_bytes(payload, "little") ^ key).to_bytes(size, "little")
 
 
-class File(NamedTuple):
-    """A file of the page."""
-
-    body: bytes
-    type: str
-
-
 class Page:
     """The server of the page.
 
@@ -297,11 +289,13 @@ class Page:
             return plain(405, "Only GET is answered here.", {"Allow": "GET, HEAD"})
         if name not in self._files:
             return plain(404, "There is nothing here: the page is at /.")
-        file = self._files[name]
         socket = f"{self._scheme.replace('http', 'ws')}://{request.host}"
         policy = {"Content-Security-Policy": POLICY.format(socket=socket)}
         return web.Response(
-            body=file.body, content_type=file.type, charset="utf-8", headers=STRICT | policy
+            body=self._files[name],
+            content_type=TYPES[_suffix(name)],
+            charset="utf-8",
+            headers=STRICT | policy,
         )
 
     async def _join(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
@@ -334,14 +328,16 @@ class Page:
         return plain(403, f"Refused: {said}.")
 
 
-def page_files() -> Mapping[str, File]:
+def page_files() -> Mapping[str, bytes]:
     """Return the files of the page by name; nothing else is served."""
     folder = resources.files("workbench.link") / "page"
     return {
-        file.name: File(file.read_bytes(), TYPES[suffix])
-        for file in folder.iterdir()
-        if (suffix := "." + file.name.rpartition(".")[2]) in TYPES
+        file.name: file.read_bytes() for file in folder.iterdir() if _suffix(file.name) in TYPES
     }
+
+
+def _suffix(name: str) -> str:
+    return "." + name.rpartition(".")[2]
 
 
 def plain(status: int, said: str, more: Mapping[str, str] | None = None) -> web.Response:
