@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -166,16 +165,9 @@ def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks)
     return together(bodies, number(inertial, "mass", total) / total)
 
 
-@dataclass
-class _Strange:
-    """An element that is unknown or not used, how often it occurs, and the first line."""
-
-    kind: RemarkKind
-    file: Path
-    what: str
-    text: str
-    line: int
-    count: int = 0
+_Strange = tuple[RemarkKind, Path, str, str]
+"""Of an element that is unknown or not used: the kind of its remark, its file, what it is, and a
+text."""
 
 
 def note_unknown(sources: Iterable[Node], remarks: Remarks) -> None:
@@ -185,30 +177,32 @@ def note_unknown(sources: Iterable[Node], remarks: Remarks) -> None:
         sources: the `<model>` and `<include>` elements that were read.
         remarks: receives the remarks.
     """
-    found: dict[tuple[Path, str], _Strange] = {}
+    found: dict[_Strange, list[int]] = {}
     seen: set[int] = set()
     for source in sources:
         _collect(source, seen, found)
-    for index, strange in enumerate(found.values()):
+    for index, ((kind, file, what, text), lines) in enumerate(found.items()):
         if index == MOST_REMARKS:
             text = f"not in the SDF schema, or not used ({len(found) - index} kinds)"
-            remarks.add("ignored", strange.file, "further elements", text)
+            remarks.add("ignored", file, "further elements", text)
             break
-        first = f"first in line {strange.line}" if strange.count > 1 else f"line {strange.line}"
-        times = f"{strange.count} times, " if strange.count > 1 else ""
-        remarks.add(strange.kind, strange.file, strange.what, f"{strange.text} ({times}{first})")
+        where = (
+            f"line {lines[0]}"
+            if len(lines) == 1
+            else f"{len(lines)} times, first in line {lines[0]}"
+        )
+        remarks.add(kind, file, what, f"{text} ({where})")
 
 
-def _collect(parent: Node, seen: set[int], found: dict[tuple[Path, str], _Strange]) -> None:
-    """Collect the unknown and unused descendants of an element."""
+def _collect(parent: Node, seen: set[int], found: dict[_Strange, list[int]]) -> None:
+    """Collect the unknown and unused descendants of an element, with their lines."""
     if id(parent.element) in seen:  # of a file included twice
         return
     seen.add(id(parent.element))
     for child in parent.children():
         strange = _strange(parent, child)
         if strange:
-            first = found.setdefault((child.file, strange.what), strange)
-            first.count += 1
+            found.setdefault(strange, []).append(child.element.line)
         elif child.element.tag in _KNOWN:
             _collect(child, seen, found)
 
@@ -236,7 +230,7 @@ def _strange(parent: Node, child: Node) -> _Strange | None:
         text = f"{_UNUSED[over][tag]}; not used"
     elif tag in _KNOWN[over] or ":" in tag:  # the specification allows custom elements
         return None
-    return _Strange(kind, child.file, what, text, child.element.line)
+    return kind, child.file, what, text
 
 
 def _says_something(node: Node) -> bool:
