@@ -4,6 +4,7 @@ import io
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NoReturn
 from xml.parsers import expat
@@ -268,11 +269,10 @@ class _Reader:
 
     def __init__(self, resolver: Resolver) -> None:
         self.found: list[tuple[Part, Array]] = []
-        self._resolver = resolver
         self._nodes = 0
         self._faces = 0
-        self._parts: dict[tuple[int, int], Part | None] = {}
-        self._materials: dict[int, PBRMaterial | None] = {}
+        self._part = cache(self._triangles)
+        self._material = cache(partial(_make_material, resolver=resolver))
 
     def read(self, scene: Any) -> None:
         todo: list[tuple[Any, Array, str]] = [
@@ -304,14 +304,8 @@ class _Reader:
                 raise WorkbenchError(f"it has more than {MOST_FACES} faces")
             self.found.append((replace(part, names=names), T))
 
-    def _part(self, primitive: Any, effect: Any) -> Part | None:
-        """Return the triangles of a primitive with an effect, cached."""
-        key = (id(primitive), id(effect))
-        if key not in self._parts:
-            self._parts[key] = self._triangles(primitive, effect)
-        return self._parts[key]
-
     def _triangles(self, primitive: Any, effect: Any) -> Part | None:
+        """Return the triangles of a primitive with an effect."""
         if isinstance(primitive, collada.polylist.Polylist):
             primitive = primitive.triangleset()
         if not isinstance(primitive, collada.triangleset.TriangleSet):
@@ -343,11 +337,6 @@ class _Reader:
             colors=vertex_colors(255.0 * rest.pop(0)) if colors else None,
             material=material,
         )
-
-    def _material(self, effect: Any) -> PBRMaterial | None:
-        if id(effect) not in self._materials:
-            self._materials[id(effect)] = _make_material(effect, self._resolver)
-        return self._materials[id(effect)]
 
 
 def _make_material(effect: Any, resolver: Resolver) -> PBRMaterial | None:
