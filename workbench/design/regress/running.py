@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -43,13 +42,6 @@ from workbench.scenario.scenario import Scenario
 
 Progress = Callable[[float], None]
 ReadLog = Callable[[Spec, Case], JudgedLog]
-
-
-class Recorded(NamedTuple):
-    """Results without bands, and the text of each baseline file."""
-
-    results: list[CaseResult]
-    files: dict[Path, str]
 
 
 @dataclass(frozen=True)
@@ -187,7 +179,7 @@ def record(
     executor: Executor | None = None,
     progress: Progress | None = None,
     read_log: ReadLog | None = None,
-) -> Recorded:
+) -> tuple[list[CaseResult], dict[Path, str]]:
     """Fly the cases of specs for their baselines, and judge their limits.
 
     Args:
@@ -197,6 +189,9 @@ def record(
         executor: runs the flights instead, such as on a cluster.
         progress: called with the share done, 0 .. 1.
         read_log: as for `regress`.
+
+    Returns:
+        Results without bands, and the text of each baseline file.
 
     Raises:
         WorkbenchError: if a spec is invalid or its vehicle cannot be built.
@@ -208,7 +203,7 @@ def record(
     files: dict[Path, str] = {}
     for job, each in zip(jobs, results, strict=True):
         files |= baseline_files(job, each)
-    return Recorded(results, files)
+    return results, files
 
 
 def local(processes: int) -> Executor:
