@@ -1,6 +1,7 @@
 """Translate gains of one law to another, with inexact parts and differences of the loops."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -144,8 +145,8 @@ def meaning(
     for row in form.rows:
         physical = values[row.name] * _by_parameters(row, values) * _effect(row, by)
         found[row.axis][row.part] = physical
-    moves = {axis: _move(found[axis]) for axis in MOVES}
-    turns = {axis: _turn(found[axis]) for axis in TURNS}
+    moves = {axis: Move(**_plain(found[axis], "speed", "place", "pull")) for axis in MOVES}
+    turns = {axis: Turn(**_plain(found[axis], "rate", "angle", "stiffness")) for axis in TURNS}
     if form.slope_of_error:
         turns = {axis: turn.of_rate() for axis, turn in turns.items()}
     parts: Meaning = {**moves, **turns}
@@ -316,24 +317,14 @@ def _effect(row: Row, by: Mapping[str, float]) -> float:
     return by["z"] if row.axis == "z" and not row.part.startswith("place") else 1.0
 
 
-def _turn(parts: Mapping[str, float]) -> Turn:
-    """Return a turn, also of a law that states what it is stiff by."""
-    plain: Any = {name: value for name, value in parts.items() if not name.startswith("stiff")}
-    rate = parts.get("rate", 0.0)
-    if rate > 0.0 and "stiffness" in parts:
-        plain["angle"] = parts["stiffness"] / rate
-        plain["angle_integral"] = parts.get("stiffness_integral", 0.0) / rate
-    return Turn(**plain)
-
-
-def _move(parts: Mapping[str, float]) -> Move:
-    """Return a move, also of a law that states what it pulls by."""
-    plain: Any = {name: value for name, value in parts.items() if not name.startswith("pull")}
-    speed = parts.get("speed", 0.0)
-    if speed > 0.0 and "pull" in parts:
-        plain["place"] = parts["pull"] / speed
-        plain["place_integral"] = parts.get("pull_integral", 0.0) / speed
-    return Move(**plain)
+def _plain(parts: Mapping[str, float], inner: str, outer: str, product: str) -> Any:
+    """Return parts of a `Turn` or `Move`, also of a law that states the product of two loops."""
+    plain = {name: value for name, value in parts.items() if not name.startswith(product)}
+    gain = parts.get(inner, 0.0)
+    if gain > 0.0 and product in parts:
+        plain[outer] = parts[product] / gain
+        plain[f"{outer}_integral"] = parts.get(f"{product}_integral", 0.0) / gain
+    return plain
 
 
 def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) -> Any:
@@ -411,23 +402,15 @@ def differences(
     ]
     margins = [response_margins(each) for each in loops]
     for k, (channel, _) in enumerate(CHANNELS):
-        crossover = margins[0][k].crossover
-        if not np.isfinite(crossover):
-            found.append(Difference(channel, crossover, margins[1][k].crossover, np.nan, np.nan))
-            continue
-        grid = np.geomspace(crossover / BELOW, crossover, COUNT)
-        one, other = (each.at(grid)[k] for each in loops)
-        apart = np.abs(other / one - 1.0)
-        worst = int(np.argmax(apart))
-        found.append(
-            Difference(
-                channel,
-                crossover,
-                margins[1][k].crossover,
-                float(apart[worst]),
-                float(grid[worst]),
-            )
-        )
+        crossover, other = (each[k].crossover for each in margins)
+        largest = at = math.nan
+        if math.isfinite(crossover):
+            grid = np.geomspace(crossover / BELOW, crossover, COUNT)
+            one, two = (each.at(grid)[k] for each in loops)
+            apart = np.abs(two / one - 1.0)
+            worst = int(np.argmax(apart))
+            largest, at = float(apart[worst]), float(grid[worst])
+        found.append(Difference(channel, crossover, other, largest, at))
     return tuple(found)
 
 
