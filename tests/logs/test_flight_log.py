@@ -21,6 +21,7 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk, MessageIndex
 from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC
 from mcap_ros2.decoder import DecoderFactory
 
 from workbench.common.errors import WorkbenchError
@@ -333,7 +334,7 @@ def test_a_writer_that_fails_at_its_start_says_where(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(mcap_writer.McapWriter, "attach", full)
+    monkeypatch.setattr(mcap_writer.McapWriter, "add_attachment", full)
     with pytest.raises(WorkbenchError, match=r"a\.mcap: cannot be written: No space left"):
         FlightLog(tmp_path / "a.mcap", (), Scenario(), {}, {}, "x")
 
@@ -355,7 +356,7 @@ def test_a_log_whose_file_is_gone_is_told_and_the_flight_goes_on(tmp_path, monke
     assert "moved or deleted" in flight.said
     assert not path.exists()
     if moved:
-        assert other.read_bytes().endswith(mcap_writer.MAGIC)
+        assert other.read_bytes().endswith(MCAP0_MAGIC)
         assert read_log(other).scenario().duration == 1.0
 
 

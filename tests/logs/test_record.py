@@ -5,10 +5,9 @@ import random
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from mcap.writer import Writer
+from mcap.writer import MCAP0_MAGIC, Writer
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.mcap_writer import MAGIC
 from workbench.logs.record import LogRecord, read_log
 
 
@@ -152,9 +151,9 @@ def test_damage_is_told(log, read):
     [
         (b"", "is empty"),
         (b"t,v\n1,2\n", "is not an MCAP file"),
-        (MAGIC, "nothing can be read"),
-        (MAGIC + bytes(200), "nothing can be read"),
-        (MAGIC + b"\xff" * 200, "nothing can be read"),
+        (MCAP0_MAGIC, "nothing can be read"),
+        (MCAP0_MAGIC + bytes(200), "nothing can be read"),
+        (MCAP0_MAGIC + b"\xff" * 200, "nothing can be read"),
     ],
 )
 def test_what_is_no_log_is_refused(read, data, said):

@@ -6,8 +6,12 @@ import struct
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import MCAP0_MAGIC
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
@@ -37,7 +41,7 @@ from workbench.logs.contents import (
     scenario_text,
     versions,
 )
-from workbench.logs.mcap_writer import MAGIC, McapWriter
+from workbench.logs.mcap_writer import McapWriter
 from workbench.scenario.scenario import Action, Scenario, flown_controller
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -160,7 +164,8 @@ class FlightLog:
 
     def _attach_law(self, law: Controller) -> None:
         try:
-            self._writer.attach(law_name(law), LAW_TYPE, law.text.encode(), time.time_ns())
+            now = time.time_ns()
+            self._writer.add_attachment(now, now, law_name(law), LAW_TYPE, law.text.encode())
         except _FAILURES as error:
             self._end(error)
 
@@ -202,25 +207,28 @@ class FlightLog:
         writer.add_metadata(SETTINGS, {name: repr(value) for name, value in settings.items()})
         whose = {"name": law.name, "file": str(law.file), "sha256": law.digest}
         writer.add_metadata(CONTROLLER, whose)
-        writer.attach(LAW, LAW_TYPE, law.text.encode(), now)
+        attach = partial(writer.add_attachment, now, now)
+        attach(LAW, LAW_TYPE, law.text.encode())
         if law.estimator:
             own = law.estimator
             whose = {"name": own.name, "file": str(own.file), "sha256": own.digest}
             writer.add_metadata(ESTIMATOR, whose)
-            writer.attach(ESTIMATOR_TEXT, LAW_TYPE, own.text.encode(), now)
-        writer.attach(SCENARIO, "application/yaml", scenario_text(scenario).encode(), now)
-        writer.attach(
-            GAINS, "application/yaml", gains_text(vehicle, values, law.name).encode(), now
-        )
+            attach(ESTIMATOR_TEXT, LAW_TYPE, own.text.encode())
+        attach(SCENARIO, "application/yaml", scenario_text(scenario).encode())
+        attach(GAINS, "application/yaml", gains_text(vehicle, values, law.name).encode())
         definitions = json.dumps([topic.definition() for topic in topics], indent=1)
-        writer.attach(TOPICS, "application/json", definitions.encode(), now)
+        attach(TOPICS, "application/json", definitions.encode())
         schemas: dict[str, int] = {}
 
         def add(channel: Channel) -> int:
             if channel.type not in schemas:
-                text = schema_text(channel.type)
-                schemas[channel.type] = writer.add_schema(channel.type, text)
-            return writer.add_channel(channel.topic, schemas[channel.type], {})
+                text = schema_text(channel.type).encode()
+                schemas[channel.type] = writer.register_schema(
+                    channel.type, SchemaEncoding.ROS2, text
+                )
+            return writer.register_channel(
+                channel.topic, MessageEncoding.CDR, schemas[channel.type]
+            )
 
         self._state_channel, self._action_channel = add(STATE), add(ACTIONS)
         self._topics = {
@@ -300,10 +308,10 @@ def _refuse_others(path: Path) -> None:
             what = "a folder" if path.is_dir() else "not a plain file"
             raise WorkbenchError(f"{path}: is {what}: give the log a file of its own")
         with path.open("rb") as file:
-            head = file.read(len(MAGIC))
+            head = file.read(len(MCAP0_MAGIC))
     except OSError as error:
         raise _not_written(path, error) from error
-    if not MAGIC.startswith(head):
+    if not MCAP0_MAGIC.startswith(head):
         raise WorkbenchError(f"{path}: is not a log, and is not overwritten: name another file")
 
 

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.writer import MCAP0_MAGIC
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError, run_limited, serve
 from workbench.logs.flight_record import FlightRecord
 from workbench.logs.imported import flight_record, log_of
-from workbench.logs.mcap_writer import MAGIC as MCAP
 from workbench.logs.readers import (
     blackbox,
     crazyflie_usd,
@@ -68,7 +68,7 @@ def read_flight(
     if mapping is not None:
         return read_csv(path, mapping)
     head = read_head(path, max(len(nanobench.HEAD), len(states_csv.HEAD)))
-    if head.startswith(MCAP) or path.suffix == ".mcap":
+    if head.startswith(MCAP0_MAGIC) or path.suffix == ".mcap":
         return flight_record(read_log(path, progress))
     if head.startswith(nanobench.HEAD):
         return nanobench.read_nanobench(path)
@@ -102,7 +102,9 @@ def open_log(
     Raises:
         WorkbenchError: as `read_flight`.
     """
-    if mapping is None and (path.suffix == ".mcap" or read_head(path, len(MCAP)).startswith(MCAP)):
+    if mapping is None and (
+        path.suffix == ".mcap" or read_head(path, len(MCAP0_MAGIC)).startswith(MCAP0_MAGIC)
+    ):
         return read_log(path, progress)
     return log_of(read_flight(path, mapping))
 

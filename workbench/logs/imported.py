@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros_messages.cdr import ENCAPSULATION
@@ -57,11 +58,12 @@ def write_flight(flight: FlightRecord, path: Path) -> None:
     writer = McapWriter(path, f"workbench {found['workbench']}")
     try:
         writer.add_metadata(VERSIONS, found)
-        writer.attach(IMPORTED, "application/json", _about(flight).encode(), 0)
-        channels = [
-            (writer.add_channel(topic.name, writer.add_schema(topic.type, topic.schema), {}), topic)
-            for topic in topics
-        ]
+        writer.add_attachment(0, 0, IMPORTED, "application/json", _about(flight).encode())
+        channels = []
+        for topic in topics:
+            schema = writer.register_schema(topic.type, SchemaEncoding.ROS2, topic.schema.encode())
+            number = writer.register_channel(topic.name, MessageEncoding.CDR, schema)
+            channels.append((number, topic))
         rows = [
             (t_ns, channel, message)
             for channel, topic in channels

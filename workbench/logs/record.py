@@ -19,6 +19,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+from mcap.writer import MCAP0_MAGIC
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain
@@ -42,7 +43,6 @@ from workbench.logs.contents import (
     read_scenario,
 )
 from workbench.logs.flight_record import Signal
-from workbench.logs.mcap_writer import MAGIC
 from workbench.logs.series import LoggedTopic
 from workbench.scenario.scenario import Action, Scenario
 
@@ -98,10 +98,9 @@ def read_mcap(data: bytes, progress: Callable[[float], None] | None = None) -> M
         progress: called with the share done, 0 .. 1.
     """
     found = McapContents()
-    for opcode, begin, end in _records(data, len(MAGIC)):
-        if opcode in (Opcode.DATA_END, Opcode.FOOTER):
-            found.closed = True
-            break
+    for opcode, begin, end in _records(data, len(MCAP0_MAGIC)):
+        if opcode == Opcode.DATA_END:
+            found.closed = True  # its summary repeats schemas and channels of a damaged chunk
         try:
             _take(found, opcode, data[begin:end])
         except _BROKEN:
@@ -356,7 +355,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
     data = read_plain(path, _MEMORY // 2)
     if not data:
         raise WorkbenchError(f"{path}: is empty: the flight ended before anything was written")
-    if not data.startswith(MAGIC):
+    if not data.startswith(MCAP0_MAGIC):
         raise WorkbenchError(f"{path}: is not an MCAP file: name a log that the workbench wrote")
     found = read_mcap(data, progress)
     topics = _topics(found)
