@@ -361,7 +361,7 @@ TARGETS = (
         lambda figures: max(each["slot_99"] for each in _shown(figures)),
     ),
     Target(
-        "delay of a moved gain beyond a control period, 99th percentile, ms",
+        "time until the flight has a moved gain, 99th percentile, ms",
         20,
         False,
         lambda figures: figures["app"]["gains"][0]["effect_99"],

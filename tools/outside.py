@@ -16,7 +16,8 @@ Numbers are compared exactly where Drake, Python, NumPy and the processor are th
 recording. Elsewhere rounding differs: a case's `tolerance` is the relative difference allowed then,
 texts are compared without their numbers, and arrays by the values kept of them.
 
-Exit code 0: all is as recorded. 1: something differs. 2: a name is no case, or nothing is recorded.
+Exit code 0: all is as recorded. 1: something differs. 2: a name is not a case, or nothing is
+recorded.
 """
 
 import argparse
@@ -534,7 +535,7 @@ def compare(case: Case, was: dict[str, Any], now: dict[str, Any]) -> list[Differ
     before, after = ({line["line"]: line for line in each["lines"]} for each in (was, now))
     for name, line in before.items():
         if name not in after:
-            found.append(Difference("removed", name, "the line is no more in the table"))
+            found.append(Difference("removed", name, "the line is no longer in the table"))
         else:
             found += _differences(line, after[name], name, rules)
     found += [Difference("added", name, "a new line") for name in after.keys() - before.keys()]
@@ -766,7 +767,7 @@ def main() -> int:
     try:
         for name in options.cases:
             if name not in cases():
-                raise OutsideError(f"{name} is no case: known are {', '.join(cases())}")
+                raise OutsideError(f"{name} is not a case: known are {', '.join(cases())}")
         chosen = [cases()[name] for name in options.cases or cases()]
         if options.list:
             for case in chosen:

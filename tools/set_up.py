@@ -152,7 +152,7 @@ def _found(versions):
 
 
 def _probe(path):
-    """Return what a program says of itself, None if it is no Python that runs.
+    """Return what a program says about itself, None if it is not a Python that runs.
 
     pyenv's shims, for one, run only for the versions that are switched on.
     """

@@ -85,7 +85,7 @@ def test_all_is_well_with_the_shipped_gains(answer):
 def test_an_unstable_loop_is_named(answer):
     judged = answer(Judge({"kp_roll": 2500.0, "kd_roll": 0.5}))
     assert not judged.stable
-    assert judged.said == "unstable: a swing grows through roll"
+    assert judged.said == "unstable: a mode grows through roll"
     assert judged.poles.real.max() > 1.0
     assert not any(each.stable for each in judged.loops)
     assert [each.name for each in judged.loops if each.growing] == ["roll"]

@@ -67,5 +67,5 @@ def test_what_makes_no_map_is_refused(answer, x, y, metric, said):
 
 
 def test_a_long_step_is_refused_as_margins_would_have_to_wait_for_it(answer):
-    with pytest.raises(WorkbenchError, match="too long to be shown at once: give it 10 s at most"):
+    with pytest.raises(WorkbenchError, match="too long to predict: give it 10 s at most"):
         answer(DrawMap({}, "kp_roll", "kd_roll", "overshoot", Step("y", 1.0, 11.0)))

@@ -85,7 +85,7 @@ def test_a_drone_that_is_lost_is_said_to_be(answer):
         (Step("x", 0.0, 1.0), "the amplitude is 0"),
         (Step("x", float("nan"), 1.0), "the amplitude is nan"),
         (Step("x", 1.0, 0.0), "a step cannot be measured in 0 s"),
-        (Step("x", 1.0, 100.0), "is too long to be shown at once"),
+        (Step("x", 1.0, 100.0), "is too long to predict"),
     ],
 )
 def test_what_makes_no_step_is_refused(answer, step, said):

@@ -278,6 +278,6 @@ def test_the_answer_says_what_is_held_and_settings_count(answer, tmp_path):
     assert spec == path
     assert baseline == Path(tmp_path / "b.baseline")
     assert baseline.is_dir()
-    assert said == "8 numbers and 2 curves of a step along x are held to what they are now"
+    assert said == "8 numbers and 2 curves of a step along x are pinned to the present values"
     kept = load_gains(tmp_path / "b.gains.yaml").gains
     assert (kept["kp_pitch"], kept["kd_pitch"]) == (200.0, 25.0)

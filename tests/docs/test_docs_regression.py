@@ -74,7 +74,7 @@ def test_the_spec_of_a_log_holds(tmp_path, monkeypatch, capsys):
         assert main(shlex.split(line)[1:]) == 0, line
     said = capsys.readouterr().out
     assert "roll doublets of Monday: skipped: saturation: " in said
-    assert "held to what they are now: " in said
+    assert "pinned to the present values: " in said
 
 
 def test_the_python_runs(capsys):

@@ -80,7 +80,7 @@ def test_it_leaves_the_drone_to_whoever_else_flies(pilot, orders, told, mode, pl
     pilot.show(FlightMode.HOVERING, 50.0, place)
     assert len(orders) == 2
     assert [notice.what for notice in told] == [
-        f"the demo has ended, as {why}; a reset begins it again"
+        f"the demo has ended, because {why}; a reset starts it again"
     ]
 
 

@@ -205,5 +205,5 @@ def test_a_gap_in_what_was_published_is_told_once(workspace, told):
         live.missed = missed
         workspace.flight._look()
     assert [each.what for each in told] == [
-        "The window stood still for so long that the charts have a gap."
+        "The window was busy for so long that the charts have a gap."
     ]

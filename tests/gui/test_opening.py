@@ -122,7 +122,7 @@ def test_a_file_that_cannot_be_flown_ends_nothing(user, window, tmp_path):
     user.drop(bad)
     user.answer(discard)
     user.hears("bad.urdf")
-    assert "The present flight goes on" in user.told[-1].remedy
+    assert "The present flight continues" in user.told[-1].remedy
     user.flies_on()
     assert gains.kept[GAIN] == gains.flown[GAIN] == value
     user.press(Qt.Key.Key_R, CONTROL)

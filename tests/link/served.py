@@ -187,7 +187,7 @@ class Client:
 
     Args:
         served: the flight that it connects to.
-        name: what it calls itself.
+        name: its own name.
     """
 
     def __init__(self, served: Served, name: str = "") -> None:

@@ -519,7 +519,7 @@ def test_an_excitation_ends_when_the_drone_swings_at_a_step_that_no_pace_moves(g
         bench.excite(Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True))
         bench.fly(3.0 / speed)
         assert bench.shown.exciting is None
-        assert "the drone swings" in bench.shown.excitation_ended
+        assert "the drone oscillates" in bench.shown.excitation_ended
         flown.append(bench.done)
     assert flown[0] == flown[1]
     assert flown[0][-1].velocity == [0.0, 0.0, 0.0]
@@ -734,7 +734,7 @@ def test_a_drone_that_swings_ends_its_measurement():
     bench = Bench()
     bench.obey(Order(Do.MEASURE, (Injection("roll_acceleration", 500.0, 3.0, 60.0, 3), False)))
     bench.fly(3.0)
-    assert "swings" in bench.shown.excitation_ended
+    assert "oscillates" in bench.shown.excitation_ended
     assert bench.session.injecting is None
 
 
@@ -777,8 +777,8 @@ def test_a_swing_is_told_once_with_its_loop_and_frequency(case):
     ):
         with case(loop):
             told, bench = nudged(gains, 2.6)
-            (alarm,) = [each for each in told if "swings" in each]
-            assert f"swings through {loop}, at " in alarm
+            (alarm,) = [each for each in told if "oscillates" in each]
+            assert f"oscillates in the loop {loop}, at " in alarm
             assert f"give {loop} more phase margin" in alarm
             flown = bench.session.recording().between(bench.session.time - 2.3, np.inf)
             rate = flown.w_WB[:, axis]
@@ -806,7 +806,7 @@ def test_a_slow_swing_is_told_with_the_velocity_or_position_loop(case):
                 if told:
                     break
             (alarm,) = told
-            assert f"swings through {loop}, at 0." in alarm
+            assert f"oscillates in the loop {loop}, at 0." in alarm
             assert f"give {loop} more phase margin" in alarm
             flown = bench.session.recording().between(bench.session.time - 6.0, np.inf)
             speed = flown.v_WB[:, 0]

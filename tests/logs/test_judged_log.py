@@ -313,7 +313,7 @@ def test_a_log_is_pinned_and_another_one_noticed(run, capsys, tmp_path, monkeypa
     assert main([*words]) == 0
     said, told = capsys.readouterr()
     assert "workbench: pinning and proving flight.csv: 0 %" in told
-    assert "held to what they are now" in said and "left out: peak_tilt" in said
+    assert "pinned to the present values" in said and "left out: peak_tilt" in said
     assert "exists already" in run(*words, code=2)
     gone = run("pin", "new.spec.yaml", "--log", "gone.csv", code=2)
     assert "gone.csv: no such file" in gone and "new.spec.yaml" not in gone

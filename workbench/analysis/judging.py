@@ -237,10 +237,8 @@ def _turned(
 def _said(steered: tuple[str, ...], held: tuple[str, ...]) -> str:
     """Return a sentence about what is unstable, "" if all is stable."""
     if steered:
-        return f"unstable: a swing grows through {_listed(steered)}"
-    return (
-        f"holding the position is unstable: a swing grows through {_listed(held)}" if held else ""
-    )
+        return f"unstable: a mode grows through {_listed(steered)}"
+    return f"holding the position is unstable: a mode grows through {_listed(held)}" if held else ""
 
 
 def _listed(names: tuple[str, ...]) -> str:
@@ -382,16 +380,18 @@ def _pole_said(subject: Subject, question: MovePole, found: Placed) -> str:
     law = subject.table.controller
     model = subject.model({**subject.gains(question.gains), **found.gains})
     if found.unmoved:
-        return f"No gain of {name} moves this pole: it is of {_holder(law, model, found.pole)}."
+        return (
+            f"No gain of {name} moves this pole: it belongs to {_holder(law, model, found.pole)}."
+        )
     if found.limit:
         row = subject.table.find(found.limit)
         at_least = abs(found.gains[row.name] - row.minimum) < 1e-6 * row.maximum
         end = "smallest" if at_least else "largest"
-        return f"As near as it goes: {row.name} is at its {end} value."
+        return f"The nearest possible: {row.name} is at its {end} value."
     if len(law.loop(question.loop).gains) == 1:
-        return f"As near as it goes: {name} has one gain, which moves it along one line."
+        return f"The nearest possible: {name} has one gain, which moves it along one line."
     holder = _holder(law, model, found.pole)
-    return f"As near as the gains of {name} bring it: it is of {holder}, too."
+    return f"The nearest that the gains of {name} can reach: the pole also belongs to {holder}."
 
 
 def _holder(law: Controller, model: LinearModel, pole: complex) -> str:
@@ -401,6 +401,6 @@ def _holder(law: Controller, model: LinearModel, pole: complex) -> str:
     for name, share in zip(model.state_names, state_shares(model, pole), strict=True):
         words = next((each for begins, each in HOLDERS if name.startswith(begins)), "another loop")
         if name in remembered:
-            words = "what the law remembers"
+            words = "the memory of the law"
         shares[words] = shares.get(words, 0.0) + share
     return max(shares, key=lambda words: shares[words])

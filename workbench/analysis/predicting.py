@@ -131,8 +131,7 @@ def check_short(step: Step, longest: float = LONGEST) -> None:
     check_duration(step.duration)
     if step.duration > longest:
         raise WorkbenchError(
-            f"a step of {step.duration:g} s is too long to be shown at once: give it {longest:g} s "
-            "at most"
+            f"a step of {step.duration:g} s is too long to predict: give it {longest:g} s at most"
         )
 
 

@@ -30,8 +30,8 @@ def pin(subject: Subject, question: Pin, work: Work) -> Working:
     loops = f" and the margins of {found.loops} loops" if found.loops else ""
     what = step.axis if step.is_load else f"along {step.axis}"
     said = (
-        f"{found.limits} numbers and {found.curves} curves of a step {what}{loops} are "
-        "held to what they are now"
+        f"{found.limits} numbers and {found.curves} curves of a step {what}{loops} are pinned to "
+        "the present values"
     )
     yield found.spec, found.baseline, said
 
@@ -95,7 +95,7 @@ def _said(found: Tuning) -> tuple[str, ...]:
     if worst is not None:
         value = shown(worst.required.wish.metric, worst.after)
         name = worst.required.wish.name
-        said.append(f"the worst neighbour has {name} {value}: {worst.required.case}")
+        said.append(f"the worst vehicle near it has {name} {value}: {worst.required.case}")
     for result in found.guarded:
         if result.after < result.before:
             metric = result.required.wish.metric
@@ -109,6 +109,6 @@ def _shortest(found: Tuning) -> str:
     short = min(found.results, key=lambda result: result.reserve)
     value = shown(short.required.wish.metric, short.after)
     if short.met:
-        return "all wishes are met by the quick flights alone"
+        return "all wishes are met, but only in the quick flights"
     early = "stopped early; so far " if found.stopped else ""
     return f"{early}no gains that meet all wishes were found: {short.required} has {value}"

@@ -273,7 +273,7 @@ def run_pin(args: argparse.Namespace) -> int:
         )
     loops = f", margins of {pinned.loops} loops" if pinned.loops else ""
     said = [
-        f"held to what they are now: {pinned.limits} numbers and {pinned.curves} curves of a "
+        f"pinned to the present values: {pinned.limits} numbers and {pinned.curves} curves of a "
         f"step {args.load or f'along {axis}'}{loops}"
     ]
     if args.gains:
@@ -314,7 +314,7 @@ def _pin_log(args: argparse.Namespace) -> int:
     failures = [said for each in results for said in each.failures]
     if failures:
         raise WorkbenchError(f"{pinned.spec}: what was pinned fails: {failures[0]}")
-    said = [f"held to what they are now: {pinned.limits} numbers of {args.log}"]
+    said = [f"pinned to the present values: {pinned.limits} numbers of {args.log}"]
     if not args.model:
         said.append(f"the drone is taken to be a {vehicle.model}: give --model if another one flew")
     said += [f"left out: {name}: {reason}" for name, reason in pinned.left_out.items()]

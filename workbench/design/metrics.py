@@ -83,7 +83,7 @@ METRICS = (
     Metric("peak_rotor_use", STEP, "1", "largest share of a speed limit", -1, _TINY, 1.0, 0.01),
     Metric("phase_margin", LOOP, "rad", "at the actuator", 1, 0.0, math.pi, 0.01),
     Metric("gain_margin", LOOP, "1", "factor upwards", 1, 1.0, 1e6, 0.01),
-    Metric("delay_margin", LOOP, "s", "further delay that is borne", 1, 0.0, 60.0, 1e-4),
+    Metric("delay_margin", LOOP, "s", "further delay to instability", 1, 0.0, 60.0, 1e-4),
     Metric("disk_margin", LOOP, "1", "of gain and phase together", 1, 0.0, 2.0, 0.01),
     Metric("peak_sensitivity", LOOP, "1", "largest |1 / (1 + L)|", -1, 1.0, 1e6, 0.01),
     Metric("bandwidth", LOOP, "rad/s", "of the closed loop", 1, _TINY, 1e4, 0.01),

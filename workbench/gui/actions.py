@@ -116,7 +116,7 @@ ACTIONS: tuple[ActionRow, ...] = (
             f"controller_{name}",
             FILE,
             name,
-            f"Begin another flight with {name}, a program of its own that runs the law.",
+            f"Start another flight with {name}, a separate program that runs the law.",
             submenu=CONTROLLER_MENU,
         )
         for name in PROGRAMS
@@ -125,7 +125,7 @@ ACTIONS: tuple[ActionRow, ...] = (
         "open_controller",
         FILE,
         "&Your own...",
-        "Let a control law of your own take over in flight: a file of Python, whose code runs.",
+        "Let a control law of your own take over in flight: a Python file, whose code runs.",
         submenu=CONTROLLER_MENU,
     ),
     ActionRow("open_log", FILE, "Open &log...", "Show a recorded flight.", "Ctrl+L"),
@@ -133,7 +133,7 @@ ACTIONS: tuple[ActionRow, ...] = (
         "record",
         FILE,
         "&Record",
-        "Write all that happens to a log (MCAP), or end that.",
+        "Start or stop writing a log (MCAP).",
         "Ctrl+Shift+R",
         "record",
         checkable=True,
@@ -151,7 +151,7 @@ ACTIONS: tuple[ActionRow, ...] = (
     ActionRow("arm", FLIGHT, "&Arm", "Let the rotors idle.", "F5", "arm"),
     ActionRow("take_off", FLIGHT, "&Take off", "Climb to 1.5 m and hover.", "F6", "take_off"),
     ActionRow(
-        "hold", FLIGHT, "&Hold", "Brake and stay where it is; ends whatever is flown.", "F7", "hold"
+        "hold", FLIGHT, "&Hold", "Brake and hold the position; ends any manoeuvre.", "F7", "hold"
     ),
     ActionRow("land", FLIGHT, "&Land", "Come down and switch the rotors off.", "F8", "land"),
     ActionRow(
@@ -167,18 +167,20 @@ ACTIONS: tuple[ActionRow, ...] = (
         "pause",
         FLIGHT,
         "&Pause",
-        "Let simulated time stand, or go on.",
+        "Pause or resume simulated time.",
         "F9",
         "pause",
         checkable=True,
         after_line=True,
     ),
-    ActionRow("step", FLIGHT, "Si&ngle step", "In a pause, fly one control period.", "F10", "step"),
+    ActionRow(
+        "step", FLIGHT, "Si&ngle step", "While paused, fly one control period.", "F10", "step"
+    ),
     ActionRow(
         "reset",
         FLIGHT,
         "&Reset",
-        "Begin the flight again, with the gains it was built with.",
+        "Start the flight again, with its first gains.",
         "Ctrl+R",
         "reset",
     ),
@@ -219,7 +221,7 @@ ACTIONS: tuple[ActionRow, ...] = (
         "browse_3d",
         VIEW,
         "3-D view in the br&owser",
-        "Open the page that draws the flight in the browser.",
+        "Open the 3-D view in the browser.",
         "Ctrl+Shift+0",
     ),
     *(
@@ -229,19 +231,19 @@ ACTIONS: tuple[ActionRow, ...] = (
                 "follow",
                 "&Follow",
                 "Follow",
-                "See the drone from behind, wherever it turns.",
+                "Show the drone from behind, as it turns.",
                 "Ctrl+7",
             ),
-            ("top", "&Top", "Top", "See the drone from above, north up.", "Ctrl+8"),
-            ("side", "&Side", "Side", "See the drone from the south, height up.", "Ctrl+Shift+8"),
+            ("top", "&Top", "Top", "Show the drone from above, north up.", "Ctrl+8"),
+            ("side", "&Side", "Side", "Show the drone from the south, height up.", "Ctrl+Shift+8"),
             (
                 "free",
                 "Fr&ee",
                 "Free",
-                "Leave the camera where it is, wherever the drone goes.",
+                "Keep the camera still while the drone moves.",
                 "Ctrl+Shift+7",
             ),
-            ("reset", "&Reset view", "Reset", "See the drone as at the start.", "Ctrl+Shift+9"),
+            ("reset", "&Reset view", "Reset", "Show the drone as at the start.", "Ctrl+Shift+9"),
         )
     ),
     ActionRow(
@@ -265,18 +267,18 @@ ACTIONS: tuple[ActionRow, ...] = (
         "lidar_3d",
         VIEW,
         "Lidar &points",
-        "Show what the lidar has met in the 3-D view, or hide it.",
+        "Show the lidar's points in the 3-D view, or hide them.",
         checkable=True,
         submenu=CAMERA_MENU,
     ),
-    ActionRow("dismiss", VIEW, "&Dismiss notice", "Take the banner's notice away.", "Ctrl+Shift+D"),
+    ActionRow("dismiss", VIEW, "&Dismiss notice", "Dismiss the banner's notice.", "Ctrl+Shift+D"),
     ActionRow("full_screen", VIEW, "&Full screen", "Fill the screen.", "F11", checkable=True),
     *(
         ActionRow(
             f"theme_{theme}",
             VIEW,
             f"&{theme.capitalize()}",
-            "Colours as the desktop has them." if theme == "system" else f"{theme} colours.",
+            "Colours of the desktop." if theme == "system" else f"{theme} colours.",
             checkable=True,
             submenu=THEME_MENU,
         )
@@ -291,7 +293,7 @@ ACTIONS: tuple[ActionRow, ...] = (
         "Shift+F1",
     ),
     ActionRow("keys", HELP, "&Keys", "All shortcuts on one page.", "F1"),
-    ActionRow("about", HELP, "&About", "What this is, and its licence."),
+    ActionRow("about", HELP, "&About", "About the app, and its licence."),
 )
 
 

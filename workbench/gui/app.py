@@ -38,7 +38,7 @@ SETTLING = 0.2
 ORGANISATION, NAME = "drake-drone-workbench", "workbench"
 BEAT = 200
 """Period between checks for Ctrl-C in the terminal [ms]."""
-REMEDY = "The window goes on. Reset the flight (Ctrl+R) if it looks wrong; copy the details."
+REMEDY = "The app continues. Reset the flight (Ctrl+R) if it looks wrong; copy the details."
 LONGEST_WORDS = 200
 """Largest length of an exception's message in the banner [characters]."""
 
@@ -171,7 +171,7 @@ class DemoPilot(QObject):
 
     def _end(self, why: str) -> None:
         self._over = True
-        self._notices.inform(f"the demo has ended, as {why}; a reset begins it again")
+        self._notices.inform(f"the demo has ended, because {why}; a reset starts it again")
 
 
 def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: bool = False) -> int:

@@ -262,13 +262,16 @@ STAGES = (
     ),
     (
         "Move a gain",
-        "Drag the slider of Velocity x Kp. Margins and the predicted step follow; what would make "
-        "a loop unstable does not fly.",
+        "Drag the slider of Velocity x Kp. Margins and the predicted step follow; a gain that "
+        "would make a loop unstable does not fly.",
     ),
-    ("Keep it", "Press Keep (Ctrl+K). Revert (Ctrl+Shift+K) goes back to what was kept last."),
+    (
+        "Keep it",
+        "Press Keep (Ctrl+K). Revert (Ctrl+Shift+K) restores the gains that were kept last.",
+    ),
 )
 """Stages of the guide: a title of a few words, and instructions in a sentence."""
-END = "That was it. F1 lists all keys, and First minutes in the menu Help begins again."
+END = "This is the end. F1 lists all keys, and First minutes in the menu Help starts again."
 
 
 class Guide(QFrame):

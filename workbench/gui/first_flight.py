@@ -35,7 +35,7 @@ def first_flight(store: "QSettings") -> "Choice":
         Choice(str(kept), vehicle.get("model", ""), said.get("world", "")).check()
     except (WorkbenchError, AttributeError, TypeError) as error:
         kept.unlink(missing_ok=True)
-        raise WorkbenchError(f"what was flown last cannot be flown again: {error}") from error
+        raise WorkbenchError(f"the last scenario cannot be flown again: {error}") from error
     return Choice(str(kept))
 
 

@@ -16,12 +16,12 @@ from workbench.scenario.scenario import Scenario, VehicleConfig
 
 NO_FLIGHT = "Nothing flies: open a scenario first."
 STARTING = "The flight is starting."
-BROKEN = "The flight cannot go on: reset it first."
+BROKEN = "The flight cannot continue: reset it first."
 AUTOPILOT_ENDED = "The autopilot has ended: reset the flight first."
 PAUSED = "The flight is paused: resume it first."
 ON_THE_GROUND = "On the ground: take off first."
 LANDING = "Landing: fly it after the next take-off."
-FIGURE_EIGHT = "The scenario flies its figure of eight: nobody else has a say."
+FIGURE_EIGHT = "The scenario flies its figure of eight: nobody else can command."
 
 _ON_GROUND = (FlightMode.OFF, FlightMode.ARMED)
 

@@ -199,7 +199,7 @@ class FlightModel(QObject):
         if view.needed:
             self.arguments_wanted.emit(attempt.what, view.needed)
         else:
-            self._tell_not_begun(view.said, "Mend it, or open another.")
+            self._tell_not_begun(view.said, "Correct it, or open another.")
 
     def _tell_not_begun(self, said: str, remedy: str) -> None:
         """Report why another flight did not start, and whether the present one continues."""
@@ -207,9 +207,9 @@ class FlightModel(QObject):
             self._show(LiveView().ended(said))
             self._notices.fail(said, remedy)
         elif self._view.phase in (Phase.FLYING, Phase.PAUSED):
-            self._notices.warn(said, f"The present flight goes on. {remedy}")
+            self._notices.warn(said, f"The present flight continues. {remedy}")
         else:
-            self._notices.fail(said, f"{remedy} Reset flies again what flew before.")
+            self._notices.fail(said, f"{remedy} Reset flies the previous flight again.")
 
     def order(
         self,
@@ -263,7 +263,7 @@ class FlightModel(QObject):
         if missed > self._missed:
             self._missed = missed
             self._notices.warn(
-                "The window stood still for so long that the charts have a gap.",
+                "The window was busy for so long that the charts have a gap.",
                 "The flight and its log have none.",
             )
 

@@ -135,13 +135,13 @@ CARDS = (
     CardHelp(
         "Clock",
         "Wall time, simulated time, and how the flight keeps up with the wall clock.",
-        "Where it falls behind, real time is lost, and a sentence says so.",
+        "If it falls behind, a sentence says so.",
         HOME,
     ),
     CardHelp(
         "Flight condition",
-        "The flight mode, why it is flown, rotors on or off, and the wind.",
-        "Read it first when an order seems to do nothing.",
+        "The flight mode and its reason, rotors on or off, and the wind.",
+        "Read it first if a command seems to have no effect.",
         HOME,
     ),
     CardHelp(
@@ -159,7 +159,7 @@ CARDS = (
     CardHelp(
         "Rotors",
         "Thrust and speed of each rotor as a bar, with its limit.",
-        "A bar at its end means that the law asks for more than there is.",
+        "A bar at its end means that the law commands more than the rotor can give.",
         HOME,
     ),
     CardHelp(
@@ -170,20 +170,20 @@ CARDS = (
     ),
     CardHelp(
         "IMU, magnetometer",
-        "What the gyro, the accelerometer and the magnetometer measured last.",
+        "The latest readings of gyro, accelerometer and magnetometer.",
         "In hover the turn rates are near 0 and the specific force is 9.81 m/s² along z.",
         "sensors.md#failures",
     ),
     CardHelp(
         "Barometer, range finder",
-        "Height by the pressure of the air, and by the distance to what is below.",
+        "Height by air pressure, and by the distance to the ground or obstacle below.",
         "They differ over obstacles, and the barometer drifts.",
         "sensors.md#failures",
     ),
     CardHelp(
         "Lidar, obstacles",
         "What the lidar measures: the nearest obstacles around the drone, seen from above.",
-        "A short distance in the direction of flight calls for the brakes.",
+        "Brake if the distance in the direction of flight is short.",
         "sensors.md#the-nearest-obstacle",
     ),
     CardHelp(
@@ -213,7 +213,7 @@ CARDS = (
     CardHelp(
         "Clients",
         "Who is connected, what each one reads, and who has control.",
-        "Take over makes you fly, Give back lets clients ask again.",
+        "Take over gives you control, Give back lets clients request it again.",
         "link.md#who-has-control",
     ),
     CardHelp(
@@ -225,25 +225,26 @@ CARDS = (
     CardHelp(
         "Who flies",
         "Who flies the drone, and whether the sticks count now.",
-        "A button stands here where you have to press one before they count.",
+        "If you have to press a button before they count, it is here.",
         STICKS,
     ),
     CardHelp(
         "Sticks",
         "Two sticks: the left one climbs and turns, the right one moves over the ground.",
-        "The dot is where the stick is, forward is where the nose points, and let go means hold.",
+        "The dot is where the stick is, forward is where the nose points, and releasing the stick "
+        "holds the position.",
         STICKS,
     ),
     CardHelp(
         "Command and answer",
-        "What the sticks ask for, and what the drone does, along four axes.",
+        "What the sticks command, and what the drone does, along four axes.",
         "The limits of the flight are marked on the bars.",
         STICKS,
     ),
     CardHelp(
         "Feel of the sticks",
-        "How a stick's way becomes a command: full speed, dead band, sensitivity and expo.",
-        "The curve shows the command over the way; more expo makes small ways gentler.",
+        "How the travel of a stick becomes a command: full speed, dead band, sensitivity and expo.",
+        "The curve shows the command over the travel; more expo makes small movements gentler.",
         STICKS,
     ),
     CardHelp(
@@ -273,7 +274,7 @@ CARDS = (
     CardHelp(
         "Events",
         "What happened in the flight: events, alarms and changed parameters, the newest last.",
-        "Each stands with its simulated time.",
+        "Each has its simulated time.",
         CHARTS,
     ),
     CardHelp(
@@ -290,19 +291,19 @@ CARDS = (
     ),
     CardHelp(
         "Excitation",
-        "What disturbs the flight on purpose: a step, a load, a push, a gust, wind or a fault.",
-        "Choose one with its strength and press the button; the answer stands under Response.",
+        "Excitation of the flight: a step, a load, a push, a gust, wind or a fault.",
+        "Choose one and its amplitude, and press the button; Response shows the result.",
         TUNING,
     ),
     CardHelp(
         "Response",
         "The last steps that were flown, the predicted one dashed, and their numbers.",
-        "A number over one of your limits is marked; ghosts are steps flown before.",
+        "A number over one of your limits is marked; ghosts are earlier steps.",
         TUNING,
     ),
     CardHelp(
         "Margins",
-        "How much every loop bears before it becomes unstable, in gain, phase, delay and disk.",
+        "How far every loop is from instability, in gain, phase, delay and disk margin.",
         "A red number is under your limit; a click on a row draws that loop under Frequency.",
         "linear.md#the-judgement",
     ),
@@ -315,7 +316,8 @@ CARDS = (
     CardHelp(
         "Frequency",
         "One loop over frequency, with the gains that fly, those proposed and those kept.",
-        "Margins stand where the curves cross 0 dB and −180°; sliders below move the loop's gains.",
+        "The curves show their margins where they cross 0 dB and −180°; sliders below move the "
+        "loop's gains.",
         "app.md#tuning",
     ),
     CardHelp(
@@ -332,8 +334,8 @@ CARDS = (
     ),
     CardHelp(
         "Sensitivity",
-        "Which gain moves the metric on show most, for the same share of change.",
-        "Begin with the longest bar.",
+        "Which gain changes the chosen metric most, for the same relative change.",
+        "Start with the longest bar.",
         TUNING,
     ),
     CardHelp(
@@ -345,31 +347,32 @@ CARDS = (
     CardHelp(
         "What if",
         "The opened log as it was flown, and as it would have been with the proposed gains.",
-        "Move a gain and compare the curves; the band is as wide as the vehicle is uncertain.",
+        "Move a gain and compare the curves; the band shows the uncertainty of the vehicle.",
         "prediction.md#in-the-app",
     ),
     CardHelp(
         "Fork the flight",
-        "Two flights from this instant on, side by side, with the numbers of each step.",
-        "Keep the one you prefer; the live flight is not touched until you do.",
+        "Two flights from this moment on, side by side, with the numbers of each step.",
+        "Keep the one you prefer; the live flight does not change until you do.",
         "live.md#forks",
     ),
     CardHelp(
         "Auto-tune",
-        "Gains that meet your wishes, searched with predicted flights and confirmed by real ones.",
+        "Gains that meet your wishes, searched with predicted flights and verified in full "
+        "flights.",
         "Write wishes as level.rise_time <= 0.4, then accept or refuse what is found.",
         "tuning.md#wishes",
     ),
     CardHelp(
         "Pin as regression",
         "Writes what was just flown as a spec with a baseline.",
-        "From then on workbench regress fails where a number leaves its limits.",
+        "From then on `workbench regress` fails if a number leaves its limits.",
         "regression.md#pins",
     ),
     CardHelp(
         "Settings: Appearance",
-        "Whether the window is light or dark, or as the desktop is.",
-        "It acts at once and is kept.",
+        "Whether the window is light, dark, or follows the desktop.",
+        "It takes effect at once and is saved.",
         SETTINGS,
     ),
     CardHelp(
@@ -380,20 +383,20 @@ CARDS = (
     ),
     CardHelp(
         "Settings: Sticks",
-        "How a stick's way becomes a command: full speed, dead band, sensitivity and expo.",
+        "How the travel of a stick becomes a command: full speed, dead band, sensitivity and expo.",
         "They are the same as on the Joystick screen, which draws their curve.",
         SETTINGS,
     ),
     CardHelp(
         "Settings: Charts",
         "How much of the past a chart shows.",
-        "It acts at once and is kept.",
+        "It takes effect at once and is saved.",
         SETTINGS,
     ),
     CardHelp(
         "Settings: Tuning",
-        "Whether a moved slider flies at once, or is tried on paper until Enter.",
-        "It acts at once and is kept.",
+        "Whether a moved slider flies at once, or only after Enter.",
+        "It takes effect at once and is saved.",
         SETTINGS,
     ),
     CardHelp(
@@ -405,19 +408,19 @@ CARDS = (
     CardHelp(
         "Settings: Flight",
         "Whether flights are drawn in 3-D.",
-        "It holds from the next flight on.",
+        "It takes effect with the next flight.",
         SETTINGS,
     ),
     CardHelp(
         "Settings: Limits",
-        "The largest speeds, tilt, height and turning rate that the law flies.",
-        "They act at once, and are kept for each vehicle.",
+        "The largest speeds, tilt, height and yaw rate that the law flies.",
+        "They take effect at once, and are saved for each vehicle.",
         SETTINGS,
     ),
     CardHelp(
         "Settings: The flight",
         "What a flight is built from: world, sensors, noise and rates.",
-        "Another flight begins with what is set here once you press the button.",
+        "Press the button to start another flight with these settings.",
         SETTINGS,
     ),
 )
@@ -455,9 +458,9 @@ TUNING_KEYS = (
     ("Ctrl+E", "Start or stop the excitation."),
     ("Ctrl+F", "Search the parameters."),
     ("Arrows", "Move the slider; with Shift in large steps, with Ctrl in small ones."),
-    ("Enter", "Fly what is proposed, where gains fly on Enter."),
-    ("Ctrl+Return", "Fly what was doubted, all the same."),
-    ("Esc", "Put back what is proposed and does not fly."),
+    ("Enter", "Fly the proposed gains, if gains fly on Enter."),
+    ("Ctrl+Return", "Fly the proposed gains in spite of a warning."),
+    ("Esc", "Discard proposed gains that do not fly."),
 )
 ABOUT = (
     "<b>Drake drone workbench</b><br>Design a multirotor and its controller on Drake: fly it, "

@@ -425,7 +425,7 @@ class MainWindow(QMainWindow):
         self.show_screen("visualization")
         opens = getattr(self.stack.current, method, None)
         if opens is None:
-            self.workspace.notices.warn("this version shows no such files in the app")
+            self.workspace.notices.warn("this version of the app cannot show such files")
         else:
             opens(path)
 

@@ -30,7 +30,7 @@ def read_number(text: str) -> float:
     """
     typed = text.strip()
     if not typed:
-        raise WorkbenchError("There is no number: type one, as 1.2 or 1e-3.")
+        raise WorkbenchError("The field is empty: type a number, as 1.2 or 1e-3.")
     plain = typed.replace("\N{MINUS SIGN}", "-")
     said = f"'{typed[:LONGEST_ECHO]}'"
     if plain.count(".") + plain.count(",") > 1:

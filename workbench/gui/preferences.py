@@ -103,7 +103,7 @@ PREFERENCES: tuple[Preference, ...] = (
         LOOKS,
         "Theme",
         "system",
-        "Light or dark, or as the desktop is.",
+        "Light, dark, or as on the desktop.",
         choices=("system", "light", "dark"),
     ),
     Preference(
@@ -111,7 +111,7 @@ PREFERENCES: tuple[Preference, ...] = (
         UNITS,
         "Angles",
         "degree",
-        "How angles and turning rates are shown; files keep radians.",
+        "Units of angles and yaw rates on screens; files keep radians.",
         choices=("degree", "radian"),
     ),
     Preference(
@@ -119,7 +119,7 @@ PREFERENCES: tuple[Preference, ...] = (
         UNITS,
         "Speeds",
         "m/s",
-        "How speeds are shown; files keep metres per second.",
+        "Units of speeds on screens; files keep metres per second.",
         choices=("m/s", "km/h"),
     ),
     _number(
@@ -129,7 +129,7 @@ PREFERENCES: tuple[Preference, ...] = (
         8.0,
         (0.1, 20.0),
         "m/s",
-        "Level and climbing speed that a full stick asks for; the flight's limits hold besides.",
+        "Horizontal and climb speed that a full stick commands; the flight's limits apply, too.",
     ),
     _number(
         "stick_yaw_rate",
@@ -138,7 +138,7 @@ PREFERENCES: tuple[Preference, ...] = (
         0.4,
         (0.05, 6.0),
         "rad/s",
-        "Yaw rate that a full stick asks for.",
+        "Yaw rate that a full stick commands.",
     ),
     _number(
         "stick_sensitivity",
@@ -165,7 +165,7 @@ PREFERENCES: tuple[Preference, ...] = (
         0.05,
         (0.0, 0.5),
         "1",
-        "Share of the way around the middle that asks for nothing; full stick stays full.",
+        "Share of the travel around the middle that commands nothing; full stick stays full.",
     ),
     _number(
         "chart_seconds",
@@ -181,7 +181,7 @@ PREFERENCES: tuple[Preference, ...] = (
         TUNING,
         "Apply gains",
         "at once",
-        "Whether a moved slider flies at once, or is tried on paper until Enter.",
+        "Whether a moved slider flies at once, or only after Enter.",
         choices=("at once", "on Enter"),
     ),
     Preference(

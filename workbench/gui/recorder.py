@@ -58,7 +58,7 @@ def _write(image: QImage, path: Path) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if not image.save(str(path), "PNG"):
-            raise OSError("the disk is full, or the folder is not to be written to")
+            raise OSError("the disk is full, or the folder is not writable")
     except OSError as error:
         raise WorkbenchError(f"the picture {path} could not be written: {error}") from error
     return path
@@ -152,7 +152,7 @@ class Recorder(QObject):
             self.recorded.emit(ended)
             return
         said = network.log_said or f"{ended}: the file was moved or deleted"
-        remedy = "The flight goes on. Choose another folder in Settings, then record again."
+        remedy = "The flight continues. Choose another folder in Settings, then record again."
         self._notices.fail(f"recording has ended: {said}", remedy)
 
     def _refuse(self, said: str) -> None:

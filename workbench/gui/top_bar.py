@@ -263,7 +263,7 @@ class StatusStrip(QFrame):
         """Show the progress of starting another flight; "" when it is over."""
         self.opening.setVisible(bool(said))
         if said:
-            full = f"another flight is being prepared: {said}; the present one goes on until then"
+            full = f"another flight is being prepared: {said}; the present one continues until then"
             self.opening.show_said(Said(f"opening: {said}", "pace", MUTED, full))
 
     def show_view(self, view: LiveView) -> None:
@@ -287,11 +287,13 @@ class SpeedBox(NumberField):
     """The real-time factor; its arrows step through the usual factors."""
 
     def __init__(self) -> None:
-        super().__init__("Speed wanted, in times real time")
+        super().__init__("Requested speed, in times real time")
         self.set_range(Unit("×"), SLOWEST, FASTEST)
         self.show_si(1.0)
         self.setFixedWidth(SPEED_WIDTH * self.fontMetrics().horizontalAdvance("0"))
-        self.setToolTip("Speed wanted: simulated seconds in a second; arrows step through presets")
+        self.setToolTip(
+            "Requested speed: simulated seconds in a second; arrows step through presets"
+        )
 
     def show_factor(self, factor: float) -> None:
         """Show the present factor, unless the user is typing another one."""

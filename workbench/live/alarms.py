@@ -320,7 +320,7 @@ class Alarms:
             digits = 1 if frequency >= 1.0 else 2
             self._alarm(
                 "swing",
-                f"the drone swings through {loop}, at {frequency:.{digits}f} Hz "
+                f"the drone oscillates in the loop {loop}, at {frequency:.{digits}f} Hz "
                 f"({2.0 * math.pi * frequency:.{digits - 1}f} rad/s)",
                 f"Bring the kept gains back (Ctrl+Shift+K), or give {loop} more phase margin: "
                 "Tuning > Frequency",

@@ -168,7 +168,7 @@ class ExcitationGuard:
         _, x, y, _ = state[0:4] / np.linalg.norm(state[0:4])
         tilt = math.acos(max(-1.0, 1.0 - 2.0 * (x * x + y * y)))
         if tilt > self._session.get("max_tilt") + OVERTILT:
-            return f"the drone swings: it tilts by {math.degrees(tilt):.0f}°"
+            return f"the drone oscillates: it tilts by {math.degrees(tilt):.0f}°"
         now = self._session.time
         if now < self._calm_from:
             return ""
@@ -181,8 +181,8 @@ class ExcitationGuard:
             return ""
         since = now - self._calm_from + CALM
         return (
-            f"the drone swings: {math.degrees(least):.0f}°/s to both sides {since:.1f} s after the "
-            "step"
+            f"the drone oscillates: {math.degrees(least):.0f}°/s to both sides {since:.1f} s after "
+            "the step"
         )
 
 

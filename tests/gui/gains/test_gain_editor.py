@@ -50,8 +50,8 @@ def test_two_gains_halfway_each_are_known_and_further_are_judged(rig):
 def test_what_is_unstable_is_named_and_not_flown_until_confirmed(rig, qtbot):
     with qtbot.waitSignal(rig.editor.warning_changed) as warned:
         rig.editor.propose("kp_roll", 900.0)
-        rig.analysis.judge(stable=False, said="a swing grows through roll")
-    assert warned.args == ["a swing grows through roll"]
+        rig.analysis.judge(stable=False, said="a mode grows through roll")
+    assert warned.args == ["a mode grows through roll"]
     assert rig.flight.given == []
     rig.editor.confirm()
     assert rig.flight.given == [("kp_roll", 900.0)]
@@ -207,7 +207,7 @@ def test_before_any_flight_a_value_is_refused_in_a_sentence(rig, workspace, qtbo
     with qtbot.waitSignal(editor.value_refused) as refusal:
         editor.propose(NAME, 4.0)
     assert refusal.args[0] == NAME
-    assert "begin a flight" in refusal.args[1]
+    assert "start a flight" in refusal.args[1]
 
 
 def test_ranges_are_looked_for_once_gains_have_rested(rig, qtbot):

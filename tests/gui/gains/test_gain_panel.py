@@ -220,9 +220,9 @@ def test_a_change_is_marked_by_shape_and_word(rig, panel, qtbot):
 
 def test_a_doubt_is_shown_with_a_way_on_and_a_way_back(rig, panel):
     rig.editor.propose("kp_roll", 900.0)
-    rig.analysis.judge(stable=False, said="a swing grows through roll")
+    rig.analysis.judge(stable=False, said="a mode grows through roll")
     assert panel.warning.isVisible()
-    assert "a swing grows through roll" in panel.warning.said.text()
+    assert "a mode grows through roll" in panel.warning.said.text()
     QTest.mouseClick(panel.warning.back, LEFT)
     assert not panel.warning.isVisible()
     assert panel.rows["kp_roll"].field.value() == 150.0

@@ -168,7 +168,7 @@ def test_a_stick_ends_them(bench, qtbot):
     qtbot.waitUntil(lambda: bench.asked((3.0, 3.0)))
     bench.flight.order(lambda live: live.command((0.0, -0.5, 0.0), 0.0))
     qtbot.waitUntil(lambda: bench.places == [])
-    assert "something else is asked of the drone" in bench.told[-1].what
+    assert "the drone got another command" in bench.told[-1].what
 
 
 def test_the_pointer_is_told_where_it_is(bench):

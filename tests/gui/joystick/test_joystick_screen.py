@@ -163,7 +163,7 @@ def test_near_an_obstacle_keys_are_gentle_and_the_mouse_is_not(bench, qtbot):
     assert pilot.wish.climb == pytest.approx(pilot.clearance)
     line = bench.screen._keys_line
     qtbot.waitUntil(lambda: "An obstacle is" in line.text(), timeout=LONG)
-    assert "held down they ask for" in line.text()
+    assert "held keys command" in line.text()
     QTest.keyRelease(bench.screen, Qt.Key.Key_W)
     bench.hold(bench.screen.right_pad, 0.0, 1.0)
     assert pilot.wish.forward == pytest.approx(8.0, rel=0.05)

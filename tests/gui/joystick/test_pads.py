@@ -121,15 +121,15 @@ def test_another_pad_takes_over_by_its_button_once_its_sticks_are_centred(screen
     assert pilot.pad_name == "pad 1" and pilot.sticks == NEUTRAL
     screen.plug(pad(1, STILL), pad(2, pushed, asks=True))
     assert pilot.pad_name == "pad 1"
-    assert screen._pad_line.text() == "pad 2 cannot take over: let go of its sticks first."
+    assert screen._pad_line.text() == "pad 2 cannot take over: release its sticks first."
     screen.plug(pad(1, pushed), pad(2, STILL, asks=True))
     screen.plug(pad(1, pushed), pad(2, STILL))
     assert pilot.pad_name == "pad 2" and pilot.sticks == NEUTRAL
-    assert screen._pad_line.text().startswith("pad 2 flies, 1 waits: Start on it")
+    assert screen._pad_line.text().startswith("pad 2 flies, 1 waits: press Start on it")
     screen.plug(
         pad(1, STILL)
     )  # the one that flies is gone: the other does not fly of its own accord
-    assert pilot.pad_name == "" and "takes over" in screen._pad_line.text()
+    assert pilot.pad_name == "" and "to take over" in screen._pad_line.text()
     assert say_pad("", "") != screen._pad_line.text()
 
 

@@ -119,7 +119,7 @@ def test_the_log_takes_each_refusal_once_and_has_an_end():
     assert log.hear(("a", "b"), {"x": 2}, "2") == []
     assert log.hear(("b", "b"), {"x": 3}, "3") == ["3  b"]  # the same words once more
     flood = log.hear(tuple("abc"), {"x": 10}, "4")
-    assert flood == ["4  … 4 more, too many to be told", "4  a", "4  b", "4  c"]
+    assert flood == ["4  … 4 more, too many to list", "4  a", "4  b", "4  c"]
     for turn in range(2 * LONGEST):
         log.hear((str(turn),), {"x": 11 + turn}, "5")
     assert len(log.lines) == LONGEST

@@ -65,7 +65,7 @@ def settle(screen, offline, subject, qtbot):
 
     def settled() -> bool:
         answerer.answer()
-        return not screen.compare.said.text().startswith("Asked about") and bool(
+        return not screen.compare.said.text().startswith("Computing") and bool(
             screen.compare.said.text()
         )
 

@@ -108,7 +108,7 @@ def test_what_cannot_be_is_said_with_what_is_in_the_way(screen, settle):
     slider.setFocus()
     slider.edit_begun.emit()
     slider.dragged.emit(150.0)
-    settle(lambda: shaping.said.startswith("As near as it goes"))
+    settle(lambda: shaping.said.startswith("The nearest possible"))
     assert "more kd_velocity_x than its largest value" in shaping.said
     assert shaping.tone == "warning"
     slider.edit_ended.emit()

@@ -132,7 +132,7 @@ def test_two_equal_gains_make_no_map(card, offline, qtbot):
     asked = len(offline.analysis.asked)
     card.upwards.setCurrentIndex(card.across.currentIndex())
     card.upwards.activated.emit(card.upwards.currentIndex())
-    assert card.said.text() == "Choose two gains that are not the same."
+    assert card.said.text() == "Choose two different gains."
     assert len(offline.analysis.asked) == asked
 
 

@@ -104,7 +104,7 @@ def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, q
 
 
 def test_each_loop_shows_its_parts_what_costs_most_and_where(card, offline, judge, make_loop):
-    assert card.headline[0] == "Not known yet: the analyst is asked."
+    assert card.headline[0] == "Not known yet: the analyst is computing it."
     card.judgement.follow(FLOWN, FLOWN)
     pitch = make_loop("pitch", phase_margin=math.radians(40.0), turned=turned(rotors=-40.0))
     offline.analysis.tell(*judge(FLOWN, pitch))
@@ -139,7 +139,7 @@ def test_an_unstable_loop_has_no_parts_and_says_so(card, offline, judge, make_lo
     assert row(card, "roll").state is State.BROKEN
     assert {cell.text for cell in row(card, "roll").cells} == {"–"}
     assert card.headline[0] == "The roll loop is unstable."
-    assert card.missing.text() == "Phases are known of a stable closed loop alone."
+    assert card.missing.text() == "Phases are known only for a stable closed loop."
 
 
 def test_filters_and_estimators_that_are_not_there_are_named(card, offline, judge, make_loop):

@@ -121,7 +121,12 @@ def test_what_holds_a_pole_is_said(screen, settle, case):
     """Another loop, filters, one gain that is not enough, a gain that is at its end."""
     for loop, near, place, said in (
         ("yaw_rate", -20.0 + 24.0j, -10.0 + 20.0j, "No gain of yaw rate moves this pole"),
-        ("pitch", -48.5, -42.0, "As near as the gains of pitch bring it: it is of filters, too"),
+        (
+            "pitch",
+            -48.5,
+            -42.0,
+            "The nearest that the gains of pitch can reach: the pole also belongs to filters",
+        ),
         ("position_x", -5.7 + 3.3j, -4.0 + 3.6j, "which moves it along one line"),
         ("velocity_x", -5.7 + 3.3j, -3.0 + 2.0j, "kd_velocity_x is at its smallest value"),
     ):

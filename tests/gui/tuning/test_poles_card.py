@@ -33,7 +33,7 @@ def test_of_a_pair_the_upper_one_is_shown():
 def test_the_headline_counts_what_is_unstable():
     assert poles_headline(np.array([-1.0, 2.0, 0.5 + 1j])) == "2 unstable poles."
     assert poles_headline(np.array([SWINGING, -1.0])) == "Least damping 0.60, at 5 rad/s."
-    assert poles_headline(np.array([-1.0 + 0j])) == "Nothing swings."
+    assert poles_headline(np.array([-1.0 + 0j])) == "Nothing oscillates."
 
 
 def test_real_and_imaginary_parts_have_one_scale_so_that_angles_say_the_damping(plane):

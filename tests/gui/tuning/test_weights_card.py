@@ -56,4 +56,4 @@ def test_old_bars_say_that_they_are_old(card, offline, trial, gains, qtbot):
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
     offline.analysis.tell(Weigh(trial.proposed, STEP), {})
     gains.propose("kp_pitch", 333.0)
-    assert card.said.text() == "Of the gains before; new ones follow …"
+    assert card.said.text() == "For the previous gains; new ones follow …"

@@ -67,7 +67,7 @@ def test_moved_gains_are_asked_for_next_and_what_is_past_is_not(
     first, *more = offline.analysis.of(FlyAgain)
     assert not more
     offline.analysis.tell(*fly_again(first))
-    assert card.said.text() == "Of what was asked before; the new flight follows …"
+    assert card.said.text() == "For the previous request; the new flight follows …"
     _, last = offline.analysis.of(FlyAgain)
     assert last.gains["kp_pitch"] == 320.0 and last.draws == 0
     flown = {"kp_pitch": first.gains["kp_pitch"]}

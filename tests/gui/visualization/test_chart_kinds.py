@@ -249,7 +249,7 @@ def test_layouts_of_all_kinds_go_round(tmp_path):
         ("version: 1\ncharts:\n- window: hat", ":3: unknown window 'hat'"),
         ("version: 1\ncharts:\n- averages: 0", ":3: averages is 0"),
         ("version: 1\ncharts:\n- signals: v_x", ":3: charts.0.signals is 'v_x'"),
-        ("version: 1\ncharts:\n" + "- title: a\n" * 9, ":11: there is room for 8"),
+        ("version: 1\ncharts:\n" + "- title: a\n" * 9, ":11: at most 8"),
         ("version: 1\nsignals:\n- name: own.a\n  expression: sqrt(", ":3: 'sqrt('"),
         ("version: 1\nsignals:\n- name: a.b\n  expression: v_x", "begin with own."),
         ("version: 1\nmarks: {C: 1.0}", ":2: unknown mark 'C'"),

@@ -275,7 +275,7 @@ def test_a_log_is_drawn_over_the_live_flight_with_its_time_shifted(
 
 def test_logs_without_a_common_event_are_not_aligned(begun, log, told):
     overlay = Overlay("a", contents_of(log, lambda _: None))
-    with pytest.raises(WorkbenchError, match="a: neither a command's step nor a take-off"):
+    with pytest.raises(WorkbenchError, match="a: there is no command step or take-off"):
         overlay.align(Overlay("b", begun.charts._live))
 
 

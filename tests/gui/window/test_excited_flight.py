@@ -60,5 +60,5 @@ def test_it_is_refused_before_a_wall_returns_and_ends_when_the_drone_swings(wind
 
     flight.order(lambda live: live.set("kp_velocity_x", 18.0))
     qtbot.waitUntil(lambda: not card.is_running, timeout=LIMIT)
-    assert "the drone swings" in card.said.text()
-    assert "The excitation has ended: the drone swings" in told[-1]
+    assert "the drone oscillates" in card.said.text()
+    assert "The excitation has ended: the drone oscillates" in told[-1]

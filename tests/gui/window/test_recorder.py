@@ -35,7 +35,7 @@ def test_a_log_that_ends_by_itself_is_told_and_the_flight_goes_on(opened, show, 
     assert window.actions_by_name["record"].isChecked()
     show(dataclasses.replace(view, network=NetworkView(log_said="the disk is full")))
     assert told[0].what == "recording has ended: the disk is full"
-    assert "The flight goes on" in told[0].remedy
+    assert "The flight continues" in told[0].remedy
     assert not window.actions_by_name["record"].isChecked()
 
 

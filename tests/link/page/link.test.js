@@ -341,7 +341,7 @@ timed("a link that dies is noticed within its lease, and nobody flies through it
   on.socket().sent.length = 0;
   assert.equal(holder(on.link)[0], "You do not fly");
   assert.equal(on.link.flying, false);
-  assert.match(on.listener.words.at(-1), /nothing is heard/);
+  assert.match(on.listener.words.at(-1), /the server is silent/);
   on.link.takeControl();
   on.link.fly("land");
   on.go(300);

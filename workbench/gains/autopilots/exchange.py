@@ -183,7 +183,7 @@ def export_gains(
     if told:
         remarks = (
             *remarks,
-            f"{file.path} does not have {joined(told)}, and its values for them are not the "
+            f"{file.path} does not have {joined(told)}, and their values here are not the "
             "firmware's defaults: export them to a separate file, and load both",
         )
     return Exported(file.replaced(texts), changed, absent, remarks)

@@ -565,7 +565,7 @@ class Chart(QWidget):
         self.buttons = hbox(spacing=0)
         head = hbox((self.legend, 1), self.buttons)
         head.setAlignment(self.buttons, Qt.AlignmentFlag.AlignTop)
-        more = self._add_button("more", "Menu", "What this chart can do")
+        more = self._add_button("more", "Menu", "Menu of this chart")
         more.clicked.connect(
             lambda: self.make_menu().popup(more.mapToGlobal(more.rect().bottomLeft()))
         )

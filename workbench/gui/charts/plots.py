@@ -405,7 +405,7 @@ class SpectrumChart(WindowPlot):
             made.visible = signal.label not in hidden
             length = each.segment / each.rate
             of = f"segments of {length:.3g} s, {1.0 / length:.3g} Hz apart"
-            said.append(of + (", samples that were missing interpolated" if each.resampled else ""))
+            said.append(of + (", missing samples interpolated" if each.resampled else ""))
         whole = f"{part[1] - part[0]:.4g} s: " if found else ""
         self.said.setText(whole + "; ".join(dict.fromkeys(said)))
         self.said.setVisible(bool(self.said.text()))
@@ -425,7 +425,7 @@ class SpectrumChart(WindowPlot):
         for box, names, name in (
             (self._window, _WINDOW_NAMES, "Window of the spectrum"),
             (self._averages, {each: f"{each} averages" for each in AVERAGES}, "Segments averaged"),
-            (self._detrend, _DETREND_NAMES, "What is taken off each segment"),
+            (self._detrend, _DETREND_NAMES, "What is subtracted from each segment"),
         ):
             for value, shown in names.items():
                 box.addItem(shown, value)
@@ -499,7 +499,7 @@ class StepChart(WindowPlot):
         self._hidden: set[str] = set()
         super().__init__(workspace)
         self._model.x_name = "Time after the step"
-        self._model.hint = "Drag a command here, then what it commands"
+        self._model.hint = "Drag a command here, then its response"
         self.statistics.setAccessibleName("Metrics of the steps that the chart shows")
         self.set_statistics_shown(True)
 
@@ -542,8 +542,8 @@ class StepChart(WindowPlot):
         self._model.curves = curves
         if not self.steps:
             self._model.hint = (
-                f"No step of {command.label} in this part of time: a command that stands, changes, "
-                "and stands again"
+                f"No step of {command.label} in this part of time: a step is a command that is "
+                "constant, changes, and is constant again"
             )
         self._describe()
         Chart._redraw_if_seen(self)
@@ -579,7 +579,7 @@ class StepChart(WindowPlot):
         for name in NUMBERS:
             of = unit.symbol if name in _OF_VALUES else "s" if name in _OF_TIME else "%"
             heads[f"{name} {of}".strip()] = "As python-control defines it"
-        heads["Left out, as"] = "Why some numbers mean nothing"
+        heads["Left out, as"] = "Why some numbers have no meaning"
         rows: list[list[str]] = []
         for name, step in zip(self._names, self.steps, strict=True):
             numbers = step.metrics.numbers

@@ -21,10 +21,10 @@ from workbench.gui.units import Unit
 HEADS = {
     "Signal": "Name of the signal",
     "Unit": "Unit that is shown",
-    "Last": "Newest value that is seen",
-    "Min": "Least value that is seen",
-    "Max": "Largest value that is seen",
-    "Mean": "Mean of the samples that are seen",
+    "Last": "Newest value in view",
+    "Min": "Least value in view",
+    "Max": "Largest value in view",
+    "Mean": "Mean of the samples in view",
     "RMS": "Root of the mean square of the samples",
     "Std dev": "Standard deviation of the samples",
 }
@@ -118,7 +118,7 @@ class StatisticsTable(QTableWidget):
     def __init__(self) -> None:
         super().__init__(0, 0)
         self._heads: list[str] = []
-        self.setAccessibleName("Statistics of what the chart shows")
+        self.setAccessibleName("Statistics of the curves in view")
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setTabKeyNavigation(False)

@@ -54,7 +54,7 @@ class StripChart(Chart):
         self._phase = id(self) // 64 % 8 / 8  # charts do not all build in the same frame
         self._model.hint = "No signal is shown here"
         self._model.times_ago = True
-        help = "Pause the picture; the flight goes on (Space)"
+        help = "Pause the chart; the flight continues (Space)"
         self.pause = self._add_button("pause", "Pause", help)
         self.pause.setCheckable(True)
         self.pause.clicked.connect(self.set_paused)

@@ -148,23 +148,24 @@ class GainFileDiffView(QFrame):
 
 GAIN_ACTIONS: tuple[ActionRow, ...] = (
     ActionRow(
-        "keep", "", "&Keep", "Let the gains that fly be those that Revert brings back.", "Ctrl+K"
+        "keep", "", "&Keep", "Keep the gains that fly, so that Revert restores them.", "Ctrl+K"
     ),
     ActionRow(
         "revert",
         "",
         "Re&vert",
-        "Fly the kept gains at once, whatever is the matter.",
+        "Fly the kept gains at once, in any case.",
         "Ctrl+Shift+K",
     ),
-    ActionRow("undo", "", "↶", "Take the last change back.", "Ctrl+Z"),
-    ActionRow("redo", "", "↷", "Make the change again that was taken back.", "Ctrl+Shift+Z"),
+    ActionRow("undo", "", "↶", "Undo the last change.", "Ctrl+Z"),
+    ActionRow("redo", "", "↷", "Redo the change that was undone.", "Ctrl+Shift+Z"),
     *(
         ActionRow(
             f"compare_{slot}",
             "",
             slot,
-            f"Fly the gains of slot {slot}; again, go back. An empty slot takes those shown.",
+            f"Fly the gains of slot {slot}; press again to go back. An empty slot stores those "
+            "shown.",
             f"F{number}",
         )
         for number, slot in enumerate(SLOTS, start=2)
@@ -180,41 +181,51 @@ GAIN_ACTIONS: tuple[ActionRow, ...] = (
         for number, slot in enumerate(SLOTS, start=2)
     ),
     ActionRow(
-        "load", "", "&Load...", "Choose lines of a gain file; none flies before.", "Ctrl+Shift+L"
+        "load",
+        "",
+        "&Load...",
+        "Choose gains from a gain file; none flies until you confirm.",
+        "Ctrl+Shift+L",
     ),
     ActionRow(
         "own",
         "",
         "&Model's own...",
-        "Choose lines of the gains the model came with.",
+        "Choose gains from those of the model.",
         "Ctrl+Shift+M",
     ),
-    ActionRow("save", "", "&Save...", "Write what flies to a gain file.", "Ctrl+S"),
+    ActionRow("save", "", "&Save...", "Write the gains that fly to a gain file.", "Ctrl+S"),
     ActionRow(
-        "copy", "", "&Copy YAML", "Copy what flies as the text of a gain file.", "Ctrl+Shift+C"
+        "copy",
+        "",
+        "&Copy YAML",
+        "Copy the gains that fly as the text of a gain file.",
+        "Ctrl+Shift+C",
     ),
     ActionRow(
         "import",
         "",
         "&Import from autopilot...",
-        "Choose lines of an autopilot's file of parameters; none flies before.",
+        "Choose gains from an autopilot's parameter file; none flies until you confirm.",
         "Ctrl+Shift+I",
     ),
     ActionRow(
         "export",
         "",
         "&Export to autopilot...",
-        "Write what flies to an autopilot's file, line by line; all else in it stays.",
+        "Write the gains that fly to an autopilot's file; all else in it stays.",
         "Ctrl+Shift+E",
     ),
     ActionRow(
         "schedule",
         "",
         "Sc&hedule...",
-        "Have a set of gains at each of some speeds, heights, payloads or voltages.",
+        "Use a set of gains at each of some speeds, heights, payloads or voltages.",
         "Ctrl+Shift+H",
     ),
-    ActionRow("paste", "", "&Paste YAML...", "Choose lines of a gain file's text.", "Ctrl+Shift+V"),
+    ActionRow(
+        "paste", "", "&Paste YAML...", "Choose gains from the text of a gain file.", "Ctrl+Shift+V"
+    ),
 )
 
 
@@ -351,7 +362,7 @@ class GainBar(QWidget):
         self._gain_files.save(path)
         if unflown:
             self._workspace.notices.inform(
-                f"What flies is saved: {unflown} proposed and not flown, and so not in it."
+                f"The gains that fly are saved: {unflown} proposed but not flown, so not saved."
             )
 
     def _copy(self) -> None:

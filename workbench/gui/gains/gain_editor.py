@@ -332,7 +332,7 @@ class StabilityCheck(QObject):
     def _hear_refused(self, question: Question, said: str) -> None:
         if isinstance(question, Judge) and self._asked is not None:
             self.cancel()
-            self.doubted.emit(f"whether this is stable could not be judged, as {said}")
+            self.doubted.emit(f"whether this is stable could not be judged, because {said}")
 
     def _tell_late(self) -> None:
         if self._asked is not None:
@@ -721,7 +721,7 @@ class GainEditor(QObject):
             value: value in SI units; a value that the table refuses only leads to a message.
         """
         if name not in self.proposed:
-            self._refuse(name, f"nothing that flies has {name}: begin a flight first")
+            self._refuse(name, f"the flight does not have {name}: start a flight first")
             return
         row = self.table.find(name)
         try:

@@ -178,7 +178,7 @@ class GainFiles(QObject):
         which = "The gains that fly" if flown else "The gains that you kept"
         said = f"{which} are in no file: they were tuned since the flight began."
         if flown and kept and kept_values != flown_values:
-            return f"{said} Others are kept; Revert flies these, so that they can be saved."
+            return f"{said} Others are kept; Revert flies these again, so that you can save them."
         return said
 
     def save_unsaved(self, path: Path, saved: Callable[[], object]) -> None:
@@ -244,7 +244,7 @@ class GainFiles(QObject):
             self.diff_changed.emit(diff)
             return
         self._set_name(name, diff.values)
-        self._notices.inform(f"Nothing differs: the flight has the gains of {name} already.")
+        self._notices.inform(f"Nothing differs: the flight already has the gains of {name}.")
 
     def _offer(self, diff: GainFileDiff) -> None:
         """Show how an autopilot's file would change."""
@@ -259,7 +259,7 @@ class GainFiles(QObject):
         assert diff.target is not None
         left = {each.name: each.a for each in diff.changes if each.name not in taken}
         write = partial(_export, diff.target, self._law, {**diff.values, **left})
-        said = f"Wrote {len(taken)} gains to {diff.target}; all else in it is as it was."
+        said = f"Wrote {len(taken)} gains to {diff.target}; all else in it is unchanged."
         self._answers.expect(self._errands.run(write), done=lambda _: self._notices.inform(said))
 
     def _save(self, path: Path, values: Values, saved: Callable[[], object] = lambda: None) -> None:
@@ -369,7 +369,7 @@ def read_text(text: str, controller: Controller | None = None) -> GainFile:
         WorkbenchError: names the line of an error.
     """
     if not text.strip():
-        raise WorkbenchError("the clipboard has no text: copy a gain file's first")
+        raise WorkbenchError("the clipboard has no text: copy the text of a gain file first")
     lines = text.splitlines()
     if not any(line.startswith("gains:") for line in lines):
         text = "\n".join(["gains:", *(f"  {line.strip()}" for line in lines)])

@@ -137,9 +137,9 @@ class StabilityWarning(QFrame):
         self.fly = button(
             "&Fly it anyway",
             editor.confirm,
-            help="Fly what is proposed although it is doubted (Ctrl+Return)",
+            help="Fly the proposed gains in spite of the warning (Ctrl+Return)",
         )
-        self.back = button("&Back", editor.discard, "primary", "Propose again what flies (Esc)")
+        self.back = button("&Back", editor.discard, "primary", "Discard the proposed gains (Esc)")
         QShortcut(QKeySequence("Ctrl+Return"), self).activated.connect(editor.confirm)
         buttons = hbox(0, self.fly, self.back)
         vbox(self.said, buttons, of=self, margins=(8, 6, 8, 6), spacing=5)
@@ -163,8 +163,8 @@ class SetBar(QWidget):
         self._editor = editor
         self.choice = choice(
             "Set of gains",
-            help="The sliders show, and margins and steps judge, this set of gains in hover; the "
-            "flight goes on between the sets",
+            help="The sliders show, and margins and steps are for, this set of gains in hover; the "
+            "flight continues between the sets",
         )
         self.choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         name = label("&Set")
@@ -220,7 +220,7 @@ class GainPanel(QWidget):
         self.search.setPlaceholderText("Search (Ctrl+F)")
         self.search.setClearButtonEnabled(True)
         self.linked = QCheckBox("Link &x and y")
-        self.linked.setToolTip("Let gains of x and y move together; linking moves none yet")
+        self.linked.setToolTip("Move gains of x and y together; linking itself moves none")
         self.linked.setChecked(editor.linked)
         self.warning = StabilityWarning(editor)
         self.set_bar = SetBar(editor)

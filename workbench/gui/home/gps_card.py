@@ -61,8 +61,8 @@ MOST_LINES = 4
 """Largest number of lines about the place under the pointer."""
 GO_TO = (
     "Click a place on the map to fly there at the present height. With Shift, further clicks set "
-    "waypoints that are flown in turn. A right click takes one away, Escape sets none. The wheel "
-    "shows more of the world."
+    "waypoints that are flown in turn. A right click removes one, Escape removes all. The wheel "
+    "zooms."
 )
 
 

@@ -30,7 +30,7 @@ from workbench.session.snapshot import Snapshot
 
 PASCALS = 100.0
 """Pascals per hectopascal."""
-SILENT = "Neither measures in this flight. Switch them on in Settings, Sensors."
+SILENT = "Neither is on in this flight. Switch them on in Settings, Sensors."
 MARGIN = 10.0
 """Margin around all cards, at scale 1 [px]."""
 GAP = 8.0

@@ -134,7 +134,7 @@ class Route(QObject):
         if landing or view.phase in (Phase.BROKEN, Phase.ENDED):
             self._end("the drone lands" if landing else "the flight has ended")
         elif now.reference[FOLLOWS] != (*place, 1.0):
-            self._end("something else is asked of the drone")
+            self._end("the drone got another command")
         elif math.dist(now.p_WB, place) < ARRIVED and self.present + 1 < len(self.places):
             self.present += 1
             self._go()
@@ -142,7 +142,7 @@ class Route(QObject):
 
     def _end(self, why: str) -> None:
         self._forget()
-        self._notices.inform(f"the waypoints are given up, as {why}")
+        self._notices.inform(f"the waypoints are dropped, because {why}")
         self.changed.emit()
 
 

@@ -73,10 +73,10 @@ def sensor_state(view: LiveView, snapshot: Snapshot, kind: str) -> SensorState:
         age = f", {age_text(found.age)} old" if math.isfinite(found.age) else ""
         health = Health.FAULTY if math.isfinite(found.age) else Health.WAITING
         return SensorState(
-            health, f"{word}{age}", f"It is {word}: a fault was ordered; set {kind}_fault to 0."
+            health, f"{word}{age}", f"It is {word}: a fault is set; set {kind}_fault to 0."
         )
     if not math.isfinite(found.age):
-        return SensorState(Health.WAITING, "no reading yet", f"{NAMES[kind]} has just begun.")
+        return SensorState(Health.WAITING, "no reading yet", f"{NAMES[kind]} has just started.")
     if found.age > _usual_age(view, found):
         return SensorState(Health.OLD, f"old: {age_text(found.age)}")
     return SensorState(Health.GOOD, f"under {age_text(_calm(found.age))} old")
@@ -116,5 +116,5 @@ def _silent(view: LiveView, kind: str) -> SensorState:
     return SensorState(
         Health.OFF,
         "off",
-        f"{name} does not measure in this flight. Switch it on in Settings, Sensors.",
+        f"{name} is off in this flight. Switch it on in Settings, Sensors.",
     )

@@ -86,9 +86,9 @@ MODE_HELP = "Forward is where the nose points."
 KEYS_HELP = "Keys: W A S D and the arrows, held down; not while a field or a slider has the focus."
 LEAST_SAID = 0.1
 """Smaller reductions of the keys' speed are not reported as gentle [m/s]."""
-TAKES_OVER = "Start on it, with its sticks let go, takes over"
+TAKES_OVER = "press Start on it, with its sticks released, to take over"
 NO_PAD_FLIES = f"The game pad that flew is gone, another one waits: {TAKES_OVER}."
-NO_PAD = "Game pad: none is plugged in; it is found as soon as it is."
+NO_PAD = "Game pad: none is plugged in; it is found as soon as you plug it in."
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class ResponseView(QWidget):
         self._look, self._preferences = look, preferences
         self._rows: tuple[Answered, ...] = ()
         self._texts: tuple[tuple[str, str], ...] = ()
-        self.setAccessibleName("Asked and flown: forward, right and climb, turn right")
+        self.setAccessibleName("Commanded and flown: forward, right and climb, turn right")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         look.changed.connect(self.update)
 
@@ -244,8 +244,8 @@ class CurveView(Instrument):
             self._curve = curve
             self.renew()
         self.setAccessibleName(
-            "Curve of the sticks: half stick asks for "
-            f"{curve.shaped(0.5):.0%}, full stick for {curve.shaped(1.0):.0%}"
+            f"Curve of the sticks: half stick commands {curve.shaped(0.5):.0%}, full stick "
+            f"{curve.shaped(1.0):.0%}"
         )
 
     def show_sticks(self, sticks: Sticks) -> None:
@@ -301,7 +301,7 @@ class CurveView(Instrument):
         )
         painter.setPen(self.colour("muted"))
         under = QRectF(0.0, box.bottom() + 3.0, self.width(), self.fontMetrics().height())
-        painter.drawText(under, Qt.AlignmentFlag.AlignHCenter, "pushed → asked for ↑")
+        painter.drawText(under, Qt.AlignmentFlag.AlignHCenter, "pushed → commanded ↑")
 
 
 class HandlingPanel(QWidget):
@@ -326,8 +326,8 @@ class HandlingPanel(QWidget):
         fields = grid(*rows, spacing=(12, 2), stretches=(0, 1))
         fields.setRowStretch(len(HANDLING) + 1, 1)
         defaults = named(
-            button("Defaults", self._reset, "quiet compact", "Give all five their defaults."),
-            "Give the sticks their default handling",
+            button("Defaults", self._reset, "quiet compact", "Restore the defaults of all five."),
+            "Restore the default feel of the sticks",
         )
         top = hbox(label("Feel of the sticks", "heading"), 1, defaults)
         left = vbox(top, (fields, 1), spacing=0)
@@ -613,7 +613,7 @@ def say_keys(pilot: Pilot, preferences: Preferences) -> str:
         return KEYS_HELP
     metres = unit_for("m", preferences).text(max(0.0, pilot.clearance), 1)
     speed = unit_for("m/s", preferences).text(most, 1)
-    return f"{KEYS_HELP} An obstacle is {metres} away: held down they ask for {speed} at most."
+    return f"{KEYS_HELP} An obstacle is {metres} away: held keys command {speed} at most."
 
 
 class StateBar(QFrame):
@@ -642,7 +642,7 @@ class StateBar(QFrame):
         for each, help in (
             (self.take_off, "take off"),
             (self.take_over, "take control from the client that flies"),
-            (self.give_back, "let clients ask for control again"),
+            (self.give_back, "let clients request control again"),
         ):
             named(each, f"{each.text()}: {help}").hide()
         words = vbox(self.state, self.control, spacing=2)
@@ -727,7 +727,7 @@ class JoystickScreen(Screen):
         self.handling = HandlingPanel(preferences, look)
         self._keys_line = label(KEYS_HELP, "muted", wraps=True)
         self._pad_line = label("", "muted", wraps=True)
-        help = "What the axes of each pad move, and which pad flies."
+        help = "What the axes of each pad do, and which pad flies."
         self.pads_button = button("Game pads…", self._map_pads, "quiet compact", help)
         self._keys = KeyWatcher(
             self, self._press, self._let_go_key, self.pilot.keyboard.release_all

@@ -20,10 +20,10 @@ from workbench.gui.theme import Look
 
 PERIOD = 33
 """Period between readings [ms]."""
-CALIBRATING = "Move each stick to all its stops, let go of them, then press Done."
+CALIBRATING = "Move each stick to all its stops, release them, then press Done."
 HELP = (
-    "No pad flies while this page is in front. Each row is one thing that the sticks ask for; "
-    "the feel of the sticks applies after it."
+    "No pad flies while this page is in front. Each row is one command of the sticks; the feel of "
+    "the sticks applies afterwards."
 )
 GONE = "No game pad is plugged in."
 HEADINGS = ("", "Moved by", "", "Dead band", "Expo", "Pad says", "Asked for")
@@ -71,7 +71,7 @@ class AxisRow:
             box.setSuffix(" %")
             box.setAccessibleName(f"{function}: {what}, percent")
         self.raw = AxisBar(look, f"{function}: what the pad says", parent)
-        self.shaped = AxisBar(look, f"{function}: what is asked for", parent)
+        self.shaped = AxisBar(look, f"{function}: the command", parent)
         self.widgets: tuple[QWidget, ...] = (
             QLabel(function, parent),
             self.axis,
@@ -227,7 +227,7 @@ class PadDialog(QDialog):
             self.said.setText(f"Nothing is changed. These did not go to both stops: {names}.")
         else:
             self._keep(ends.put_into(mapping, reading.raw))
-            self.said.setText("The stops are found, and kept for this kind of pad.")
+            self.said.setText("The stops are found, and saved for this kind of pad.")
 
     def _keep(self, mapping: PadMapping) -> None:
         reading = self.reading

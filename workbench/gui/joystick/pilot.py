@@ -28,8 +28,8 @@ from workbench.link.backplane import Published
 from workbench.link.messages import Hand
 from workbench.live.view import LiveView
 
-CENTRE = "Let go of the sticks first: they were held while they did not count."
-CENTRE_PAD = "let go of its sticks first"
+CENTRE = "Release the sticks first: they were held while they did not count."
+CENTRE_PAD = "release its sticks first"
 
 Velocity = tuple[float, float, float]
 Send = Callable[[Velocity, float], None]

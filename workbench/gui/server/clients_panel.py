@@ -22,7 +22,7 @@ from workbench.link.messages import ControlState, Hand, Role, Stage
 from workbench.live.messages import NetworkView
 
 COLUMNS = (
-    ("Client", "what it calls itself"),
+    ("Client", "its own name"),
     ("Address", "its host and port"),
     ("By", "tcp, tls, or websocket for a browser"),
     ("May", "watch, or watch and fly"),
@@ -156,7 +156,7 @@ class ClientsPanel(QWidget):
         )
         self.give_back = _button(
             "Give back",
-            "Give back: clients may ask for control",
+            "Give back: clients may request control",
             lambda: flight.order(lambda live: live.give_back()),
         )
         self.disconnect_button = _button(

@@ -59,10 +59,10 @@ from workbench.live.flight import LiveFlight
 from workbench.live.messages import NetworkView, Phase
 from workbench.live.view import LiveView
 
-NOT_YET = "Once the server listens, its command line and its page stand here, to be copied."
+NOT_YET = "When the server listens, its command line and its page are here to copy."
 NO_PAGE = "Tick the page for phones to watch and fly in a browser, too."
 FILE_HINT = "FILE: a copy of the tokens."
-PHONE_HINT = "A phone in the same network opens the page by this code."
+PHONE_HINT = "A phone in the same network opens the page with this code."
 LOCAL_HINT = "Only this machine opens the page; for a phone, listen at 0.0.0.0 with tokens."
 KEPT = ("host", "port", "token_file", "tls_cert", "tls_key", "allow_commands", "web")
 """Parts of a configuration in the form."""
@@ -495,7 +495,7 @@ def server_state(
     if not flies or view.phase is Phase.ENDED:
         return Running.NO_FLIGHT, "A server serves a flight: open a scenario first."
     if wanted is Running.STOPPING:
-        return Running.STOPPING, "Clients are told goodbye."
+        return Running.STOPPING, "Clients get a goodbye."
     if view.network.server is not None:
         count = len(view.network.server.clients)
         clients = "nobody is connected" if not count else f"{count} connected"
@@ -506,7 +506,7 @@ def server_state(
         return Running.STARTING, "It takes a moment."
     if failure:
         return Running.FAILED, f"{failure[:1].upper()}{failure[1:]}."
-    return Running.STOPPED, "Nobody else can watch or fly until it is started."
+    return Running.STOPPED, "Nobody else can watch or fly until you start it."
 
 
 class ServerControl(QObject):
@@ -616,7 +616,7 @@ class RefusalLog:
             return []
         new = [f"{clock}  {said}" for said in told[-fresh:]]
         if fresh > len(told):
-            new.insert(0, f"{clock}  … {fresh - len(told)} more, too many to be told")
+            new.insert(0, f"{clock}  … {fresh - len(told)} more, too many to list")
         self.lines.extend(new)
         return new
 
@@ -643,7 +643,7 @@ class RefusalsPanel(QWidget):
         self._log = RefusalLog()
         self._served = False
         self.counts = dressed(ElidedLabel(say_counts({})), "muted")
-        self.list = named(QPlainTextEdit(), "What was refused, newest last")
+        self.list = named(QPlainTextEdit(), "Refusals, newest last")
         self.list.setReadOnly(True)
         self.list.setMaximumBlockCount(LONGEST)
         self.list.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
@@ -701,12 +701,12 @@ class ServerScreen(Screen):
         self.refusals = RefusalsPanel()
         self.copy_button = named(
             button("&Copy address", self.connect_panel.copy_address),
-            "Copy the address where others reach the server",
+            "Copy the address at which others reach the server",
         )
         self.copy_button.hide()
         self.start_button = named(button("&Start", self.start, "primary"), "Start the server")
         self.stop_button = named(
-            button("Sto&p", self.control.stop), "Stop the server: all clients are sent away"
+            button("Sto&p", self.control.stop), "Stop the server: all clients are disconnected"
         )
         self.form.entered.connect(self.start)
         self.form.changed.connect(self._show_state)

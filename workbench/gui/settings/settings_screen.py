@@ -185,7 +185,7 @@ class Row(QWidget):
         super().__init__()
         self._words = f"{text} {help}".lower()
         self._mark = QLabel()
-        self.reset = named(button("Default"), f"{text}: put the default back")
+        self.reset = named(button("Default"), f"{text}: restore the default")
         control.setMinimumWidth(190)
         said = label(help, "muted", wraps=True)
         words = vbox(buddy(text, control, help, kind=""), said, spacing=1)
@@ -214,7 +214,7 @@ class Row(QWidget):
 RATES = {
     "physics_step": ("Physics step", "Between two steps of the simulation."),
     "control_period": ("Control period", "Between two updates of the controller."),
-    "mode_period": ("Mode period", "Between two looks of the flight mode."),
+    "mode_period": ("Mode period", "Between two updates of the flight mode."),
 }
 """Label and help text of each period."""
 FACTORS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
@@ -322,7 +322,7 @@ class FlightForm(QWidget):
         self._periods = {name: Choices([], self._choose_period) for name in RATES}
         self.rows = [
             Row("World", "What is around the drone.", self._world),
-            Row("Sensors", "Those that measure; each costs time.", self._sensors),
+            Row("Sensors", "Sensors that are on; each costs time.", self._sensors),
             Row("Noise", "Whether sensors are noisy, as the description says.", self._noise),
             Row("Seed", "Of noise and turbulence; equal seeds give equal flights.", self._seed),
             *(Row(*RATES[name], self._periods[name]) for name in RATES),
@@ -579,7 +579,7 @@ class PreferenceRow(Row):
 
     def _set(self, value: PreferenceValue) -> None:
         if self.preference.folder and value and not Path(str(value)).is_dir():
-            self._notices.warn(f"There is no folder {value}.", "Choose one that is there.")
+            self._notices.warn(f"There is no folder {value}.", "Choose an existing one.")
             self.show_present()
             return
         try:
@@ -622,7 +622,7 @@ class SettingsScreen(Screen):
         self._search.setPlaceholderText("Search settings")
         self._search.setClearButtonEnabled(True)
         self._search.textChanged.connect(self._find)
-        self._none = QLabel("No setting has these words.")
+        self._none = QLabel("No setting matches.")
         self._none.hide()
         self._to_keep: Scenario | None = None
         self._vehicle: Vehicle | None = None
@@ -631,14 +631,16 @@ class SettingsScreen(Screen):
         self._form = FlightForm()
         self._form.edited.connect(self._show_edited)
         self._fly = button("Fly with these", self._begin_flight, "primary")
-        self._fly.setAccessibleDescription("Ends the present flight and begins another")
+        self._fly.setAccessibleDescription("Ends the present flight and starts another")
         self._groups = [
             *(
                 Group(heading, [PreferenceRow(workspace, row) for row in rows])
                 for heading, rows in groupby(PREFERENCES, lambda row: row.group)
             ),
-            Group("Limits", self._limits, "They act at once, and are kept for each vehicle."),
-            Group("The flight", self._form.rows, "Another flight begins with what is set here."),
+            Group(
+                "Limits", self._limits, "They take effect at once, and are saved for each vehicle."
+            ),
+            Group("The flight", self._form.rows, "Another flight starts with these settings."),
         ]
         workspace.flight.streamed.connect(self._follow)
         self._lay_out()
@@ -658,7 +660,7 @@ class SettingsScreen(Screen):
         anew, self._vehicle = view.vehicle is not self._vehicle, view.vehicle
         if kept and anew:
             names = ", ".join(kept)
-            self.workspace.notices.inform(f"Your limits from last time hold again: {names}.")
+            self.workspace.notices.inform(f"Your limits from last time apply again: {names}.")
 
     def _follow(self, published: list[Published]) -> None:
         """Follow limits that others change."""

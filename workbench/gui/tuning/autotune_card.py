@@ -235,8 +235,8 @@ class AutoTuneCard(Card):
             return
         self.is_running = True
         self.progress.setValue(0)
-        self.best.setText("The search begins: this takes a minute or so.")
-        self.said.say("Searching; the flight goes on.")
+        self.best.setText("The search starts: it takes about a minute.")
+        self.said.say("Searching; the flight continues.")
         self.pages.setCurrentIndex(1)
         self._analysis.ask(
             Tune(self._trial.proposed, self.wishes.wishes, self._trial.gains.velocity)
@@ -298,7 +298,7 @@ class AutoTuneCard(Card):
         if self._tuned is not None:
             self._trial.gains.adopt(self._tuned.gains, "auto-tune")
         self._discard()
-        self.said.say("Accepted: one undo takes it back.", "good")
+        self.said.say("Accepted: one undo reverts it.", "good")
 
     def _discard(self) -> None:
         self._tuned = None

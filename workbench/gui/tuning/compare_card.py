@@ -140,7 +140,7 @@ def table_rows(
     for each in designs:
         weakest = weakest_loop(each.judged, limit_of) if each.judged is not None else None
         name = short_label(weakest.name) if weakest is not None else DASH
-        help = f"{each.name}: {_why(each) or 'the loop that has least to spare of its limits'}"
+        help = f"{each.name}: {_why(each) or 'the loop that is nearest to its limits'}"
         if each.judged is not None and not each.judged.stable:
             name, help = "unstable", f"{each.name}: {each.judged.said}"
         cells.append(Cell(name, over=name == "unstable", help=help))
@@ -247,9 +247,7 @@ class CompareCard(Card):
         self._preparing = ""
         self._seen = False
         self.view = choice("What is shown", VIEWS, "What is shown of the designs")
-        self.loop = choice(
-            "Loop", help="The loop that is drawn over frequency, and has margins in the table"
-        )
+        self.loop = choice("Loop", help="The loop whose frequency curves and margins are shown")
         self.choose = menu_button("&Designs", "Choose what is compared", self._fill_choose)
         self.use = menu_button("&Use", "Fly or keep one, or copy the table", self._fill_use)
         self.legend = Legend(workspace.look)
@@ -427,7 +425,7 @@ class CompareCard(Card):
             return
         axis = find_axis(step.axis)
         label = "yaw rate" if axis.place is None else f"velocity {axis.name}"
-        self.plot.set_hint("Not known yet: the analyst is asked")
+        self.plot.set_hint("Not known yet: the analyst is computing it")
         self.plot.set_axes("time after the step", label, axis.unit)
         self.plot.set_window(0.0, step.duration)
         asked = np.array([step.amplitude, step.amplitude])
@@ -501,7 +499,7 @@ class CompareCard(Card):
         if missing:
             what = self._preparing if any(each.controller for each in missing) else ""
             names = ", ".join(each.name for each in missing)
-            return f"Asked about {names} … {what}".rstrip(), "muted"
+            return f"Computing {names} … {what}".rstrip(), "muted"
         best = [designs[row.best].name for row in self._compared if row.best is not None]
         counts = {name: best.count(name) for name in dict.fromkeys(best)}
         if not counts:

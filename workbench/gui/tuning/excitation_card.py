@@ -167,7 +167,7 @@ class FaultForm(QWidget):
         self.how.addWidget(self.mode)
         self.how.addWidget(self.share)
         self.button = button("Fail now", self.fail, "danger")
-        self.repair = button("Repair", self._repair, help="Let this part work as before")
+        self.repair = button("Repair", self._repair, help="Repair this part")
         self.buttons = (self.repair, self.button)
         grid(
             (buddy("&Part", self.part), buddy("&Fault", self.how)),
@@ -274,7 +274,7 @@ class ExcitationCard(Card):
         self.fault = FaultForm(workspace)
         self.pages = QStackedWidget()
         self.repeats = QCheckBox("&Repeat")
-        self.repeats.setToolTip("Begin again when it is over, until it is stopped")
+        self.repeats.setToolTip("Repeat it until it is stopped")
         self.button = button("Start", self.start_or_stop, "primary", f"Start or stop ({KEY})")
         self.take_off = button(
             "Take off", self._take_off, help="The drone must fly before it can be excited"
@@ -429,7 +429,7 @@ class ExcitationCard(Card):
     def _say_disturbed(self, view: LiveView) -> None:
         """Show the present wind, or what has failed."""
         if self.tabs.currentIndex() == WIND:
-            self.said.say(self.wind.speed.fault or "It blows until it is set again.")
+            self.said.say(self.wind.speed.fault or "It blows until you change it.")
         elif self.fault.said:
             self.said.say(f"Failed: {self.fault.said}.", "warning")
         else:

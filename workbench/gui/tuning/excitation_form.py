@@ -68,7 +68,7 @@ KINDS = (
         "Start",
         1.0,
         True,
-        "A velocity or a yaw rate that is asked for",
+        "A step of the commanded velocity or yaw rate",
     ),
     Kind(
         "Load",

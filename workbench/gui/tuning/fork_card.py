@@ -102,10 +102,10 @@ class ForkCard(Card):
         self.duration.refused.connect(lambda _: self.refresh())
         self.with_step = QCheckBox("With a s&tep")
         self.with_step.setChecked(True)
-        self.with_step.setToolTip("The step of the excitation is asked for at once")
+        self.with_step.setToolTip("The step of the excitation is commanded at once")
         self.button = button("&Fork now", self.fork, "primary")
         self.plot = StaticPlot(workspace)
-        self.plot.set_hint("Fork: both go on from this instant")
+        self.plot.set_hint("Fork: both continue from this moment")
         self.table = NumberTable(
             "Numbers of each branch",
             HEAD,
@@ -217,7 +217,7 @@ class ForkCard(Card):
             self._control.fly_controller(branch.controller)
         elif branch.name == NOW:
             self._trial.gains.discard()
-            self.said.say("What flies now is kept.")
+            self.said.say("The present flight continues.")
         else:
             self._trial.gains.adopt(branch.gains, "a branch of a fork")
 
@@ -257,7 +257,7 @@ class ForkCard(Card):
         same = self.one.currentData() == self.other.currentData()
         can = bool(self._trial.flown) and not self.duration.fault and not same
         self.button.setEnabled(not self.is_busy and can)
-        self.button.setToolTip("Choose two that are not the same" if same else "")
+        self.button.setToolTip("Choose two different ones" if same else "")
         done = bool(self._forked) and not self.is_busy
         boxes = (self.one, self.other)
         names = [each.name for each in self._branches] if done else [b.currentText() for b in boxes]

@@ -63,11 +63,12 @@ BELOW, ABOVE = 50.0, 30.0
 HELP = {
     "Bode": "L is the open loop. Where its magnitude is 0 dB, the phase above −180° is the phase "
     "margin; where its phase is −180°, the magnitude below 0 dB is the gain margin.",
-    "Nyquist": "L in the complex plane. The farther it stays from −1, the more the loop bears; the "
-    "red circle is the disk that it stays out of, as large as its disk margin allows.",
-    "Gang of four": "S: what is left of an error. T: what follows a command, and noise. KS: what "
-    "the loop asks for per noise on its error. GS: what a load at its actuator does to it.",
-    "Phase": "What turned the phase of every loop at its crossover: the law, and what lies behind.",
+    "Nyquist": "L in the complex plane. The farther it stays from −1, the more robust the loop is; "
+    "the red circle is the disk that it stays out of, by its disk margin.",
+    "Gang of four": "S: from command to error. T: from command, and noise, to response. KS: from "
+    "noise on the error to the actuator. GS: from a load at the actuator to the response.",
+    "Phase": "What turned the phase of every loop at its crossover: the law, and all that follows "
+    "it.",
 }
 
 
@@ -243,7 +244,7 @@ class LoopMeasuring(QObject):
             return
         loop, cut, gains = self._wanted
         self._asked = PlanMeasurement(gains, loop, cut)
-        self._say("Finding what the loop bears …")
+        self._say("Finding a size that the loop can take …")
         self._analysis.ask(self._asked)
 
     def _fly(self, question: Question, planned: tuple[Injection, bool]) -> None:
@@ -487,7 +488,7 @@ class FrequencyCard(Card):
         elif self.curves.said:
             self.said.say(f"Not known: {self.curves.said}", "warning")
         elif now is None:
-            self.said.say(self._judgement.said or "Not known yet: the analyst is asked.")
+            self.said.say(self._judgement.said or "Not known yet: the analyst is computing it.")
         elif not now.margins.stable:
             self.said.say("The closed loop is unstable with these gains.", "bad")
         else:

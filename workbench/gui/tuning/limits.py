@@ -185,8 +185,8 @@ MARGIN_LIMITS = (
         1,
         "how far the gain may fall",
     ),
-    _margin("phase_margin", "phase", "°", (DEGREES, 45.0, 0.0, 180.0), 1, "phase that is borne"),
-    _margin("delay_margin", "delay", "ms", (1e3, 10.0, 0.0, 1e4), 0, "delay that is borne"),
+    _margin("phase_margin", "phase", "°", (DEGREES, 45.0, 0.0, 180.0), 1, "phase to instability"),
+    _margin("delay_margin", "delay", "ms", (1e3, 10.0, 0.0, 1e4), 0, "delay to instability"),
     _margin(
         "disk_margin", "disk", "", (1.0, 0.6, 0.0, 2.0), 2, "gain and phase together: α, at most 2"
     ),

@@ -60,11 +60,11 @@ DISK = find_limit("disk_margin")
 TURN = np.linspace(0.0, 2.0 * np.pi, 181)
 LAW = "law"
 PARTS = {
-    LAW: "the gains and the rigid body itself, as if all else were at once",
+    LAW: "the gains and the rigid body itself, as if all else were instantaneous",
     "filters": "the low-passes and the notch: gyro, setpoint and derivative",
     "estimator": "flying on an estimate instead of the true motion",
     "delay": "late readings, late commands, and the physics step by which these act",
-    "hold": "a command stands for a control period, half of one late on average",
+    "hold": "a command is held for a control period, so it is half a period late on average",
     "rotors": "rotors take time to speed up and slow down",
 }
 """Descriptions of the parts of a phase, by their names in `JudgedLoop.turned`."""
@@ -103,7 +103,7 @@ class FrequencyPlots(QWidget):
         self._columns = 0
         for plot, title in zip(self.plots, titles, strict=True):
             plot.setMinimumHeight(LOW)
-            plot.set_hint("Not known yet: the analyst is asked")
+            plot.set_hint("Not known yet: the analyst is computing it")
             plot.show_head(False)
             plot.set_title(title)
             plot.cursor_moved.connect(self.pointed)
@@ -419,7 +419,7 @@ class NyquistPlot(QWidget):
                 points=tuple(self._points()),
                 guides=(Guide((-math.inf, math.inf), (0.0, 0.0)),),
                 caption=self._caption,
-                hint="" if self._loops else "Not known yet: the analyst is asked",
+                hint="" if self._loops else "Not known yet: the analyst is computing it",
             )
         )
 
@@ -521,7 +521,7 @@ def phase_headline(judged: Judged, limit_of: LimitOf) -> str:
 def missing_phase(judged: Judged) -> str:
     """Return which loops and parts have no phase, and why, in sentences; "" if all have one."""
     if not judged.stable:
-        return "Phases are known of a stable closed loop alone."
+        return "Phases are known only for a stable closed loop."
     said = []
     uncrossed = [loop_label(loop.name) for loop in judged.loops if not loop.turned]
     if uncrossed:
@@ -562,7 +562,7 @@ def _crossover_cell(loop: JudgedLoop, old: JudgedLoop | None) -> Cell:
     hertz = loop.crossover / (2.0 * math.pi)
     help = (
         f"{label}: its gain is 1 at {loop.crossover:.3g} rad/s ({hertz:.3g} Hz); "
-        f"there all parts leave {degrees(loop.phase_margin, fine=True)}° to −180°"
+        f"there, all parts leave {degrees(loop.phase_margin, fine=True)}° to −180°"
     )
     return Cell(text, was if was != text else "", help=help)
 
@@ -629,7 +629,7 @@ class PhaseView(QWidget):
 
     def _headline(self, now: Judged | None) -> tuple[str, str]:
         if now is None:
-            return self._judgement.said or "Not known yet: the analyst is asked.", "muted"
+            return self._judgement.said or "Not known yet: the analyst is computing it.", "muted"
         if caveat := self._judgement.caveat:
             return caveat, "warning"
         return phase_headline(now, self._limits.value), "muted" if now.stable else "bad"

@@ -285,7 +285,7 @@ class LoopShaping(QWidget):
             if asked.robustness is Robustness.DISK:
                 margin = f"a disk margin of {shaped.disk_margin:.2f}"
             reached = f"{shaped.bandwidth:.3g} rad/s and {margin}"
-            self._say(f"As near as it goes: {reached}. {shaped.said}", "warning")
+            self._say(f"The nearest possible: {reached}. {shaped.said}", "warning")
         else:
             self._say("")
         if self._ends and not self._follower.is_waiting:

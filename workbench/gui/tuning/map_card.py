@@ -369,11 +369,11 @@ class MapCard(Card):
         step, gains = self._trial.step, self._trial.judged
         x, y = self.across.currentData(), self.upwards.currentData()
         if step is None:
-            self.said.say("Choose a step of a setpoint: a chirp or a load has none.")
+            self.said.say("Choose a step of a setpoint, not a chirp or a load.")
         elif not gains or not x:
             self.said.say("Nothing flies yet.")
         elif x == y:
-            self.said.say("Choose two gains that are not the same.", "warning")
+            self.said.say("Choose two different gains.", "warning")
         else:
             self.said.say("")
             self._follower.ask(DrawMap(gains, x, y, self.number.currentData(), step))

@@ -180,7 +180,7 @@ class MarginsCard(Card):
         self._judgement = judgement
         self._limits = limits
         self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)
-        help = "Fold the table, so that what is below it has its room"
+        help = "Fold the table, to leave its room to what is below"
         self.fold = named(tool_button("", kind="quiet small"), "Fold the table of margins", help)
         self.fold.setCheckable(True)
         self.fold.setArrowType(Qt.ArrowType.DownArrow)
@@ -200,7 +200,7 @@ class MarginsCard(Card):
     def _show(self) -> None:
         now, before = self._judgement.proposed, self._judgement.flown
         if now is None:
-            self.said.say(self._judgement.said or "Not known yet: the analyst is asked.")
+            self.said.say(self._judgement.said or "Not known yet: the analyst is computing it.")
             self.table.set_rows(())
             return
         other = before if before is not None and before is not now else None

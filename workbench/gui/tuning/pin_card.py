@@ -65,7 +65,7 @@ class PinCard(Card):
         kept = str(workspace.preferences.store.value(FOLDER, "") or Path.cwd())
         self.folder = QLineEdit(kept)
         self.browse = named(tool_button("…", self._browse), "Choose a folder")
-        self.margins = QCheckBox("Hold the &margins of all loops, too")
+        self.margins = QCheckBox("Pin the &margins of all loops, too")
         self.margins.setChecked(True)
         self.what = wrapped()
         self.button = button("Write", self.write)

@@ -115,7 +115,7 @@ def poles_headline(proposed: np.ndarray) -> str:
         return f"{growing} unstable pole{'s' if growing > 1 else ''}."
     swinging = [Pole(complex(each), True) for each in proposed if abs(each.imag) > 1e-9]
     if not swinging:
-        return "Nothing swings."
+        return "Nothing oscillates."
     least = min(swinging, key=lambda pole: pole.damping)
     return f"Least damping {least.damping:.2f}, at {least.frequency:.3g} rad/s."
 

@@ -541,7 +541,7 @@ def headline(rows: tuple[Row, ...]) -> str:
     if over:
         return f"Over the limit: {', '.join(over)}."
     if any(row.cells[1].over for row in rows):
-        return "Only the prediction is over."
+        return "Only the prediction is over its limits."
     return "The step keeps all limits."
 
 

@@ -58,7 +58,7 @@ class WeightBars(QWidget):
         self._limit: Limit | None = None
         self.setMinimumHeight(120)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setAccessibleName("What each gain does to the metric")
+        self.setAccessibleName("Effect of each gain on the metric")
         look.changed.connect(self.update)
 
     @property
@@ -129,7 +129,7 @@ class WeightsCard(Card):
         offer(self.number, {row.name: row.label for row in STEP_LIMITS})
         self.bars = WeightBars(workspace.look, trial.gains.words)
         self.words = wrapped()
-        line = hbox(buddy("What moves the &metric", self.number), (self.number, 1))
+        line = hbox(buddy("Gains that change the &metric", self.number), (self.number, 1))
         fill(self.body, line, (self.bars, 1), self.words)
         self._rest = single_shot(self._ask, self, REST)
         self.number.currentIndexChanged.connect(self._show)
@@ -152,13 +152,13 @@ class WeightsCard(Card):
 
     def _follow(self) -> None:
         if self._asked is not None and self._asked.gains != self._trial.judged:
-            self.said.say("Of the gains before; new ones follow …")
+            self.said.say("For the previous gains; new ones follow …")
         self._rest.start()
 
     def _ask(self) -> None:
         step, gains = self._trial.step, self._trial.judged
         if step is None:
-            self.said.say("Choose a step of a setpoint: a chirp or a load has none.")
+            self.said.say("Choose a step of a setpoint, not a chirp or a load.")
         elif gains:
             self._follower.ask(Weigh(gains, step))
             self._say_waiting()
@@ -177,5 +177,5 @@ class WeightsCard(Card):
         slopes = self._weighed.get(limit.name, {}) if self._weighed is not None else {}
         self.bars.show_slopes(slopes, limit)
         texts = self.bars.texts
-        none = "No gain moves it." if self._weighed is not None else ""
+        none = "No gain changes it." if self._weighed is not None else ""
         self.words.setText(f"{texts[0]}." if texts else none)

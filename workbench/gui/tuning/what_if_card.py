@@ -30,9 +30,9 @@ NUMBERS = (
 DRAWS = (0, 8, 16, 24, 32, 40)
 """Numbers of draws of successive answers: the curve comes first, and the band improves while gains
 do not change."""
-NO_LOG = "Open a log: it is flown again with the gains at the left."
+NO_LOG = "Open a log, to fly it again with the gains on the left."
 NO_MODEL = "No drone flies: open the model of the one that flew the log (File > Open model…)."
-HINT = "The flight that was, and the one that would have been"
+HINT = "The logged flight, and the one with other gains"
 SLIDERS = "these gains"
 AS_LOGGED = "as logged"
 
@@ -176,7 +176,7 @@ class WhatIfCard(Card):
         if answer is None or asked is None:
             return ("Flying it again …" if self._follower.is_waiting else ""), "muted"
         if asked != self._question(asked.draws):
-            return "Of what was asked before; the new flight follows …", "muted"
+            return "For the previous request; the new flight follows …", "muted"
         if answer.logged_vehicle not in ("", answer.vehicle):
             return (
                 f"The log is of {answer.logged_vehicle}, the model of {answer.vehicle}.",

@@ -362,7 +362,7 @@ FAULTS = {
 }
 """Message in place of a page, by kind of fault."""
 BLANK = (
-    "Nothing is seen of the 3-D view, though it draws: start the app with "
+    "The 3-D view draws, but nothing is visible: start the app with "
     f"{GBM}=0 set, or open the view in a browser."
 )
 MOST_PLACES = 2000
@@ -379,7 +379,7 @@ REPLAY_PERIOD = 33
 SHAPES = ("drake", "visualizer")
 """Meshcat's path of the objects that Drake draws."""
 REPLAYED = "{name}: the pale drone flies the log, and the camera follows it."
-NOT_REPLAYED = "{name} has no position, so the log is not seen here: this is the flight."
+NOT_REPLAYED = "{name} has no position, so the log is not shown here: this is the flight."
 NO_PAGE = "about:blank"
 STATE = "window.workbench?.state()"
 """Calls the script in the page, which exists only once the page is loaded."""
@@ -790,7 +790,7 @@ class View3d(QWidget):
         bar.setContentsMargins(4, 2, 4, 2)
         shown = menu_button(
             "Show \N{BLACK DOWN-POINTING SMALL TRIANGLE}",
-            "What is seen besides the drone",
+            "What is shown besides the drone",
             lambda menu: menu.addActions(self._actions[name] for name in PARTS),
         )
         named(shown, "Show trail, arrows or lidar points")

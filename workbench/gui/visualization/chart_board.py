@@ -252,7 +252,7 @@ class ChartPane(QFrame):
         self.chart.set_hint(
             "Nothing flies yet: open a scenario, or a log"
             if not units
-            else f"Not measured here: {', '.join(missing)}"
+            else f"Not in this flight: {', '.join(missing)}"
             if missing
             else _EMPTY
         )

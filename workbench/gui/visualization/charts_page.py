@@ -189,7 +189,7 @@ class ChartsPage(QWidget):
         self.file_menu = QMenu(self)
         self.signals_shown = button("&Signals", help="Show the list of all signals")
         self.add = button("Add &chart", self.board.add_chart)
-        help = "Let all pictures stand still; the flight goes on"
+        help = "Pause all charts; the flight continues"
         self.pause = button("Pause &all", help=help)
         for each in (self.signals_shown, self.pause):
             each.setCheckable(True)
@@ -299,7 +299,7 @@ class ChartsPage(QWidget):
             WorkbenchError: says what is wrong.
         """
         if signal.name in (each.name for each in self._own if each is not old):
-            raise WorkbenchError(f"there is {signal.name} already: give it another name")
+            raise WorkbenchError(f"{signal.name} exists already: give it another name")
         others = [each for each in self._own if each is not old]
         source = WithDerived(self._base, (*DERIVED, *others, signal))
         if self._base.units:

@@ -216,14 +216,14 @@ def _layout_from(file: YamlFile) -> Layout:
     version = data.get("version", 0)
     if version != VERSION:
         raise WorkbenchError(
-            f"{file.where('version')}this is version {version} of a layout, known is {VERSION}: "
-            "begin the file with 'version: 1', or update the workbench"
+            f"{file.where('version')}this is version {version} of a layout, but the app reads "
+            f"{VERSION}: begin the file with 'version: 1', or update the workbench"
         )
     charts = tuple(_made(ChartSpec, each) for each in data.get("charts", []))
     if len(charts) > MOST_CHARTS:
         raise WorkbenchError(
-            f"{file.where('charts', MOST_CHARTS)}there is room for {MOST_CHARTS} charts: leave out "
-            "the others"
+            f"{file.where('charts', MOST_CHARTS)}at most {MOST_CHARTS} charts are allowed: leave "
+            "out the others"
         )
     for index, chart in enumerate(charts):
         for key, known in (("kind", KINDS), ("window", WINDOWS), ("detrend", DETRENDS)):

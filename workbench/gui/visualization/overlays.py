@@ -71,7 +71,7 @@ class Overlay:
                 self.shift = float(other - own)
                 return
         raise WorkbenchError(
-            f"{self.name}: neither a command's step nor a take-off is in both: type the shift"
+            f"{self.name}: there is no command step or take-off in both: type the shift"
         )
 
 
@@ -125,7 +125,7 @@ class OverlayBar(QWidget):
         align = button(
             "Align",
             lambda: self.align_wanted.emit(overlay),
-            help="Let its first step, or its take-off, be at the same time as here",
+            help="Shift it so that its first step or its take-off is at the same time as here",
         )
         remove = button("Remove", lambda: self._remove(overlay))
         hbox(

@@ -48,7 +48,7 @@ BEYOND = 0xFF8A8F98
 EVERY = 0.1
 """Least period between requests for pictures [s]."""
 NO_CAMERA = (
-    "No depth camera measures in this flight. Open the scenario “all-sensors”, or list "
+    "No depth camera is on in this flight. Open the scenario “all-sensors”, or list "
     "depth_camera under sensors in the scenario; it needs a model with a camera."
 )
 KIND = "depth_camera"
@@ -267,7 +267,7 @@ class CameraPage(QWidget):
     def _refuse(self, said: str) -> None:
         self._waits = False
         if self._newest is None:
-            self.show_hint(f"The depth camera tells nothing: {said}")
+            self.show_hint(f"The depth camera has failed: {said}")
 
     def _point(self, pixel: tuple[int, int] | None) -> None:
         self._pixel = pixel
@@ -307,7 +307,7 @@ POINTS = 500.0
 NEAREST, FARTHEST = 2.0, 200.0
 """Smallest and largest visible width [m]."""
 NO_LIDAR = (
-    "No lidar measures in this flight. Open a scenario with one, such as “network” or "
+    "No lidar is on in this flight. Open a scenario with one, such as “network” or "
     "“all-sensors”, or list lidar under sensors in the scenario."
 )
 
@@ -540,9 +540,9 @@ class CloudPage(QWidget):
         self._rays: CloudRays | None = None
         self._stamp: object = None
         self.view = CloudView(workspace.look)
-        frames = ("W, level with the world", "B, turned with the drone")
+        frames = ("W, aligned with the world", "B, turned with the drone")
         self.frame = choice("Frame of the cloud", frames)
-        self.colours = choice("What the colours stand for", ("height", "range"))
+        self.colours = choice("Meaning of the colours", ("height", "range"))
         self.said = label(kind="muted")
         self._lay_out()
         self.frame.currentIndexChanged.connect(self._show_anew)
@@ -599,7 +599,9 @@ class CloudPage(QWidget):
         views = (("&Top", TOP, "T"), ("Si&de", SIDE, "S"), ("S&lanted", SLANTED, "S"))
         row = hbox(
             *(
-                button(text, partial(self._look_from, at), help=f"See the cloud from there ({key})")
+                button(
+                    text, partial(self._look_from, at), help=f"Show the cloud from there ({key})"
+                )
                 for text, at, key in views
             ),
             buddy("F&rame", self.frame, kind=""),

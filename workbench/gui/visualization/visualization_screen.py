@@ -80,7 +80,7 @@ class FramesPage(QWidget):
             head.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
             head.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
             head.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self.hint = QLabel("No flight has told its frames yet.")
+        self.hint = QLabel("No flight has sent its frames yet.")
         name = buddy("Find fra&me", self.search, kind="")
         parts = (name, self.search, self.hint, (self.tree, 1))
         vbox(*parts, of=self, margins=(0, 8, 0, 0), spacing=6)
@@ -343,7 +343,7 @@ class LogBar(QFrame):
         self.moved.emit(self.clock.time)
 
     def _lay_out(self) -> None:
-        said = label("This is a log, no live flight.", "muted")
+        said = label("This is a log, not a live flight.", "muted")
         head = hbox(self.name, said, 1, self.again, self.whole, self.back)
         row = hbox(
             self.play,
@@ -383,8 +383,8 @@ class EventsPage(QWidget):
         self._list = EventList()
         self._at_end = True
         self.hint = QLabel(
-            "Nothing has happened yet: take-off, landing, warnings and changed "
-            "parameters will stand here."
+            "Nothing has happened yet: take-off, landing, warnings and changed parameters will "
+            "appear here."
         )
         self.hint.setWordWrap(True)
         self.table = QTableWidget(0, 3)
@@ -681,7 +681,7 @@ class VisualizationScreen(Screen):
 
     def _refuse(self, said: str) -> None:
         self._reading.hide()
-        self.workspace.notices.warn(said, "Choose another file; the charts are as they were.")
+        self.workspace.notices.warn(said, "Choose another file; the charts are unchanged.")
 
     def _show_log(self, contents: LogContents) -> None:
         self._reading.hide()
@@ -709,7 +709,7 @@ class VisualizationScreen(Screen):
         """Disable the pages of the flight while a log is shown."""
         for index in range(1, self.tabs.count()):
             self.tabs.setTabEnabled(index, not self.shows_log)
-            tip = "Of the live flight: go back to live first" if self.shows_log else ""
+            tip = "Only in a live flight: go back to live first" if self.shows_log else ""
             self.tabs.setTabToolTip(index, tip)
 
     def _lay_out(self) -> None:

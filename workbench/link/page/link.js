@@ -179,7 +179,7 @@ export class Link {
     this.silent = true;
     if (this.flying) {
       this.lease.end();
-      this.listener.said("You do not fly any more: nothing is heard, the drone holds by itself");
+      this.listener.said("You no longer fly: the server is silent, and the drone holds its position");
     }
     this.listener.changed();
   }
@@ -267,7 +267,7 @@ export class Link {
     const mine = state.hand === "client" && state.peer === this.hello.peer && state.stage === "live";
     if (this.flying && !mine) {
       this.lease.end();
-      this.listener.said(`You do not fly any more: ${state.reason}`);
+      this.listener.said(`You no longer fly: ${state.reason}`);
     }
     this.listener.changed();
   }
@@ -312,7 +312,7 @@ export class Link {
     this.phase = Phase.WAITING;
     this.retryAt = this.now() + pause;
     this.waiting = setTimeout(() => this.start(), pause);
-    if (flew) this.listener.said("The connection is lost: the drone holds by itself");
+    if (flew) this.listener.said("The connection is lost: the drone holds its position");
     this.listener.changed();
   }
 

@@ -159,7 +159,7 @@ function hears(link) {
 /** Return who flies, and why. */
 export function holder(link) {
   const { control } = link;
-  if (link.silent) return ["You do not fly", "Nothing is heard from the server"];
+  if (link.silent) return ["You do not fly", "The server is silent"];
   if (link.phase !== Phase.OPEN || control === null) return ["Who flies is not known", ""];
   if (link.flying) return ["You fly", control.reason];
   if (control.hand === "operator") return ["The operator flies", control.reason];
