@@ -25,7 +25,8 @@ from workbench.logs.flight_log import LoggedFlight
 from workbench.logs.record import read_log
 from workbench.logs.sensor_samples import logged_sensors
 from workbench.plant.home import DEFAULT_HOME
-from workbench.plant.loading import load_vehicle, make_vehicle
+from workbench.plant.loading import load_vehicle
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
 from workbench.scenario.sensors_config import SensorsConfig
 
@@ -205,8 +206,8 @@ def test_turned_sensors_are_turned_back(record, monkeypatch):
         "magnetometer": Rotation.from_euler("ZYX", [-1.2, 0.4, 0.2]).as_matrix(),
     }
 
-    def turned(description):
-        vehicle = make_vehicle(description)
+    def turned(config):
+        vehicle = configured_vehicle(config)
         sensors = tuple(
             dataclasses.replace(each, R_BS=tuple(map(tuple, turns[each.kind])))
             if each.kind in turns
@@ -215,7 +216,7 @@ def test_turned_sensors_are_turned_back(record, monkeypatch):
         )
         return dataclasses.replace(vehicle, sensors=sensors)
 
-    monkeypatch.setattr("workbench.logs.sensor_samples.make_vehicle", turned)
+    monkeypatch.setattr("workbench.logs.sensor_samples.configured_vehicle", turned)
     found = logged_sensors(record).samples
     for k in (0, 500):
         for part in (slice(0, 3), slice(3, 6)):
