@@ -2,7 +2,7 @@
 
 All fly the same commands in turn, timed in processor time, beside `pd` on the truth. Asked for is
 half of its rate of other laws, and a quarter of it on an estimate with all filters. They compile
-first, up to a minute each, so it is no part of `make bench`.
+first, up to a minute each, so it is not part of `make bench`.
 """
 
 import sys

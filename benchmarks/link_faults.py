@@ -116,7 +116,7 @@ REVIVALS: dict[str, Callable[[Scene], object]] = {
 MORE = 0.3
 """Flown after that [s]."""
 AT_ONCE = ("kill -9", "reset", "close", "release", "server stopped", "server killed")
-"""These end the connection or the lease, and are no silence."""
+"""These end the connection or the lease, and are not silence."""
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 `python benchmarks/link_holder.py HOST PORT` prints a line as soon as it flies at about 1 m/s, then
 does what a line on its standard input says: `silent` keeps the connection and commands no more,
 `reset` drops it without a goodbye, `close` closes it, `release` gives control back, `ask` asks for
-control again and prints the answer, `bad` sends commands that are no numbers. Every command differs
-a little from the one before, so that a flight's script shows each.
+control again and prints the answer, `bad` sends commands that are not numbers. Every command
+differs a little from the one before, so that a flight's script shows each.
 """
 
 import json

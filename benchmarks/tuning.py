@@ -2,7 +2,7 @@
 
 Each run starts from the vehicle's gains, every one scaled by a random factor between 0.2 and 5,
 and has the wishes that follow from the vehicle. It counts when the gain file meets them on the full
-diagram. It takes some six seconds a run, so it is no part of `make bench`.
+diagram. It takes some six seconds a run, so it is not part of `make bench`.
 """
 
 import argparse

@@ -59,7 +59,7 @@ def write_reference(app: Sphinx) -> None:
 def add_contents(app: Sphinx, page: str, source: list[str]) -> None:
     """Give the front page the contents that index.md lists, for the sidebar alone.
 
-    A folder is no page, so a link to one becomes its name.
+    A folder is not a page, so a link to one becomes its name.
     """
     source[0] = re.sub(r"\[notebooks\]\((\.\./)?notebooks\)", "`notebooks/`", source[0])
     if page != root_doc:

@@ -120,7 +120,7 @@ class Module:
 
     @cached_property
     def words(self) -> list[tuple[str, int]]:
-        """Names, and words in strings that are no docstrings, with their lines."""
+        """Names, and words in strings that are not docstrings, with their lines."""
         return [
             (word, token.start[0])
             for token in self.tokens

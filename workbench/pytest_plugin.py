@@ -32,7 +32,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--workbench-update",
         action="store_true",
         dest=UPDATE,
-        help="record the baselines of the collected specs anew; their limits are judged all the "
+        help="record the baselines of the collected specs again; their limits are judged all the "
         "same",
     )
     parser.addini(

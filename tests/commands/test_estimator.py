@@ -116,11 +116,11 @@ def test_a_number_of_an_estimator_that_does_not_fly_is_told_on_one_line(run, out
     for options, wanted in (
         (
             gate,
-            "nothing goes by ekf_gate, as the controller knows the truth: add `--estimator ekf`",
+            "nothing uses ekf_gate, because the controller gets the truth: add `--estimator ekf`",
         ),
         (
             (*gate, "--set", "ekf_barometer=1", "--estimator", "complementary"),
-            "nothing goes by ekf_gate and ekf_barometer, as the controller knows what "
+            "nothing uses ekf_gate and ekf_barometer, because the controller gets what "
             "complementary estimates: add `--estimator ekf`",
         ),
         ((*gate, "--estimator", "ekf"), None),
@@ -129,7 +129,7 @@ def test_a_number_of_an_estimator_that_does_not_fly_is_told_on_one_line(run, out
         with case(options):
             said = run(*short, *options)
             assert said.code == 0, said.err
-            told = [line for line in said.err.splitlines() if "nothing goes by" in line]
+            told = [line for line in said.err.splitlines() if "nothing uses" in line]
             assert told == ([f"workbench: {wanted}"] if wanted else [])
 
 

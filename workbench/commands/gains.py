@@ -102,7 +102,9 @@ def add_parser(commands: Any) -> None:
         _restore,
     )
     restore.add_argument("file", type=Path, metavar="FILE", help="gain file")
-    restore.add_argument("state", type=int, metavar="N", help="as `workbench gains history` has it")
+    restore.add_argument(
+        "state", type=int, metavar="N", help="its number in `workbench gains history`"
+    )
     add_controller_option(restore, "file")
     add_json_option(restore)
     add_exchange(actions)

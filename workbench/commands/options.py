@@ -373,7 +373,7 @@ def _say_unused(estimator: str, names: list[str]) -> None:
         if other != estimator and unused:
             flown = "the truth" if estimator == TRUTH else f"what {estimator} estimates"
             say(
-                f"nothing goes by {' and '.join(unused)}, as the controller knows {flown}: "
+                f"nothing uses {' and '.join(unused)}, because the controller gets {flown}: "
                 f"add `--estimator {other}`"
             )
 

@@ -76,7 +76,7 @@ def add_parser(commands: Any) -> None:
     add_controller_option(change, "spec")
     change.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
     change.add_argument("--physics-step", type=float, metavar="S", help="of the integration, in s")
-    parser.add_argument("--update", action="store_true", help="record the baselines anew")
+    parser.add_argument("--update", action="store_true", help="record the baselines again")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write JUnit XML")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page with all curves")
     parser.add_argument(

@@ -130,7 +130,7 @@ METRICS = (
     Metric("coupling_z", FLIGHT, "m", "likewise"),
     Metric("coupling_yaw", FLIGHT, "rad", "likewise"),
     Metric("mean_rotor_use", FLIGHT, "1", "share of the speed limit, over rotors and time"),
-    Metric("saturation", FLIGHT, "%", "of the time, in which a rotor is told all that it can give"),
+    Metric("saturation", FLIGHT, "%", "of the time in which a rotor gets its largest command"),
     Metric("trim", FLIGHT, "1", "mean use of the most used rotor less that of the least used"),
     Metric("peak_thrust", FLIGHT, "N", "of all rotors together"),
     Metric("peak_tilt", FLIGHT, "rad", "of the body against the vertical"),

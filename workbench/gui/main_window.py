@@ -486,8 +486,8 @@ class MainWindow(QMainWindow):
     def _ask_to_save(self, go_on: Callable[[], object]) -> None:
         """Continue with what ends the flight, once nothing would be lost or the user agrees.
 
-        A flight in the air is no reason to ask: it can be repeated, and its log is completed. The
-        question is not modal: the flight continues, and F12 stops the rotors.
+        It does not ask because of a flight in the air: that can be repeated, and its log is
+        completed. The question is not modal: the flight continues, and F12 stops the rotors.
         """
         if self._question is not None:
             self._question.close()

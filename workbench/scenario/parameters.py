@@ -41,7 +41,7 @@ def _fault(kind: str) -> Parameter:
 
 def _disturbance(axis: str, way: str) -> Parameter:
     """Return the row of a magnetic disturbance along an axis of B."""
-    help = f"field that the drone itself adds to the earth's, {way}"
+    help = f"field that the drone adds to the earth's, {way}"
     return Parameter(
         f"magnetometer_disturbance_{axis}", "magnetometer", "T", -1e-3, 1e-3, 0.0, help
     )
@@ -91,27 +91,27 @@ _DURATION = (0.001, 3600.0)
 _FREQUENCY = (0.0, 4000.0)
 
 EKF_ROWS = (
-    ("ekf_gyro_noise", "rad/s/Hz^0.5", 1.0, "noise density that the EKF takes the gyro to have"),
+    ("ekf_gyro_noise", "rad/s/Hz^0.5", 1.0, "noise density of the gyro, as the EKF assumes it"),
     ("ekf_accel_noise", "m/s^2/Hz^0.5", 10.0, "the same of the accelerometer"),
     (
         "ekf_gyro_bias_walk",
         "rad/s^2/Hz^0.5",
         1.0,
-        "random walk of its bias, as the EKF has it",
+        "random walk of its bias, as the EKF assumes it",
     ),
     ("ekf_accel_bias_walk", "m/s^3/Hz^0.5", 10.0, "the same of the accelerometer's"),
-    ("ekf_gps_position", "m", 100.0, "deviation that the EKF takes GPS to have east and north"),
+    ("ekf_gps_position", "m", 100.0, "deviation of GPS east and north, as the EKF assumes it"),
     ("ekf_gps_height", "m", 100.0, "the same upwards"),
     ("ekf_gps_velocity", "m/s", 100.0, "the same of its velocity"),
-    ("ekf_barometer", "m", 100.0, "deviation that the EKF takes the barometer's height to have"),
-    ("ekf_magnetometer", "T", 1e-4, "deviation that the EKF takes the magnetometer to have"),
-    ("ekf_range_finder", "m", 100.0, "deviation that the EKF takes the range finder to have"),
+    ("ekf_barometer", "m", 100.0, "deviation of the barometer's height, as the EKF assumes it"),
+    ("ekf_magnetometer", "T", 1e-4, "deviation of the magnetometer, as the EKF assumes it"),
+    ("ekf_range_finder", "m", 100.0, "deviation of the range finder, as the EKF assumes it"),
     ("ekf_gate", "1", 1000.0, "deviations beyond which the EKF leaves a measurement out"),
 )
 COMPLEMENTARY_ROWS = (
     ("complementary_kp", "1/s", 100.0, "pull of accelerometer and magnetometer on the attitude"),
     ("complementary_ki", "1/s^2", 100.0, "their pull on the gyro's bias"),
-    ("complementary_position_time", "s", 100.0, "time constant of the place by GPS"),
+    ("complementary_position_time", "s", 100.0, "time constant of the position by GPS"),
     ("complementary_velocity_time", "s", 100.0, "time constant of the velocity by GPS"),
     ("complementary_height_time", "s", 100.0, "time constant of the height by barometer"),
 )
@@ -133,7 +133,7 @@ OTHERS: tuple[Parameter, ...] = (
         0.0,
         1.5,
         0.0,
-        "largest speed towards an obstacle per way left; 0 sets no limit",
+        "largest speed towards an obstacle per distance left; 0 sets no limit",
     ),
     Parameter(
         "stop_distance", "modes", "m", 0.0, 20.0, 0.5, "clearance at which a braked drone stops"
@@ -175,7 +175,7 @@ OTHERS: tuple[Parameter, ...] = (
         0.0,
         1.0,
         0.0,
-        "share of the battery's sag that commands to the rotors make up for",
+        "share of the battery's sag that rotor commands compensate",
     ),
     Parameter(
         "voltage_noise",
@@ -203,7 +203,7 @@ OTHERS: tuple[Parameter, ...] = (
         "m/s",
         (0.0, 50.0),
         0.0,
-        "wind speed at 20 ft that makes it: light 7.7, moderate 15.4, severe 23.2",
+        "wind speed at 20 ft that causes it: light 7.7, moderate 15.4, severe 23.2",
     ),
     _air("gust_x", "m/s", _SPEED_OF_AIR, 0.0, "peak of the gust to the east"),
     _air("gust_y", "m/s", _SPEED_OF_AIR, 0.0, "peak of the gust to the north"),
@@ -230,8 +230,13 @@ OTHERS: tuple[Parameter, ...] = (
     _payload("payload_size_x", "m", _SIZE, "length of the payload, a box of even density"),
     _payload("payload_size_y", "m", _SIZE, "width of the payload"),
     _payload("payload_size_z", "m", _SIZE, "height of the payload"),
-    _payload("known_payload_mass", "kg", _LOAD, "mass that the law takes the payload to have"),
-    _gyro("gyro_rate", _FREQUENCY, 0.0, "samples of the gyro, at least; 0 one a physics step"),
+    _payload("known_payload_mass", "kg", _LOAD, "mass of the payload that the law assumes"),
+    _gyro(
+        "gyro_rate",
+        _FREQUENCY,
+        0.0,
+        "sample rate of the gyro, at least; 0 for one sample a physics step",
+    ),
     _gyro("gyro_lowpass", _FREQUENCY, 0.0, "cut-off of the gyro's low-pass; 0 for none"),
     Parameter(
         "gyro_lowpass_order",
@@ -267,7 +272,7 @@ OTHERS: tuple[Parameter, ...] = (
         "Hz",
         *_FREQUENCY,
         0.0,
-        "cut-off of the low-pass on the velocity and yaw rate asked for; 0 for none",
+        "cut-off of the low-pass on the commanded velocity and yaw rate; 0 for none",
     ),
     Parameter(
         "derivative_lowpass",
@@ -275,7 +280,7 @@ OTHERS: tuple[Parameter, ...] = (
         "Hz",
         *_FREQUENCY,
         0.0,
-        "cut-off of the low-pass on what derivative gains act on; 0 for none",
+        "cut-off of the low-pass on the input of derivative gains; 0 for none",
     ),
     Parameter(
         "command_steps",

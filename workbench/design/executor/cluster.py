@@ -110,7 +110,7 @@ def check_address(address: str) -> tuple[str, int]:
     """Return host and port of an address like tcp://HOST:PORT or tls://HOST:PORT.
 
     Raises:
-        WorkbenchError: if it is none, or the package that it needs is not installed.
+        WorkbenchError: if it is not an address, or the package that it needs is not installed.
     """
     if importlib.util.find_spec("distributed") is None:
         raise WorkbenchError(
@@ -131,7 +131,7 @@ def check_scheduler(address: str, within: float = ANSWER_WITHIN) -> None:
     """Check that a Dask scheduler answers at an address.
 
     Dask's own client retries a closed port without end, and waits without limit for an answer from
-    a program that is no scheduler.
+    a program that is not a scheduler.
 
     Args:
         address: tcp://HOST:PORT or tls://HOST:PORT.

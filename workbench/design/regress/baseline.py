@@ -68,10 +68,10 @@ def read_curves(path: Path) -> dict[str, Curve]:
         table = np.array(rows, dtype=float)
     except (OSError, ValueError) as error:
         raise WorkbenchError(
-            f"{path}: is not a table of curves: {error}: record it anew with --update"
+            f"{path}: is not a table of curves: {error}: record it again with --update"
         ) from error
     if names[:1] != [_TIME] or len(table) < 2 or table.shape[1:] != (len(names),):
-        raise WorkbenchError(f"{path}:1: is not a table of curves: record it anew with --update")
+        raise WorkbenchError(f"{path}:1: is not a table of curves: record it again with --update")
     time = table[:, 0]
     if not (np.diff(time) > 0.0).all() or not np.isfinite(table).all():
         raise WorkbenchError(f"{path}: its times do not rise, or a value is not a number")

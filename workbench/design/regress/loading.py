@@ -213,7 +213,7 @@ def _check_limit(limit: Limit, file: YamlFile, keys: Keys) -> None:
 
 
 def _check_step(case: Case, file: YamlFile, keys: Keys) -> None:
-    """Refuse a case with an axis or a load that is no step."""
+    """Refuse a case with an axis or a load if it is not a step."""
     if case.axis and case.load:
         raise _refuse(file, (*keys, "load"), "and an axis are two steps: make two cases")
     if case.axis and case.axis not in AXES:
@@ -260,7 +260,7 @@ def _check_log(case: Case, log: LogConfig, file: YamlFile, keys: Keys) -> None:
 
 
 def _check_script(case: Case, file: YamlFile, keys: Keys, controller: str) -> None:
-    """Refuse a case without an axis and a load that is no flight."""
+    """Refuse a case without an axis and a load if it is not a flight."""
     if not case.script and case.start is None:
         where = file.where(*keys)
         raise WorkbenchError(f"{where}'{case.name}' has neither an axis nor a script")

@@ -416,9 +416,9 @@ ARDUPILOT = Form(
     ),
     hover=("MOT_THST_HOVER", "throttle"),
     remarks=(
-        "low-passes of the gyro, of the rate asked for, of errors and of their slopes turn the "
+        "low-passes of the gyro, of the commanded rate, of errors and of their slopes turn the "
         "phase besides, and the target of the attitude is shaped",
-        "D acts on the error of the rate: a step of what is asked for kicks it",
+        "D acts on the error of the rate: a step of the setpoint causes a kick",
         "square roots of errors, ATC_ACC and WP_ACC, make large errors softer",
         "gains of the throttle, PSC_D_ACC, follow from the vehicle, not from the other law",
     ),

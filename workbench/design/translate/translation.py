@@ -211,7 +211,7 @@ def numbers(
         held = [row for row in form.rows if row.name == name and row.never_zero]
         if held and limited == 0.0:
             limited, said = present[name], f"stays: {held[0].never_zero}"
-            lost += [Lost(row.axis, f"{name} stays as it is") for row in held]
+            lost += [Lost(row.axis, f"{name} is unchanged") for row in held]
         near = [(row.axis, row.near) for row in form.rows if row.name == name and row.near]
         if near and limited:
             said = near[0][1]

@@ -80,7 +80,7 @@ KNOB_SHARE = 0.2
 """Radius of the knob, as a share of the circle's."""
 LARGEST_PAD = 480
 """Largest width and height [px]."""
-READY = "Ready: move a stick to fly, let go to stop and hold."
+READY = "Ready: move a stick to fly, release it to stop and hold."
 TAKING_OFF = "Taking off: the sticks count once it hovers."
 MODE_HELP = "Forward is where the nose points."
 KEYS_HELP = "Keys: W A S D and the arrows, held down; not while a field or a slider has the focus."

@@ -224,7 +224,7 @@ def say_hint(command: str, page: str) -> str:
 
 
 def read_port(text: str) -> int | str:
-    """Return a port as a number; unchanged if it is none, which `check` then refuses."""
+    """Return a port as a number; unchanged if it is not a number; `check` then refuses it."""
     try:
         return read_whole_number(text)
     except WorkbenchError:

@@ -413,7 +413,7 @@ class FlightForm(QWidget):
 
     def _choose_period(self, _: str) -> None:
         step, *periods = self._rates()
-        # a period that is no multiple of the new step becomes the nearest one that is
+        # a period that is not a multiple of the new step becomes the nearest one that is
         self._show_rates(step, *(max(1, round(period / step)) * step for period in periods))
         self._show_changes()
 

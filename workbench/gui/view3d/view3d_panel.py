@@ -335,7 +335,7 @@ SMALL_HEAP = "--js-flags=--initial-old-space-size=16"
 """Size [MB] up to which JavaScript's heap grows before its first garbage collection.
 
 V8's default is hundreds: each message to the page and each picture leave garbage, and the page grew
-by 40 MB a minute. This is no limit: a heap with more data grows further.
+by 40 MB a minute. This is not a limit: a heap with more data grows further.
 """
 GBM = "QTWEBENGINE_FORCE_USE_GBM"
 RENDER_NODES = Path("/dev/dri")

@@ -167,8 +167,7 @@ def listen(host: str, port: int) -> socket.socket:
 def _reason(error: Exception, host: str, port: int) -> str:
     match getattr(error, "errno", None):
         case errno.EADDRINUSE:
-            return f"port {port} at {host} is in use: end the program that uses it, or use another "
-            "port"
+            return f"port {port} at {host} is in use: end its program, or choose another port"
         case errno.EADDRNOTAVAIL:
             return f"{host} is not an address of this machine: listen at one that is, or at 0.0.0.0"
         case errno.EACCES:

@@ -45,7 +45,8 @@ _THIN = 1e-3
 def read_gazebo_world(path: Path, packages: Mapping[str, Path | str]) -> World:
     """Return the world in an SDF file, versions 1.3 to 1.12.
 
-    Lights, physics, plugins and other elements that are no obstacles are left out without a remark.
+    Lights, physics, plugins and other elements that are not obstacles are left out without a
+    remark.
 
     Args:
         path: the file.
