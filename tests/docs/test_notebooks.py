@@ -138,7 +138,7 @@ def test_the_lecture_ends_with_assertions(path):
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     texts = ["".join(cell["source"]) for cell in cells]
     last = next(place for place, text in enumerate(texts) if text.startswith("## Exercises")) - 1
-    assert texts[last - 1] == "## What must be true"
+    assert texts[last - 1] == "## Checks"
     assert sum(isinstance(node, ast.Assert) for node in ast.parse(texts[last]).body) >= 3
 
 

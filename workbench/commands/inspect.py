@@ -113,7 +113,7 @@ def _stated(vehicle: "Vehicle") -> Iterator[tuple[str, str]]:
     """Yield rows about rarely stated numbers; for rotors, the constants of the first one."""
     rotor = vehicle.rotors[0]
     if rotor.linear_motor_constant:
-        yield "linear thrust", f"{rotor.linear_motor_constant:.4g} N s, besides that over ω²"
+        yield "linear thrust", f"{rotor.linear_motor_constant:.4g} N s, in addition to that over ω²"
     if rotor.inflow_coefficient:
         yield "inflow", f"{rotor.inflow_coefficient:.4g} N per rad/s and m/s along the axis, lost"
     if rotor.ground_effect_coefficient:

@@ -184,7 +184,7 @@ def _print_load(flown: "LoadResponse", args: argparse.Namespace) -> None:
         f"step of {flown.amplitude:.4g} {load.unit}, {load.label}, "
         f"{flown.recording.vehicle.name} {flown_with(args)}"
     )
-    band = "until within 5 % of the peak of its steady state, for good"
+    band = "until it stays within 5 % of the peak of its steady state"
     rows = [
         ("peak", number(metrics.peak, ".4g"), load.response_unit, f"of the {load.response}"),
         ("peak_time", number(metrics.peak_time, ".3f"), "s", ""),
@@ -209,7 +209,7 @@ def _print_command(response: "StepResponse", args: argparse.Namespace) -> None:
     )
     rows = [
         ("rise_time", number(metrics.rise_time, ".3f"), "s", "10 % to 90 % of the steady state"),
-        ("settling_time", number(metrics.settling_time, ".3f"), "s", "until within 2 % for good"),
+        ("settling_time", number(metrics.settling_time, ".3f"), "s", "until it stays within 2 %"),
         ("overshoot", number(metrics.overshoot, ".2f"), "%", ""),
         ("undershoot", number(metrics.undershoot, ".2f"), "%", ""),
         ("peak", number(metrics.peak, ".4f"), unit, ""),

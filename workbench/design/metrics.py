@@ -73,7 +73,7 @@ class Demand:
 
 METRICS = (
     Metric("rise_time", STEP, "s", "from 10 % to 90 % of the steady state", -1, _TINY, 60.0, 0.01),
-    Metric("settling_time", STEP, "s", "until within 2 % of it for good", -1, _TINY, 60.0, 0.01),
+    Metric("settling_time", STEP, "s", "until it stays within 2 % of it", -1, _TINY, 60.0, 0.01),
     Metric("overshoot", STEP, "%", "above the steady state", -1, 0.0, 1000.0, 1.0),
     Metric("undershoot", STEP, "%", "to the wrong side of where it began", -1),
     Metric("peak", STEP, SIGNAL, "largest absolute value"),

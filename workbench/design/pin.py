@@ -42,8 +42,8 @@ from workbench.scenario.scenario import (
 )
 
 _HEAD = """\
-# Pinned from a flight: limits have room around what it was like, and baselines are its curves.
-# The gains stand in the gain file beside this one, so no other gain file changes what is flown.
+# Pinned from a flight: limits leave room around its numbers, and baselines are its curves.
+# The gains are in the gain file beside this one, so no other gain file changes what is flown.
 """
 SHARES = {"rise_time": 0.12, "peak_tilt": 0.12}
 """Numbers with limits on both sides, at this share of the value."""
@@ -78,8 +78,8 @@ MUCH = 20.0
 ANYTHING = Limit(min=-1e300)
 """A limit without effect, which only makes a number be measured."""
 _LOG_HEAD = """\
-# Pinned from a log: limits have the room that flights of one plan differ by. For another flight of
-# the plan change the file's name under log.
+# Pinned from a log: limits leave room for the differences between flights of one plan. For another
+# flight of the plan, change the name of the file under log.
 """
 LOG_SHARES = {"rise_time": 0.25, "lag": 0.25, "measured_rise_time": 0.25}
 """Numbers of a log with limits on both sides, at this share of the value.

@@ -26,7 +26,7 @@ OLDEST_STATE = 1.0
 """Largest age of the state that a command acts on; an older one is dropped [s]."""
 LADDER = "link"
 """Name for the cause of effects of silence."""
-NOBODY_YET = "nobody has asked for control yet"
+NOBODY_YET = "nobody has requested control yet"
 """The reason why nobody flies at first."""
 SCRIPT_FLIES = "the scenario's script flies"
 """The reason for a client's loss of control to the script of the scenario."""

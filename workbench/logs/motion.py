@@ -139,7 +139,7 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
         at = grid.time[np.argmin((np.abs(p) < FARTHEST).all(axis=1))]
         raise WorkbenchError(
             f"{flight.source}: the position at {at:.2f} s is not a position ({np.abs(p).max():.3g} "
-            "m): leave out what is damaged"
+            "m): leave out damaged data"
         )
     jumps = np.linalg.norm(np.diff(p, axis=0), axis=1) > JUMP
     measured = flight.resample(names, period, GAP).whole

@@ -16,7 +16,7 @@ TOPICS = {
         Outfit(2, 200.0, 10.0, imu=200.0, gps=10.0, lidar=10.0, rays=100, magnetometer=50.0)
     )
 }
-NOBODY = ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 3.0, "nobody has asked")
+NOBODY = ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 3.0, "nobody has requested")
 
 
 def sample(name, *values):
@@ -69,7 +69,7 @@ PICTURE = Picture(
         "lidar 30 of 100 rays hit something, nearest 2.50 m",
         "wind 5.00 0.00 0.00 m/s",
         "event warning: the battery is low ?[2J (at 2.5 s)",
-        "control nobody: nobody has asked",
+        "control nobody: nobody has requested",
         "link 1638 samples/s, age 3 ms",
     ],
 )

@@ -298,7 +298,7 @@ PX4 = Form(
     hover=("MPC_THR_HOVER", "thrust"),
     filters=("IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF", "MC_YAW_TQ_CUTOFF"),
     remarks=(
-        "low-passes of the gyro, of its slope and of the yaw torque turn the phase besides",
+        "low-passes of the gyro, of its slope and of the yaw torque also turn the phase",
         "the integral of a rate stops to grow at large errors and limits, in its own units",
         "with THR_MDL_FAC other than the rotors' curve gains change with the thrust",
     ),
@@ -319,7 +319,7 @@ CRAZYFLIE = Form(
             for name, part, near in (
                 ("Kp", "speed", ""),
                 ("Ki", "speed_integral", ""),
-                ("Kd", "slope", "a low-pass of 20 Hz stands before it"),
+                ("Kd", "slope", "a low-pass of 20 Hz is before it"),
                 ("KFF", "ahead", ""),
             )
         ),
@@ -370,7 +370,7 @@ MELLINGER = Form(
         "kR_z and ki_m_z see no error while nobody turns the heading, and stay as they are",
     ),
 )
-_INNER = "a loop of the acceleration stands inside it, PSC_D_ACC"
+_INNER = "a loop of the acceleration is inside it, PSC_D_ACC"
 _SLOPE = "it differentiates the velocity, where others have the estimated acceleration"
 _SQUARE_ROOT = "0 would leave the square root of the error, not nothing"
 _SHORT = dict(zip(TURNS, ("RLL", "PIT", "YAW"), strict=True))
@@ -416,8 +416,8 @@ ARDUPILOT = Form(
     ),
     hover=("MOT_THST_HOVER", "throttle"),
     remarks=(
-        "low-passes of the gyro, of the commanded rate, of errors and of their slopes turn the "
-        "phase besides, and the target of the attitude is shaped",
+        "low-passes of the gyro, of the commanded rate, of errors and of their slopes also turn "
+        "the phase, and the target of the attitude is shaped",
         "D acts on the error of the rate: a step of the setpoint causes a kick",
         "square roots of errors, ATC_ACC and WP_ACC, make large errors softer",
         "gains of the throttle, PSC_D_ACC, follow from the vehicle, not from the other law",
@@ -436,7 +436,7 @@ BETAFLIGHT = Form(
         ),
         *_both("outer_p_height outer_p_climb outer_i_climb", "z", "place speed speed_integral"),
         *(
-            Row("angle_p_gain", axis, "angle", 0.1, near="a low-pass PT3 of 50 Hz stands behind it")
+            Row("angle_p_gain", axis, "angle", 0.1, near="a low-pass PT3 of 50 Hz is after it")
             for axis in TURNS[:2]
         ),
         *(Row(f"p_{axis}", axis, "rate", _P) for axis in TURNS),
@@ -460,7 +460,7 @@ BETAFLIGHT = Form(
     ),
     hover=("outer_hover", "throttle"),
     remarks=(
-        "low-passes of gyro and D turn the phase besides",
+        "low-passes of gyro and D also turn the phase",
         "d_max, TPA, anti-gravity, I-term relax and thrust_linear change gains as it flies",
         "gains are whole numbers in the firmware: an export rounds them",
     ),

@@ -350,7 +350,9 @@ def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) ->
         pulls = "pull" in parts
         if pulls and found.speed_integral:
             said = f"the integral of the speed, {found.speed_integral:.3g} 1/s², becomes pull"
-            lost.append(Lost(axis, f"{said} to a held place; there is none while the pilot steers"))
+            lost.append(
+                Lost(axis, f"{said} to a held position; there is none while the pilot steers")
+            )
         known = parts | ({"place", "speed_integral"} if pulls else set())
         known |= {"place_integral"} if "pull_integral" in parts else set()
     for field in dataclasses.fields(found):

@@ -50,7 +50,7 @@ def plant_input_row(
     if now is None:
         state = State.NONE if said else State.WAITING
         return Row(
-            PLANT_INPUT, (*none, Cell("–", was, help=f"{words}: {said or 'asked for'}")), state
+            PLANT_INPUT, (*none, Cell("–", was, help=f"{words}: {said or 'computing'}")), state
         )
     margin, (steering, holding) = min(now), now
     if not margin:

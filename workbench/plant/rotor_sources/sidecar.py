@@ -268,7 +268,9 @@ def _joint_and_link(
     joint = find_joint(model, entry.joint, place.where("joint"))
     for key, value in (("position", entry.position), ("axis", entry.axis)):
         if value is not None:
-            raise place.fault(key, f"stands beside the joint '{joint.name}': leave out one")
+            raise place.fault(
+                key, f"is given together with the joint '{joint.name}': leave one out"
+            )
     link = find_link(model, joint.child, place.where("joint"))
     if entry.link is not None and entry.link != link.name:
         raise place.fault("link", f"should be '{link.name}', which '{joint.name}' turns")
