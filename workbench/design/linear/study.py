@@ -99,6 +99,7 @@ def sampled_model(
     delays: Delays,
     estimator: EstimatorModel | None = None,
     samples: int = 0,
+    injected: tuple[Signal, ...] = (),
 ) -> LinearModel:
     """Return the linear model of a control period.
 
@@ -121,6 +122,8 @@ def sampled_model(
         estimator: at the trim, if the law does not use the true motion.
         samples: number of IMU samples in a period, with the noise of each as an input; 0 leaves out
             the noise of sensors.
+        injected: `wrench`, to inject it on its way to the rotors, unknown to the law, with those of
+            earlier updates that still wait as states; nothing for none.
 
     Raises:
         WorkbenchError: for a turn with a sensing delay, which has no such model.
@@ -130,24 +133,25 @@ def sampled_model(
     waiting = age + 1 if since else age
     if late and trim.point.yaw_rate:
         raise WorkbenchError("a turn cannot be linearised with a delayed controller: leave one out")
-    n, k = trim.speeds.size, trim.memory.size
+    n, k, axes = trim.speeds.size, trim.memory.size, len(injected)
     count = len(derivatives.controller.points)
     update = derivatives.update(*update_inputs(trim, rate))
     e = len(estimator.names) if estimator else 0
     sizes = (STATE, LAST, n, GYRO, ACCEL, IMU, e, *[n] * waiting, FILTERED, *[STATE] * late, k)
+    sizes += (axes,) * waiting
     at = np.cumsum([0, *sizes])
     size = int(at[-1])
     groups = [slice(int(a), int(b)) for a, b in zip(at[:-1], at[1:], strict=True)]
     s, last, speed, gyro, accel, sample, known_motion = groups[:7]
     commands, before, older = groups[7 : 7 + waiting], groups[7 + waiting], groups[8 + waiting :]
-    memory = older.pop()
+    older, memory, earlier = older[:late], older[late], older[late + 1 :]
     moving = slice(0, accel.stop)
 
     asked = slice(0, REFERENCE + HELD + count)
     noise = slice(asked.stop, asked.stop + STATE)
     sampling = slice(noise.stop, noise.stop + IMU * samples)
     measuring = slice(sampling.stop, sampling.stop + (len(MEASURED) if samples else 0))
-    inputs = measuring.stop
+    inputs = measuring.stop + axes
     known = STATE + FILTERED + n
     whole = np.eye(size)
     at_trim = derivatives.gyro(trim.state, np.concatenate([np.zeros(3), trim.vdot_WB]))
@@ -189,7 +193,16 @@ def sampled_model(
     if k:
         A[memory], B[memory] = of_update(update.memory_by)
     signals, signals_in = of_update(update.signals_by)
-    held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
+    wrenches = [(np.zeros((axes, size)), np.eye(axes, inputs, measuring.stop))]
+    wrenches += [(whole[each], np.zeros((axes, inputs))) for each in earlier]
+    loaded = acting
+    if axes:
+        _, by = derivatives.allocation_at(trim.commands)
+        loaded = [
+            (by_state + by @ more, by_input + by @ more_in)
+            for (by_state, by_input), (more, more_in) in zip(acting, wrenches, strict=True)
+        ]
+    held = [loaded[age if step >= since else age + 1] for step in range(delays.steps)]
     after, sampled, readings = _states_of_period(
         derivatives, trim, update, rates, held, sampling if samples else None
     )
@@ -198,7 +211,9 @@ def sampled_model(
     if estimator:
         A[known_motion] = estimator.memory_by[:, : len(heard)] @ heard
         B[known_motion] = estimator.memory_by[:, : len(both_in)] @ both_in
-    for each, (by_state, by_input) in zip(commands, acting, strict=False):
+    for each, (by_state, by_input) in zip(
+        (*commands, *earlier), (*acting[:waiting], *wrenches), strict=False
+    ):
         A[each], B[each] = by_state, by_input
     for each, newer in zip(older[1:], older, strict=False):
         A[each] = whole[newer]
@@ -225,96 +240,25 @@ def sampled_model(
         output_matrix=C,
         feedthrough=D,
         period=rates.control_period,
-        states=(*_states(n, waiting, late, estimator), *memory_of(derivatives.controller)),
+        states=(
+            *_states(n, waiting, late, estimator),
+            *memory_of(derivatives.controller),
+            *(
+                Signal(f"{signal.name}_{ago + 1}_before", signal.unit)
+                for ago in range(waiting)
+                for signal in injected
+            ),
+        ),
         inputs=(
             *references(),
             *points(derivatives.controller),
             *motion("noise_"),
             *sensor_noise(samples),
+            *injected,
         ),
         outputs=outputs(n, derivatives.controller),
         trim=trim,
         controller=derivatives.controller,
-    )
-
-
-def plant_input_model(
-    derivatives: Derivatives,
-    model: LinearModel,
-    rates: Rates,
-    rate: float,
-    delays: Delays,
-    estimator: EstimatorModel | None = None,
-) -> LinearModel:
-    """Return the closed loop of a sampled model, from the plant input to the plant input.
-
-    The plant input is the wrench that an update commands: force along z and moment in T. The wrench
-    is the output, and an injection is added on its way to the rotors, unknown to the law. So every
-    law is judged at the same point, even one that uses its own commands.
-
-    Args:
-        derivatives: of vehicle and law.
-        model: from `sampled_model`, with the arguments that follow.
-        rates: of physics and control.
-        rate: of the acceleration estimate [1/s].
-        delays: of sensing and commands.
-        estimator: that of the model, if any.
-    """
-    trim, size, signals = model.trim, len(model.A), wrench()
-    late, look = delays.seen
-    age, since = delays.acting
-    waiting = age + 1 if since else age
-    n = trim.speeds.size
-    moving, axes = STATE + LAST + n + GYRO + ACCEL, len(signals)
-    first_command = moving + IMU + (len(estimator.names) if estimator else 0)
-    wrench_by, commands_by = derivatives.allocation_at(trim.commands)
-    columns, inputs = moving + axes * waiting, np.zeros((n, axes))
-    acting = [(np.zeros((n, columns)), commands_by)]
-    for before in range(waiting):  # injections at earlier updates are states
-        by_state = np.zeros((n, columns))
-        by_state[:, moving + axes * before : moving + axes * (before + 1)] = commands_by
-        acting.append((by_state, inputs))
-    held = [acting[age if step >= since else age + 1] for step in range(delays.steps)]
-    update = derivatives.update(*update_inputs(trim, rate))
-    after, sampled, readings = _states_of_period(derivatives, trim, update, rates, held)
-
-    def injections(rows: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-        """Return rows by present and by earlier injections."""
-        return np.hstack([rows[1], rows[0][:, moving:]])
-
-    injected = np.zeros((size, axes * (waiting + 1)))
-    injected[:moving] = injections(after)
-    injected[moving : moving + IMU] = injections(sampled)
-    if late and not estimator:
-        seen = first_command + n * waiting + FILTERED
-        injected[seen : seen + STATE] = injections(readings[look])
-    angle = trim.point.yaw_rate * rates.control_period
-    for first, vectors in ((0, 4), (STATE, 2)):
-        rows = slice(first, first + 3 * vectors)
-        injected[rows] = heading_turn(angle, vectors) @ injected[rows]
-    old = axes * waiting
-    A = np.zeros((size + old, size + old))
-    A[:size, :size], A[:size, size:] = model.A, injected[:, axes:]
-    A[size + axes :, size:-axes] = np.eye(old - axes)
-    B = np.vstack([injected[:, :axes], np.eye(old, axes)])
-    newest = slice(
-        first_command, first_command + n
-    )  # commands after the update are the newest of the states
-    C = np.hstack([wrench_by @ model.A[newest], np.zeros((axes, old))])
-    names = tuple(
-        Signal(f"{signal.name}_{before + 1}_before", signal.unit)
-        for before in range(waiting)
-        for signal in signals
-    )
-    return dataclasses.replace(
-        model,
-        A=A,
-        input_matrix=B,
-        output_matrix=C,
-        feedthrough=np.zeros((axes, axes)),
-        states=(*model.states, *names),
-        inputs=signals,
-        outputs=signals,
     )
 
 
@@ -656,7 +600,7 @@ class LinearStudy:
 
         Arguments and exceptions are those of `trim`.
         """
-        return self._sampled(point, gains)[0].lean(REMOVABLE)
+        return self._sampled(point, gains).lean(REMOVABLE)
 
     def noisy(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
@@ -668,19 +612,30 @@ class LinearStudy:
         values, rates = self._values(gains), self.scenario.rates
         steps = round(rates.control_period / rates.physics_step)
         every = sample_steps(values["gyro_rate"], rates.physics_step, steps)
-        return self._sampled(point, gains, steps // every)[0].lean(REMOVABLE)
+        return self._sampled(point, gains, steps // every).lean(REMOVABLE)
 
     def plant_input(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
     ) -> LinearModel:
-        """Return the sampled model from the plant's input to it, see `plant_input_model`.
+        """Return the closed sampled loop from the plant's input to it.
+
+        The plant's input is the wrench that an update commands: force along z and moment in T. The
+        wrench is the output, and an injection is added on its way to the rotors, unknown to the
+        law. So every law is judged at the same point, even one that uses its own commands.
 
         Arguments and exceptions are those of `trim`.
         """
-        model, estimator = self._sampled(point, gains)
-        return plant_input_model(
-            self._derivatives, model, self.scenario.rates, self._rate, self._delays, estimator
-        ).lean(REMOVABLE)
+        signals = wrench()
+        model = self._sampled(point, gains, injected=signals)
+        loop = dataclasses.replace(
+            model,
+            input_matrix=model.B([signal.name for signal in signals]),
+            output_matrix=self._wrench(model, model.A),
+            feedthrough=np.zeros((len(signals), len(signals))),
+            inputs=signals,
+            outputs=signals,
+        )
+        return loop.lean(REMOVABLE)
 
     def wrench_by(
         self, points: Sequence[str], gains: Mapping[str, float] | None = None
@@ -691,11 +646,14 @@ class LinearStudy:
             points: their names.
             gains: parameter values by name that differ from the scenario's.
         """
-        model, _ = self._sampled(HOVER, gains)
+        model = self._sampled(HOVER, gains)
+        return self._wrench(model, model.B(points))
+
+    def _wrench(self, model: LinearModel, rows: np.ndarray) -> np.ndarray:
+        """Return rows (4, k) of the wrench that an update commands, by those of states (m, k)."""
         by_commands, _ = self._derivatives.allocation_at(model.trim.commands)
-        count = by_commands.shape[1]
-        newest = [model.state_names.index(f"command_{k + 1}") for k in range(count)]
-        found: np.ndarray = by_commands @ model.B(points)[newest]
+        newest = [model.state_names.index(f"command_{k + 1}") for k in range(by_commands.shape[1])]
+        found: np.ndarray = by_commands @ rows[newest]
         return found
 
     def continuous(
@@ -731,15 +689,18 @@ class LinearStudy:
         return core.model(trim, values)
 
     def _sampled(
-        self, point: OperatingPoint, gains: Mapping[str, float] | None, samples: int = 0
-    ) -> tuple[LinearModel, EstimatorModel | None]:
+        self,
+        point: OperatingPoint,
+        gains: Mapping[str, float] | None,
+        samples: int = 0,
+        injected: tuple[Signal, ...] = (),
+    ) -> LinearModel:
         trim = self.trim(point, gains)
         estimator = self._estimator_at(trim, self._values(gains))
         rates, delays = self.scenario.rates, self._delays
-        found = sampled_model(
-            self._derivatives, trim, rates, self._rate, delays, estimator, samples
+        return sampled_model(
+            self._derivatives, trim, rates, self._rate, delays, estimator, samples, injected
         )
-        return found, estimator
 
     def _estimator_at(self, trim: Trim, values: Mapping[str, float]) -> EstimatorModel | None:
         """Return the model of the estimator at a trim; the last one is cached.
