@@ -236,14 +236,14 @@ def _repaired(model: Model, link: Link, inertial: Inertial, remarks: Remarks) ->
         text = "its mass is 0; taken as a frame without inertia"
         remarks.add("repaired", model.source, element, text)
         return None
-    principal, axes = _principal(inertial)
+    principal, axes = np.linalg.eigh(inertial.matrix)  # the smallest moment first
     if principal[0] < -_ROUNDING * principal[2]:
         text = (
             f"products ({_listed_numbers(inertial.products)}) too large for the moments; left out"
         )
         remarks.add("repaired", model.source, element, text)
         inertial = dataclasses.replace(inertial, products=(0.0, 0.0, 0.0))
-        principal, axes = _principal(inertial)
+        principal, axes = np.linalg.eigh(inertial.matrix)  # the smallest moment first
     small, middle, large = principal
     excess = large - small - middle
     if excess > _ROUNDING * large:
@@ -257,14 +257,6 @@ def _repaired(model: Model, link: Link, inertial: Inertial, remarks: Remarks) ->
     if principal[2] == 0.0:
         remarks.add("repaired", model.source, element, "it is 0; taken as a point mass")
     return inertial
-
-
-def _principal(inertial: Inertial) -> tuple[np.ndarray, np.ndarray]:
-    """Return the principal moments, smallest first, and their axes in I as columns."""
-    xx, yy, zz = inertial.moments
-    xy, xz, yz = inertial.products
-    moments, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-    return moments, axes
 
 
 def _turned_inertial(inertial: Inertial, principal: np.ndarray, axes: np.ndarray) -> Inertial:
@@ -375,15 +367,14 @@ def with_stated_body(model: Model, base_link: str, sidecar: Path | None, remarks
     if len(rows.inertia) != 6 or not np.isfinite(rows.inertia).all():
         raise refuse("inertia", "should be six numbers: xx, yy, zz, xy, xz, yz in kg m²")
     xx, yy, zz, xy, xz, yz = rows.inertia
-    moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    if moments[0] <= 0.0:
-        raise refuse("inertia", "does not fit any body: its moments have to be positive")
     whole = Inertial(
         mass=rows.mass,
         X_LI=RigidTransform(rows.center_of_mass),
         moments=(xx, yy, zz),
         products=(xy, xz, yz),
     )
+    if np.linalg.eigvalsh(whole.matrix)[0] <= 0.0:
+        raise refuse("inertia", "does not fit any body: its moments have to be positive")
     remarks.add("assumed", file.path, "body", "mass, centre and inertia are those of this file")
     links = tuple(
         dataclasses.replace(link, inertial=whole if link.name == base_link else None)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.math import RigidTransform
 
-from workbench.plant.model import Inertial, Link, LinkShape, Model, NamedFrame
+from workbench.plant.model import Inertial, Link, LinkShape, Model, NamedFrame, inertial_of
 
 _BETWEEN = "::"
 """Separator between the names of link and shape; Meshcat makes a folder of the first."""
@@ -80,11 +80,5 @@ def whole_inertial(parts: Sequence[tuple[RigidTransform, Inertial | None]]) -> I
     inertia = np.zeros((3, 3))
     for X_BI, part in heavy:
         R, c = X_BI.rotation().matrix(), X_BI.translation() - centre
-        inertia += R @ _matrix(part) @ R.T + part.mass * (c @ c * np.eye(3) - np.outer(c, c))
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia.tolist()
-    return Inertial(mass, RigidTransform(centre), (xx, yy, zz), (xy, xz, yz))
-
-
-def _matrix(inertial: Inertial) -> np.ndarray:
-    (xx, yy, zz), (xy, xz, yz) = inertial.moments, inertial.products
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        inertia += R @ part.matrix @ R.T + part.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    return inertial_of(mass, RigidTransform(centre), inertia)

@@ -7,6 +7,7 @@ of links and joints are given in M, with all joints at zero.
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.plant.formats.xml import Element
@@ -28,6 +29,18 @@ class Inertial:
     X_LI: RigidTransform
     moments: tuple[float, float, float]
     products: tuple[float, float, float]
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Moments and products of inertia (3, 3) [kg·m²]."""
+        (xx, yy, zz), (xy, xz, yz) = self.moments, self.products
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def inertial_of(mass: float, X_LI: RigidTransform, matrix: np.ndarray) -> Inertial:
+    """Return mass and inertia with moments and products of inertia in a matrix (3, 3) [kg·m²]."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix.tolist()
+    return Inertial(mass, X_LI, (xx, yy, zz), (xy, xz, yz))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.gathered import whole_inertial
-from workbench.plant.model import Inertial
+from workbench.plant.model import Inertial, inertial_of
 from workbench.plant.rotors import allocation_matrix
 from workbench.plant.vehicle import Vehicle
 
@@ -70,14 +70,8 @@ def laden(vehicle: Vehicle, payload: Payload) -> Vehicle:
     """Return a vehicle with its payload as part of it; without a payload, the vehicle itself."""
     if payload.payload_mass == 0.0:
         return vehicle
-    inertia = vehicle.inertia
-    bare = Inertial(
-        vehicle.mass,
-        RigidTransform(list(vehicle.p_BoBcm_B)),
-        (float(inertia[0, 0]), float(inertia[1, 1]), float(inertia[2, 2])),
-        (float(inertia[0, 1]), float(inertia[0, 2]), float(inertia[1, 2])),
-    )
-    whole = _joined(bare, payload)
+    centre = RigidTransform(list(vehicle.p_BoBcm_B))
+    whole = _joined(inertial_of(vehicle.mass, centre, vehicle.inertia), payload)
     (xx, yy, zz), (xy, xz, yz) = whole.moments, whole.products
     x, y, z = whole.X_LI.translation().tolist()
     return dataclasses.replace(

@@ -123,14 +123,12 @@ def varied(description: "Description", vehicle: "Vehicle", variation: Variation)
         return description
     from pydrake.math import RigidTransform  # the record above needs no Drake
 
-    from workbench.plant.model import Inertial
+    from workbench.plant.model import inertial_of
 
-    inertia = variation.inertia * vehicle.inertia
-    whole = Inertial(
-        mass=variation.mass * vehicle.mass,
-        X_LI=RigidTransform(list(vehicle.p_BoBcm_B)),
-        moments=(float(inertia[0, 0]), float(inertia[1, 1]), float(inertia[2, 2])),
-        products=(float(inertia[0, 1]), float(inertia[0, 2]), float(inertia[1, 2])),
+    whole = inertial_of(
+        variation.mass * vehicle.mass,
+        RigidTransform(list(vehicle.p_BoBcm_B)),
+        variation.inertia * vehicle.inertia,
     )
     links = tuple(
         dataclasses.replace(link, inertial=whole if link.name == description.base_link else None)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.math import RigidTransform
 
-from workbench.plant.model import Inertial
+from workbench.plant.model import Inertial, inertial_of
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
 
 
@@ -36,8 +36,7 @@ def together(solids: Sequence[Solid], scale: float = 1.0) -> Inertial:
             I_L += R_LS @ np.diag(solid.mass * unit_moments(solid.shape)) @ R_LS.T
         p = solid.X_LS.translation() - p_LLcm
         I_L += solid.mass * (p @ p * np.eye(3) - np.outer(p, p))
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (scale * I_L).tolist()
-    return Inertial(scale * total, RigidTransform(p_LLcm), (xx, yy, zz), (xy, xz, yz))
+    return inertial_of(scale * total, RigidTransform(p_LLcm), scale * I_L)
 
 
 def volume(shape: Shape) -> float:

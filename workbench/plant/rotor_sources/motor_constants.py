@@ -203,9 +203,7 @@ def _about(joint: Joint, link: Link) -> float:
     X_MI = link.X_ML @ link.inertial.X_LI
     axis_M = joint.X_MJ.rotation().matrix() @ np.array(joint.axis_J)
     axis_I = X_MI.rotation().matrix().T @ axis_M
-    xx, yy, zz = link.inertial.moments
-    xy, xz, yz = link.inertial.products
-    own = axis_I @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ axis_I
+    own = axis_I @ link.inertial.matrix @ axis_I
     arm = np.cross(X_MI.translation() - joint.X_MJ.translation(), axis_M)
     return float(own + link.inertial.mass * arm @ arm)
 
