@@ -136,7 +136,7 @@ def test_a_signal_that_no_sensor_has_is_named_with_spec_and_case(spec, text, sai
 
 def test_a_sensor_that_has_delivered_nothing_yet_is_named(spec):
     path = spec(SENSED.replace("0.5,", "0.1,") + "limits: {mean of gps.v_up: {min: 0}}}\n")
-    said = "'gps' delivers first at 0.3 s, and is judged from 0.102 s on: give the case a later"
+    said = "'gps' delivers first at 0.3 s, but is judged from 0.102 s on: give the case a later"
     with pytest.raises(WorkbenchError, match=said):
         regress([path])
     none = path.read_text().replace("use: [imu, gps, lidar]", "use: []")
