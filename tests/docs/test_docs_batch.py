@@ -22,7 +22,7 @@ def test_the_batch_of_the_page_flies(capsys):
     assert 0 < begun < 256
     said = capsys.readouterr().out
     assert "<Batch of 256 dh_drone with pd, 0 lost>" in said
-    assert f"{begun} begun anew, {1 / 128} to {193 / 128} s" in said
+    assert f"{begun} started again, {1 / 128} to {193 / 128} s" in said
 
 
 def test_the_environments_of_the_page_fly(capsys):
